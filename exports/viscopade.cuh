@@ -111,16 +111,27 @@
 #endif
 
 #ifndef VISCOPADE_INLINE
+#if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
+#else
 /* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
 typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-/* External linkage from C++17 on: templates that a module exports may call the functions. */
+/*
+ * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
+ * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * in namespaces of their own, as two translation units may have one each.
+ */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
 #define VISCOPADE_TABLE inline const
+#define VISCOPADE_KERNEL(identity) inline namespace viscopade_##identity {
+#define VISCOPADE_KERNEL_END }
 #else
 #define VISCOPADE_INLINE static inline
 #define VISCOPADE_TABLE static const
+#define VISCOPADE_KERNEL(identity)
+#define VISCOPADE_KERNEL_END
 #endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
@@ -128,6 +139,7 @@ typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (decimal)
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
+#endif
 #endif
 #endif
 
@@ -154,6 +166,8 @@ typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 #define VISCOPADE_FUNCTION VISCOPADE_INLINE
 #endif
 #endif
+
+#ifdef VISCOPADE_INLINE
 
 #ifndef VISCOPADE_COMPACT_COMMON
 #define VISCOPADE_COMPACT_COMMON
@@ -306,6 +320,8 @@ VISCOPADE_RUNTIME(Error_t) viscopade_launch(size_t n, const T *speed, Beta beta,
 #ifndef VISCOPADE_COMPACT_1EM3
 #define VISCOPADE_COMPACT_1EM3 0x790c712d
 
+VISCOPADE_KERNEL(0x790c712d)
+
 /*
  * compact_1em3
  *
@@ -455,12 +471,16 @@ struct viscopade_compact_1em3 {
 };
 #endif
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_COMPACT_1EM3 != 0x790c712d
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM5
 #define VISCOPADE_COMPACT_1EM5 0x46db3b02
+
+VISCOPADE_KERNEL(0x46db3b02)
 
 /*
  * compact_1em5
@@ -617,12 +637,16 @@ struct viscopade_compact_1em5 {
 };
 #endif
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_COMPACT_1EM5 != 0x46db3b02
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM7
 #define VISCOPADE_COMPACT_1EM7 0x77f0e710
+
+VISCOPADE_KERNEL(0x77f0e710)
 
 /*
  * compact_1em7
@@ -715,6 +739,10 @@ struct viscopade_compact_1em7 {
 };
 #endif
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_COMPACT_1EM7 != 0x77f0e710
 #error "viscopade: two headers have different kernels of one name"
+#endif
+
 #endif

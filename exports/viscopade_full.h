@@ -17,7 +17,7 @@
  *     epsilon:           at most 0.571
  *     one_minus_epsilon: at most 0.528
  *     where results are denormal: at most 0.79 of the smallest number
- * table: 48496 bytes, in each translation unit that uses it
+ * table: 48496 bytes, in each translation unit that uses it (once in all from C++17 on)
  *
  * What the functions return:
  *
@@ -41,25 +41,28 @@
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
-#if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
-#error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
-#else
-#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
-#pragma clang diagnostic push
-#pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
-#endif
-
 #ifndef VISCOPADE_INLINE
+#if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
+#else
 /* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
 typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-/* External linkage from C++17 on: templates that a module exports may call the functions. */
+/*
+ * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
+ * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * in namespaces of their own, as two translation units may have one each.
+ */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
 #define VISCOPADE_TABLE inline const
+#define VISCOPADE_KERNEL(identity) inline namespace viscopade_##identity {
+#define VISCOPADE_KERNEL_END }
 #else
 #define VISCOPADE_INLINE static inline
 #define VISCOPADE_TABLE static const
+#define VISCOPADE_KERNEL(identity)
+#define VISCOPADE_KERNEL_END
 #endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
@@ -68,6 +71,17 @@ typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
+#endif
+
+#ifdef VISCOPADE_INLINE
+
+#if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
+#error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
+#else
+#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
 #endif
 
 #ifndef VISCOPADE_FULL_DOUBLE
@@ -620,5 +634,6 @@ VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
 
 #if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
 #pragma clang diagnostic pop
+#endif
 #endif
 #endif

@@ -69,16 +69,27 @@
 #endif
 
 #ifndef VISCOPADE_INLINE
+#if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
+#else
 /* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
 typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-/* External linkage from C++17 on: templates that a module exports may call the functions. */
+/*
+ * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
+ * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * in namespaces of their own, as two translation units may have one each.
+ */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
 #define VISCOPADE_TABLE inline const
+#define VISCOPADE_KERNEL(identity) inline namespace viscopade_##identity {
+#define VISCOPADE_KERNEL_END }
 #else
 #define VISCOPADE_INLINE static inline
 #define VISCOPADE_TABLE static const
+#define VISCOPADE_KERNEL(identity)
+#define VISCOPADE_KERNEL_END
 #endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
@@ -88,6 +99,9 @@ typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
 #endif
+#endif
+
+#ifdef VISCOPADE_INLINE
 
 #include <math.h>
 
@@ -110,6 +124,8 @@ VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 #ifndef VISCOPADE_INVERSE_1EM3
 #define VISCOPADE_INVERSE_1EM3 0x1da05995
 #define VISCOPADE_V_STAR_INVERSE_1EM3_ERROR 5.77e-4 /* of the formula (proven) */
+
+VISCOPADE_KERNEL(0x1da05995)
 
 /*
  * inverse_1em3 for 0 < eps <= 1
@@ -237,6 +253,8 @@ VISCOPADE_INLINE float viscopade_beta_inverse_1em3f(float epsilon, float speed)
     return speed > 0.0f ? v_star * v_star / powf(speed, 0.2f) : nanf("");
 }
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_INVERSE_1EM3 != 0x1da05995
 #error "viscopade: two headers have different kernels of one name"
 #endif
@@ -244,6 +262,8 @@ VISCOPADE_INLINE float viscopade_beta_inverse_1em3f(float epsilon, float speed)
 #ifndef VISCOPADE_INVERSE_1EM5
 #define VISCOPADE_INVERSE_1EM5 0x51c88c26
 #define VISCOPADE_V_STAR_INVERSE_1EM5_ERROR 3.55e-6 /* of the formula (proven) */
+
+VISCOPADE_KERNEL(0x51c88c26)
 
 /*
  * inverse_1em5 for 0 < eps <= 1
@@ -384,6 +404,10 @@ VISCOPADE_INLINE float viscopade_beta_inverse_1em5f(float epsilon, float speed)
     return speed > 0.0f ? v_star * v_star / powf(speed, 0.2f) : nanf("");
 }
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_INVERSE_1EM5 != 0x51c88c26
 #error "viscopade: two headers have different kernels of one name"
+#endif
+
 #endif

@@ -80,16 +80,27 @@
 #endif
 
 #ifndef VISCOPADE_INLINE
+#if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
+#else
 /* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
 typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-/* External linkage from C++17 on: templates that a module exports may call the functions. */
+/*
+ * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
+ * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * in namespaces of their own, as two translation units may have one each.
+ */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
 #define VISCOPADE_TABLE inline const
+#define VISCOPADE_KERNEL(identity) inline namespace viscopade_##identity {
+#define VISCOPADE_KERNEL_END }
 #else
 #define VISCOPADE_INLINE static inline
 #define VISCOPADE_TABLE static const
+#define VISCOPADE_KERNEL(identity)
+#define VISCOPADE_KERNEL_END
 #endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
@@ -99,6 +110,9 @@ typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
 #endif
+#endif
+
+#ifdef VISCOPADE_INLINE
 
 #include <math.h>
 
@@ -121,6 +135,8 @@ VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 #ifndef VISCOPADE_MINIMAX_V5_1EM3
 #define VISCOPADE_MINIMAX_V5_1EM3 0xcc58a391
 #define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* of the formula (proven) */
+
+VISCOPADE_KERNEL(0xcc58a391)
 
 /*
  * [1/4] for 0 <= v* <= 5
@@ -193,6 +209,8 @@ VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float
     return viscopade_epsilon_minimax_v5_1em3f(viscopade_v_starf(speed, beta));
 }
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_MINIMAX_V5_1EM3 != 0xcc58a391
 #error "viscopade: two headers have different kernels of one name"
 #endif
@@ -200,6 +218,8 @@ VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float
 #ifndef VISCOPADE_MINIMAX_V5_1EM5
 #define VISCOPADE_MINIMAX_V5_1EM5 0x53c55812
 #define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* of the formula (proven) */
+
+VISCOPADE_KERNEL(0x53c55812)
 
 /*
  * [3/7] for 0 <= v* <= 5
@@ -286,6 +306,8 @@ VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float
     return viscopade_epsilon_minimax_v5_1em5f(viscopade_v_starf(speed, beta));
 }
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_MINIMAX_V5_1EM5 != 0x53c55812
 #error "viscopade: two headers have different kernels of one name"
 #endif
@@ -293,6 +315,8 @@ VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float
 #ifndef VISCOPADE_MINIMAX_V5_1EM8
 #define VISCOPADE_MINIMAX_V5_1EM8 0xb2152339
 #define VISCOPADE_EPSILON_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* of the formula (proven) */
+
+VISCOPADE_KERNEL(0xb2152339)
 
 /*
  * [6/9] for 0 <= v* <= 5
@@ -349,6 +373,10 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em8(double speed, doub
     return viscopade_epsilon_minimax_v5_1em8(viscopade_v_star(speed, beta));
 }
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_MINIMAX_V5_1EM8 != 0xb2152339
 #error "viscopade: two headers have different kernels of one name"
+#endif
+
 #endif

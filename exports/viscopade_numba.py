@@ -140,7 +140,9 @@ def _parts_compact_1em3(w):
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    y = np.exp2(np.log2(w) * thirtieth) if w > 0.0 else w
+    # The logarithm of 0 would raise an exception, even in a branch that is not taken.
+    zero = np.float64(w == 0.0)
+    y = np.exp2(np.log2(w + zero) * thirtieth) - zero
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -195,7 +197,9 @@ def _parts_compact_1em3_f32(w):
     b0 = np.float32(1.0)
     b6 = np.float32(-0.46950796)
     b15 = np.float32(0.058133118)
-    y = np.exp2(np.log2(w) * thirtieth) if w > np.float32(0.0) else w
+    # The logarithm of 0 would raise an exception, even in a branch that is not taken.
+    zero = np.float32(w == np.float32(0.0))
+    y = np.exp2(np.log2(w + zero) * thirtieth) - zero
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -265,7 +269,9 @@ def _parts_compact_1em5(w):
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    y = np.exp2(np.log2(w) * thirtieth) if w > 0.0 else w
+    # The logarithm of 0 would raise an exception, even in a branch that is not taken.
+    zero = np.float64(w == 0.0)
+    y = np.exp2(np.log2(w + zero) * thirtieth) - zero
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -323,7 +329,9 @@ def _parts_compact_1em5_f32(w):
     b6 = np.float32(-0.45730945)
     b8 = np.float32(0.045564175)
     b15 = np.float32(0.059828542)
-    y = np.exp2(np.log2(w) * thirtieth) if w > np.float32(0.0) else w
+    # The logarithm of 0 would raise an exception, even in a branch that is not taken.
+    zero = np.float32(w == np.float32(0.0))
+    y = np.exp2(np.log2(w + zero) * thirtieth) - zero
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -395,7 +403,9 @@ def _parts_compact_1em7(w):
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    y = np.exp2(np.log2(w) * thirtieth) if w > 0.0 else w
+    # The logarithm of 0 would raise an exception, even in a branch that is not taken.
+    zero = np.float64(w == 0.0)
+    y = np.exp2(np.log2(w + zero) * thirtieth) - zero
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2

@@ -95,16 +95,27 @@
 #endif
 
 #ifndef VISCOPADE_INLINE
+#if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
+#else
 /* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
 typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-/* External linkage from C++17 on: templates that a module exports may call the functions. */
+/*
+ * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
+ * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * in namespaces of their own, as two translation units may have one each.
+ */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
 #define VISCOPADE_TABLE inline const
+#define VISCOPADE_KERNEL(identity) inline namespace viscopade_##identity {
+#define VISCOPADE_KERNEL_END }
 #else
 #define VISCOPADE_INLINE static inline
 #define VISCOPADE_TABLE static const
+#define VISCOPADE_KERNEL(identity)
+#define VISCOPADE_KERNEL_END
 #endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
@@ -114,6 +125,9 @@ typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
 #endif
+#endif
+
+#ifdef VISCOPADE_INLINE
 
 #include <math.h>
 
@@ -135,6 +149,8 @@ VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 
 #ifndef VISCOPADE_PADE_0_3
 #define VISCOPADE_PADE_0_3 0x97c8714f
+
+VISCOPADE_KERNEL(0x97c8714f)
 
 /*
  * [0/3] for all v* >= 0 (no positive pole and no positive zero)
@@ -198,12 +214,16 @@ VISCOPADE_INLINE float viscopade_restitution_pade_0_3f(float speed, float beta)
     return viscopade_epsilon_pade_0_3f(viscopade_v_starf(speed, beta));
 }
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_PADE_0_3 != 0x97c8714f
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_PADE_1_4
 #define VISCOPADE_PADE_1_4 0xc628296d
+
+VISCOPADE_KERNEL(0xc628296d)
 
 /*
  * [1/4] for all v* >= 0 (no positive pole and no positive zero)
@@ -275,12 +295,16 @@ VISCOPADE_INLINE float viscopade_restitution_pade_1_4f(float speed, float beta)
     return viscopade_epsilon_pade_1_4f(viscopade_v_starf(speed, beta));
 }
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_PADE_1_4 != 0xc628296d
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_PADE_2_5
 #define VISCOPADE_PADE_2_5 0x3a9c27d3
+
+VISCOPADE_KERNEL(0x3a9c27d3)
 
 /*
  * [2/5] for 0 <= v* < 5.680117583 (there the formula has a zero)
@@ -360,12 +384,16 @@ VISCOPADE_INLINE float viscopade_restitution_pade_2_5f(float speed, float beta)
     return viscopade_epsilon_pade_2_5f(viscopade_v_starf(speed, beta));
 }
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_PADE_2_5 != 0x3a9c27d3
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_PADE_3_6
 #define VISCOPADE_PADE_3_6 0x4036ab21
+
+VISCOPADE_KERNEL(0x4036ab21)
 
 /*
  * [3/6] for all v* >= 0 (no positive pole and no positive zero)
@@ -447,6 +475,10 @@ VISCOPADE_INLINE float viscopade_restitution_pade_3_6f(float speed, float beta)
     return viscopade_epsilon_pade_3_6f(viscopade_v_starf(speed, beta));
 }
 
+VISCOPADE_KERNEL_END
+
 #elif VISCOPADE_PADE_3_6 != 0x4036ab21
 #error "viscopade: two headers have different kernels of one name"
+#endif
+
 #endif

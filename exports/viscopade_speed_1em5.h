@@ -61,30 +61,33 @@
  * multiplications do no harm. Needed of the machine: IEEE 754 formats, rounding to nearest, operations in the
  * type of their operands (FLT_EVAL_METHOD 0: not the x87 unit).
  */
-#if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
-#error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
-#else
-#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
-#pragma clang diagnostic push
-#pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
-#endif
-
 #ifndef VISCOPADE_VERSION
 #define VISCOPADE_VERSION "2.0.0"
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
 #ifndef VISCOPADE_INLINE
+#if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
+#else
 /* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
 typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-/* External linkage from C++17 on: templates that a module exports may call the functions. */
+/*
+ * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
+ * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * in namespaces of their own, as two translation units may have one each.
+ */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
 #define VISCOPADE_TABLE inline const
+#define VISCOPADE_KERNEL(identity) inline namespace viscopade_##identity {
+#define VISCOPADE_KERNEL_END }
 #else
 #define VISCOPADE_INLINE static inline
 #define VISCOPADE_TABLE static const
+#define VISCOPADE_KERNEL(identity)
+#define VISCOPADE_KERNEL_END
 #endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
@@ -93,6 +96,17 @@ typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
+#endif
+
+#ifdef VISCOPADE_INLINE
+
+#if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
+#error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
+#else
+#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
 #endif
 
 #include <math.h>
@@ -116,6 +130,8 @@ VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 #ifndef VISCOPADE_HALFLINE_1EM5
 #define VISCOPADE_HALFLINE_1EM5 0x1f591a48
 #define VISCOPADE_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* of the formula (proven) */
+
+VISCOPADE_KERNEL(0x1f591a48)
 
 /*
  * halfline_1em5 for all v* >= 0
@@ -178,6 +194,8 @@ VISCOPADE_INLINE double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
 {
     return viscopade_portion_halfline_1em5(v_star, 1);
 }
+
+VISCOPADE_KERNEL_END
 
 #elif VISCOPADE_HALFLINE_1EM5 != 0x1f591a48
 #error "viscopade: two headers have different kernels of one name"
@@ -345,6 +363,8 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 #ifndef VISCOPADE_SPEED_1EM5
 #define VISCOPADE_SPEED_1EM5 0x4ba3aa36
 #define VISCOPADE_RESTITUTION_1EM5_ERROR 6.69e-6 /* of the formula, relative to min(eps, 1 - eps) (proven) */
+
+VISCOPADE_KERNEL(0x4ba3aa36)
 
 /* 8192 rows of c0, c1, ...: 65,536 bytes */
 VISCOPADE_TABLE float viscopade_table_1em5[8192][2] = {
@@ -8637,7 +8657,7 @@ VISCOPADE_ALWAYS double viscopade_one_1em5(double speed, double beta, int what)
         const float *c = viscopade_table_1em5[place >> 46];
         const double base = viscopade_bases_1em5[place >> 52];
         const double m = viscopade_mantissa_1em5(place);
-        const double p = c[0] + m * c[1];
+        const double p = (double)c[0] + m * (double)c[1];
 
         return viscopade_result_1em5(base, p, speed, what);
     }
@@ -8698,7 +8718,7 @@ VISCOPADE_ALWAYS void viscopade_block_1em5(const double *speed, const double *be
     for (i = 0; i < 32; ++i) {
         const double base = viscopade_base_1em5(place[i]);
         const double m = viscopade_mantissa_1em5(place[i]);
-        const double p = c[i][0] + m * c[i][1];
+        const double p = (double)c[i][0] + m * (double)c[i][1];
 
         out[i] = viscopade_result_1em5(base, p, speed[i], what);
     }
@@ -9011,6 +9031,7 @@ VISCOPADE_INLINE void viscopade_dissipation_each_1em5f(size_t n, const float *sp
     viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
+VISCOPADE_KERNEL_END
 
 #elif VISCOPADE_SPEED_1EM5 != 0x4ba3aa36
 #error "viscopade: two headers have different kernels of one name"
@@ -9018,5 +9039,6 @@ VISCOPADE_INLINE void viscopade_dissipation_each_1em5f(size_t n, const float *sp
 
 #if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
 #pragma clang diagnostic pop
+#endif
 #endif
 #endif

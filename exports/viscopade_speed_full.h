@@ -58,30 +58,33 @@
  * multiplications do no harm. Needed of the machine: IEEE 754 formats, rounding to nearest, operations in the
  * type of their operands (FLT_EVAL_METHOD 0: not the x87 unit).
  */
-#if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
-#error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
-#else
-#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
-#pragma clang diagnostic push
-#pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
-#endif
-
 #ifndef VISCOPADE_VERSION
 #define VISCOPADE_VERSION "2.0.0"
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
 #ifndef VISCOPADE_INLINE
+#if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
+#else
 /* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
 typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-/* External linkage from C++17 on: templates that a module exports may call the functions. */
+/*
+ * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
+ * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * in namespaces of their own, as two translation units may have one each.
+ */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
 #define VISCOPADE_TABLE inline const
+#define VISCOPADE_KERNEL(identity) inline namespace viscopade_##identity {
+#define VISCOPADE_KERNEL_END }
 #else
 #define VISCOPADE_INLINE static inline
 #define VISCOPADE_TABLE static const
+#define VISCOPADE_KERNEL(identity)
+#define VISCOPADE_KERNEL_END
 #endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
@@ -90,6 +93,17 @@ typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
+#endif
+
+#ifdef VISCOPADE_INLINE
+
+#if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
+#error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
+#else
+#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
 #endif
 
 #include <math.h>
@@ -820,6 +834,8 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 #ifndef VISCOPADE_SPEED_FULL
 #define VISCOPADE_SPEED_FULL 0xb5c84a46
 #define VISCOPADE_RESTITUTION_FULL_ERROR 1.26e-16 /* of the formula, relative to min(eps, 1 - eps) (proven) */
+
+VISCOPADE_KERNEL(0xb5c84a46)
 
 /* 1024 rows of c0, c1, ...: 98,304 bytes */
 VISCOPADE_TABLE double viscopade_table_full[1024][12] = {
@@ -2201,6 +2217,7 @@ VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_each_fullf(size_t 
     viscopade_many_fullf(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
+VISCOPADE_KERNEL_END
 
 #elif VISCOPADE_SPEED_FULL != 0xb5c84a46
 #error "viscopade: two headers have different kernels of one name"
@@ -2208,5 +2225,6 @@ VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_each_fullf(size_t 
 
 #if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
 #pragma clang diagnostic pop
+#endif
 #endif
 #endif

@@ -137,7 +137,7 @@ def _parts_compact_1em3(w: wp.float64):
     b0 = wp.float64(1.0)
     b6 = wp.float64(-0.46950796085963953)
     b15 = wp.float64(0.05813311621081886)
-    y = wp.exp(wp.log(w) * thirtieth) if w > wp.float64(0.0) else w
+    y = wp.exp(wp.log(w) * thirtieth)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -180,7 +180,7 @@ def _parts_compact_1em3(w: wp.float32):
     b0 = wp.float32(1.0)
     b6 = wp.float32(-0.46950796)
     b15 = wp.float32(0.058133118)
-    y = wp.exp(wp.log(w) * thirtieth) if w > wp.float32(0.0) else w
+    y = wp.exp(wp.log(w) * thirtieth)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -238,7 +238,7 @@ def _parts_compact_1em5(w: wp.float64):
     b6 = wp.float64(-0.45730946038493253)
     b8 = wp.float64(0.045564175424708794)
     b15 = wp.float64(0.059828543778550125)
-    y = wp.exp(wp.log(w) * thirtieth) if w > wp.float64(0.0) else w
+    y = wp.exp(wp.log(w) * thirtieth)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -284,7 +284,7 @@ def _parts_compact_1em5(w: wp.float32):
     b6 = wp.float32(-0.45730945)
     b8 = wp.float32(0.045564175)
     b15 = wp.float32(0.059828542)
-    y = wp.exp(wp.log(w) * thirtieth) if w > wp.float32(0.0) else w
+    y = wp.exp(wp.log(w) * thirtieth)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -344,7 +344,7 @@ def _parts_compact_1em7(w: wp.float64):
     b9 = wp.float64(0.11198670291284574)
     b10 = wp.float64(0.19422424881893974)
     b22 = wp.float64(0.019133730997429727)
-    y = wp.exp(wp.log(w) * thirtieth) if w > wp.float64(0.0) else w
+    y = wp.exp(wp.log(w) * thirtieth)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2

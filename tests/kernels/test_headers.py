@@ -80,6 +80,52 @@ def test_two_kernels_of_one_name_are_refused(tmp_path):
         assert ("two headers have different kernels of one name" in run.stderr) == refused
 
 
+def test_two_kernels_of_one_name_can_be_linked(tmp_path):
+    """In C++17 functions of one name are merged: each translation unit keeps its own table all the same."""
+    fast, small = tmp_path / "fast.h", tmp_path / "small.h"
+    fast.write_text(HEADERS["viscopade_speed_1em5"])
+    small.write_text(Request(from_speed=("1e-5",), size="small").render("c"))
+    for name in ("fast", "small"):
+        code = f'#include "{name}.h"\ndouble {name}(double v) {{ return viscopade_restitution_1em5(v, 1.307); }}\n'
+        (tmp_path / f"{name}.cpp").write_text(code)
+    (tmp_path / "main.cpp").write_text(
+        "double fast(double), small(double);\nint main() { return fast(2.0) == small(2.0); }\n"
+    )
+    words = [*compiled.compiler("c++17"), "-O0", "fast.cpp", "small.cpp", "main.cpp", "-o", "main", "-lm"]
+    subprocess.run(words, cwd=tmp_path, check=True)
+    assert subprocess.run([tmp_path / "main"]).returncode == 0
+
+
+MODULE = """module;
+#include "{header}"
+export module restitution;
+export template <class T> T restitution(T speed) {{ return viscopade_restitution_{name}(speed, T(1.307)); }}
+"""
+
+
+@pytest.mark.parametrize(
+    ("header", "name"),
+    [
+        *((f"viscopade_speed_{tier}.h", tier) for tier in TIERS),
+        ("viscopade_pade.h", "pade_3_6"),
+        ("viscopade.cuh", "compact_1em5"),
+    ],
+)
+def test_a_module_exports_a_template_that_calls_a_kernel(tmp_path, header, name):
+    clang = named_compiler("clang", "c++20")
+    (tmp_path / "restitution.cppm").write_text(MODULE.format(header=header, name=name))
+    main = "import restitution;\nint main() { const double e = restitution(2.0); return e > 0.0 && e < 1.0; }\n"
+    (tmp_path / "main.cpp").write_text(main)
+    program = [clang[0], "-std=c++20", "-I", EXPORTS, "-fmodule-file=restitution=restitution.pcm"]
+    for words in (
+        [*program[:4], "--precompile", "restitution.cppm", "-o", "restitution.pcm"],
+        [*program, "restitution.pcm", "main.cpp", "-o", "main", "-lm"],
+    ):
+        ran = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+        assert ran.returncode == 0, ran.stderr[:1000]
+    assert subprocess.run([tmp_path / "main"]).returncode == 1
+
+
 def test_a_kernel_that_is_asked_for_twice_is_refused():
     with pytest.raises(ValueError, match="the kernel minimax_v5_1em3 is asked for twice"):
         Request(accuracy=("1e-3", "1e-3"), v_star_max="5").render("c")
@@ -105,6 +151,22 @@ def test_a_header_tells_its_version(name):
     assert re.findall(r'VISCOPADE_VERSION "(.*)"', HEADERS[name])[0] == version("viscopade")
     code = f"#if VISCOPADE_VERSION_NUMBER != {number}\n#error other\n#endif"
     assert checked(name, code, *compiled.compiler("c99")).returncode == 0
+
+
+REFUSED = {"c89": "C99 or later is needed", "gnu99 -fsingle-precision-constant": "viscopade_needs_double_of_64_bits"}
+
+
+@pytest.mark.parametrize("options", REFUSED)
+@pytest.mark.parametrize("name", [*(f"{name}.h" for name in HEADERS if name != "viscopade_version"), "viscopade.cuh"])
+def test_a_compiler_that_would_break_bounds_gets_one_line(name, options):
+    standard, *flags = options.split()
+    words = [*compiled.compiler(standard), *flags, "-fsyntax-only", "-I", EXPORTS, "-"]
+    run = subprocess.run(words, input=f'#include "{name}"\nint unused;\n', capture_output=True, text=True)
+    if "unknown argument" in run.stderr:
+        pytest.skip(f"the compiler does not know {flags}")
+    assert run.returncode != 0
+    (line,) = [line for line in run.stderr.splitlines() if " error: " in line]
+    assert REFUSED[options] in line
 
 
 @pytest.mark.parametrize("name", TABLES)

@@ -79,7 +79,7 @@ BUILDS = {"plain": [], "contracted": ["-ffp-contract=fast", *compiled.FMA]}
 @cache
 def header():
     """Return all functions: those of half-line kernels are in headers with tables, in type double."""
-    return half_line_functions(half_lines()) + render_c(inverses(), COMMAND)
+    return render_c(inverses(), COMMAND) + half_line_functions(half_lines())
 
 
 @pytest.fixture(scope="module")

@@ -163,7 +163,7 @@ def test_a_c_compiler_that_is_asked_for_must_be_there():
 
 
 BROKEN = {
-    "c": ("VISCOPADE_INLINE float tiny", "VISCOPADE_INLINE floot tiny"),
+    "c": ("static inline", "static inlin"),
     "cuda": ("VISCOPADE_FUNCTION float tiny", "VISCOPADE_FUNCTION floot tiny"),
     "fortran": ("end function", "end funktion"),
     "rust": ("pub fn beta_of", "pub fun beta_of"),

@@ -53,11 +53,11 @@ def render(kernels: Sequence[Quotient | InverseKernel], command: str) -> str:
 
 
 def half_line_functions(kernels: Sequence[HalfLineKernel]) -> str:
-    """Return v* of speed and beta, and the functions of v* of half-line kernels in type double."""
+    """Return v* of speed and beta, and functions of v* of half-line kernels in type double, without a header's beginning."""
     double = [replace(kernel, variants=(kernel.variant(DOUBLE),), missing=()) for kernel in kernels]
     blocks = [_block(kernel, _LANGUAGES[:1]) for kernel in double]
     return template(__name__, "functions.h.jinja").render(
-        blocks=blocks, types=list(map(_type, _LANGUAGES)), prelude=PRELUDE, of_speed=True
+        blocks=blocks, types=list(map(_type, _LANGUAGES)), of_speed=True
     )
 
 

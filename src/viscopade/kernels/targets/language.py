@@ -94,7 +94,7 @@ class FunctionText:
     outside: str = "They return NaN for an argument outside the domain, and for NaN."
     mathematics: str = ""  # {name}, {suffix}: of the mathematical library's functions; "": as in compact kernels
     power: str = ""  # {base}, {p}, {type}, {suffix}: base^p; "" where nothing is assumed of its accuracy
-    file: str = "{head}\n\n{functions}\n"  # {head}, {functions}, {module}
+    file: str = "{head}\n\n{functions}\n"  # {head}, {prelude}, {functions}, {module}
     apart: int = 0  # lines between functions, besides one
 
     def syntax(self, number: Number) -> Syntax:

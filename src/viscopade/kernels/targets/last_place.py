@@ -54,7 +54,7 @@ def _head(command: str) -> list[str]:
         "",
         "domain: all v* >= 0",
         *_error_lines(),
-        f"table: {table_bytes()} bytes, in each translation unit that uses it",
+        f"table: {table_bytes()} bytes, in each translation unit that uses it (once in all from C++17 on)",
         "",
         "What the functions return:",
         "",

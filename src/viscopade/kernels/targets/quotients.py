@@ -82,7 +82,7 @@ def _holds(coefficients: Callable[[], object]) -> bool:
 def _file(target: Target, lines: Sequence[str], functions: Sequence[str], module: str) -> str:
     blank = "\n\n" + "\n" * target.written.apart
     return target.written.file.format(
-        head=comment(lines, target.comment), functions=blank.join(functions), module=module
+        prelude=target.prelude, head=comment(lines, target.comment), functions=blank.join(functions), module=module
     )
 
 

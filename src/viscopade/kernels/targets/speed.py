@@ -18,7 +18,7 @@ from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_o
 from viscopade.kernels.names import FULL
 from viscopade.kernels.targets import c
 from viscopade.kernels.targets import last_place as full_text
-from viscopade.kernels.targets.syntax import Syntax, of_c, text
+from viscopade.kernels.targets.syntax import PRELUDE, Syntax, of_c, text
 from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
 
 BLOCK = 32  # speeds that the array functions take at a time
@@ -50,6 +50,7 @@ def render(given: SpeedKernel, command: str) -> str:
     slow_loss = Call(f"viscopade_one_minus_epsilon_{slow}", (Name("v_star"),))
     return template(__name__, "speed.h.jinja").render(
         head="\n".join(f" * {line}".rstrip() for line in _head(given, command)),
+        prelude=PRELUDE,
         slow=_slow_text(given),
         slow_epsilon=f"viscopade_epsilon_{slow}(v_star)",
         slow_dissipation=text(formulas.lost_energy(Name("eps"), slow_loss)["of_both"], Syntax()),
@@ -78,8 +79,9 @@ def _type(name: str, table: Table | LastPlaceTable, form: Format, width: int) ->
     """Return the numbers and expressions of the functions of a type."""
     smallest = "DBL_MIN" if form == DOUBLE else "FLT_MIN"
     language, end = of_c(form), octaves(form, OCTAVES)
-    scalar = [f"c[{n}]" for n in range(width)]
-    array = [_in_block(table, n) for n in range(width)]
+    wider = "(double)" if form.bytes > table.form.bytes else ""
+    scalar = [f"{wider}c[{n}]" for n in range(width)]
+    array = [wider + _in_block(table, n) for n in range(width)]
     rest = f"viscopade_rest_{name}{form.suffix}(base)"
     result = table.sums(scalar, rest)
 

@@ -127,16 +127,27 @@ def shortest(value: float, form: Format) -> str:
 
 PRELUDE = """\
 #ifndef VISCOPADE_INLINE
+#if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
+#else
 /* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
 typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-/* External linkage from C++17 on: templates that a module exports may call the functions. */
+/*
+ * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
+ * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * in namespaces of their own, as two translation units may have one each.
+ */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
 #define VISCOPADE_TABLE inline const
+#define VISCOPADE_KERNEL(identity) inline namespace viscopade_##identity {
+#define VISCOPADE_KERNEL_END }
 #else
 #define VISCOPADE_INLINE static inline
 #define VISCOPADE_TABLE static const
+#define VISCOPADE_KERNEL(identity)
+#define VISCOPADE_KERNEL_END
 #endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
@@ -145,8 +156,9 @@ typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
 #endif"""
-"""What every header of C begins with: what it needs of the compiler, linkage, and what `constant_of_c` needs."""
+"""What every header of C begins with; what follows is for compilers that accept it: those with VISCOPADE_INLINE."""
 
 PRELUDE_OF_CUDA = f"""\
 {PRELUDE}

@@ -7,7 +7,7 @@ import re
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.targets import c, last_place, speed
 from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, Number, Runner, Target
-from viscopade.kernels.targets.syntax import PRELUDE, constant_of_c, of_c, shortest
+from viscopade.kernels.targets.syntax import constant_of_c, of_c, shortest
 
 _HEADERS = re.compile(
     "assert|complex|ctype|errno|fenv|float|inttypes|iso646|limits|locale|malloc|math|memory|setjmp|signal|std[a-z]+|"
@@ -44,7 +44,6 @@ TARGET = Target(
         "v_star": frozenset({"polynomial", "full"}),
     },
     templates={"check": "check.c.jinja"},
-    prelude=PRELUDE,
     include='#include "{file}" (C99; C++17 or later, or GNU C++)',
     is_taken=lambda name: _HEADERS.fullmatch(name) is not None,
 )

@@ -44,17 +44,17 @@ TARGET = Target(
     place="device",
     device=Runner(("nvcc",), ".cu", (TOOL, "-c", DRIVER, "-o", PROGRAM)),
     functions=FunctionText(
-        "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard} {identity}\n\n"
+        "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard} {identity}\n\nVISCOPADE_KERNEL({identity})\n"
         "VISCOPADE_FUNCTION {type} viscopade_{function}_{name}{suffix}({type} {given})\n{{",
         "const {type} {constant} = {value};",
         "const {type} {variable} = {value};",
         "return {value};",
         'if (!({inside})) {{\n    return nan{suffix}("");\n}}',
-        "}}\n\n#elif VISCOPADE_{guard} != {identity}\n"
+        "}}\nVISCOPADE_KERNEL_END\n\n#elif VISCOPADE_{guard} != {identity}\n"
         "#error viscopade: two headers have different kernels of one name\n#endif",
         "viscopade_{function}_{name}({given})",
         mathematics="{name}{suffix}",
-        file=f"/*\n{{head}}\n */\n{PRELUDE_OF_CUDA}\n\n{{functions}}\n",
+        file="/*\n{head}\n */\n{prelude}\n\n#ifdef VISCOPADE_INLINE\n\n{functions}\n\n#endif\n",
         power="pow{suffix}({base}, {p})",
     ),
     include='#include "{file}"',
