@@ -53,7 +53,7 @@ def render(kernels: Sequence[Quotient | InverseKernel], command: str) -> str:
 
 
 def half_line_functions(kernels: Sequence[HalfLineKernel]) -> str:
-    """Return v* of speed and beta, and functions of v* of half-line kernels in type double, without a header's beginning."""
+    """Return v* of speed and beta, and half-line kernels of v* in type double, without a header's beginning."""
     double = [replace(kernel, variants=(kernel.variant(DOUBLE),), missing=()) for kernel in kernels]
     blocks = [_block(kernel, _LANGUAGES[:1]) for kernel in double]
     return template(__name__, "functions.h.jinja").render(
