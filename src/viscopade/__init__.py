@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from viscopade.arrays import double
     from viscopade.arrays.double import epsilon, one_minus_epsilon
-    from viscopade.collision import exact
+    from viscopade.collision import contact, exact
+    from viscopade.collision.contact import Contact
     from viscopade.collision.curve import curve
     from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution
     from viscopade.fitting.damping import fit
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from viscopade.theory.series import series
 
 __all__ = [
+    "Contact",
     "Law",
     "Pair",
     "Points",
@@ -37,6 +39,7 @@ __all__ = [
     "__version__",
     "backend",
     "beta_from_restitution",
+    "contact",
     "curve",
     "double",
     "epsilon",
@@ -50,11 +53,16 @@ __all__ = [
 ]
 
 # Where each public name is: it is imported when it is first used, so that the command line answers at once.
-_MODULES = {"double": "viscopade.arrays.double", "exact": "viscopade.collision.exact"}
+_MODULES = {
+    "contact": "viscopade.collision.contact",
+    "double": "viscopade.arrays.double",
+    "exact": "viscopade.collision.exact",
+}
 _HOME = {
     **dict.fromkeys(("Pair", "Sphere", "beta_from_restitution"), "viscopade.collision.spheres"),
     **dict.fromkeys(("epsilon", "one_minus_epsilon"), "viscopade.arrays.double"),
     **dict.fromkeys(("backend", "restitution"), "viscopade.kernels.native"),
+    "Contact": "viscopade.collision.contact",
     "Law": "viscopade.theory.law",
     "__version__": "viscopade.generated",
     "Points": "viscopade.fitting.points",

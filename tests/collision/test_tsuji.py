@@ -9,7 +9,7 @@ from tests.simulators.two_balls import integrated, setup
 from viscopade import Pair, Sphere
 from viscopade.collision import tsuji
 from viscopade.simulators import lammps, stated
-from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.setup import NamedContact, Setup
 
 ENDS = ("force", "position")
 
@@ -126,7 +126,7 @@ SIZES = (Pair(LARGE, LARGE), Pair(BALL, BALL))
 
 @pytest.mark.parametrize("extremes", [(), SIZES])
 def test_no_constant_has_a_smaller_largest_error_than_the_balanced_one(extremes):
-    contact = Contact("a", "a", Pair(BALL, LARGE), 0.01, 0.2, 5.0, extremes)
+    contact = NamedContact("a", "a", Pair(BALL, LARGE), 0.01, 0.2, 5.0, extremes)
     found = stated.constant(contact)
     pairs = (contact.pair, *extremes)
     speeds = [0.01 * 500 ** (k / 40) for k in range(41)]
@@ -144,6 +144,6 @@ def test_no_constant_has_a_smaller_largest_error_than_the_balanced_one(extremes)
 
 
 def test_the_shortest_contact_is_that_of_the_smallest_sizes():
-    contact = Contact("a", "a", Pair(LARGE, LARGE), 0.01, 0.2, 5.0, SIZES)
+    contact = NamedContact("a", "a", Pair(LARGE, LARGE), 0.01, 0.2, 5.0, SIZES)
     both = Setup("t", {"a": LARGE}, (contact,))
     assert lammps.shortest_contact(both) == Pair(BALL, BALL).contact_time(5.0)

@@ -11,7 +11,7 @@ from tests.simulators.two_balls import GLASS, RUBBER, SETUP, SMALL, elastic, int
 from viscopade import Pair
 from viscopade.collision import tsuji
 from viscopade.simulators import lammps, liggghts, stated
-from viscopade.simulators.setup import Contact, Setup, Units
+from viscopade.simulators.setup import NamedContact, Setup, Units
 from viscopade_lab.runs import simulators
 
 COMMAND = "viscopade simulators liggghts scene.toml"
@@ -112,7 +112,7 @@ def test_stated_errors_are_those_of_the_law():
     text = liggghts.render(SETUP, COMMAND)
     stated = re.findall(r"with the \w+ v\*: (\S+) at the slowest, (\S+) at", text)[:2]
     for (slow, fast), pair in zip(stated, contact.extremes, strict=True):
-        case = Setup("t", {"a": pair.first}, (Contact("a", "a", pair, 0.01, 0.1, 1.0),))
+        case = Setup("t", {"a": pair.first}, (NamedContact("a", "a", pair, 0.01, 0.1, 1.0),))
         for speed, error in ((0.01, slow), (1.0, fast)):
             found = integrated(stiffness_force(pair, text), case, speed, "force")
             assert found / pair.epsilon(speed) - 1 == pytest.approx(float(error), rel=6e-3)
@@ -170,7 +170,7 @@ def test_collisions_in_the_program(speed):
     text = liggghts.render(case, COMMAND)
     exact = case.contacts[0].pair.epsilon(speed)
     coarse, fine = (collide(case, text, speed, steps) for steps in (400, 1600))
-    scheme = lammps.stepped_epsilon(case.contacts[0].pair, speed, run_of(case, speed, 400)[0])
+    scheme = lammps.stepped_epsilon(case.contacts[0].pair, speed, run_of(case, speed, 400)[0], 0.0)
     assert coarse == pytest.approx(scheme, rel=1e-7)  # the step error that the text states is computed with it
     assert coarse == pytest.approx(exact, rel=2e-3)
     assert fine == pytest.approx(exact, rel=3e-4)

@@ -13,7 +13,7 @@ import pytest
 from tests.compiled import WARNINGS, compiler
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.simulators import rebound
-from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.setup import NamedContact, Setup
 
 ICE = {"young_modulus": 1e10, "poisson_ratio": 0.3, "dissipative_constant": 1e-5}
 ROCK = {"young_modulus": 5e10, "poisson_ratio": 0.2, "dissipative_constant": 1e-6}
@@ -46,16 +46,16 @@ EXTREMES = (pair(1.0), pair(0.025))
 
 
 def ice(extremes=EXTREMES, typical=TYPICAL):
-    return Setup("ring", {"ice": typical.first}, (Contact("ice", "ice", typical, 1e-4, 5e-3, 0.05, extremes),))
+    return Setup("ring", {"ice": typical.first}, (NamedContact("ice", "ice", typical, 1e-4, 5e-3, 0.05, extremes),))
 
 
 def several():
     rock, wall = ball(0.2, ROCK, 3000), Sphere.wall(**ROCK)
     bodies = {"ice": ball(0.1), "dark rock": rock, "floor": wall}
     contacts = (
-        Contact("ice", "dark rock", Pair(ball(0.1), rock), 1e-4, 1e-3, 0.01),
-        Contact("ice", "floor", Pair(ball(0.1), wall), 1e-4, 1e-3, 0.01),
-        Contact("dark rock", "dark rock", Pair(rock, rock), 1e-4, 1e-3, 0.01),
+        NamedContact("ice", "dark rock", Pair(ball(0.1), rock), 1e-4, 1e-3, 0.01),
+        NamedContact("ice", "floor", Pair(ball(0.1), wall), 1e-4, 1e-3, 0.01),
+        NamedContact("dark rock", "dark rock", Pair(rock, rock), 1e-4, 1e-3, 0.01),
     )
     return Setup("two materials", bodies, contacts)
 
@@ -126,7 +126,7 @@ def test_walls_are_left_out():
 
 def test_names_of_functions_are_distinct():
     bodies = {name: ball(0.1) for name in ("a b", "a_b", "a-b")}
-    contacts = tuple(Contact(name, name, TYPICAL, 1, 1, 1) for name in bodies)
+    contacts = tuple(NamedContact(name, name, TYPICAL, 1, 1, 1) for name in bodies)
     assert list(rebound.contacts(Setup("t", bodies, contacts))) == ["a_b_a_b", "a_b_a_b_", "a_b_a_b__"]
 
 
@@ -138,7 +138,7 @@ def test_bad_input():
     with pytest.raises(ValueError, match="one printable line"):
         rebound.render(Setup("a */ b", ice().bodies, ice().contacts), COMMAND)
     wall = Sphere.wall(**ICE)
-    alone = Setup("t", {"ice": ball(1), "w": wall}, (Contact("ice", "w", Pair(ball(1), wall), 1, 1, 1),))
+    alone = Setup("t", {"ice": ball(1), "w": wall}, (NamedContact("ice", "w", Pair(ball(1), wall), 1, 1, 1),))
     with pytest.raises(ValueError, match="all contacts are with walls"):
         rebound.render(alone, COMMAND)
 

@@ -7,7 +7,7 @@ import pytest
 from tests.simulators.two_balls import GLASS, SETUP
 from viscopade import Pair, Sphere
 from viscopade.simulators import TARGETS, simulator_with
-from viscopade.simulators.setup import Contact, Setup, of_pair
+from viscopade.simulators.setup import NamedContact, Setup, of_pair
 from viscopade.simulators.simulator import OwnLaw
 from viscopade.simulators.text import render
 
@@ -28,7 +28,7 @@ def test_the_text_begins_with_its_command_and_is_the_same_each_time(target):
 def test_a_contact_s_own_pair_is_what_counts(target):
     pair = Pair(GLASS, GLASS).calibrated(0.1, 0.5)
     one, other = (
-        render(target, Setup("t", {"glass": body}, (Contact("glass", "glass", pair, 0.1, 0.1, 0.1),)), COMMAND)
+        render(target, Setup("t", {"glass": body}, (NamedContact("glass", "glass", pair, 0.1, 0.1, 0.1),)), COMMAND)
         for body in (GLASS, pair.first)
     )
     assert one == other

@@ -10,7 +10,7 @@ import pytest
 from tests.simulators.two_balls import GLASS, RUBBER, SETUP, SMALL, elastic, integrated, run_of, setup
 from viscopade import Pair
 from viscopade.simulators import stated, yade
-from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.setup import NamedContact, Setup
 from viscopade_lab.runs.simulators import run_program
 
 COMMAND = "viscopade simulators yade scene.toml"
@@ -159,7 +159,7 @@ def test_stated_errors():
     assert f"{found.constant.errors.slowest:+.2e} at the slowest" in text
     assert found.errors.slowest == pytest.approx(0, abs=1e-14)
     for (slow, fast), pair in zip(found.errors.extremes, contact.extremes, strict=True):
-        case = Setup("t", {"a": pair.first}, (Contact("a", "a", pair, 0.01, 0.1, 1.0),))
+        case = Setup("t", {"a": pair.first}, (NamedContact("a", "a", pair, 0.01, 0.1, 1.0),))
         for speed, error in ((0.01, slow), (1.0, fast)):
             eps = integrated(viscoelastic_force(pair, found.en, found.vn), case, speed, "force")
             assert eps / pair.epsilon(speed) - 1 == pytest.approx(error, rel=1e-4)

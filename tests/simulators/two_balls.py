@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from viscopade import Pair, Sphere
-from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.setup import NamedContact, Setup
 from viscopade_lab.runs.simulators import SIMULATORS
 
 GLASS = Sphere(radius=0.01, density=2500, young_modulus=2e9, poisson_ratio=0.2, dissipative_constant=2e-5)
@@ -19,8 +19,8 @@ SETUP = Setup(
     "Glass and rubber",
     {"glass": GLASS, "floor 1": FLOOR, SOFT: RUBBER},
     (
-        Contact("glass", "glass", Pair(GLASS, GLASS), 0.01, 0.1, 1.0, (Pair(LARGE, LARGE), Pair(SMALL, SMALL))),
-        Contact(SOFT, "floor 1", Pair(RUBBER, FLOOR), 0.1, 0.2, 2.0),
+        NamedContact("glass", "glass", Pair(GLASS, GLASS), 0.01, 0.1, 1.0, (Pair(LARGE, LARGE), Pair(SMALL, SMALL))),
+        NamedContact(SOFT, "floor 1", Pair(RUBBER, FLOOR), 0.1, 0.2, 2.0),
     ),
 )
 
@@ -28,7 +28,7 @@ SETUP = Setup(
 def elastic():
     """Return the setup of two balls without dissipation."""
     ball = replace(GLASS, dissipative_constant=0)
-    return Setup("t", {"a": ball}, (Contact("a", "a", Pair(ball, ball), 0.1, 0.2, 0.3),))
+    return Setup("t", {"a": ball}, (NamedContact("a", "a", Pair(ball, ball), 0.1, 0.2, 0.3),))
 
 
 def need(name):
@@ -43,7 +43,7 @@ def setup(epsilon, speed=1.0):
     """Return two equal balls with the wanted eps at a speed, slower and faster ones by a factor of 10."""
     ball = Sphere(radius=0.01, density=2500, young_modulus=1e8, poisson_ratio=0.25, dissipative_constant=0)
     pair = Pair(ball, ball).calibrated(speed, epsilon)
-    contact = Contact("ball", "ball", pair, speed / 10, speed, speed * 10)
+    contact = NamedContact("ball", "ball", pair, speed / 10, speed, speed * 10)
     return Setup(f"two balls, eps = {epsilon} at {speed} m/s", {"ball": pair.first}, (contact,))
 
 

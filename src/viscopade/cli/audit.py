@@ -123,7 +123,7 @@ def _columns(row: Audit, contact_time: float) -> dict[str, str]:
         "end": row.formula.law.end,
         "written": f"{parameter} = {row.written:.{_FIGURES}g}",
         "delivered": _number(row.delivered),
-        "with the time step": "" if stepped is None else f"{stepped.mean:.{_FIGURES}g}",
+        "with the time step": "" if stepped is None else f"{stepped.epsilon:.{_FIGURES}g}",
         "from": "" if stepped is None else f"{stepped.least:.{_FIGURES}g}",
         "to": "" if stepped is None else f"{stepped.largest:.{_FIGURES}g}",
         "write instead": "" if row.instead is None else f"{row.instead:.{10 if stepped is None else _FIGURES}g}",
@@ -151,7 +151,7 @@ def _show_table(style: str, wanted: Sequence[str], found: Sequence[Audit], whole
     """Print one row a formula and one column an eps asked for."""
     cells: dict[tuple[str, str], dict[str, str]] = {}
     for row in found:
-        value = _number(row.delivered) if row.stepped is None else f"{row.stepped.mean:.{_FIGURES}g}"
+        value = _number(row.delivered) if row.stepped is None else f"{row.stepped.epsilon:.{_FIGURES}g}"
         cells.setdefault((row.program.title, row.formula.name), {})[row.asked] = value
     header = ("program", "formula", *(f"eps = {asked}" for asked in wanted))
     rows = [(*names, *(values.get(asked, "refused") for asked in wanted)) for names, values in cells.items()]
@@ -176,7 +176,7 @@ def _json(row: Audit) -> dict[str, Any]:
         "law": str(formula.law),
         "time_step": row.time_step,
         "integrator": formula.scheme and formula.scheme.name,
-        "at_time_step": stepped and {"mean": stepped.mean, "least": stepped.least, "largest": stepped.largest},
+        "at_time_step": stepped and {"mean": stepped.epsilon, "least": stepped.least, "largest": stepped.largest},
         "advice": row.advice and asdict(row.advice),
         "why": list(row.reasons),
         "instead": None if row.instead is None else {formula.parameter: row.instead},

@@ -1,11 +1,12 @@
-"""The exact collision: spheres and pairs, the flow around the turning point, proven eps and tables; time steps."""
+"""The exact collision: spheres and pairs, the flow around the turning point, proven eps and tables; any contact."""
 
 __all__ = [
+    "contact",
     "curve",
     "exact",
     "limits",
     "panel_proof",
+    "schemes",
     "spheres",
-    "steps",
     "tsuji",
 ]

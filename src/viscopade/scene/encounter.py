@@ -13,7 +13,7 @@ import numpy as np
 from viscopade.collision import exact, limits
 from viscopade.collision.spheres import Pair
 from viscopade.scene.description import Meeting, Scene, Sizes, Temperature
-from viscopade.simulators.setup import Contact
+from viscopade.simulators.setup import NamedContact
 
 DIGITS = 20
 # Wider than what double precision does to beta and v*: the true range lies inside.
@@ -72,13 +72,13 @@ class Encounter:
         """Maximal compression of typical bodies at the fastest impact, over the smaller radius."""
         return limits.overlap(self.pair, self.speeds[2])
 
-    def contact(self) -> Contact:
+    def contact(self) -> NamedContact:
         """Return the contact for simulators."""
         slowest, typical, fastest = self.speeds
         extremes = () if self.weakest == self.strongest else (self.weakest, self.strongest)
         known = self.meeting.known_at
         at = typical if known is None else min(max(known, slowest), fastest)
-        return Contact(self.meeting.first, self.meeting.second, self.pair, slowest, at, fastest, extremes)
+        return NamedContact(self.meeting.first, self.meeting.second, self.pair, slowest, at, fastest, extremes)
 
 
 @lru_cache(maxsize=256)

@@ -9,7 +9,7 @@ from viscopade.collision.spheres import Pair, Sphere
 from viscopade.scene import sense
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import encounters
-from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.setup import NamedContact, Setup
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Scale:
         """Return a pair, from SI units."""
         return Pair(self.sphere(pair.first), self.sphere(pair.second))
 
-    def contact(self, contact: Contact) -> Contact:
+    def contact(self, contact: NamedContact) -> NamedContact:
         """Return a contact, from SI units."""
         return replace(
             contact,

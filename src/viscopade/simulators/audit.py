@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
+import numpy as np
 from mpmath import mp
 
-from viscopade.collision import steps
-from viscopade.simulators.formula import DIGITS, REASONS, DampingFormula, wanted_kappa
+from viscopade.collision.contact import SampledCollision
+from viscopade.collision.schemes import Scheme
+from viscopade.simulators.formula import DIGITS, REASONS, DampingFormula, compensated, stepped_collision, wanted_kappa
 from viscopade.simulators.simulator import Simulator
+from viscopade.theory.law import Law
 
 ASKED = ("0.9", "0.75", "0.5", "0.3", "0.1")
 _AGREES = 1e-9
+_LOOKED_AT = 64  # time steps
+_SMALL = 4000  # steps in a contact whose error is in proportion to the step
 
 
 @dataclass(frozen=True)
@@ -31,7 +37,7 @@ class Audit:
         Proven eps in the continuum, to `DIGITS` digits; None if the bodies never part.
     time_step : float or None
         In units of the undamped contact time; None for a program without time steps, too.
-    stepped : Stepped or None
+    stepped : SampledCollision or None
         Eps at that time step.
     instead : float or None
         The parameter that delivers eps: in the continuum, or on average at the time step. None if there is none.
@@ -47,7 +53,7 @@ class Audit:
     written: float
     delivered: Any
     time_step: float | None
-    stepped: steps.Stepped | None
+    stepped: SampledCollision | None
     instead: float | None
     reasons: tuple[str, ...]
     advice: Advice | None = None
@@ -89,7 +95,7 @@ def audited(
     asked : str
         The wanted eps, a decimal > 0 and <= 1.
     time_step : float, optional
-        In units of the undamped contact time (`steps.contact_time`).
+        In units of the undamped contact time (`Law.contact_time`).
     step_error : float, optional
         Wanted relative error of eps by the time step, for the advice.
 
@@ -104,10 +110,10 @@ def audited(
     reasons = [REASONS[formula.reason], *([formula.note] if formula.note else [])] if wrong else []
     wanted, stepped = wanted_kappa(formula.law, asked), None
     if step is not None and formula.scheme is not None:
-        stepped = steps.stepped(formula.law, float(kappa), step, formula.scheme)
-        reasons.append(f"The time step adds {stepped.mean - float(delivered or 0):+.2g} on average.")
+        stepped = stepped_collision(formula.law, float(kappa), step, formula.scheme)
+        reasons.append(f"The time step adds {stepped.epsilon - float(delivered or 0):+.2g} on average.")
         try:
-            wanted = steps.compensated(formula.law, float(asked), step, float(wanted), formula.scheme)
+            wanted = compensated(formula.law, float(asked), step, formula.scheme)
         except ValueError as error:
             wanted = None
             reasons.append(f"No damping delivers it: {error}.")
@@ -125,5 +131,29 @@ def advised(formula: DampingFormula, kappa: Any, delivered: Any, error: float) -
     """Return how eps depends on the time step; None for a program without time steps."""
     if formula.scheme is None:
         return None
-    largest = steps.largest_step(formula.law, float(kappa), error, float(delivered), formula.scheme)
-    return Advice(error, largest, steps.step_slope(formula.law, float(kappa), formula.scheme))
+    largest = largest_step(formula.law, float(kappa), error, float(delivered), formula.scheme)
+    return Advice(error, largest, step_slope(formula.law, float(kappa), formula.scheme))
+
+
+@cache
+def step_slope(law: Law, kappa: float, scheme: Scheme) -> float:
+    """Return d eps/d(step) at step 0, step in units of the contact time: the mean eps is eps + slope step, about."""
+    coarse, fine = (stepped_collision(law, kappa, 1 / n, scheme).epsilon for n in (_SMALL // 4, _SMALL // 2))
+    return (coarse - fine) / (4 / _SMALL - 2 / _SMALL)
+
+
+@cache
+def largest_step(law: Law, kappa: float, error: float, epsilon: float, scheme: Scheme) -> float:
+    """Return the largest time step, in units of the contact time, up to which the error of eps is at most `error`.
+
+    The error is the largest relative one over the phases, looked at for steps in a geometric sequence. Below the finest
+    of them it is taken to be in proportion to the step.
+    """
+    kept = 0.0
+    for step in np.geomspace(4 / _SMALL, 0.5, _LOOKED_AT).tolist():
+        found = stepped_collision(law, kappa, step, scheme)
+        worst = max(abs(found.least / epsilon - 1), abs(found.largest / epsilon - 1))
+        if worst > error:
+            return kept or step * error / worst
+        kept = step
+    return kept

@@ -24,14 +24,14 @@ from typing import Any
 
 from mpmath import mp
 
-from viscopade.collision import steps
+from viscopade.collision.schemes import IMPLICIT, Scheme
 from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
 
 
 def _hunt_crossley(
-    name: str, written: Callable[[Any], Any], source: str, scheme: steps.Scheme | None = None
+    name: str, written: Callable[[Any], Any], source: str, scheme: Scheme | None = None
 ) -> DampingFormula:
     """Return a formula for d; a continuous one if there is no scheme."""
     accepted = ("0", "1e6")
@@ -97,8 +97,8 @@ SIMULATOR = Simulator(
     (
         _hunt_crossley("continuous, d = 3 (1 - e)/(2 v)", first_order, _CONTINUOUS),
         _hunt_crossley("continuous, d = 1/(e v)", largest_bounce, _CONTINUOUS),
-        _hunt_crossley("lagged, similar or tamsi, d = 3 (1 - e)/(2 v)", first_order, _DISCRETE, steps.IMPLICIT),
-        _hunt_crossley("lagged, similar or tamsi, d = 1/(e v)", largest_bounce, _DISCRETE, steps.IMPLICIT),
+        _hunt_crossley("lagged, similar or tamsi, d = 3 (1 - e)/(2 v)", first_order, _DISCRETE, IMPLICIT),
+        _hunt_crossley("lagged, similar or tamsi, d = 1/(e v)", largest_bounce, _DISCRETE, IMPLICIT),
         DampingFormula(
             "sap, relaxation_time",
             LINEAR,
@@ -109,7 +109,7 @@ SIMULATOR = Simulator(
             "multibody/contact_solvers/sap/sap_friction_cone_constraint.cc",
             linear_kappa,
             note="tau is the sum of both materials' relaxation_time, and m the effective mass.",
-            scheme=steps.IMPLICIT,
+            scheme=IMPLICIT,
         ),
     ),
     texts={"drake": OwnLaw("lagged, similar or tamsi, d = 3 (1 - e)/(2 v)", "dissipation", _TEXT, per_speed=True)},

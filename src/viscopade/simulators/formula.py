@@ -21,7 +21,9 @@ from typing import Any, Literal
 
 from mpmath import mp
 
-from viscopade.collision import exact, steps, tsuji
+from viscopade.collision import exact, tsuji
+from viscopade.collision.contact import Contact, SampledCollision, damping_factor
+from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 Reason = Literal["exact", "other end", "other law", "normalisation", "approximate formula"]
@@ -86,7 +88,7 @@ class DampingFormula:
     source: str
     written: Callable[[Any], Any] = same
     note: str = ""
-    scheme: steps.Scheme | None = steps.LAGGED
+    scheme: Scheme | None = SEMI_IMPLICIT
 
     def __post_init__(self) -> None:
         if self.reason not in REASONS:
@@ -163,6 +165,26 @@ def wanted_kappa(law: Law, asked: str) -> Any:
     with mp.workdps(DIGITS + _GUARD):
         same_epsilon, factor = _simplest(law)
         return exact.invert(asked, law=same_epsilon, digits=DIGITS + 2).mpf()["v_star"] ** same_epsilon.d / factor
+
+
+@cache
+def stepped_collision(law: Law, kappa: float, step: float, scheme: Scheme) -> SampledCollision:
+    """Return the collision of a law with a time step, which is in units of `Law.contact_time`."""
+    return Contact.of_law(law, kappa).collide(step=step * law.contact_time, scheme=scheme)
+
+
+@cache
+def compensated(law: Law, epsilon: float, step: float, scheme: Scheme) -> float:
+    """Return the kappa of a law whose mean eps with a time step is `epsilon`."""
+    near = float(wanted_kappa(law, repr(epsilon)))
+    if near == 0:
+        return 0.0  # without damping no step changes eps
+    try:
+        return damping_factor(
+            lambda kappa: Contact.of_law(law, kappa), epsilon, near, step=step * law.contact_time, scheme=scheme
+        )
+    except ValueError as error:
+        raise ValueError(f"with a time step of {step:g} contact times {error}") from None
 
 
 def ratio_for_return(e: Any) -> Any:

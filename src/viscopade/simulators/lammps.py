@@ -39,9 +39,12 @@ import re
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 from mpmath import mp
 
-from viscopade.arrays import checked
+from viscopade.arrays import checked, double
+from viscopade.arrays.checked import Values
+from viscopade.collision.contact import PHASE, Contact
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.generated import WIDTH, marker_line, one_line, written_template
 from viscopade.simulators.formula import (
@@ -54,7 +57,7 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_kappa,
 )
-from viscopade.simulators.setup import Contact, Setup, Units
+from viscopade.simulators.setup import NamedContact, Setup, Units
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import VISCOELASTIC, law_of
 
@@ -70,7 +73,7 @@ STYLE = f"hertz/material {{E}} {{eta_n0}} {{nu}} {_LAW}"
 _WALL = f'fix wall all wall/gran granular {STYLE} zplane 0.0 NULL  # for "zplane 0.0 NULL" put your wall'
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
-_TOO_MANY_STEPS = 10_000_000
+_TOO_MANY_STEPS = 1_000_000
 _PATIENCE = 20  # a collision that takes so many times as long as it should does not end
 _POSITIVE = checked.Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 
@@ -158,7 +161,7 @@ def hertz_material(pair: Pair) -> HertzMaterial:
     return HertzMaterial(E=2 * (1 - nu) * (1 + nu) * pair.E_eff, eta_n0=2 * pair.A * (pair.E_eff / pair.m_eff), nu=nu)
 
 
-def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.0) -> float:
+def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: Values) -> Values:
     """Return the eps that LAMMPS computes with a time step, by its own scheme.
 
     Parameters
@@ -169,12 +172,12 @@ def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.
         Impact speed v > 0.
     timestep : float
         Time step > 0.
-    phase : float
+    phase : float or array
         Where in the first step contact begins, from 0 to 1.
 
     Returns
     -------
-    float
+    float or array
         The coefficient of restitution with limit_damping; may be above 1 if the time step is far too large. 0 if the
         bodies are still in contact after many times the true duration: where v* is huge, they creep apart.
 
@@ -183,7 +186,7 @@ def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.
     TypeError
         If an argument is not a real number.
     ValueError
-        If speed or timestep is not a finite number > 0, or the time step is a 10,000,000th of the contact or less.
+        If speed or timestep is not a finite number > 0, or the time step is a 1,000,000th of the contact or less.
     """
     v = checked.number("speed", speed, _POSITIVE)
     h = checked.number("timestep", timestep, _POSITIVE) / float(pair.time_scale(v))
@@ -194,21 +197,24 @@ def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.
         raise ValueError(
             f"timestep is {timestep!r}: accepted is at least {least:.3g}, for {_TOO_MANY_STEPS:,} steps in a contact"
         )
-    return _rebound(float(pair.v_star(v)) ** 2, h, phase, math.ceil(_PATIENCE * max(steps, min(STEPS))))
+    longest = _PATIENCE * h * max(steps, min(STEPS))
+    collide = Contact.of_law(VISCOELASTIC, float(pair.v_star(v)) ** 2).rebounds
+    return checked.elementwise(lambda at: collide(1.0, h, at, longest=longest).epsilon, "phase", phase, PHASE)
 
 
-def timestep_error(contact: Contact, timestep: float) -> float:
+def timestep_error(contact: NamedContact, timestep: float) -> float:
     """Return the largest relative error of eps with a time step, over the contact's three speeds and `PHASES`.
 
     Of a contact that lasts more than 2000 steps it is the error with 2000 steps, which is larger.
     """
-    worst = 0.0
-    for pair in (contact.pair, *contact.extremes):
-        for speed in {contact.slowest, contact.typical, contact.fastest}:
-            exact = float(pair.epsilon(speed))
-            step = max(timestep, float(pair.contact_time(speed)) / _MOST_STEPS)
-            worst = max(worst, *(abs(stepped_epsilon(pair, speed, step, phase) / exact - 1) for phase in PHASES))
-    return worst
+    speeds = np.array([contact.slowest, contact.typical, contact.fastest])
+    pairs = (contact.pair, *contact.extremes)
+    v_star = np.concatenate([pair.v_star(speeds) for pair in pairs])[:, None]
+    unit = np.concatenate([pair.time_scale(speeds) for pair in pairs])[:, None]
+    h = np.maximum(timestep / unit, double.tau_c(v_star) / _MOST_STEPS)
+    longest = _PATIENCE * max(float(double.tau_c(v_star).max()), min(STEPS) * float(h.max()))
+    found = Contact.of_law(VISCOELASTIC, v_star**2).rebounds(1.0, h, PHASES, longest=longest).epsilon
+    return float(np.abs(found / double.epsilon(v_star) - 1).max())
 
 
 def shortest_contact(setup: Setup) -> float:
@@ -231,7 +237,7 @@ def timesteps(setup: Setup) -> tuple[TimeStep, ...]:
     )
 
 
-def size_error(contact: Contact) -> float:
+def size_error(contact: NamedContact) -> float:
     """Return the largest relative error of eps at the contact's `extremes` with the parameters of its typical pair.
 
     It is taken at the slowest, the typical and the fastest speed; 0 if there are no extremes.
@@ -321,7 +327,7 @@ def render(setup: Setup, command: str) -> str:
 
 def collision_script(
     setup: Setup,
-    contact: Contact,
+    contact: NamedContact,
     command: str,
     include: str,
     speed: float | None = None,
@@ -335,7 +341,7 @@ def collision_script(
     ----------
     setup : Setup
         What the include file was rendered from.
-    contact : Contact
+    contact : NamedContact
         One of its contacts.
     command : str
         The command that made the file, for its first line.
@@ -396,22 +402,6 @@ def collision_script(
     )
 
 
-def _rebound(kappa: float, h: float, phase: float, most: int) -> float:
-    """Return eps of the scaled equation in steps of h: the leapfrog that velocity Verlet is here.
-
-    The velocity u is that between the steps. It is what LAMMPS has when forces are computed. After `most` steps the
-    bodies still touch, and eps is 0.
-    """
-    x, u = -phase * h, 1.0
-    for _ in range(most):
-        x += h * u
-        force = math.sqrt(x) * (x + kappa * u) if x > 0 else 0.0
-        if u < 0 and force <= 0:
-            return -u
-        u -= h * max(force, 0.0)
-    return 0.0
-
-
 def _common_poisson_ratio(first: Sphere, second: Sphere) -> float:
     """Return the nu with which one material has the pair's E_eff and effective shear modulus both.
 
@@ -439,7 +429,7 @@ def _group(number: int) -> str:
     return f"viscopade_type{number}"
 
 
-def _contact(setup: Setup, first: str, second: str) -> Contact | None:
+def _contact(setup: Setup, first: str, second: str) -> NamedContact | None:
     """Return the contact of two bodies by name, in either order, if it is among those of the setup."""
     return next((c for c in setup.contacts if {c.first, c.second} == {first, second}), None)
 
@@ -469,7 +459,7 @@ def _describe(setup: Setup, first: str, second: str) -> list[str]:
     ]
 
 
-def _speeds(contact: Contact, units: Units) -> str:
+def _speeds(contact: NamedContact, units: Units) -> str:
     """Return the sentence on the contact's speeds, v* and eps."""
     speeds = list(dict.fromkeys((contact.slowest, contact.typical, contact.fastest)))
     return (
@@ -479,7 +469,7 @@ def _speeds(contact: Contact, units: Units) -> str:
     )
 
 
-def _sizes(contact: Contact) -> str:
+def _sizes(contact: NamedContact) -> str:
     """Return the sentence on other sizes of the same types."""
     ratios = [pair.m_eff / contact.pair.m_eff for pair in contact.extremes]
     return (
@@ -521,7 +511,7 @@ def _atom_type(setup: Setup, name: str) -> dict[str, object]:
     }
 
 
-def _atoms(setup: Setup, contact: Contact, speed: float, gap: float) -> list[dict[str, object]]:
+def _atoms(setup: Setup, contact: NamedContact, speed: float, gap: float) -> list[dict[str, object]]:
     """Return where the atoms of a collision start, for the template; a wall is at z = 0."""
     first, second = contact.pair.first, contact.pair.second
     if second.is_wall:

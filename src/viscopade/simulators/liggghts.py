@@ -43,7 +43,7 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_kappa,
 )
-from viscopade.simulators.setup import SI, Contact, Setup
+from viscopade.simulators.setup import SI, NamedContact, Setup
 from viscopade.simulators.simulator import Simulator
 from viscopade.simulators.stated import (
     ConstantEpsilon,
@@ -96,7 +96,7 @@ def _shear_modulus(pair: Pair) -> float:
     return 1 / sum(s / body.young_modulus for s, body in zip(softness, (pair.first, pair.second), strict=True))
 
 
-def stiffness_errors(contact: Contact) -> ProgramErrors:
+def stiffness_errors(contact: NamedContact) -> ProgramErrors:
     """Return the errors of `hertz/stiffness`: zero for the pair itself, not for other sizes of the same types."""
     gamman = stiffness(contact.pair).gamman
 
@@ -164,7 +164,7 @@ class HertzRestitution:
     balanced: float | None
 
 
-def hertz_restitution(contact: Contact, limit_force: bool) -> HertzRestitution:
+def hertz_restitution(contact: NamedContact, limit_force: bool) -> HertzRestitution:
     """Return the parameters of `hertz` for a contact.
 
     Raises
@@ -181,7 +181,7 @@ def hertz_restitution(contact: Contact, limit_force: bool) -> HertzRestitution:
     )
 
 
-def limits_force(contacts: Sequence[Contact]) -> bool:
+def limits_force(contacts: Sequence[NamedContact]) -> bool:
     """Return whether `hertz` can have `limitForce on` for all these contacts: all pairs of types share the switch."""
     least = least_epsilon(True)
     return all(constant(contact).epsilon > least for contact in contacts)

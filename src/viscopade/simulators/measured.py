@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, fields
 from functools import cache
 from typing import cast
 
-from viscopade.collision import steps
+from viscopade.collision.contact import Contact
 from viscopade.simulators import simulator_of
 from viscopade.simulators.formula import DampingFormula
 
@@ -59,11 +59,9 @@ class Measurement:
         formula = self.of
         if formula.scheme is None:
             return float(formula.delivered(formula.damping(self.asked)))
-        unit = steps.contact_time(formula.law)
-        force = steps.force_of(formula.law, float(formula.damping(self.asked)))
-        step = self.time_step * unit
-        longest = steps.PATIENCE * unit
-        return float(steps.rebound(force, step, self.phase, longest=longest, scheme=formula.scheme))
+        contact = Contact.of_law(formula.law, float(formula.damping(self.asked)))
+        step = self.time_step * formula.law.contact_time
+        return contact.collide(step=step, scheme=formula.scheme, phases=[self.phase]).epsilon
 
 
 @cache

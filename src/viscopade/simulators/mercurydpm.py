@@ -46,7 +46,7 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_kappa,
 )
-from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Simulator
 from viscopade.simulators.stated import ConstantEpsilon, common, constant, facts
 from viscopade.theory.law import VISCOELASTIC
@@ -74,7 +74,7 @@ class SpeciesParameters:
     constant_dissipation: float
 
 
-def species_parameters(contact: Contact) -> SpeciesParameters:
+def species_parameters(contact: NamedContact) -> SpeciesParameters:
     """Return the parameters for a contact."""
     found = constant(contact)
     return SpeciesParameters(contact.pair.E_eff, contact.pair.A, found, float(tsuji_kappa(found.epsilon)))

@@ -21,14 +21,14 @@ from __future__ import annotations
 
 from mpmath import mp
 
-from viscopade.collision import steps
+from viscopade.collision.schemes import RUNGE_KUTTA, SEMI_IMPLICIT, Scheme
 from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa, ratio_for_return
 from viscopade.simulators.simulator import OwnLaw, Simulator
 
 _SOURCE = "src/engine/engine_core_constraint.c"
 
 
-def _direct(name: str, scheme: steps.Scheme) -> DampingFormula:
+def _direct(name: str, scheme: Scheme) -> DampingFormula:
     """Return the formula of a negative solref."""
     parameter, accepted = "damping/sqrt(stiffness)", ("0", "1e3")
     return DampingFormula(name, LINEAR, parameter, mp.mpf, accepted, "other end", _SOURCE, linear_kappa, scheme=scheme)
@@ -79,8 +79,8 @@ SIMULATOR = Simulator(
             written=ratio_for_return,
             note="The first two numbers of solimp are equal.",
         ),
-        _direct("solref = -stiffness -damping", steps.LAGGED),
-        _direct("solref = -stiffness -damping, RK4", steps.RUNGE_KUTTA),
+        _direct("solref = -stiffness -damping", SEMI_IMPLICIT),
+        _direct("solref = -stiffness -damping, RK4", RUNGE_KUTTA),
     ),
     texts={"mujoco": OwnLaw("solref = -stiffness -damping", "damping", _TEXT, per_mass=True)},
     lines={"any": '<geom solref="-{stiffness} -{parameter}" solimp="0.9 0.9 0.001"/>'},

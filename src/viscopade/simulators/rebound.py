@@ -39,7 +39,7 @@ from viscopade.kernels import names, prove_lacunary
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.targets import speed
 from viscopade.simulators.formula import LINEAR, DampingFormula, viscoelastic_kappa, wanted_kappa
-from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import VISCOELASTIC
 
@@ -68,7 +68,7 @@ class SizeError:
     speed: float
 
 
-def size_errors(contact: Contact) -> tuple[SizeError, ...]:
+def size_errors(contact: NamedContact) -> tuple[SizeError, ...]:
     """Return the errors of a callback with the typical pair's beta, for each of the contact's extremes."""
     speeds = np.geomspace(contact.slowest, contact.fastest, SAMPLES)
     typical = contact.pair.epsilon(speeds)
@@ -94,7 +94,7 @@ def callback_kernel(tier: str) -> speed_kernel.SpeedKernel:
     return prove_lacunary.speed_kernel(tier, names.SMALL if (tier, names.SMALL) in speed_kernel.TABLES else names.FAST)
 
 
-def contacts(setup: Setup) -> dict[str, Contact]:
+def contacts(setup: Setup) -> dict[str, NamedContact]:
     """Return the contacts of two spheres, which REBOUND can have, by the ends of their C functions' names.
 
     Raises
@@ -102,7 +102,7 @@ def contacts(setup: Setup) -> dict[str, Contact]:
     ValueError
         If there is none.
     """
-    found: dict[str, Contact] = {}
+    found: dict[str, NamedContact] = {}
     for contact in setup.contacts:
         if not contact.pair.second.is_wall:
             found[_unused(re.sub(r"\W+", "_", contact.name, flags=re.ASCII), found)] = contact
@@ -113,7 +113,7 @@ def contacts(setup: Setup) -> dict[str, Contact]:
     return found
 
 
-def _unused(name: str, taken: dict[str, Contact]) -> str:
+def _unused(name: str, taken: dict[str, NamedContact]) -> str:
     return name if name not in taken else _unused(f"{name}_", taken)
 
 
@@ -158,7 +158,7 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
     )
 
 
-def _numbers(named: dict[str, Contact]) -> list[dict[str, str]]:
+def _numbers(named: dict[str, NamedContact]) -> list[dict[str, str]]:
     """Return what the templates need of each contact."""
     return [
         {"symbol": symbol, "name": repr(contact.name), "label": one_line("the name of a contact", contact.name)}
@@ -204,7 +204,7 @@ _ON = {"c": _C, "python": _PYTHON}
 
 
 def _head(
-    setup: Setup, named: dict[str, Contact], chosen: speed_kernel.SpeedKernel, command: str, use: str
+    setup: Setup, named: dict[str, NamedContact], chosen: speed_kernel.SpeedKernel, command: str, use: str
 ) -> list[str]:
     """Return the lines of the comment that begins a file."""
     units, opening = setup.units, setup.opening
@@ -231,7 +231,7 @@ def _head(
     ]
 
 
-def _contact_lines(setup: Setup, symbol: str, contact: Contact) -> list[str]:
+def _contact_lines(setup: Setup, symbol: str, contact: NamedContact) -> list[str]:
     units, pair = setup.units, contact.pair
     facts = [
         f"typical pair: R_eff = {pair.R_eff!r} {units.length}, m_eff = {pair.m_eff!r} {units.mass}, A = {pair.A!r} "

@@ -33,7 +33,7 @@ SI = Units()
 
 
 @dataclass(frozen=True)
-class Contact:
+class NamedContact:
     """Bodies of two kinds that collide.
 
     Attributes
@@ -86,7 +86,7 @@ class Setup:
         One line.
     bodies : mapping of str to Sphere
         By name, walls too; in the order in which types are numbered.
-    contacts : tuple of Contact
+    contacts : tuple of NamedContact
         All that are meant to occur.
     units : Units
         Of all numbers.
@@ -103,7 +103,7 @@ class Setup:
 
     title: str
     bodies: Mapping[str, Sphere]
-    contacts: tuple[Contact, ...]
+    contacts: tuple[NamedContact, ...]
     units: Units = SI
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -140,6 +140,6 @@ def of_pair(
         bodies = {"first": pair.first, "second": pair.second}
     names = list(bodies)
     slowest, fastest = (speed, speed) if speeds is None else speeds
-    contact = Contact(names[0], names[-1], pair, slowest, speed, fastest)
+    contact = NamedContact(names[0], names[-1], pair, slowest, speed, fastest)
     title = "Two spheres" if len(bodies) == 1 or not pair.second.is_wall else "A ball and a wall"
     return Setup(title, bodies, (contact,), warnings=warnings)

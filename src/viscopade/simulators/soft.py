@@ -22,11 +22,12 @@ from mpmath import mp
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision import exact, steps
+from viscopade.collision import exact
+from viscopade.collision.contact import SampledCollision
 from viscopade.collision.spheres import beta_from_restitution, v_star
 from viscopade.simulators.audit import Advice, advised
-from viscopade.simulators.formula import DampingFormula, epsilon_of, wanted_kappa
-from viscopade.simulators.setup import Contact
+from viscopade.simulators.formula import DampingFormula, compensated, epsilon_of, stepped_collision, wanted_kappa
+from viscopade.simulators.setup import NamedContact
 
 STEP_ERROR = 0.01
 """Relative error of eps by the time step, for the longest step that the files state."""
@@ -83,7 +84,7 @@ class Wanted:
         return cls("contact", float(beta_from_restitution(speed, epsilon)), slowest, speed, fastest, mass)
 
     @classmethod
-    def of(cls, contact: Contact) -> Wanted:
+    def of(cls, contact: NamedContact) -> Wanted:
         """Return the collisions of a contact."""
         pair = contact.pair
         return cls(
@@ -227,7 +228,7 @@ class SoftContact:
         step, scheme = self._step(self.wanted.typical), self.formula.scheme
         if step is None or scheme is None:
             return self._continuum
-        return steps.compensated(self.formula.law, self.epsilon, step, self._continuum, scheme)
+        return compensated(self.formula.law, self.epsilon, step, scheme)
 
     @property
     def _continuum(self) -> float:
@@ -295,15 +296,15 @@ class SoftContact:
         damping, step = self._at(self.kappa if kappa is None else kappa, speed), self._step(speed)
         if step is None or self.formula.scheme is None:
             return float(epsilon_of(self.formula.law, mp.mpf(damping)))
-        return steps.stepped(self.formula.law, damping, step, self.formula.scheme).mean
+        return stepped_collision(self.formula.law, damping, step, self.formula.scheme).epsilon
 
     @property
-    def range(self) -> steps.Stepped | None:
+    def range(self) -> SampledCollision | None:
         """Eps at the typical speed with the time step: single collisions differ."""
         step = self._step(self.wanted.typical)
         if step is None or self.formula.scheme is None:
             return None
-        return steps.stepped(self.formula.law, self.kappa, step, self.formula.scheme)
+        return stepped_collision(self.formula.law, self.kappa, step, self.formula.scheme)
 
     def errors(self, kappa: float | None = None) -> list[SpeedErrors]:
         """Return the errors over the speeds, for typical and for extreme sizes; with another kappa if one is given."""
@@ -358,7 +359,7 @@ class SoftContact:
     def _unit_of_steps(self, speed: float) -> float | None:
         """Return the undamped contact time at a speed."""
         unit = self._time_scale(speed)
-        return None if unit is None else steps.contact_time(self.formula.law) * unit
+        return None if unit is None else self.formula.law.contact_time * unit
 
     def _step(self, speed: float) -> float | None:
         """Return the time step in undamped contact times at a speed."""

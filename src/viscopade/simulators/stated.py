@@ -9,7 +9,7 @@ from typing import Any
 from viscopade.collision.spheres import Pair
 from viscopade.generated import marker_line, one_line
 from viscopade.simulators.lammps import shortest_contact, timestep_error
-from viscopade.simulators.setup import Contact, Setup, Units
+from viscopade.simulators.setup import NamedContact, Setup, Units
 
 _ROUNDING = 1e-13
 
@@ -48,7 +48,7 @@ class ProgramErrors:
         ]
 
 
-def program_errors(program: Callable[[Pair, float], float], contact: Contact) -> ProgramErrors:
+def program_errors(program: Callable[[Pair, float], float], contact: NamedContact) -> ProgramErrors:
     """Return the errors of a program's eps for a pair at a speed."""
 
     def ends(pair: Pair) -> tuple[float, float]:
@@ -81,7 +81,7 @@ class ConstantEpsilon:
     balanced_errors: ProgramErrors
 
 
-def constant(contact: Contact) -> ConstantEpsilon:
+def constant(contact: NamedContact) -> ConstantEpsilon:
     """Return the constants for a contact."""
     typical = contact.pair.epsilon(contact.typical)
     pairs = (contact.pair, *contact.extremes)
@@ -118,7 +118,7 @@ def common(setup: Setup, command: str) -> dict[str, Any]:
     }
 
 
-def facts(contact: Contact, units: Units) -> list[str]:
+def facts(contact: NamedContact, units: Units) -> list[str]:
     """Return lines on a contact, without comment marks: effective numbers, speeds and eps, and how long it lasts."""
     pair = contact.pair
     speeds = (contact.slowest, contact.typical, contact.fastest)

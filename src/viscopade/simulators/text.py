@@ -171,7 +171,7 @@ def _on_steps(contact: SoftContact, units: Units, step_error: float) -> list[str
     if found is not None:
         return [
             f"  with the time step {contact.time_step:.6g} {units.time}, for which the damping makes up: eps = "
-            f"{found.mean:.6g} on average, {found.least:.6g} to {found.largest:.6g} in single collisions"
+            f"{found.epsilon:.6g} on average, {found.least:.6g} to {found.largest:.6g} in single collisions"
         ]
     if contact.formula.scheme is None:
         return []

@@ -6,7 +6,7 @@ The YAML files have the form of LAMMPS's granular unit tests (unittest/granular 
 program.
 
 Expected numbers are proven digits of the equation of motion. Tolerances are those of the time step: 1.5 times the
-largest error over where in a step contact begins, of the steps that LAMMPS takes (`viscopade.collision.steps`).
+largest error over where in a step contact begins, of the steps that LAMMPS takes (`viscopade.collision.schemes`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from viscopade.collision import exact, steps
+from viscopade.collision import exact
+from viscopade.collision.contact import PHASES, Contact
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.generated import marker_line, written_template
 from viscopade.simulators.lammps import hertz_material
@@ -106,7 +107,7 @@ def _case(name: str, radii: tuple[float, float], epsilon: str, law: Law) -> Veri
     # kappa = beta v^(1/5), for both ends of contact
     pair = elastic.damped(float(elastic.dissipative_constant(kappa * _SPEED**-0.2)))
     length, time = float(pair.length_scale(_SPEED)), float(pair.time_scale(_SPEED))
-    h = steps.contact_time(law) / STEPS
+    h = law.contact_time / STEPS
     errors, contact = _errors(law, kappa, h, proven.floats())
     scaled = proven.floats()
     values = epsilon, repr(scaled["x_max"] * length), repr(scaled["tau_c"] * time)
@@ -138,19 +139,11 @@ def _errors(law: Law, kappa: float, h: float, scaled: dict[str, float]) -> tuple
 
     The overlap is seen at the end of each step, and contact ends with the step in which the force vanishes.
     """
-    force = steps.force_of(law, kappa)
-    x, u, begin = -steps.PHASES * h, np.ones_like(steps.PHASES), steps.PHASES * h
-    deepest, ends = np.zeros_like(x), np.full_like(x, np.nan)
-    for i in range(1, math.ceil(steps.PATIENCE * steps.contact_time(law) / h)):
-        x, u = steps.LAGGED.step(x, u, np.full_like(x, h), force)
-        deepest = np.maximum(deepest, x)
-        over = np.isnan(ends) & (u < 0) & ((force(x, u) == 0) | (x <= 0))
-        ends[over] = i * h - begin[over]
-        if not np.isnan(ends).any() and not (x > 0).any():
-            break
-    found = ((-u, "epsilon"), (deepest, "x_max"), (ends, "tau_c"))
-    errors = [float(np.abs(values / scaled[name] - 1).max()) for values, name in found]
-    return errors, i * h
+    rebounds = Contact.of_law(law, kappa).rebounds(1.0, h, PHASES)
+    names = {"epsilon": "epsilon", "depth": "x_max", "duration": "tau_c"}
+    errors = [float(np.abs(getattr(rebounds, ours) / scaled[name] - 1).max()) for ours, name in names.items()]
+    apart = kappa if law.delayed else 0.0  # after contact: the compression kappa eps at the speed eps
+    return errors, float(rebounds.duration.max()) + apart
 
 
 _YAML = """\

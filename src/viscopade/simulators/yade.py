@@ -57,7 +57,7 @@ from viscopade.simulators.formula import (
     thornton_betan,
     tsuji_kappa,
 )
-from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Simulator
 from viscopade.simulators.stated import ConstantEpsilon, ProgramErrors, common, constant, facts, program_errors
 from viscopade.theory.law import VISCOELASTIC
@@ -105,7 +105,7 @@ def printed_pade(v_star: float) -> float:
     return float(a / b)
 
 
-def mindlin_phys_parameters(contact: Contact) -> MindlinPhysParameters:
+def mindlin_phys_parameters(contact: NamedContact) -> MindlinPhysParameters:
     """Return the parameters for a contact."""
     found = constant(contact)
     pair = contact.pair

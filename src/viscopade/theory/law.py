@@ -162,6 +162,13 @@ class Law:
         """The k of the approximants [m/m+k] that decay nearly like eps: 3 for the paper's law, eps ~ v*^(-10/3)."""
         return 0 if self.decay is None else max(round(self.decay * self.d), 1)
 
+    @cached_property
+    def contact_time(self) -> float:
+        """Duration of the undamped contact, tau_c at kappa = 0: pi for the linear spring, 3.218 for Hertz'."""
+        power = float(self.elastic) + 1
+        gammas = math.gamma(1 + 1 / power) / math.gamma(0.5 + 1 / power)
+        return 2 * math.sqrt(math.pi) * float((power / 2) ** (1 / power)) * gammas
+
     def kappa(self, speed: float, *, k: float, c: float, mass: float) -> float:
         """Return kappa = (c/mass) (k/mass)^(-(b+1)/(a+1)) v^(2/nu - 1).
 

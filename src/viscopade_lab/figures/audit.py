@@ -10,7 +10,7 @@ from mpmath import mp
 
 from viscopade import restitution
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision import steps
+from viscopade.collision.contact import PHASES, Contact
 from viscopade.collision.spheres import beta_from_restitution
 from viscopade.plots.sheet import (
     BLUE,
@@ -99,8 +99,9 @@ def _mark_measured(axes: Axes) -> None:
 
 def _draw_stepped(axes: Axes, formula: DampingFormula, look: Look) -> None:
     """Draw the mean eps over the time step, its range, and what was measured."""
-    kappa, gid = np.full(len(STEPS), float(wanted_kappa(formula.law, str(CHOSEN)))), formula.name.replace(", ", "-")
-    found = steps.epsilons(formula.law, kappa, STEPS * steps.contact_time(formula.law))
+    kappa, gid = float(wanted_kappa(formula.law, str(CHOSEN))), formula.name.replace(", ", "-")
+    times = STEPS * formula.law.contact_time
+    found = np.array([Contact.of_law(formula.law, kappa).rebounds(1.0, step, PHASES).epsilon for step in times])
     axes.fill_between(
         STEPS, found.min(-1), found.max(-1), color=look.color, alpha=0.25, linewidth=0, gid=f"{gid}-range"
     )

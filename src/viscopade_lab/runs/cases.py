@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from mpmath import mp
 
-from viscopade.collision import steps
 from viscopade.simulators import simulator_of
 from viscopade.simulators.audit import audited
 from viscopade.simulators.formula import DampingFormula, same
@@ -37,7 +36,7 @@ class AuditCase:
     def seconds(self, k: float, mass: float = 1.0) -> float:
         """Return the time step of a contact with the elastic force k x^a and the impact speed 1."""
         law = self.formula.law
-        return self.time_step * steps.contact_time(law) * law.time_scale(1.0, k=k, mass=mass)
+        return self.time_step * law.contact_time * law.time_scale(1.0, k=k, mass=mass)
 
     @property
     def number_of_steps(self) -> int:

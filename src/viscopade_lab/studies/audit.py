@@ -13,10 +13,10 @@ from pathlib import Path
 import click
 from mpmath import mp
 
-from viscopade.collision import steps
+from viscopade.collision.schemes import IMPLICIT, RUNGE_KUTTA, SEMI_IMPLICIT, Scheme
 from viscopade.simulators import simulator_of, simulators
 from viscopade.simulators.audit import ASKED, Audit, advised, audited
-from viscopade.simulators.formula import DampingFormula, wanted_kappa
+from viscopade.simulators.formula import DampingFormula, stepped_collision, wanted_kappa
 from viscopade.simulators.measured import Measurement, finest, measurements
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law, law_of
@@ -28,9 +28,9 @@ STEP = 0.02
 ERROR = 0.01
 LAWS = ("viscoelastic", "tsuji", "linear", "hunt-crossley:1")
 OTHER_SCHEMES = (
-    ("linear", "linear, Runge-Kutta (MuJoCo's RK4)", steps.RUNGE_KUTTA),
-    ("linear", "linear, implicit (Drake's sap)", steps.IMPLICIT),
-    ("hunt-crossley:1", "hunt-crossley, implicit (Drake's lagged)", steps.IMPLICIT),
+    ("linear", "linear, Runge-Kutta (MuJoCo's RK4)", RUNGE_KUTTA),
+    ("linear", "linear, implicit (Drake's sap)", IMPLICIT),
+    ("hunt-crossley:1", "hunt-crossley, implicit (Drake's lagged)", IMPLICIT),
 )
 COARSE = 10  # steps in a contact
 ENDS = {"force": "force = 0", "return": "$x = 0$"}
@@ -55,7 +55,7 @@ program's own sequence of steps, and with `--step-error 0.01` the largest time s
 
 This page is the output of `python -m viscopade_lab.studies.audit`. The $\varepsilon$ without a time step are proven
 ([any power-law contact](laws.md)); those with one are computed by the program's own map
-([`viscopade.collision.steps`](../../src/viscopade/collision/steps.py)). Measured values are from the programs
+([`viscopade.collision.schemes`](../../src/viscopade/collision/schemes.py)). Measured values are from the programs
 themselves; `python -m viscopade_lab.runs.simulators --write` stores them in
 [`audit.csv`](../../src/viscopade/data/audit.csv). Version 1.0.0 measured those of Drake, Kratos and Simbody.
 
@@ -199,7 +199,7 @@ def steps_table() -> str:
 
 def highest_epsilon() -> float:
     """Return the mean eps that implicit steps, `COARSE` in a contact, leave of an undamped contact."""
-    return steps.stepped(law_of("hunt-crossley:1"), 0.0, 1 / COARSE, steps.IMPLICIT).mean
+    return stepped_collision(law_of("hunt-crossley:1"), 0.0, 1 / COARSE, IMPLICIT).epsilon
 
 
 def _with_ends(name: str) -> list[Law]:
@@ -208,15 +208,15 @@ def _with_ends(name: str) -> list[Law]:
     return [law, law_of(name, "return")] if law.delayed else [law]
 
 
-def _steps(law: Law, name: str, words: str, scheme: steps.Scheme = steps.LAGGED) -> list[str]:
+def _steps(law: Law, name: str, words: str, scheme: Scheme = SEMI_IMPLICIT) -> list[str]:
     kappa, wanted = float(wanted_kappa(law, CHOSEN)), float(CHOSEN)
-    found = steps.stepped(law, kappa, STEP, scheme)
+    found = stepped_collision(law, kappa, STEP, scheme)
     formula = DampingFormula(name, law, "kappa", mp.mpf, ("0", "1e6"), "exact", "", scheme=scheme)
     advice = advised(formula, kappa, wanted, ERROR)
     assert advice is not None
     slope = 0.0 if abs(advice.slope) < 1e-5 else advice.slope
     contact_ends = ENDS[law.end] if law.nu > 1 else "both"
-    values = (f"{value:.4f}" for value in (found.mean, found.least, found.largest))
+    values = (f"{value:.4f}" for value in (found.epsilon, found.least, found.largest))
     return [words, contact_ends, f"{slope:.3f}", *values, f"{1 / advice.largest_step:.0f}"]
 
 

@@ -1,0 +1,512 @@
+"""One collision of any contact in double precision: any force, a constant load, an end of contact, an integrator.
+
+The compression x and its rate v obey
+
+    m dv/dt = load - F(x, v),    dx/dt = v,    x(0) = 0,  v(0) = the speed of impact,
+
+where F acts while x > 0 (design section 2.12). With the end "force" nothing pulls: the force is max(F, 0), and it may
+act again until the bodies are back at x = 0. With the end "return" F may pull until x = 0. The coefficient of
+restitution eps is the speed at which the bodies are back at x = 0, over the speed of impact.
+
+A power law of `viscopade.theory.law` is one kind of force. Others have no parameter that stands for all of them, so
+every number here is sampled: computed in floating point, with an estimate of its error, not proven.
+
+Without a time step the equation of motion itself is solved. In the variables s = x^(1/4) and sigma, dt = 4 s^3 dsigma,
+
+    ds/dsigma = v,    dv/dsigma = 4 s^3 (load - F(s^4, v))/m,
+
+which is smooth at x = 0 for forces in powers of x^(1/4), Hertz's and Tsuji's among them, and at the turning point.
+Gauss's collocation method of order 32 solves it in pieces (Hairer, Norsett, Wanner, Solving Ordinary Differential
+Equations I, section II.7). Pieces end where the motion turns back, where the force vanishes or acts again, and at
+x = 0, so that a force with a kink there is smooth in every piece. A second solution, of order 24 and with other pieces,
+tells the error.
+
+With a time step a program's own map is iterated, from many phases: where in a step contact begins is chance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike
+
+from viscopade.arrays import checked
+from viscopade.arrays.checked import Accepted, FloatArray
+from viscopade.collision.schemes import SCHEMES, SEMI_IMPLICIT, Rebounds, Scheme, rebounds
+from viscopade.theory.law import ENDS, End, Law, law_of
+
+__all__ = ["PHASES", "SCHEMES", "Contact", "SampledCollision", "damping_factor"]
+
+Force = Callable[[FloatArray, FloatArray], ArrayLike]
+
+PHASES = np.arange(0.5, 64) / 64
+"""Where in a step contact begins: the midpoints of 64 parts of it."""
+
+_METHODS = ((16, 1e-13), (12, 1e-11))  # nodes, half of the order, and error of a piece in units of the speed of impact
+_SOLVED = 1e-14  # of the equations of a piece
+_SHORTEST = 1e-8  # piece, where a force has a jump
+_ESCAPES = 1e6  # in units of the speed of impact: a piece that cannot be solved
+_ROUNDING = 4e-16
+_EXPECTED = "expected a function of compression and rate that pushes bodies apart"
+_NEWTON = 20  # steps to solve a piece, at most
+_PIECES = 1000  # of one collision, at most
+_CREEP = 1e-12  # of the speed of impact: slower bodies that slow down do not part
+_NUDGE = 1e-7  # for derivatives of the force
+_PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
+_NEAR, _WIDEST = 0.1, 10  # the search for a damping factor: first by a factor of e^0.1, doubled so many times
+_CLOSE = 1e-13  # of a damping factor
+
+_POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+_FINITE = Accepted("a finite number", lambda x: abs(x) < math.inf)
+PHASE = Accepted("a number from 0 to 1", lambda x: (x >= 0) & (x <= 1))
+
+
+@dataclass(frozen=True)
+class SampledCollision:
+    """One collision in double precision, or its range over the phases of a time step.
+
+    Attributes
+    ----------
+    epsilon, least, largest : float
+        Coefficient of restitution: its mean over the phases, its least and its largest value. 0 for bodies that do not
+        part.
+    depth : float
+        Largest compression, a length; with a time step its mean, of compressions at the ends of steps.
+    duration : float
+        Time from first contact to the last moment at which the force acts; infinite for bodies that do not part.
+    parts : bool
+        Whether the bodies part, with a time step in at least one phase. They do not part if the motion turns back
+        before x = 0, or creeps at less than 1e-12 of the speed of impact.
+    errors : dict of str to float
+        An estimate of the absolute error of each of these numbers.
+    status : str
+        "sampled": no number here is proven.
+    """
+
+    epsilon: float
+    least: float
+    largest: float
+    depth: float
+    duration: float
+    parts: bool
+    errors: dict[str, float]
+    status: Literal["sampled"] = field(default="sampled", init=False)
+
+
+# --- contacts ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A contact of two bodies with any force of compression and rate.
+
+    Parameters
+    ----------
+    force : callable
+        F(x, v) of NumPy arrays: compression x >= 0, a length, and its rate v, a length/time, positive while the bodies
+        approach. It counts positive if it pushes the bodies apart.
+    mass : float
+        Effective mass.
+    load : float
+        Constant force that presses the bodies together, such as the weight of a body that falls on a plane.
+    end : str
+        "force": the force never pulls, it is max(F, 0). "return": it may pull until x = 0.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the force is not callable, a number is not finite, the mass is not positive, or there is no such end.
+
+    Examples
+    --------
+    A linear contact, which ends where the force vanishes, of 1 kg that falls on a plane at 1 m/s:
+
+    >>> contact = Contact(lambda x, v: 1e5 * x + 139 * v, mass=1.0, load=9.81)
+    >>> found = contact.collide(1.0)
+    >>> f"{found.epsilon:.6f} {found.depth:.6e} m, {found.status}"
+    '0.522597 2.400827e-03 m, sampled'
+    """
+
+    force: Force
+    mass: float = 1.0
+    load: float = 0.0
+    end: End = "force"
+
+    def __post_init__(self) -> None:
+        if not callable(self.force):
+            raise TypeError(checked.refusal("force", self.force, "a function of compression and rate"))
+        checked.number("mass", self.mass, _POSITIVE)
+        checked.number("load", self.load, _FINITE)
+        if self.end not in ENDS:
+            raise ValueError(f"end is {self.end!r}: accepted is 'force' or 'return'")
+
+    @classmethod
+    def of_law(cls, law: Law | str, kappa: ArrayLike, load: float = 0.0) -> Contact:
+        """Return the contact x'' + x^a + kappa x^b x' = load of the scaled equation, for collisions at speed 1.
+
+        Parameters
+        ----------
+        law : Law or str
+            Exponents a, b and the end of contact.
+        kappa : float or array
+            Damping of the scaled equation; an array is for `rebounds` only.
+        load : float
+            G of the scaled equation (section 2.11).
+        """
+        of = law_of(law)
+        a, b, damping = float(of.elastic), float(of.damping), np.asarray(kappa, float)
+        return cls(lambda x, v: x**a + damping * x**b * v, load=load, end=of.end)
+
+    def collide(
+        self,
+        speed: float = 1.0,
+        *,
+        step: float | None = None,
+        scheme: Scheme = SEMI_IMPLICIT,
+        substeps: int = 1,
+        phases: ArrayLike = PHASES,
+    ) -> SampledCollision:
+        """Return the collision at a speed of impact.
+
+        Parameters
+        ----------
+        speed : float
+            Speed of impact > 0, a length/time.
+        step : float, optional
+            Time step > 0. If none is given, the equation of motion itself is solved.
+        scheme : Scheme
+            Integrator, if a time step is given.
+        substeps : int
+            Parts of a time step, each of which is one step of the scheme.
+        phases : array_like
+            Where in the first (sub-)step contact begins, from 0 to 1.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument is not such a number, the force is not finite, or no force stops the bodies.
+        """
+        v = checked.number("speed", speed, _POSITIVE)
+        if step is None:
+            return _exact(self, v)
+        h = checked.number("step", step, _POSITIVE) / checked.number("substeps", substeps, _POSITIVE)
+        begins = checked.array("phases", phases, PHASE).ravel()
+        found = self.rebounds(v, h, begins, scheme)
+        mean, errors = {}, {}
+        for name, values in found._asdict().items():
+            mean[name] = float(values.mean())
+            with np.errstate(invalid="ignore"):  # of infinite durations
+                jumps = np.nan_to_num(np.abs(values - np.roll(values, 1)))
+            errors[name] = float(jumps.max()) / len(values)  # a jump lies anywhere between two phases
+            if name == "epsilon":  # beyond the phases that were tried it may go on as far as it came
+                for extreme, at in (("least", int(values.argmin())), ("largest", int(values.argmax()))):
+                    errors[extreme] = float(max(jumps[at], jumps[(at + 1) % len(values)]))
+        parts = bool(np.isfinite(found.duration).any())
+        extremes = float(found.epsilon.min()), float(found.epsilon.max())
+        return SampledCollision(mean["epsilon"], *extremes, mean["depth"], mean["duration"], parts, errors)
+
+    def rebounds(
+        self,
+        speed: float,
+        step: ArrayLike,
+        phase: ArrayLike,
+        scheme: Scheme = SEMI_IMPLICIT,
+        longest: float | None = None,
+    ) -> Rebounds:
+        """Return collisions by a program's integrator, for every step and phase; numbers are not checked.
+
+        Parameters
+        ----------
+        speed : float
+            Speed of impact > 0.
+        step, phase : array_like
+            Time steps > 0, and where in the first step contact begins, from 0 to 1; shapes that fit together.
+        scheme : Scheme
+        longest : float, optional
+            Time after which bodies that still touch do not part: some 60 undamped contact times if it is not given. It
+            must be given for a force of arrays, such as that of many kappa.
+        """
+        h, begin = np.broadcast_arrays(np.asarray(step, float), np.asarray(phase, float))
+        g, pushes = self.load / self.mass, self.end == "force"
+        if longest is None:
+            longest = _PATIENCE * math.pi * _length(self, speed) / speed
+
+        def acceleration(x: FloatArray, v: FloatArray) -> FloatArray:
+            force = np.asarray(self.force(np.maximum(x, 0), v)) / self.mass
+            return g - np.where(x > 0, np.maximum(force, 0) if pushes else force, 0)
+
+        return rebounds(scheme, acceleration, g, speed, h, begin, longest)
+
+
+def damping_factor(
+    family: Callable[[float], Contact],
+    epsilon: float,
+    near: float,
+    *,
+    speed: float = 1.0,
+    step: float | None = None,
+    scheme: Scheme = SEMI_IMPLICIT,
+    phases: ArrayLike = PHASES,
+) -> float:
+    """Return the damping factor c > 0 of a one-parameter family of contacts whose (mean) eps is `epsilon`.
+
+    Parameters
+    ----------
+    family : callable
+        From c to a `Contact`; its eps falls with c.
+    epsilon : float
+        Wanted coefficient of restitution, > 0 and < 1.
+    near : float
+        Where the search begins, > 0. It looks up to e^100 times farther.
+    speed, step, scheme, phases
+        As for `Contact.collide`.
+
+    Raises
+    ------
+    ValueError
+        If no damping factor gives this eps.
+
+    Examples
+    --------
+    >>> c = damping_factor(lambda c: Contact(lambda x, v: 1e5 * x + c * v, load=9.81), 0.5, near=100.0)
+    >>> f"{c:.4f}"
+    '149.3849'
+    """
+    tried: list[float] = []
+
+    def excess(log_c: float) -> float:
+        contact = family(math.exp(log_c))
+        tried.append(contact.collide(speed, step=step, scheme=scheme, phases=phases).epsilon)
+        return tried[-1] - epsilon
+
+    start = math.log(near)
+    first = low = high = excess(start)
+    a = b = start
+    for i in range(_WIDEST + 1):
+        if low >= 0 >= high:
+            return math.exp(_root(excess, (a, low), (b, high)))
+        if first > 0:
+            a, low, b = b, high, b + _NEAR * 2**i
+            high = excess(b)
+        else:
+            b, high, a = a, low, a - _NEAR * 2**i
+            low = excess(a)
+    accepted = f"at least {min(tried):.4g}" if first > 0 else f"at most {max(tried):.4g}"
+    raise ValueError(f"epsilon is {epsilon:g}: accepted is {accepted}, which this damping gives")
+
+
+def _root(function: Callable[[float], float], one: tuple[float, float], other: tuple[float, float]) -> float:
+    """Return a zero between two points (x, f(x)) with f of both signs, by Chandrupatla's method (1997)."""
+    (b, fb), (a, fa) = one, other
+    c, fc, t = a, fa, 0.5
+    while fb != 0 and abs(a - b) > _CLOSE:
+        x = a + t * (b - a)
+        fx = function(x)
+        if (fx > 0) == (fa > 0):
+            c, fc = a, fa
+        else:
+            c, b, fc, fb = b, a, fb, fa
+        a, fa = x, fx
+        if fa == 0:
+            return a
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        t = 0.5
+        if phi**2 < xi and (1 - phi) ** 2 < 1 - xi:  # inverse quadratic interpolation lies inside
+            t = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        least = _CLOSE / 2 / abs(b - a)
+        t = min(max(t, least), 1 - least)
+    return b if fb == 0 or abs(fb) < abs(fa) else a
+
+
+# --- without a time step ----------------------------------------------------------------------------------------------
+
+
+class _Rule(NamedTuple):
+    """Gauss's collocation method on [0, 1]: nodes, weights, integrals up to each node, and the last coefficients."""
+
+    nodes: FloatArray
+    weights: FloatArray
+    integrals: FloatArray
+    last: FloatArray
+
+
+@cache
+def _rule(n: int) -> _Rule:
+    """Return the method with n nodes, by Legendre polynomials P_k, whose integral is (P_(k+1) - P_(k-1))/(2k + 1)."""
+    x, weights = legendre.leggauss(n)
+    p, k = legendre.legvander(x, n), np.arange(n)
+    coefficients = (k[:, None] + 0.5) * p[:, :n].T * weights
+    below = np.column_stack([-np.ones(n), p[:, : n - 1]])  # P_(-1) = -1 makes the integral of P_0 what it is
+    integrals = (p[:, 1:] - below) / (2 * k + 1)
+    return _Rule((x + 1) / 2, weights / 2, integrals @ coefficients / 2, coefficients[-3:])
+
+
+class _Piece(NamedTuple):
+    """A piece of the motion: s and v at the nodes and, last, at its end; its time, and the estimate of its error."""
+
+    s: FloatArray
+    v: FloatArray
+    time: float
+    error: float
+
+
+class _Event(NamedTuple):
+    """The motion turns, or turns back, or ends, or the force vanishes or acts again: where in a piece, and between."""
+
+    part: float
+    low: float
+    high: float
+    name: str
+
+
+class _Motion:
+    """The motion of a contact in the variables s and sigma, in units in which the speed of impact is 1."""
+
+    def __init__(self, contact: Contact, speed: float, nodes: int, tolerance: float) -> None:
+        self.length = _length(contact, speed)
+        self.unit, self.speed, self.of = contact.mass * speed**2 / self.length, speed, contact.force
+        self.load, self.pushes = contact.load / self.unit, contact.end == "force"
+        self.rule, self.tolerance = _rule(nodes), tolerance
+
+    def force(self, s: FloatArray, v: FloatArray) -> FloatArray:
+        return np.asarray(self.of(self.length * s**4, self.speed * v), float) / self.unit + np.zeros_like(s)
+
+    def force_at(self, s: float, v: float) -> float:
+        return float(self.force(np.array([s]), np.array([v]))[0])
+
+    def rate(self, s: float, v: float, acts: bool) -> float:
+        """Return dv/dsigma."""
+        return 4 * s**3 * (self.load - (self.force_at(s, v) if acts else 0))
+
+    def collide(self) -> tuple[float, float, float, float]:
+        """Return eps (0 if the bodies do not part), depth, duration and the sum of the errors of all pieces."""
+        s, v, time, error, h = 0.0, 1.0, 0.0, 0.0, 0.25
+        acts, approaches, depth, vanished = not self.pushes or self.force_at(1e-3, 1.0) >= 0, True, 0.0, 0.0
+        power = 1 / len(self.rule.nodes)
+        for _ in range(_PIECES):
+            piece = self.piece(s, v, h, acts)
+            event = self.event(piece, s, v, acts, approaches)
+            if event and event.name == "turns back" and (piece.error <= self.tolerance or h <= _SHORTEST):
+                return 0.0, depth, math.inf, error
+            for _ in range(3):  # an event may lie before the one that seemed to be first
+                if not event or event.name == "turns back":
+                    break
+                piece, h = self.landed(event, s, v, h, acts)
+                earlier = self.event(piece, s, v, acts, approaches)
+                if not earlier or earlier.name == event.name:
+                    break
+                event = earlier
+            if not piece.error <= self.tolerance and h > _SHORTEST:
+                shorter = 0.9 * (self.tolerance / piece.error) ** power
+                h *= min(0.5, max(0.2, shorter)) if piece.error < 1 else 0.2
+                continue
+            if not piece.error < 1:
+                break
+            s, v, time, error = float(piece.s[-1]), float(piece.v[-1]), time + piece.time, error + piece.error
+            depth = max(depth, s**4)
+            if event and event.name == "end":
+                return -v, depth, time if acts else vanished, error
+            if event and event.name == "turn":
+                v, approaches = 0.0, False
+            elif event and event.name == "force":
+                acts, vanished = not acts, time
+            rate = self.rate(s, v, acts)
+            if abs(v) < _CREEP and v * rate < 0 and (not approaches or s * abs(rate) < _CREEP):
+                return 0.0, depth, math.inf, error
+            h *= min(4.0, max(0.3, 0.8 * (self.tolerance / max(piece.error, 1e-30)) ** power))
+        raise ValueError(f"force cannot be integrated beyond compression {self.length * s**4:.4g}: {_EXPECTED}")
+
+    def piece(self, s: float, v: float, h: float, acts: bool) -> _Piece:
+        """Solve the collocation equations for v at the nodes, by Newton's method with differences of the force."""
+        nodes, weights, integrals, last = self.rule
+        n, at = len(nodes), np.full(len(nodes), v)
+        for _ in range(_NEWTON):
+            path = s + h * (integrals @ at)
+            nudge = _NUDGE * (np.abs(path) + 1e-3)
+            all_s, all_v = np.concatenate((path, path + nudge, path)), np.concatenate((at, at, at + _NUDGE))
+            rates = 4 * all_s**3 * (self.load - (self.force(all_s, all_v) if acts else 0))
+            rate = rates[:n]
+            missing = at - v - h * (integrals @ rate)
+            size = float(np.abs(missing).max())
+            if size < _SOLVED * (1 + abs(v)) or not size < _ESCAPES:
+                break
+            by_s, by_v = (rates[n : 2 * n] - rate) / nudge, (rates[2 * n :] - rate) / _NUDGE
+            jacobian = np.eye(n) - h * (integrals * by_v) - h * h * ((integrals * by_s) @ integrals)
+            at = at - np.linalg.solve(jacobian, missing)
+        error = h * float(np.abs(last @ rate).max()) + (size if size > 10 * _SOLVED else 0)
+        end = float(s + h * (weights @ at)), float(v + h * (weights @ rate))
+        return _Piece(np.append(path, end[0]), np.append(at, end[1]), h * float(weights @ (4 * path**3)), error)
+
+    def event(self, piece: _Piece, s: float, v: float, acts: bool, approaches: bool) -> _Event | None:
+        """Return what happens first in a piece from s and v, and after which part of it."""
+        watched = {"turn": (v, piece.v)} if approaches else {"end": (s, piece.s), "turns back": (-v, -piece.v)}
+        if self.pushes:
+            force = self.force(piece.s, piece.v)
+            watched["force"] = abs(self.force_at(s, v)), force if acts else -force
+        places, found = np.append(self.rule.nodes, 1), []
+        for name, (start, values) in watched.items():
+            if (values < 0).any():
+                i = int(np.argmax(values < 0))
+                low, value = (float(places[i - 1]), values[i - 1]) if i else (0.0, start)
+                high = float(places[i])
+                found.append(_Event(low + (high - low) * float(value / (value - values[i])), low, high, name))
+        return min(found, default=None)
+
+    def landed(self, event: _Event, s: float, v: float, h: float, acts: bool) -> tuple[_Piece, float]:
+        """Return the piece from s and v that ends with an event of one of length h, and its length: Newton's method."""
+        low, high, h = event.low * h, event.high * h, event.part * h
+        for _ in range(_NEWTON):
+            piece = self.piece(s, v, h, acts)
+            at_s, at_v = float(piece.s[-1]), float(piece.v[-1])
+            rate = self.rate(at_s, at_v, acts)
+            value, slope = (at_v, rate) if event.name == "turn" else (at_s, at_v)
+            if event.name == "force":
+                sign = 1 if acts else -1
+                value = sign * self.force_at(at_s, at_v)
+                slope = (sign * self.force_at(at_s + _NUDGE * at_v, at_v + _NUDGE * rate) - value) / _NUDGE
+            low, high = (h, high) if value > 0 else (low, h)
+            move = -value / slope if slope else math.inf
+            if abs(move) < _SOLVED * max(h, 1):
+                return piece, h
+            h = h + move if low < h + move < high else (low + high) / 2
+        return (piece if abs(move) < _CREEP * max(h, 1) else piece._replace(error=math.inf)), h
+
+
+def _length(contact: Contact, speed: float) -> float:
+    """Return a length on which the force stops the bodies, at rest if it does, else at the speed of impact."""
+    for rate in (0.0, speed):
+        low, high = -40.0, 40.0
+        for _ in range(3):
+            lengths = np.logspace(low, high, 41)
+            with np.errstate(all="ignore"):
+                force = np.asarray(contact.force(lengths, np.full(41, rate)), float) - max(contact.load, 0)
+                stops = force * lengths >= contact.mass * speed**2
+            if not stops.any():
+                break
+            i = max(int(np.argmax(stops)), 1)
+            low, high = np.log10(lengths[i - 1]), np.log10(lengths[i])
+        else:
+            return float(lengths[i])
+    raise ValueError(f"force stops no body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
+
+
+def _exact(contact: Contact, speed: float) -> SampledCollision:
+    """Return the collision without a time step: the finer of two solutions, and their differences."""
+    with np.errstate(all="ignore"):  # of lengths that are tried and given up
+        motions = [_Motion(contact, speed, *method) for method in _METHODS]
+        fine, coarse = (motion.collide() for motion in motions)
+    units, names = (1.0, motions[0].length, motions[0].length / speed), ("epsilon", "depth", "duration")
+    numbers = {name: value * unit for name, value, unit in zip(names, fine, units, strict=False)}
+    errors = {
+        name: (abs(one - other) if one != other else 0.0) * unit
+        + (fine[-1] + _ROUNDING * one) * unit * (one < math.inf)
+        for name, one, other, unit in zip(names, fine, coarse, units, strict=False)
+    }
+    errors["least"] = errors["largest"] = errors["epsilon"]
+    return SampledCollision(least=fine[0], largest=fine[0], parts=fine[2] < math.inf, errors=errors, **numbers)

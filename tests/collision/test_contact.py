@@ -1,0 +1,410 @@
+"""One collision of any contact: against the proven eps, SciPy's DOP853, closed forms, and numbers seen in programs."""
+
+import math
+import random
+import time
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import beta as euler_beta
+
+from viscopade.collision import exact
+from viscopade.collision.contact import Contact, damping_factor
+from viscopade.collision.schemes import FORWARD, IMPLICIT, RUNGE_KUTTA, SCHEMES, SEMI_IMPLICIT
+from viscopade.theory.law import Law, law_of
+
+NAMED = [
+    law_of(name, end)
+    for name in ("viscoelastic", "linear", "tsuji", "hunt-crossley:1", "hunt-crossley", "3/2,0", "5/4,1/4")
+    for end in ("force", "return")
+]
+KEYS = {"epsilon": "epsilon", "depth": "x_max", "duration": "tau_c"}
+
+
+def identity(law):
+    return f"{law}-{law.end}"
+
+
+def proven(law, kappa):
+    return exact.collision(kappa=kappa, law=law, digits=15).floats()
+
+
+def kappa_of(law, epsilon):
+    return exact.invert(epsilon, law=law, digits=15).floats()["v_star"] ** law.d
+
+
+def second_route(contact, speed=1.0, longest=200.0):
+    """Return eps by SciPy's integrator in x and v, stopped and started where the force vanishes or acts again."""
+    g, x, v, acts = contact.load / contact.mass, 1e-12 * speed, speed, True
+    clock, before = 0.0, 1e-12
+
+    def force(state):
+        return float(contact.force(np.array([max(state[0], 0.0)]), np.array([state[1]]))[0]) / contact.mass
+
+    def ends(t, state):
+        return state[0]
+
+    def turns(t, state):
+        return state[1]
+
+    def switches(t, state):
+        return force(state) if contact.end == "force" else 1.0
+
+    for event in (ends, turns, switches):
+        event.terminal = True
+    ends.direction, turns.direction = -1, -1
+    while clock < longest:
+        found = solve_ivp(
+            lambda t, y, acts=acts: (y[1], g - (force(y) if acts else 0.0)),
+            (0, longest),
+            (x, v),
+            method="DOP853",
+            rtol=3e-14,
+            atol=1e-16,
+            events=(ends, turns, switches),
+            first_step=before,
+        )
+        (x, v), clock = found.y[:, -1], clock + found.t[-1]
+        if found.t_events[0].size or (v < 0 and x < 1e-12):
+            return -v / speed
+        if found.t_events[1].size:
+            if turns.direction > 0:
+                return 0.0
+            turns.direction = 1
+        if found.t_events[2].size:
+            acts = not acts
+        x, v, before = x + 1e-9 * v, v + 1e-9 * (g - (force((x, v)) if acts else 0)), 1e-9
+    return 0.0
+
+
+@pytest.mark.parametrize("law", NAMED, ids=identity)
+def test_power_laws_without_load_agree_with_the_exact_function(law):
+    for kappa in (1e-3, 0.03, 0.4, 1.5, 10):
+        if law.bounded and kappa > 1:
+            continue
+        true, found = proven(law, kappa), Contact.of_law(law, kappa).collide()
+        assert found.parts
+        assert found.status == "sampled"
+        assert found.epsilon == pytest.approx(true["epsilon"], rel=1e-12, abs=1e-14)
+        assert found.depth == pytest.approx(true["x_max"], rel=1e-12)
+        assert found.duration == pytest.approx(true["tau_c"], rel=1e-11)
+        assert found.least == found.largest == found.epsilon
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_true_error_is_within_the_estimate(seed):
+    """Of eps, depth and duration, for laws at random; force and return, a force that vanishes just before x = 0 too."""
+    numbers = random.Random(seed)
+    done = 0
+    while done < 12:
+        parts = numbers.randint(1, 5)
+        elastic, damping = numbers.randint(1, 3 * parts), numbers.randint(0, 2 * parts)
+        try:
+            law = Law(f"{elastic}/{parts}", f"{damping}/{parts}", numbers.choice(("force", "return")))
+            kappa = 10 ** numbers.uniform(-3, 1)
+            true = proven(law, kappa)
+        except ValueError:  # no law, or no end
+            continue
+        found = Contact.of_law(law, kappa).collide()
+        for ours, theirs in KEYS.items():
+            bound = 100 * found.errors[ours] + 1e-12
+            assert abs(getattr(found, ours) - true[theirs]) < bound, (law, law.end, kappa, ours)
+        done += 1
+
+
+@pytest.mark.parametrize("law", NAMED[:8], ids=identity)
+def test_with_a_load_two_routes_agree(law):
+    for kappa, load in ((0.05, 0.3), (0.4, 0.1), (0.4, -0.2), (1.2, 0.03)):
+        contact = Contact.of_law(law, kappa, load)
+        assert contact.collide().epsilon == pytest.approx(second_route(contact), abs=1e-8)
+
+
+def test_a_force_that_acts_again_before_the_bodies_part():
+    """Damping at some depths only: it would pull there while the bodies part, and the spring acts again above."""
+    contact = Contact(lambda x, v: x + 4 * np.exp(-(((x - 0.3) / 0.05) ** 2)) * v, load=0.02)
+    found = contact.collide()
+    assert found.parts
+    assert found.epsilon == pytest.approx(second_route(contact), abs=1e-8)
+    assert found.epsilon != pytest.approx(Contact(contact.force, load=0.1, end="return").collide().epsilon, abs=1e-3)
+
+
+FORCES = {
+    "damping while approaching": lambda x, v: x + 0.6 * np.maximum(v, 0),
+    "two springs": lambda x, v: x + 3 * np.maximum(x - 0.4, 0) + 0.2 * x * v,
+    "a cubic step": lambda x, v: x**1.5 + (lambda t: t * t * (3 - 2 * t))(np.clip(x / 0.3, 0, 1)) * v,
+    "unloading on a softer spring": lambda x, v: np.where(v > 0, 1.0, 0.36) * x,
+    "a dashpot from a depth on": lambda x, v: x + np.where(x > 0.3, 0.3, 0.0) * v,
+}
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_forces_with_kinks_and_jumps(name):
+    contact = Contact(FORCES[name])
+    found, halves = contact.collide(), [contact.collide(step=1 / n, phases=np.arange(0.5, 8) / 8) for n in (1000, 2000)]
+    expected = 2 * halves[1].epsilon - halves[0].epsilon
+    assert found.epsilon == pytest.approx(expected, abs=1e-4)
+    assert found.errors["epsilon"] < 1e-7
+    if name == "damping while approaching":  # eps needs the depth alone
+        zeta = 0.3
+        w = math.sqrt(1 - zeta**2)
+        assert found.epsilon == pytest.approx(math.exp(-zeta / w * math.atan(w / zeta)), abs=1e-13)
+        assert found.epsilon == pytest.approx(found.depth, abs=1e-13)
+    if name == "unloading on a softer spring":
+        assert found.epsilon == pytest.approx(0.6, abs=1e-13)
+
+
+def loss(law, load):
+    """Return lambda(G) by quadrature in an angle, x = x_m sin^2 (section 2.11)."""
+    a, b = float(law.elastic), float(law.damping)
+    low, high = 0.0, 10.0
+    for _ in range(200):
+        middle = (low + high) / 2
+        low, high = (middle, high) if 1 + 2 * load * middle > 2 * middle ** (a + 1) / (a + 1) else (low, middle)
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    angle = (nodes + 1) * math.pi / 4
+    x = low * np.sin(angle) ** 2
+    speed = np.sqrt(np.maximum(1 + 2 * load * x - 2 * x ** (a + 1) / (a + 1), 0))
+    return float(2 * (weights * math.pi / 4) @ (x**b * speed * low * np.sin(2 * angle)))
+
+
+@pytest.mark.parametrize("law", NAMED, ids=identity)
+def test_small_kappa_with_a_load(law):
+    for load in (0.0, 0.1, 0.3):
+        expected = loss(law, load)
+        found = 1 - Contact.of_law(law, 1e-8, load).collide().epsilon
+        assert found == pytest.approx(1e-8 * expected, rel=2e-5)
+    a, b = float(law.elastic), float(law.damping)
+    slope = 2 / (a + 1) * ((a + 1) / 2) ** ((b + 2) / (a + 1)) * euler_beta((b + 2) / (a + 1), 0.5)
+    assert (loss(law, 1e-4) - loss(law, -1e-4)) / 2e-4 == pytest.approx(slope, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "end", "expected"),
+    [
+        ("linear", "force", (0.492, 0.476, 0.411)),
+        ("linear", "return", (0.494, 0.480, 0.427)),
+        ("viscoelastic", "force", (0.490, 0.468, 0.380)),
+        ("hunt-crossley", "force", (0.489, 0.465, 0.365)),
+    ],
+)
+def test_weight_lowers_an_eps_of_one_half(name, end, expected):
+    law = law_of(name, end)
+    kappa = kappa_of(law, "0.5")
+    found = [Contact.of_law(law, kappa, load).collide().epsilon for load in (0.01, 0.03, 0.1)]
+    assert found == pytest.approx(expected, abs=6e-4)
+
+
+@pytest.mark.parametrize(("epsilon", "least"), [("0.9", 1.24), ("0.7", 0.50), ("0.5", 0.25)])
+def test_enough_weight_keeps_a_body_down(epsilon, least):
+    law = law_of("viscoelastic", "return")
+    kappa = kappa_of(law, epsilon)
+    assert Contact.of_law(law, kappa, 0.97 * least).collide().parts
+    down = Contact.of_law(law, kappa, 1.04 * least).collide()
+    assert (down.parts, down.epsilon, down.duration) == (False, 0, math.inf)
+    stepped = Contact.of_law(law, kappa, 1.04 * least).collide(step=0.02)
+    assert (stepped.parts, stepped.epsilon, stepped.duration) == (False, 0, math.inf)
+
+
+@pytest.mark.parametrize(
+    "contact",
+    [
+        Contact.of_law(law_of("linear", "return"), 2.5),
+        Contact.of_law(law_of("3/2,0", "return"), 3),
+        Contact.of_law(law_of("linear", "return"), 3, 0.5),
+        Contact(lambda x, v: 2.0 * v),
+    ],
+)
+def test_bodies_that_creep_do_not_part(contact):
+    found = contact.collide()
+    assert (found.parts, found.epsilon) == (False, 0)
+
+
+def falling(stiffness, speed, end="return"):
+    """A body of 10.9 kg that falls on a linear contact with e = 0.5 for the end x = 0."""
+    zeta = math.log(2) / math.hypot(math.pi, math.log(2))
+    c = 2 * zeta * math.sqrt(stiffness * 10.9)
+    contact = Contact(lambda x, v: stiffness * x + c * v, mass=10.9, load=10.9 * 9.81, end=end)
+    return contact.collide(speed)
+
+
+def test_a_dropped_body():
+    found = [falling(k, v).epsilon for k in (5e4, 5e5, 5e6) for v in (2.8, 0.2)]
+    assert found == pytest.approx([0.4644, 0, 0.4892, 0.2923, 0.4966, 0.4488], abs=1e-4)
+    assert not falling(5e4, 0.2).parts
+
+
+def test_units_change_nothing():
+    scaled = Contact.of_law("viscoelastic", 0.4, 0.05).collide()
+    mass, rho, speed = 3e-6, 4e5, 0.02
+    length = (mass / rho) ** 0.4 * speed**0.8
+    force = mass * speed**2 / length
+    c = 0.4 * force / length**0.5 / speed
+    found = Contact(lambda x, v: rho * x**1.5 + c * np.sqrt(x) * v, mass=mass, load=0.05 * force).collide(speed)
+    assert found.epsilon == pytest.approx(scaled.epsilon, rel=1e-12)
+    assert found.depth == pytest.approx(scaled.depth * length, rel=1e-12)
+    assert found.duration == pytest.approx(scaled.duration * length / speed, rel=1e-12)
+
+
+def test_a_call_is_quick():
+    contact = Contact.of_law("viscoelastic", 0.4, 0.05)
+    spent = []
+    for _ in range(10):
+        start = time.process_time()
+        contact.collide()
+        spent.append(time.process_time() - start)
+    assert min(spent) < 0.02
+
+
+# --- integrators ------------------------------------------------------------------------------------------------------
+
+NEWTON = Contact(lambda x, v: 1e5 * x + 1e3 * np.maximum(v, 0))
+
+
+def test_semi_implicit_euler_is_what_newton_computes():
+    """Newton 1.8.0's semi-implicit solver, a sphere on a plane, ke = 1e5, kd = 1e3, m = 1 kg, 1 m/s."""
+    assert NEWTON.collide().epsilon == pytest.approx(0.263964, abs=1e-6)
+    for step, expected in ((1e-4, (0.2522, 0.2392, 0.2653)), (1e-3, (0.1601, 0.0025, 0.3177))):
+        found = NEWTON.collide(step=step)
+        assert (found.epsilon, found.least, found.largest) == pytest.approx(expected, abs=6e-5)
+    falls = Contact(NEWTON.force, load=9.81).collide(step=1e-4)
+    assert (falls.epsilon, falls.least, falls.largest) == pytest.approx((0.2248, 0.2116, 0.2380), abs=1e-3)
+
+
+def test_forward_euler_is_what_kratos_computes():
+    """Kratos's own restitution test, a Hertz contact with e = 0.5, in steps of 0.0163813 contact times."""
+    kappa, step = kappa_of(law_of("tsuji"), "0.5"), 0.0163813 * 3.218
+    found = Contact.of_law("tsuji", kappa).collide(step=step, scheme=FORWARD)
+    assert (found.epsilon, found.least, found.largest) == pytest.approx((0.5459, 0.5446, 0.5485), abs=6e-5)
+    assert Contact.of_law("tsuji", kappa).collide(step=step).epsilon == pytest.approx(0.4983, abs=6e-5)
+
+
+def test_velocity_verlet_that_carries_its_force_is_the_same_map():
+    """And the kick and the drift in the other order: the first step is shorter, the map is the same."""
+    assert SCHEMES["velocity-verlet"] is SEMI_IMPLICIT
+    kappa, h, g, phase = 0.4, 0.05, 0.02, 0.3
+    x, v, a = -phase * h + g / 2 * (phase * h) ** 2, 1 - g * phase * h, g
+    while x > 0 or v > 0:
+        half = v + h / 2 * a
+        x += h * half
+        a = g - (max(x**1.5 + kappa * x**0.5 * half, 0) if x > 0 else 0)
+        v = half + h / 2 * a
+    found = Contact.of_law("viscoelastic", kappa, g).collide(step=h, phases=[phase])
+    assert found.epsilon == pytest.approx(math.sqrt(v * v - 2 * g * x), rel=1e-12)
+
+
+@pytest.mark.parametrize("scheme", [SEMI_IMPLICIT, FORWARD, IMPLICIT, RUNGE_KUTTA], ids=lambda scheme: scheme.name)
+@pytest.mark.parametrize("load", [0.0, 0.05])
+def test_fine_steps_lead_to_the_equation_of_motion(scheme, load):
+    contact = Contact.of_law("hunt-crossley:1", 0.4, load)
+    limit = contact.collide()
+    coarse, fine = (contact.collide(step=h, scheme=scheme) for h in (4e-3, 2e-3))
+    assert 2 * fine.epsilon - coarse.epsilon == pytest.approx(limit.epsilon, abs=2e-5)
+    assert fine.depth == pytest.approx(limit.depth, abs=4e-3)
+    assert fine.duration == pytest.approx(limit.duration, abs=8e-3)
+
+
+def test_free_flight_changes_no_eps():
+    """Without damping, and where the load is of the size of the step's kick: eps is 1 to the order of the scheme."""
+    for scheme in (SEMI_IMPLICIT, RUNGE_KUTTA):
+        found = Contact.of_law("linear", 0, 0.3).collide(step=0.01, scheme=scheme)
+        assert max(found.largest - 1, 1 - found.least) < 5e-5
+
+
+def test_a_lagged_linear_dashpot_is_a_recurrence_with_two_roots():
+    """The map of a linear contact that never ends has the trace 2 - h (h + kappa) and the determinant 1 - kappa h."""
+    h, kappa = 0.01, 0.3
+    matrix = np.array([[1, h], [-h, 1 - h * (h + kappa)]])
+    x, v = h / 2, 1 - h * (h / 2 + kappa)
+    while x > 0:
+        x, v = matrix @ (x, v)
+    v += h * min(x, 0) + h * kappa * (v + h * min(x, 0)) / (1 - h * kappa)  # the last kick is none
+    assert np.linalg.det(matrix) == pytest.approx(1 - kappa * h)
+    found = Contact.of_law(law_of("linear", "return"), kappa).collide(step=h, phases=[0.5])
+    assert found.epsilon == pytest.approx(-v, rel=1e-3)
+
+
+def test_implicit_steps_are_solved():
+    """A step of a Hunt-Crossley contact is a quadratic equation for the velocity after it."""
+    x, v, h, kappa = np.array([0.4]), np.array([0.7]), np.array([0.5]), 1.4
+    after_x, w, newest = IMPLICIT.step(x, v, h, lambda x, v: -np.where(x > 0, np.maximum(x + kappa * x * v, 0), 0))
+    assert after_x == pytest.approx(x + h * w)
+    assert newest == pytest.approx((w - v) / h, abs=1e-13)
+    roots = np.roots([h[0] ** 2 * kappa, 1 + h[0] * (h[0] + kappa * x[0]), h[0] * x[0] - v[0]])
+    assert w[0] == pytest.approx(max(roots), abs=1e-14)
+
+
+def test_implicit_steps_damp_by_themselves():
+    """Each turns (x, v) by atan h and shortens it by sqrt(1 + h^2), if there is no dashpot."""
+    h = 0.01 * math.pi
+    expected = (1 + h * h) ** (-math.pi / math.atan(h) / 2)
+    found = Contact.of_law("linear", 0.0).collide(step=h, scheme=IMPLICIT)
+    assert found.epsilon == pytest.approx(expected, rel=1e-3)
+
+
+def test_substeps_are_shorter_steps():
+    contact = Contact.of_law("linear", 0.4)
+    assert contact.collide(step=0.2, substeps=10) == contact.collide(step=0.02)
+
+
+@pytest.mark.parametrize("law", NAMED[:8], ids=identity)
+@pytest.mark.parametrize("step", [0.05, 0.4])
+def test_the_range_over_phases_is_within_its_estimate(law, step):
+    contact = Contact.of_law(law, 0.4)
+    found, many = contact.collide(step=step), contact.collide(step=step, phases=np.arange(0.5, 4096) / 4096)
+    assert found.least <= found.epsilon <= found.largest
+    for name in ("epsilon", "least", "largest", "depth", "duration"):
+        assert abs(getattr(found, name) - getattr(many, name)) < 100 * found.errors[name] + 1e-12
+
+
+# --- the inverse ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", NAMED[:8], ids=identity)
+def test_the_damping_of_an_eps(law):
+    found = damping_factor(lambda kappa: Contact.of_law(law, kappa), 0.5, near=1.0)
+    assert found == pytest.approx(kappa_of(law, "0.5"), rel=1e-11)
+    heavy = damping_factor(lambda kappa: Contact.of_law(law, kappa, 0.1), 0.5, near=1.0)
+    assert Contact.of_law(law, heavy, 0.1).collide().epsilon == pytest.approx(0.5, abs=1e-12)
+    stepped = damping_factor(lambda kappa: Contact.of_law(law, kappa), 0.5, near=1.0, step=0.1)
+    assert Contact.of_law(law, stepped).collide(step=0.1).epsilon == pytest.approx(0.5, abs=1e-12)
+
+
+def test_the_damping_of_a_contact_that_damps_while_approaching():
+    def family(kd):
+        return Contact(lambda x, v: 1e5 * x + kd * np.maximum(v, 0))
+
+    assert damping_factor(family, 0.5, near=1.0) == pytest.approx(1.19468 * math.sqrt(1e5), rel=1e-5)
+
+
+def test_an_eps_that_no_damping_gives():
+    with pytest.raises(ValueError, match=r"epsilon is 0.9: accepted is at most 0\.\d+"):
+        damping_factor(lambda c: Contact.of_law("linear", c), 0.9, near=0.1, step=0.5, scheme=IMPLICIT)
+
+
+# --- refusals ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Contact(lambda x, v: x, mass=-1), "mass is -1.*a finite number > 0"),
+        (lambda: Contact(lambda x, v: x, mass=math.inf), "mass is inf"),
+        (lambda: Contact(lambda x, v: x, load=math.nan), "load is nan.*a finite number"),
+        (lambda: Contact(lambda x, v: x, end="late"), "end is 'late'.*'force' or 'return'"),
+        (lambda: Contact(lambda x, v: x).collide(0), "speed is 0.*a finite number > 0"),
+        (lambda: Contact(lambda x, v: x).collide(step=math.nan), "step is nan"),
+        (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[2]), "phases is 2.0"),
+        (
+            lambda: Contact(lambda x, v: 0 * x).collide(),
+            "force stops no body of mass 1 at speed 1: expected a function",
+        ),
+        (lambda: Contact(lambda x, v: x, load=1e300).collide(1e-3), "force"),
+        (lambda: Contact(lambda x, v: np.where(x < 0.5, x, np.nan)).collide(), "force"),
+    ],
+)
+def test_refusals(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+    with pytest.raises(TypeError, match="force is 3: accepted is a function"):
+        Contact(3)
