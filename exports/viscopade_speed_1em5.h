@@ -23,10 +23,8 @@
  *     monotonic: eps falls with speed within each row; from one row to the next it rises by at most
  *         2.57e-7 min(eps, 1 - eps) (proven, rounding apart)
  *     type float: where w is not in the table, computed in type double, then rounded
- *     underflow: a subnormal result is off by half of the smallest number besides; where 1 - eps is
- *         not a normal number of type double, dissipation is exactly twice the computed 1 - eps, and
- *         so off by up to 26 of the smallest numbers besides; where eps itself is none (v* > 2e92),
- *         rebound has the error of eps times speed
+ *     underflow: a subnormal result is off by half of the smallest number besides; where eps itself is
+ *         no normal number of type double (v* > 2e92), rebound has the error of eps times speed
  *     where w is not in the table, assumed: sqrt rounds correctly; the results of cbrt and pow, in
  *         type float as well, are within 4 units in the last place (the largest errors known of
  *         glibc's are not larger)
@@ -71,11 +69,9 @@
 #ifndef VISCOPADE_INLINE
 #if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
 #error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
-#elif defined(__SIZEOF_DOUBLE__) && __SIZEOF_DOUBLE__ != 8
-#error "viscopade: the bounds are for a double of 64 bits (on AVR, with -mdouble=64)"
 #else
-/* Not with -fsingle-precision-constant: it would break the bounds. */
-typedef char viscopade_needs_constants_of_type_double[sizeof(0.0) == 8 ? 1 : -1];
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline

@@ -57,7 +57,7 @@ def test_the_citation_is_valid():
 
 
 def from_mujoco():
-    words = [sys.executable, "-m", "viscopade", "audit", "--program", "mujoco", "--epsilon", "0.5", "--format", "json"]
+    words = [sys.executable, "-m", "viscopade", "audit", "mujoco", "--epsilon", "0.5", "--format", "json"]
     rows = json.loads(subprocess.run(words, capture_output=True, text=True, check=True, timeout=HANGS).stdout)["rows"]
     (delivered,) = {row["delivered"] for row in rows}
     return "0.5", f"{float(delivered):.3f}"

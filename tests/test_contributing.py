@@ -66,7 +66,7 @@ def with_two_simulators(tmp_path_factory):
 
 
 def test_an_added_simulator_is_audited(with_two_simulators):
-    words = ("audit", "--program", "bounce", "--epsilon", "0.5", "--format", "json")
+    words = ("audit", "bounce", "--epsilon", "0.5", "--format", "json")
     (row,) = json.loads(with_two_simulators(*words))["rows"]
     assert float(row["delivered"]) == pytest.approx(0.550283, abs=1e-6)
     assert row["instead"]["restitution"] == pytest.approx(0.436288, abs=1e-6)

@@ -20,7 +20,7 @@ from viscopade_lab.bench.result import from_csv
 ROOT = Path(__file__).parents[1]
 USAGE = ROOT / "docs" / "usage"
 README = (ROOT / "README.md").read_text("utf-8")
-SHOWN = [ROOT / "docs" / "index.md", *sorted(USAGE.glob("*.md"))]
+SHOWN = [ROOT / "docs" / "index.md", *sorted(USAGE.rglob("*.md"))]
 PAGES = [README, *(page.read_text("utf-8") for page in SHOWN)]
 EVERYWHERE = [README, *(page.read_text("utf-8") for page in sorted((ROOT / "docs").rglob("*.md")))]
 RESULT = from_csv((ROOT / "docs" / "bench" / "xeon_cascade_lake.csv").read_bytes(), "xeon_cascade_lake.csv")
@@ -81,7 +81,7 @@ def test_console_examples(block, tmp_path):
 def test_python_examples(tmp_path):
     pairs = [pair for text in PAGES for pair in pairwise(blocks(text))]
     examples = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
-    assert len(examples) == 7
+    assert len(examples) == 9
     for code, expected in examples:
         assert output_of([sys.executable, "-c", code], tmp_path) == expected
 

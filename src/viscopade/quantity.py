@@ -77,7 +77,7 @@ def words(dimension: str, *, zero: bool = False) -> str:
 
 def si_decimal(text: str, dimension: str) -> str | None:
     """Return a number with a unit of a dimension in SI units, as an exact decimal; None if the text is none."""
-    value = _decimal(text, DIMENSIONS[dimension][0])
+    value = decimal_in(text, DIMENSIONS[dimension][0])
     return None if value is None else str(value)
 
 
@@ -138,11 +138,11 @@ def _plain(value: object) -> float | None:
 
 def _in_si(text: str, unit: str) -> float | None:
     """Return a number with a unit in another unit, or None."""
-    value = _decimal(text, unit)
+    value = decimal_in(text, unit)
     return None if value is None else float(value)
 
 
-def _decimal(text: str, unit: str) -> Decimal | None:
+def decimal_in(text: str, unit: str) -> Decimal | None:
     """Return a number with a unit in another unit, exactly, or None."""
     match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None or not _UNIT.fullmatch(match[2].strip()):

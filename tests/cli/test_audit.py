@@ -15,7 +15,7 @@ def run(*words):
 
 
 def test_one_eps_as_json():
-    rows = json.loads(run("--program", "lammps", "--epsilon", "0.5", "--format", "json").output)["rows"]
+    rows = json.loads(run("lammps", "--epsilon", "0.5", "--format", "json").output)["rows"]
     keys = {"program", "formula", "asked", "delivered", "end", "time_step", "instead", "measured", "source"}
     assert all(keys <= {*row} for row in rows)
     limited = next(row for row in rows if row["formula"] == "hertz, coeff_restitution, limit_damping")
@@ -25,13 +25,13 @@ def test_one_eps_as_json():
 
 
 def test_the_table_has_a_column_for_each_eps():
-    rows = list(csv.DictReader(io.StringIO(run("--program", "mercurydpm", "--format", "csv").output)))
+    rows = list(csv.DictReader(io.StringIO(run("mercurydpm", "--format", "csv").output)))
     assert [*rows[0]] == ["program", "formula", *(f"eps = {e}" for e in ("0.9", "0.75", "0.5", "0.3", "0.1"))]
     assert rows[0]["eps = 0.1"] == "0.1"
 
 
 def test_seconds_need_a_contact_time():
-    words = ("--program", "mercurydpm", "--epsilon", "0.5", "--format", "json")
+    words = ("mercurydpm", "--epsilon", "0.5", "--format", "json")
     scaled, seconds = (
         json.loads(run(*words, *more).output)["rows"]
         for more in (("--time-step", "0.02"), ("--time-step", "1e-6", "--contact-time", "5e-5"))
@@ -39,11 +39,11 @@ def test_seconds_need_a_contact_time():
     for one, other in zip(scaled, seconds, strict=True):
         assert one["at_time_step"] == pytest.approx(other["at_time_step"])
         assert one["integrator"].startswith("semi-implicit Euler")
-    assert "integrator: semi-implicit Euler" in run(*words[:4], "--time-step", "0.02").output
+    assert "integrator: semi-implicit Euler" in run(*words[:3], "--time-step", "0.02").output
 
 
 def test_the_largest_time_step_has_the_wanted_error():
-    words = ("--program", "mercurydpm", "--epsilon", "0.5", "--format", "json")
+    words = ("mercurydpm", "--epsilon", "0.5", "--format", "json")
     (row, *_) = json.loads(run(*words, "--step-error", "0.01").output)["rows"]
     assert row["advice"]["error"] == 0.01
     (again, *_) = json.loads(run(*words, "--time-step", repr(row["advice"]["largest_step"])).output)["rows"]
@@ -52,8 +52,52 @@ def test_the_largest_time_step_has_the_wanted_error():
 
 
 def test_formulas_that_do_not_accept_an_eps_are_named():
-    words = ("--program", "liggghts", "--epsilon", "0.04")
+    words = ("liggghts", "--epsilon", "0.04")
     whole = json.loads(run(*words, "--format", "json").output)
     assert {row["formula"] for row in whole["rows"]} == {"hertz/stiffness", "hertz/stiffness, limitForce on"}
     assert len(whole["refused"]) == 4
     assert "hooke would be given coefficientRestitution = 0.04, and accepts 0.05 to 1" in run(*words).output
+
+
+def test_a_file_of_a_user_as_json():
+    words = ("mujoco", "--set", "solref=-2500 -100", "--speed", "1 m/s", "--time-step", "3 ms", "--epsilon", "0.5")
+    found = json.loads(run(*words, "--format", "json").output)
+    assert (found["simulator"], found["scheme"], found["parts"], found["status"]) == (
+        "mujoco",
+        "Euler",
+        True,
+        "sampled",
+    )
+    assert found["delivered"] == pytest.approx(0.122181, abs=2e-6)
+    assert (found["least"], found["largest"]) == pytest.approx((0.103048, 0.143140), abs=2e-6)
+    assert found["depth"] == pytest.approx(0.0065, rel=0.01)
+    assert found["units"] == {"length": "m", "time": "s"}
+    assert found["errors"]["epsilon"] < 1e-3
+    instead = found["instead"]["solref"]
+    again = json.loads(run(*words[:2], f"solref={instead}", *words[3:7], "--format", "json").output)
+    assert again["delivered"] == pytest.approx(0.5, abs=1e-6)
+    assert again["source"].startswith("src/engine/engine_core_constraint.c, MuJoCo")
+
+
+def test_a_body_that_stays_down():
+    words = ("mujoco", "--speed", "1", "--gravity", "9.81", "--time-step", "3 ms")
+    assert "The bodies do not part: eps 0." in run(*words).output
+    found = json.loads(run(*words, "--format", "json").output)
+    assert (found["delivered"], found["duration"], found["parts"]) == (0, None, False)
+    (row,) = csv.DictReader(io.StringIO(run(*words, "--format", "csv").output))
+    assert (row["simulator"], row["delivered"], row["duration"]) == ("mujoco", "0.0", "")
+
+
+def test_any_force():
+    words = ("--force", "1e5*x + 1e3*max(v, 0)", "--mass", "1", "--speed", "1")
+    assert run(*words).output.startswith("eps = 0.263964, sampled")
+    found = json.loads(run(*words, "--time-step", "0.1 ms", "--format", "json").output)
+    assert found["simulator"] is None
+    assert (found["delivered"], found["least"], found["largest"]) == pytest.approx((0.2522, 0.2392, 0.2653), abs=2e-4)
+    coarse = json.loads(run(*words, "--time-step", "1 ms", "--format", "json").output)
+    assert (coarse["least"], coarse["largest"]) == pytest.approx((0.0025, 0.3177), abs=2e-4)
+    heavy = json.loads(run(*words, "--time-step", "0.1 ms", "--gravity", "9.81", "--format", "json").output)
+    assert (heavy["delivered"], heavy["least"], heavy["largest"]) == pytest.approx((0.2248, 0.2116, 0.2380), abs=1e-3)
+    pulls = ("--force", "1e5*x + 139*v", "--mass", "1", "--speed", "1", "--end")
+    force, back = (json.loads(run(*pulls, end, "--format", "json").output)["delivered"] for end in ("force", "return"))
+    assert force > back

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -12,30 +13,42 @@ import click
 from viscopade import arguments
 from viscopade.cli.console import STYLE, Quantity, Real, double, say, show
 from viscopade.simulators import simulator_of, simulators
+from viscopade.theory.law import ENDS, End
 
 if TYPE_CHECKING:
     from viscopade.simulators.audit import Audit
+    from viscopade.simulators.native import Delivery, Native
     from viscopade.simulators.simulator import Simulator
 
 _LEAST_STEP, _LEAST_ERROR = 1e-3, 1e-8
 _FIGURES = 6  # of a number in a table
+_BETWEEN = "a number > 0 and < 1"
 _MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
 
 
 @click.command()
-@click.option("--program", metavar="NAME", help="One program only; a wrong name prints the list.")
+@click.argument("simulator", required=False)
 @click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
-@click.option("--time-step", help="Time step, in units of the undamped contact time.")
+@click.option("--time-step", help="Time step, in units of the undamped contact time; with --speed a time.")
 @click.option("--contact-time", type=Quantity("contact-time", "time"), help="That time, if the time step is one, too.")
 @click.option("--step-error", type=Real("step-error"), help="Print the largest time step with this relative error.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="A parameter of your file; repeatable.")
+@click.option("--force", metavar="FORMULA", help="Force of x (compression) and v (its rate), instead of a simulator.")
+@click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed, for --set and --force.")
+@click.option("--mass", type=Quantity("mass", "mass"), help="Effective mass, m1 m2/(m1 + m2).")
+@click.option("--radius", type=Quantity("radius", "length"), help="Effective radius, R1 R2/(R1 + R2).")
+@click.option("--gravity", type=Quantity("gravity", "acceleration"), help="That of a body that falls on a plane.")
+@click.option("--scheme", help="The simulator's integrator; a wrong name prints the list.  [default: the simulator's]")
+@click.option("--end", type=click.Choice(ENDS), help="End of a contact with --force.  [default: force]")
 @STYLE
 def audit(
-    program: str | None,
+    simulator: str | None,
     epsilon: str | None,
     time_step: str | None,
     contact_time: str | None,
     step_error: float | None,
     style: str,
+    **own: Any,
 ) -> None:
     """Print the eps that programs deliver if they are asked for one, why, and what to write instead.
 
@@ -43,13 +56,45 @@ def audit(
     program's own sequence of steps is computed for 64 places where in a step contact may begin: the eps is a range.
     The number to write instead then makes its mean the eps asked for.
 
+    With --speed, print what the parameters of your file deliver, such as
+
+        viscopade audit mujoco --set "solref=-2500 -100" --speed "1 m/s" --time-step "3 ms"
+
+    A parameter that is not set has the program's default. --force takes numbers, x, v, + - * / **, min, max, abs, sqrt,
+    exp, where(x < 1e-3, ..., ...) and the cubic step(x, x0, h0, x1, h1). Plain numbers are in SI units. These eps are
+    sampled, not proven. With --epsilon, the number to write for it is printed too.
+
     The contact time is that without damping, as `viscopade epsilon` prints it for a material with A = 0.
     """
+    of_audit = {"--contact-time": contact_time, "--step-error": step_error}
+    if own["speed"] is not None or own["settings"] or own["force"] is not None:
+        _refuse("with --speed, --set and --force", of_audit)
+        _show_delivery(simulator, epsilon, time_step, style, **own)
+    else:
+        _refuse("without --speed", {f"--{name}": own[name] for name in ("mass", "radius", "gravity", "scheme", "end")})
+        _show_audits(simulator, epsilon, time_step, contact_time, step_error, style)
+
+
+def _refuse(where: str, options: Mapping[str, object]) -> None:
+    for flag, value in options.items():
+        if value is not None:
+            raise click.UsageError(f"{flag} is given {where}: accepted is one of both")
+
+
+def _show_audits(
+    simulator: str | None,
+    epsilon: str | None,
+    time_step: str | None,
+    contact_time: str | None,
+    step_error: float | None,
+    style: str,
+) -> None:
+    """Print what the formulas of one simulator, or of all, deliver."""
     from viscopade.simulators.audit import ASKED
 
     unit = 1.0 if contact_time is None else double("contact-time", contact_time)
     step = _in_contact_times(time_step, unit, contact_time is not None)
-    chosen = simulators() if program is None else (simulator_of(program),)
+    chosen = simulators() if simulator is None else (simulator_of(simulator),)
     if epsilon is not None:
         arguments.exact_number("epsilon", epsilon, "a number from 0.001 to 1", lambda e: Fraction(1, 1000) <= e <= 1)
     if step_error is not None and not _LEAST_ERROR <= step_error <= 1:
@@ -71,6 +116,109 @@ def audit(
         for line in _integrators(found):
             say(line)
         say(f"time step: {step:.6g} undamped contact times; eps on average, and its range over where contact begins")
+
+
+def _show_delivery(
+    simulator: str | None,
+    epsilon: str | None,
+    time_step: str | None,
+    style: str,
+    *,
+    settings: Sequence[str],
+    force: str | None,
+    scheme: str | None,
+    end: End | None,
+    **quantities: str | None,
+) -> None:
+    """Print what the contact of a user's file, or of any force, delivers."""
+    from viscopade.simulators.native import Impact, delivery
+
+    title, version, native = _native(simulator, force, end)
+    given = dict(_setting(text) for text in settings) | ({} if scheme is None else {native.integrator: scheme})
+    quantities["step"] = time_step and Quantity("time-step", "time").convert(time_step, None, None)
+    numbers: Any = {
+        name: None
+        if text is None
+        else float(arguments.exact_number(name, text, "a number > 0", lambda x: 0 < x < 10**300))
+        for name, text in quantities.items()
+        if name != "gravity"
+    }
+    if numbers["speed"] is None:
+        raise click.UsageError("--speed is missing: expected with it is the impact speed")
+    gravity = 0.0 if quantities["gravity"] is None else double("gravity", quantities["gravity"])
+    wanted = epsilon and float(arguments.exact_number("epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
+    found = delivery(native, given, Impact(**numbers, gravity=gravity), wanted or None)
+    collision, units = found.collision, found.units
+    fields: dict[str, Any] = {
+        "simulator": simulator,
+        "delivered": collision.epsilon,
+        "least": collision.least,
+        "largest": collision.largest,
+        "depth": collision.depth,
+        "duration": collision.duration if collision.parts else None,
+        "parts": collision.parts,
+        "instead": None if found.instead is None else dict(found.instead),
+        "scheme": found.scheme if time_step else None,
+        "source": ", ".join(filter(None, (native.source, version))),
+    }
+    errors = {name: error if error < math.inf else None for name, error in collision.errors.items()}
+    more = {"status": collision.status, "units": {"length": units.length, "time": units.time}, "errors": errors}
+    if style == "text":
+        _say_delivery(title, found, native, time_step is not None, epsilon)
+    else:
+        fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})
+        row = ["" if value is None else value for value in fields.values()]
+        show(style, [*fields], [row], fields | more | {"warnings": [*found.warnings]})
+
+
+def _native(simulator: str | None, force: str | None, end: End | None) -> tuple[str, str, Native]:
+    """Return the name, the version and the contact of a simulator, or of a force."""
+    if (simulator is None) == (force is None):
+        raise click.UsageError("expected is either a simulator, such as mujoco, or --force")
+    if force is not None:
+        from viscopade.simulators.typed_force import native
+
+        return "", "", native(force, end or "force")
+    if end is not None:
+        raise click.UsageError("--end is given for a simulator, which has its own: accepted is --force with it")
+    program = simulator_of(str(simulator))
+    if program.native is None:
+        with_one = ", ".join(each.name for each in simulators() if each.native is not None)
+        raise ValueError(f"{program.title} has no contact of native parameters here: accepted is {with_one}")
+    return program.title, program.version, program.native
+
+
+def _setting(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise click.UsageError(f'--set is {text!r}: accepted is NAME=VALUE, such as "solref=-2500 -100"')
+    return name.strip(), value.strip()
+
+
+def _words(values: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in values.items())
+
+
+def _say_delivery(title: str, found: Delivery, native: Native, stepped: bool, epsilon: str | None) -> None:
+    """Print a delivery in words."""
+    from viscopade.simulators.native import written
+
+    collision, units = found.collision, found.units
+    between = f" ({collision.least:.4f} to {collision.largest:.4f}: where in a step contact begins)" if stepped else ""
+    say(f"{title}{': ' if title else ''}eps = {collision.epsilon:.{4 if stepped else 6}f}{between}, sampled")
+    if not collision.parts:
+        say("The bodies do not part: eps 0.")
+    duration = f", duration {collision.duration:.4g} {units.time}" if collision.parts else ""
+    say(f"depth {collision.depth:.4g} {units.length}{duration}")
+    used = {name: written(value) for name, value in found.values.items() if name != native.integrator}
+    if used:
+        say(f"for {_words(used)}")
+    others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]
+    say(f"integrator: {found.scheme if stepped else 'infinitely fine steps'}; there are {', '.join(others)}")
+    if found.instead is not None:
+        say(f"for eps = {epsilon} write {_words(found.instead)}")
+    for text in found.warnings:
+        say(f"Warning: {text}.")
 
 
 def _in_contact_times(time_step: str | None, contact_time: float, is_time: bool) -> float | None:

@@ -16,12 +16,14 @@ __all__ = [
     "audit",
     "formula",
     "measured",
+    "native",
     "rebound",
     "setup",
     "simulator",
     "soft",
     "text",
     "textbook",
+    "typed_force",
     "verification",
 ]
 

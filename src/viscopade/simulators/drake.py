@@ -19,13 +19,16 @@ A step that begins without contact has no force.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from mpmath import mp
 
+from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import IMPLICIT, Scheme
 from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa
+from viscopade.simulators.native import Impact, Native, Parameter, Values
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
 
@@ -53,6 +56,54 @@ def largest_bounce(e: Any) -> Any:
 
 _CONTINUOUS, _DISCRETE = "plant/contact_defaults_doxygen.h", "contact_solvers/sap/sap_hunt_crossley_constraint.cc"
 
+_RIGID = 4 * math.pi**2  # h k (h + tau)/m of contacts that the approximation sap takes for rigid
+
+
+def combined(values: Values) -> tuple[float, float, float]:
+    """Return stiffness, dissipation and relaxation time of two materials in contact."""
+    (one, other), (first, second) = values["point_stiffness"], values["hunt_crossley_dissipation"]
+    total = one + other
+    return one * other / total, (other * first + one * second) / total, sum(values["relaxation_time"])
+
+
+def _contact(values: Values, impact: Impact) -> Contact:
+    """Return the compliant point contact of an approximation."""
+    mass, (k, d, tau) = impact.effective_mass, combined(values)
+    if values["discrete_contact_approximation"] == "sap":
+        return Contact(lambda x, v: k * (x + tau * v), mass, mass * impact.gravity)
+    return Contact(lambda x, v: k * x * (1 + d * v), mass, mass * impact.gravity)
+
+
+def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
+    """Return the dissipation c/v, or the relaxation times whose sum is c sqrt(m/k), of both materials."""
+    if values["discrete_contact_approximation"] == "sap":
+        tau = c * math.sqrt(impact.effective_mass / combined(values)[0])
+        return {"relaxation_time": (tau / 2, tau / 2)}
+    return {"hunt_crossley_dissipation": (c / impact.speed, c / impact.speed)}
+
+
+def _warnings(values: Values, impact: Impact) -> Iterator[str]:
+    k, _, tau = combined(values)
+    if impact.step is not None and values["discrete_contact_approximation"] == "sap":
+        stiff = impact.step * k * (impact.step + tau) / impact.effective_mass
+        if stiff > _RIGID:
+            yield "So stiff a contact is softened by Drake's approximation sap, which is not computed here"
+
+
+_NATIVE = Native(
+    (
+        Parameter("point_stiffness", "N/m", "1e6", "a number > 0", lambda pair: min(pair) > 0, both=True),
+        Parameter("hunt_crossley_dissipation", "s/m", "50", both=True),
+        Parameter("relaxation_time", "s", "0.1", both=True),
+    ),
+    _contact,
+    f"multibody/{_DISCRETE}",
+    schemes={"lagged": IMPLICIT, "similar": IMPLICIT, "tamsi": IMPLICIT, "sap": IMPLICIT, "continuous": None},
+    integrator="discrete_contact_approximation",
+    damped=_damped,
+    warnings=_warnings,
+)
+
 _TEXT = '''\
 # {{ marker }}
 #
@@ -77,7 +128,7 @@ from pydrake.geometry import AddContactMaterial, ProximityProperties
 
 CONTACTS = {
 {% for contact in contacts %}
-    {{ contact.name | string }}: {"dissipation": {{ contact.dissipation }}{% if contact.stiffness is not none
+    {{ contact.name | tojson }}: {"dissipation": {{ contact.dissipation }}{% if contact.stiffness is not none
 %}, "point_stiffness": 2 * {{ contact.stiffness }}{% endif %}},
 {% endfor %}
 }
@@ -114,4 +165,5 @@ SIMULATOR = Simulator(
     ),
     texts={"drake": OwnLaw("lagged, similar or tamsi, d = 3 (1 - e)/(2 v)", "dissipation", _TEXT, per_speed=True)},
     lines={"any": "AddContactMaterial(dissipation={parameter}, properties=properties)  # exact at {speed} m/s"},
+    native=_NATIVE,
 )

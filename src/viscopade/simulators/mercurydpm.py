@@ -93,7 +93,8 @@ def render(setup: Setup, command: str) -> str:
     Raises
     ------
     ValueError
-        If two bodies' names differ only in characters that a C++ name cannot have.
+        If two bodies' names differ only in characters that a C++ name cannot have, or a name or the title is not one
+        printable line.
     """
     names = identifiers(list(setup.bodies))
     of_contacts = {frozenset((c.first, c.second)): species_parameters(c) for c in setup.contacts}

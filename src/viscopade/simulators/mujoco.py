@@ -8,10 +8,11 @@ Read in src/engine of MuJoCo 3.12.1 (google-deepmind/mujoco at commit a725507):
   -stiffness -damping: K = stiffness/d_width^2, B = damping/d_width.
 - So d^2 multiplies the spring and d the dashpot: a constant d leaves the damping ratio. With d_0 = d_width the contact
   is x'' + damping x' + stiffness x = 0, exactly. The default `solimp` changes eps by less than 0.005.
-- All are per effective mass: eps depends on no mass. That of free bodies is exact. A contact whose friction resists
-  torsion or rolling (`condim` 4 or 6) in the default pyramidal cone has another, smaller eps.
-- `timeconst` counts as two time steps at least (flag `refsafe`), which is not computed here: it matters from
-  1/(2 pi dampratio) contact times a step on.
+- All are per effective mass: eps depends on no mass. That of free bodies is exact.
+- With friction in the pyramidal cone, the default, 2 (condim - 1) edges share the force, and the impedance becomes d'
+  with (1 - d')/d' = q (1 - d)/d, q = mu^2 (1 + mu^2)/(impratio (condim - 1)); q = 1 in the elliptic cone and without
+  friction. The force per mass is max(0, d' (g + B x' + d K x)): d' multiplies a part of the weight as well (g).
+- `timeconst` counts as two time steps at least (flag `refsafe`).
 
 `mj_Euler` and `mj_implicit` kick with the force at the start of a step and then drift, which is semi-implicit Euler's
 method: implicitfast takes no derivative of contact forces. `mj_RungeKutta` is the classical method.
@@ -19,10 +20,18 @@ method: implicitfast takes no derivative of contact forces. `mj_RungeKutta` is t
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
 from mpmath import mp
 
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import RUNGE_KUTTA, SEMI_IMPLICIT, Scheme
 from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa, ratio_for_return
+from viscopade.simulators.native import Impact, Native, Parameter, Values
 from viscopade.simulators.simulator import OwnLaw, Simulator
 
 _SOURCE = "src/engine/engine_core_constraint.c"
@@ -34,27 +43,111 @@ def _direct(name: str, scheme: Scheme) -> DampingFormula:
     return DampingFormula(name, LINEAR, parameter, mp.mpf, accepted, "other end", _SOURCE, linear_kappa, scheme=scheme)
 
 
+_LEAST, _LARGEST = 1e-4, 0.9999  # impedance, and its midpoint: mjMINIMP and mjMAXIMP
+_LEAST_FRICTION = 1e-5  # mjMINMU
+
+
+def impedance(solimp: tuple[float, ...], x: FloatArray) -> FloatArray:
+    """Return d(r) of `solimp` = d_0 d_width width midpoint power, as `getimpedance` does."""
+    first, last, width, midpoint, power = solimp
+    first, last, midpoint = (min(max(part, _LEAST), _LARGEST) for part in (first, last, midpoint))
+    if first == last or width <= 0:
+        return np.full_like(x, (first + last) / 2)
+    power, part = max(power, 1), np.minimum(x / width, 1)
+    rising = part**power / midpoint ** (power - 1)
+    falling = 1 - (1 - part) ** power / (1 - midpoint) ** (power - 1)
+    return np.asarray(first + (last - first) * np.where(part <= midpoint, rising, falling))
+
+
+def stiffness_and_damping(values: Values, impact: Impact) -> tuple[float, float]:
+    """Return stiffness and damping of `solref`, per mass, in either form."""
+    one, other = values["solref"]
+    if one <= 0:
+        return -one, -other
+    if values["refsafe"] == "enable" and impact.step is not None:
+        one = max(one, 2 * impact.step)
+    return 1 / (one * other) ** 2, 2 / one
+
+
+def _contact(values: Values, impact: Impact) -> Contact:
+    """Return the contact per effective mass."""
+    stiffness, damping = stiffness_and_damping(values, impact)
+    solimp, g = values["solimp"], impact.gravity
+    width, edges = min(max(solimp[1], _LEAST), _LARGEST), int(values["condim"]) - 1
+    mu, q = max(values["friction"][0], _LEAST_FRICTION), 1.0
+    if edges and values["cone"] == "pyramidal":
+        q = mu**2 * (1 + mu**2) / (values["impratio"] * edges)
+
+    def force(x: FloatArray, v: FloatArray) -> FloatArray:
+        d = impedance(solimp, x)
+        shared = d / (d + q * (1 - d))
+        return np.asarray(shared * (g + damping / width * v + d * stiffness / width**2 * x))
+
+    return Contact(force, 1.0, g)
+
+
+def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
+    """Return the `solref` of the same stiffness with the damping c sqrt(stiffness)."""
+    root = math.sqrt(stiffness_and_damping(values, impact)[0])
+    return {"solref": (2 / (c * root), c / 2) if values["solref"][0] > 0 else (-(root**2), -c * root)}
+
+
+def _warnings(values: Values, impact: Impact) -> Iterator[str]:
+    timeconst = values["solref"][0]
+    if impact.step is not None and 0 < timeconst < 2 * impact.step and values["refsafe"] == "enable":
+        yield f"timeconst is {timeconst:g} s, and counts as two time steps, {2 * impact.step:g} s (refsafe)"
+
+
+NATIVE = Native(
+    (
+        Parameter(
+            "solref",
+            default="0.02 1",
+            accepted="timeconst (in s) and dampratio > 0, or -stiffness (in 1/s^2) and -damping (in 1/s) <= 0",
+            allowed=lambda pair: min(pair) > 0 or (max(pair) <= 0 and pair[0] < 0),
+            most=2,
+        ),
+        Parameter(
+            "solimp",
+            default="0.9 0.95 0.001 0.5 2",
+            accepted="d_0, d_width, width (a length), midpoint and power, numbers >= 0",
+            most=5,
+        ),
+        Parameter("friction", default="1 0.005 0.0001", accepted="sliding, torsion and rolling, numbers >= 0", most=3),
+        Parameter("condim", default="3", words=("1", "3", "4", "6")),
+        Parameter("cone", default="pyramidal", words=("pyramidal", "elliptic")),
+        Parameter("impratio", default="1", accepted="a number > 0", allowed=lambda ratio: ratio[0] > 0),
+        Parameter("refsafe", default="enable", words=("enable", "disable")),
+    ),
+    _contact,
+    _SOURCE,
+    schemes={"Euler": SEMI_IMPLICIT, "RK4": RUNGE_KUTTA, "implicit": SEMI_IMPLICIT, "implicitfast": SEMI_IMPLICIT},
+    integrator="integrator",
+    damped=_damped,
+    warnings=_warnings,
+)
+
 _TEXT = """\
 <!--
-    {{ marker | xml_comment }}
+    {{ marker | replace("--", "-\\\\-") }}
 
-{{ opening | lines("    {}") | xml_comment }}
+{{ opening | lines("    {}") | replace("--", "-\\\\-") }}
 
     MuJoCo: <include file="..."/> this file in a model and give geoms, or pairs, class="...". Of two geoms in contact
     both must have the class; a pair needs it alone. The numbers are per mass: eps depends on no mass.
     They are in {{ units.length }} and {{ units.time
 }}. solimp has a constant impedance: with another one eps is off by up to 0.005.
-    A condim of 4 or 6 needs <option cone="elliptic"/>.
+    Friction changes eps in the pyramidal cone, the default, for any condim but 1: <option cone="elliptic"/> does not.
     A comment may not contain two hyphens: a shell reads -\\- as these.
 
 {% for contact in contacts %}
-{{ contact.lines | lines("    {}") | xml_comment }}
+{{ contact.lines | lines("    {}") | replace("--", "-\\\\-") }}
 {% endfor %}
 -->
 <mujocoinclude>
   <default>
 {% for contact in contacts %}
-    <default class="{{ contact.name | e }}">
+    <default class="{{ contact.name }}">
       <geom solref="-{{ contact.stiffness }} -{{ contact.damping }}" solimp="0.9 0.9 0.001"/>
       <pair solref="-{{ contact.stiffness }} -{{ contact.damping }}" solimp="0.9 0.9 0.001"/>
     </default>
@@ -84,4 +177,5 @@ SIMULATOR = Simulator(
     ),
     texts={"mujoco": OwnLaw("solref = -stiffness -damping", "damping", _TEXT, per_mass=True)},
     lines={"any": '<geom solref="-{stiffness} -{parameter}" solimp="0.9 0.9 0.001"/>'},
+    native=NATIVE,
 )

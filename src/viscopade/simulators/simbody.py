@@ -12,13 +12,46 @@ OpenSim hands the `dissipation` of its `HuntCrossleyForce` to Simbody's. The int
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
 from mpmath import mp
 
+from viscopade.collision.contact import Contact
 from viscopade.simulators.formula import DampingFormula
+from viscopade.simulators.native import Impact, Native, Parameter, Values
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
 
 _FORMULA = "HuntCrossleyForce, calcDissipationFromObservedRestitution"
+
+
+def _contact(values: Values, impact: Impact) -> Contact:
+    """Return the contact of two materials: springs in series, k^(2/3) of each, and dissipation by their shares."""
+    one, other = (k ** (2 / 3) for k in values["stiffness"])
+    share = other / (one + other)
+    first, second = values["dissipation"]
+    c, mass = share * first + (1 - share) * second, impact.effective_mass
+    k = 4 / 3 * np.sqrt(impact.effective_radius) * (share * one) ** 1.5
+    return Contact(lambda x, v: k * x**1.5 * (1 + 1.5 * c * v), mass, mass * impact.gravity)
+
+
+def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
+    """Return the dissipation c/v of both materials."""
+    return {"dissipation": (c / impact.speed, c / impact.speed)}
+
+
+_NATIVE = Native(
+    (
+        Parameter("stiffness", "Pa", None, "a number > 0", lambda pair: min(pair) > 0, both=True),
+        Parameter("dissipation", "s/m", "0", both=True),
+    ),
+    _contact,
+    "Simbody/src/HuntCrossleyForce.cpp",
+    schemes={"RungeKuttaMerson": None},
+    integrator="integrator",
+    damped=_damped,
+)
 
 _TEXT = '''\
 # {{ marker }}
@@ -36,13 +69,13 @@ _TEXT = '''\
 
 DISSIPATION = {
 {% for contact in contacts %}
-    {{ contact.name | string }}: {{ contact.dissipation }},
+    {{ contact.name | tojson }}: {{ contact.dissipation }},
 {% endfor %}
 }
 # k of the force k x^(3/2) (1 + 3/2 dissipation x'); None if nothing says how stiff the contact is.
 STIFFNESS = {
 {% for contact in contacts %}
-    {{ contact.name | string }}: {{ contact.stiffness if contact.stiffness is not none else "None" }},
+    {{ contact.name | tojson }}: {{ contact.stiffness if contact.stiffness is not none else "None" }},
 {% endfor %}
 }
 
@@ -71,4 +104,5 @@ SIMULATOR = Simulator(
     ),
     texts={"simbody": OwnLaw(_FORMULA, "dissipation", _TEXT, per_speed=True)},
     lines={"any": "force.setDissipation({parameter})  # exact at {speed} m/s"},
+    native=_NATIVE,
 )

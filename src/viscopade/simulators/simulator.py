@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from viscopade.simulators.formula import DampingFormula
+from viscopade.simulators.native import Native
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Simulator:
     Attributes
     ----------
     name : str
-        That of its module, as `viscopade audit --program` takes it.
+        That of its module, as `viscopade audit` takes it.
     title : str
         As its authors write it.
     version : str
@@ -54,6 +55,8 @@ class Simulator:
         What the calculator writes: for a "pair" of like spheres, for a "wall", or for "any" bodies with this eps.
     walls : bool
         Whether it has walls.
+    native : Native or None
+        Its contact in the parameters of a user's file; None if the file has no contact.
     """
 
     name: str
@@ -63,6 +66,7 @@ class Simulator:
     texts: Mapping[str, Callable[..., str] | OwnLaw] = field(default_factory=dict)
     lines: Mapping[str, str] = field(default_factory=dict)
     walls: bool = True
+    native: Native | None = None
 
     def __post_init__(self) -> None:
         if len({formula.name for formula in self.formulas}) < len(self.formulas):

@@ -49,7 +49,7 @@ This page computes the first five:
 - **weight.** A body that falls is pressed down while it is in contact, and loses more. A MuJoCo contact tuned to 0.5,
   which lasts 31 ms, delivers 0.45 to a ball that falls with 1 m/s. All numbers of this page are without weight.
 
-`viscopade audit --program lammps --epsilon 0.5` prints the rows of
+`viscopade audit lammps --epsilon 0.5` prints the rows of
 this page for one program, with the reason and the number to write instead. With `--time-step` it computes the
 program's own sequence of steps, and with `--step-error 0.01` the largest time step whose error is one per cent.
 
@@ -108,7 +108,7 @@ AFTER_STEPS = r"""
 - **Implicit steps damp by themselves.** With ten steps in a contact and no dissipation at all Drake delivers
   $\varepsilon$ = {highest} on average.
 - Another number than the one asked for makes up for the step, and this prints it:
-  `viscopade audit --program lammps --epsilon 0.5 --time-step 0.02`.
+  `viscopade audit lammps --epsilon 0.5 --time-step 0.02`.
 
 ## What was read
 """

@@ -27,7 +27,7 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays import double
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD
-from viscopade.generated import END_CONDITION, generated_by
+from viscopade.generated import END_CONDITION, generated_by, one_line
 from viscopade.kernels import truth
 from viscopade.kernels.expressions import CodeBranch, Name, Run, evaluate
 from viscopade.kernels.forms import formulas, last_place, table_free
@@ -132,7 +132,7 @@ def render(kernels: Sequence[Any], command: str) -> str:
     at_least_one(kernels)
     head = {
         "generated_by": generated_by(),
-        "command": command,
+        "command": one_line("command", command),
         "source": SOURCE,
         "end_condition": END_CONDITION,
         "columns": COLUMNS,
@@ -521,7 +521,6 @@ def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float,
     inner, converted = inner if within else DOUBLE, form == FLOAT and not (within and FLOAT in kernel.formats)
     factor = Fraction(speed) if kind == "rebound" else Fraction(1)
     value = _above(_value(p, kind)) * factor
-    underflow = beyond.underflow * (2 if kind == "dissipation" else factor)  # (1 + eps) (1 - eps), eps speed
     # Units in the last place are those of the result, which may be beyond a power of two that the exact value is below.
     last = inner.ulp(value * (1 + of_w(inner)))
     if within and isinstance(table, LastPlaceTable):
@@ -540,7 +539,7 @@ def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float,
         error = (beyond.formula + of_v_star() + of_both) * value + LAST_ULPS * last
     if converted:
         error += form.ulp(value + error) / 2
-    return error + form.smallest / 2 + underflow * DOUBLE.smallest
+    return error + form.smallest / 2 + beyond.underflow * DOUBLE.smallest * factor
 
 
 def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float) -> float | None:

@@ -1,0 +1,378 @@
+"""Native parameters: what a user's file says of a contact, and the collision that the program makes of it.
+
+`Native` is what a module says of its simulator for `viscopade audit SIMULATOR --set "NAME=VALUE" … --speed V`. All eps
+here are sampled (`viscopade.collision.contact`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from viscopade import arguments, quantity
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.contact import PHASES, Contact, SampledCollision, damping_factor
+from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
+from viscopade.simulators.setup import Units
+
+EARTH = 9.81  # m/s^2
+_WEIGHT_COUNTS = 0.02  # g t_c/v
+_LONG = 0.5  # of a contact
+_MOST_STEPS, _LONGEST_STEP = 5000, 10  # steps in a contact; contacts in a step
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What a user's file says of a contact: numbers, or a word.
+
+    Attributes
+    ----------
+    name : str
+        As in the file.
+    unit : str
+        SI unit of the numbers; "" if they have none, or are in the units of the file.
+    default : str or None
+        The program's; None if the parameter may be missing.
+    accepted : str
+        What is accepted, in words; of words the list.
+    allowed : callable
+        Whether numbers, a tuple, are accepted.
+    most : int
+        How many numbers it has at most; those that are not given are those of the default.
+    both : bool
+        Whether each of both bodies has a number; a single one is that of both.
+    words : tuple of str
+        The accepted words, if it has no numbers.
+    """
+
+    name: str
+    unit: str = ""
+    default: str | None = None
+    accepted: str = "a number >= 0"
+    allowed: Callable[[tuple[float, ...]], bool] = lambda numbers: all(x >= 0 for x in numbers)
+    most: int = 1
+    both: bool = False
+    words: tuple[str, ...] = ()
+
+    @property
+    def described(self) -> str:
+        """Name, unit, accepted values and default, for a list of parameters."""
+        what = "|".join(self.words) if self.words else self.accepted + (f", {self.unit}" if self.unit else "")
+        what += ", one for both bodies or two" if self.both else ""
+        return f"{self.name} ({what}{'' if self.default is None else f'; default {self.default}'})"
+
+    def value(self, text: str) -> Any:
+        """Return the word, the number or the numbers that a text says; a tuple if there may be several.
+
+        Raises
+        ------
+        ValueError
+            If it is not accepted.
+        """
+        text = text.strip()
+        if self.words:
+            if text not in self.words:
+                raise ValueError(f"{self.name} is {text!r}: accepted is {', '.join(self.words)}")
+            return text
+        numbers = self._numbers(text)
+        if numbers is None or not all(map(math.isfinite, numbers)) or not self.allowed(numbers):
+            unit = f", in {self.unit}" if self.unit else ""
+            raise ValueError(f"{self.name} is {text!r}: accepted is {self.accepted}{unit}")
+        return numbers if self.most > 1 or self.both else numbers[0]
+
+    def _numbers(self, text: str) -> tuple[float, ...] | None:
+        """Return numbers apart by spaces or commas, or by commas if they have units; None if they are none."""
+        found = [_plain(part) for part in text.replace(",", " ").split()]
+        if None in found and self.unit:
+            found = [quantity.decimal_in(part, self.unit) for part in text.split(",")]
+        if not 0 < len(found) <= (2 if self.both else self.most) or None in found:
+            return None
+        if self.both and len(found) == 1:
+            found *= 2
+        rest = self.default.split()[len(found) :] if self.default and not self.both else []
+        return (*(float(number) for number in found if number is not None), *map(float, rest))
+
+
+def _plain(text: str) -> Decimal | None:
+    try:
+        number = arguments.exact_number("", text, "", lambda x: abs(x) < 10**300)
+    except ValueError:
+        return None
+    return Decimal(float(number))
+
+
+class Values(dict[str, Any]):
+    """Values of parameters by name; one that is missing is asked for in one line."""
+
+    def __missing__(self, name: str) -> Any:
+        """Raise ValueError."""
+        raise ValueError(f'{name} is not set, and the program has no default: expected --set "{name}=…"')
+
+
+@dataclass(frozen=True)
+class FileUnits(Units):
+    """The units of all numbers in a user's file: their names, and their sizes in SI units."""
+
+    metres: float = 1.0
+    kilograms: float = 1.0
+    seconds: float = 1.0
+
+
+@dataclass(frozen=True)
+class Impact:
+    """Two bodies that collide, or one and a plane, in the units of the user's file.
+
+    Attributes
+    ----------
+    speed : float
+        Impact speed > 0.
+    mass, radius : float or None
+        Effective mass and radius; None if nothing is known of them.
+    gravity : float
+        Acceleration that presses the bodies together.
+    step : float or None
+        Time step; None for infinitely fine ones.
+    """
+
+    speed: float
+    mass: float | None = None
+    radius: float | None = None
+    gravity: float = 0.0
+    step: float | None = None
+
+    @property
+    def effective_mass(self) -> float:
+        """The mass; ValueError if it is not known."""
+        if self.mass is None:
+            raise ValueError("mass is missing: expected --mass, the effective mass m1 m2/(m1 + m2)")
+        return self.mass
+
+    @property
+    def effective_radius(self) -> float:
+        """The radius; ValueError if it is not known."""
+        if self.radius is None:
+            raise ValueError("radius is missing: expected --radius, the effective radius R1 R2/(R1 + R2)")
+        return self.radius
+
+    def in_units(self, units: FileUnits) -> Impact:
+        """Return the same impact, which is in SI units, in others."""
+        metres, seconds = units.metres, units.seconds
+        return Impact(
+            self.speed * seconds / metres,
+            None if self.mass is None else self.mass / units.kilograms,
+            None if self.radius is None else self.radius / metres,
+            self.gravity * seconds**2 / metres,
+            None if self.step is None else self.step / seconds,
+        )
+
+
+@dataclass(frozen=True)
+class Impulse:
+    """A collision that a program resolves at once, without a compression.
+
+    Attributes
+    ----------
+    epsilon : callable
+        From phases, where in a time step contact begins, to the eps of each.
+    """
+
+    epsilon: Callable[[FloatArray], ArrayLike]
+
+    def collide(
+        self,
+        speed: float = 1.0,
+        *,
+        step: float | None = None,
+        scheme: Scheme = SEMI_IMPLICIT,
+        phases: ArrayLike = PHASES,
+    ) -> SampledCollision:
+        """Return the collision, as `Contact.collide` does; without a time step at the middle phase."""
+        at = np.asarray(phases if step is not None else 0.5, float).ravel()
+        found = np.broadcast_to(np.asarray(self.epsilon(at), float), at.shape)
+        least, largest = float(found.min()), float(found.max())
+        jump = float(np.abs(np.diff(found)).max()) if len(found) > 1 else 0.0
+        errors = dict.fromkeys(("epsilon", "least", "largest"), jump) | {"depth": 0.0, "duration": 0.0}
+        return SampledCollision(float(found.mean()), least, largest, 0.0, 0.0, largest > 0, errors)
+
+
+@dataclass(frozen=True)
+class Native:
+    """The contact of a program in the parameters of a user's file.
+
+    Attributes
+    ----------
+    parameters : tuple of Parameter
+        All but the integrator.
+    contact : callable
+        From the values and an `Impact` to the contact. Its load is the mass times the gravity of the impact.
+    source : str
+        File of the program.
+    schemes : mapping of str to Scheme or None
+        Integrators by the program's own names, its default first; None for one that chooses its own steps.
+    integrator : str
+        What the file calls it.
+    damped : callable or None
+        From the values, a damping c and an impact to the values, by name, that make the contact so damped: eps falls
+        with c, and c = 1 is of the order of eps = 0.5. None if no number of the file is a damping.
+    warnings : callable
+        From the values and an impact to sentences, without their full stops.
+    units : callable
+        From the values to the units of the file.
+    """
+
+    parameters: tuple[Parameter, ...]
+    contact: Callable[[Values, Impact], Contact | Impulse]
+    source: str
+    schemes: Mapping[str, Scheme | None] = field(default_factory=lambda: {"semi-implicit Euler": SEMI_IMPLICIT})
+    integrator: str = "scheme"
+    damped: Callable[[Values, float, Impact], Mapping[str, Any]] | None = None
+    warnings: Callable[[Values, Impact], Iterable[str]] = lambda values, impact: ()
+    units: Callable[[Values], FileUnits] = lambda values: FileUnits()
+
+    @property
+    def known(self) -> dict[str, Parameter]:
+        """All parameters by name, the integrator too."""
+        names = tuple(self.schemes)
+        own = Parameter(self.integrator, default=names[0], words=names)
+        return {parameter.name: parameter for parameter in (*self.parameters, own)}
+
+    def values(self, settings: Mapping[str, str]) -> Values:
+        """Return the values of all parameters that are set or have a default.
+
+        Raises
+        ------
+        ValueError
+            If there is no such parameter, or a value is not accepted.
+        """
+        known = self.known
+        for name in settings:
+            if name not in known:
+                there = "; ".join(parameter.described for parameter in known.values())
+                raise ValueError(f"there is no parameter {name!r}: accepted are {there}")
+        texts = {name: each.default for name, each in known.items() if each.default is not None} | dict(settings)
+        return Values((name, known[name].value(text)) for name, text in texts.items())
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """What the contact of a user's file delivers.
+
+    Attributes
+    ----------
+    values : Values
+        Of all parameters.
+    scheme : str
+        The program's name of its integrator.
+    collision : SampledCollision
+    instead : mapping of str to str or None
+        What to write for the wanted eps, by parameter; None if no eps is wanted, or nothing delivers it.
+    warnings : tuple of str
+        Sentences.
+    units : FileUnits
+        Of depth and duration.
+    """
+
+    values: Values
+    scheme: str
+    collision: SampledCollision
+    instead: Mapping[str, str] | None
+    warnings: tuple[str, ...]
+    units: FileUnits
+
+
+def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilon: float | None = None) -> Delivery:
+    """Return what the contact of a user's file delivers, and what to write for a wanted eps.
+
+    Parameters
+    ----------
+    native : Native
+    settings : mapping of str to str
+        Texts of the file by parameter.
+    impact : Impact
+        In SI units.
+    epsilon : float, optional
+        The wanted eps, > 0 and < 1.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is unknown, missing or not accepted, or the contact stops no body.
+    """
+    values = native.values(settings)
+    name, units = values[native.integrator], native.units(values)
+    hit, scheme = impact.in_units(units), native.schemes[values[native.integrator]]
+    if scheme is None and hit.step is not None:
+        with_steps = [each for each, of in native.schemes.items() if of is not None]
+        others = f"; accepted with one is --scheme {', '.join(with_steps)}" if with_steps else ""
+        raise ValueError(f"time-step is given: {name} chooses its own steps{others}")
+    stepping: Any = {"step": hit.step, "scheme": scheme or SEMI_IMPLICIT}
+    warnings = [*native.warnings(values, hit), *_of_step(native, values, hit), *_of_weight(native, values, hit, units)]
+    collision = native.contact(values, hit).collide(hit.speed, **stepping)
+    instead = None
+    if epsilon is not None and native.damped is None:
+        warnings.append("No parameter is a damping: there is nothing to write instead")
+    elif epsilon is not None and native.damped is not None:
+        damped = native.damped
+
+        def with_damping(c: float) -> Any:
+            return native.contact(Values({**values, **damped(values, c, hit)}), hit)
+
+        try:
+            c = damping_factor(with_damping, epsilon, 1.0, speed=hit.speed, **stepping)
+            instead = {each: written(value) for each, value in damped(values, c, hit).items()}
+        except ValueError as error:
+            warnings.append(f"No damping delivers {epsilon:g}: {error}")
+    return Delivery(values, name, collision, instead, tuple(warnings), units)
+
+
+def written(value: Any) -> str:
+    """Return a value as a file has it."""
+    if isinstance(value, tuple):
+        return " ".join(map(written, value))
+    return value if isinstance(value, str) else f"{value:.8g}"
+
+
+def _of_step(native: Native, values: Values, hit: Impact) -> Iterable[str]:
+    """Yield a warning if the time step is no small part of the contact.
+
+    Raises
+    ------
+    ValueError
+        If there are too many steps in it, or far less than one.
+    """
+    if hit.step is None:
+        return
+    duration = _duration(native.contact(values, hit).collide(hit.speed), hit.speed)
+    if duration and not 1 / _MOST_STEPS <= hit.step / duration <= _LONGEST_STEP:
+        accepted = f"{1 / _MOST_STEPS:g} to {_LONGEST_STEP:g} contact times of {duration:.3g}"
+        raise ValueError(f"time-step is {hit.step:.4g}: accepted is {accepted}; without one, steps are infinitely fine")
+    if hit.step > _LONG * duration:
+        yield f"A contact has {duration / hit.step:.2g} time steps only: eps depends on where in a step it begins"
+
+
+def _duration(collision: SampledCollision, speed: float) -> float:
+    """Return the duration of contact; for bodies that stay together that of a linear contact so deep."""
+    return collision.duration if collision.parts else math.pi * collision.depth / speed
+
+
+def _of_weight(native: Native, values: Values, hit: Impact, units: FileUnits) -> Iterable[str]:
+    """Yield a warning if nothing was said of weight, and it would count."""
+    falling = replace(hit, step=None, gravity=EARTH * units.seconds**2 / units.metres)
+    if hit.gravity:
+        return
+    try:
+        found = native.contact(values, falling).collide(hit.speed)
+        light = native.contact(values, replace(falling, gravity=0.0)).collide(hit.speed)
+    except ValueError:
+        return
+    ratio = falling.gravity * _duration(light, hit.speed) / hit.speed
+    if ratio >= _WEIGHT_COUNTS:
+        result = f"{found.epsilon:.4f}" if found.parts else "0, as it does not leave the plane"
+        words = f"A body that falls on a plane has g t_c/v = {ratio:.2g}, and eps = {result}"
+        yield f"Without weight. {words}: --gravity 9.81"

@@ -1,0 +1,157 @@
+"""Newton, and the module sim of Warp before it: `ke` and `kd` of shapes, or `restitution`.
+
+Read in newton/_src/solvers of Newton 1.8.0; numbers of both shapes count by their means:
+
+- SolverSemiImplicit, `_eval_body_contact` of semi_implicit/kernels_contact.py: the force ke x + kd max(x', 0), in each
+  contact: damping acts while the bodies approach. SolverFeatherstone has the same. With zeta = kd/(2 sqrt(ke m)) < 1
+  and w = sqrt(1 - zeta^2), eps = exp(-(zeta/w) atan(w/zeta)).
+- SolverXPBD, xpbd/restitution_kernels.py: if `enable_restitution` and the speed before the step is above 2 g h, the
+  rebound is eps times that speed. Two iterations each leave a fifth of the penetration.
+- SolverMuJoCo, `convert_solref` of mujoco/kernels.py: `solref` = 2/kd, kd/(2 sqrt(ke)), so that ke and kd are per
+  effective mass.
+
+A box that falls flat has four contacts, each with the same ke and kd: in all four times of both.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from mpmath import mp
+
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.contact import Contact
+from viscopade.collision.schemes import SEMI_IMPLICIT
+from viscopade.simulators import mujoco
+from viscopade.simulators.formula import LINEAR, LINEAR_RETURN, DampingFormula, linear_kappa, viscoelastic_kappa
+from viscopade.simulators.native import Impact, Impulse, Native, Parameter, Values
+from viscopade.simulators.simulator import Simulator
+from viscopade.theory.law import VISCOELASTIC
+
+_CONTACT = "newton/_src/solvers/semi_implicit/kernels_contact.py"
+_LEFT = 0.2**2  # of a penetration after a step of SolverXPBD
+_MOST_STEPS = 10_000  # of SolverXPBD, until a body has left
+
+
+def approach_kappa(kappa: Any) -> Any:
+    """Return kappa of the linear contact up to x = 0 with the eps that damping of the approach alone gives.
+
+    With zeta = kappa/2 the approach damps eps to exp(-pi s), s = (zeta/w) atan(w/zeta)/pi, and the linear contact with
+    zeta' = s/sqrt(1 + s^2) has this eps.
+    """
+    zeta = kappa / 2
+    if zeta == 0:
+        return mp.mpf(0)
+    w = mp.sqrt(1 - zeta**2)
+    s = mp.mpf(1) / mp.pi if w == 0 else mp.re(zeta / w * mp.atan(w / zeta)) / mp.pi
+    return 2 * s / mp.sqrt(1 + s**2)
+
+
+def _contact(values: Values, impact: Impact) -> Contact | Impulse:
+    """Return the contact of a solver, with numbers of both shapes."""
+    ke, kd, restitution = (sum(values[name]) / 2 for name in ("ke", "kd", "restitution"))
+    solver, g = values["solver"], impact.gravity
+    if solver == "SolverXPBD":
+        on = values["enable_restitution"] == "True"
+        return Impulse(lambda phases: xpbd_rebounds(restitution if on else None, impact, phases))
+    if solver == "SolverMuJoCo":
+        converted = {"solref": f"{2 / kd!r} {kd / 2 / math.sqrt(ke)!r}", "friction": str(sum(values["mu"]) / 2)}
+        return mujoco.NATIVE.contact(mujoco.NATIVE.values(converted), impact)
+    mass = impact.effective_mass
+    return Contact(lambda x, v: ke * x + kd * np.maximum(v, 0), mass, mass * g)
+
+
+def xpbd_rebounds(restitution: float | None, impact: Impact, phases: FloatArray) -> FloatArray:
+    """Return the eps of SolverXPBD for each phase, from the flight after contact; None: without restitution."""
+    h, g, speed = impact.step or 0.0, impact.gravity, impact.speed
+    before = phases * h if g == 0 else np.minimum(phases * h, speed / g)
+    x, v = -before * speed + g / 2 * before**2, speed - g * before - g * h / 2
+    epsilon, touches = np.zeros_like(phases), np.ones(phases.shape, bool)
+    if not h:
+        return epsilon + (restitution or 0.0)
+    for _ in range(_MOST_STEPS):
+        newest = v + g * h
+        drifted = x + h * newest
+        hits = drifted > 0
+        solved = np.where(hits, _LEFT * drifted, drifted)
+        rebound = (solved - x) / h
+        if restitution is not None:
+            rebound = np.where(newest > 2 * g * h, -restitution * newest, rebound)
+        x, v = solved, np.where(hits, rebound, newest)
+        left = touches & (x <= 0) & (v < -g * h / 2)
+        exact = v + g * h / 2
+        epsilon = np.where(left, np.sqrt(np.maximum(exact**2 - 2 * g * x, 0)) / speed, epsilon)
+        touches &= ~left
+        if not touches.any():
+            break
+    return epsilon
+
+
+def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
+    """Return what damps as much for both shapes: kd = c sqrt(ke m), per mass in SolverMuJoCo, or restitution."""
+    if values["solver"] == "SolverXPBD":
+        return {"restitution": (math.exp(-c),) * 2}
+    mass = 1.0 if values["solver"] == "SolverMuJoCo" else impact.effective_mass
+    return {"kd": (c * math.sqrt(sum(values["ke"]) / 2 * mass),) * 2}
+
+
+_NATIVE = Native(
+    (
+        Parameter("ke", "N/m", "2500", "a number > 0", lambda pair: min(pair) > 0, both=True),
+        Parameter("kd", "N s/m", "100", both=True),
+        Parameter("mu", default="1", both=True),
+        Parameter(
+            "restitution", "", "0", "a number from 0 to 1", lambda pair: 0 <= min(pair) <= max(pair) <= 1, both=True
+        ),
+        Parameter("enable_restitution", default="False", words=("False", "True")),
+    ),
+    _contact,
+    _CONTACT,
+    schemes={"SolverSemiImplicit": SEMI_IMPLICIT, "SolverXPBD": SEMI_IMPLICIT, "SolverMuJoCo": SEMI_IMPLICIT},
+    integrator="solver",
+    damped=_damped,
+)
+
+SIMULATOR = Simulator(
+    "newton",
+    "Newton and Warp",
+    "Newton 1.8.0",
+    (
+        DampingFormula(
+            "SolverSemiImplicit, damping of the approach",
+            LINEAR_RETURN,
+            "kd/sqrt(ke m)",
+            approach_kappa,
+            ("0", "1e3"),
+            "other law",
+            _CONTACT,
+            linear_kappa,
+            note="The damping acts while the bodies approach.",
+            scheme=None,
+        ),
+        DampingFormula(
+            "SolverMuJoCo",
+            LINEAR,
+            "kd/sqrt(ke)",
+            mp.mpf,
+            ("0", "1e3"),
+            "other end",
+            "newton/_src/solvers/mujoco/kernels.py",
+            linear_kappa,
+            note="ke and kd are per effective mass.",
+        ),
+        DampingFormula(
+            "SolverXPBD, restitution",
+            VISCOELASTIC,
+            "restitution",
+            viscoelastic_kappa,
+            ("1e-3", "1"),
+            "exact",
+            "newton/_src/solvers/xpbd/restitution_kernels.py",
+            scheme=None,
+        ),
+    ),
+    native=_NATIVE,
+)

@@ -1,0 +1,206 @@
+"""Native parameters: eps that the real programs delivered, what to write instead, and forces that are typed."""
+
+import numpy as np
+import pytest
+
+from viscopade.simulators import simulator_of
+from viscopade.simulators.native import Impact, Native, Parameter, delivery, written
+from viscopade.simulators.typed_force import force
+from viscopade.simulators.typed_force import native as typed
+
+EARTH = 9.81
+SOFT, HARD = "-7672.00354889 -44.7191729394", "-294911.816419 -277.258872224"  # eps 0.5: contacts of 31 ms and 5 ms
+FLAT = {"solimp": "0.9 0.9 0.001", "condim": "1"}
+
+
+def delivered(name, settings, speed=1.0, mass=None, gravity=0.0, step=None, epsilon=None, radius=None):
+    native = name if isinstance(name, Native) else simulator_of(name).native
+    return delivery(native, settings, Impact(speed, mass, radius, gravity, step), epsilon)
+
+
+# Measured in MuJoCo 4.0.0: mean, least and largest of 64 phases.
+MUJOCO = [
+    ({"solref": "-2500 -100"}, 0.003, 0.0, (0.122181, 0.103048, 0.143140)),
+    ({"solref": "-2500 -100"}, 0.01, 0.0, (0.125371, 0.013048, 0.248047)),
+    ({}, 0.01, 0.0, (0.125371, 0.013048, 0.248047)),
+    ({"integrator": "implicitfast"}, 0.003, 0.0, (0.122181, 0.103048, 0.143140)),
+    ({"integrator": "RK4"}, 0.003, 0.0, (0.135677, 0.123601, 0.148715)),
+    ({"integrator": "RK4"}, 0.01, 0.0, (0.135906, 0.096894, 0.180108)),
+    ({}, 0.003, EARTH, (0, 0, 0)),
+]
+
+
+@pytest.mark.parametrize(("settings", "step", "gravity", "measured"), MUJOCO)
+def test_mujoco_in_time_steps(settings, step, gravity, measured):
+    found = delivered("mujoco", settings, gravity=gravity, step=step).collision
+    assert (found.epsilon, found.least, found.largest) == pytest.approx(measured, abs=2e-6)
+    assert found.parts == (gravity == 0)
+    assert found.status == "sampled"
+
+
+@pytest.mark.parametrize(
+    ("solref", "speed", "measured"),
+    [
+        *((SOFT, *pair) for pair in ((1.0, 0.448188), (0.3, 0.407536), (0.1, 0.339840))),
+        *((HARD, *pair) for pair in ((1.0, 0.490498), (0.3, 0.469897), (0.1, 0.427204))),
+    ],
+)
+def test_mujoco_with_weight(solref, speed, measured):
+    """Runge-Kutta with 2000 steps in a contact."""
+    found = delivered("mujoco", {"solref": solref, **FLAT}, speed, gravity=EARTH)
+    assert found.collision.epsilon == pytest.approx(measured, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("settings", "gravity", "measured"),
+    [
+        ({"condim": "1", "friction": "0.5"}, 0, 0.499896),
+        ({"friction": "0"}, 0, 0.483970),
+        ({"friction": "0.5"}, 0, 0.486579),
+        ({"friction": "1.5"}, 0, 0.535025),
+        ({"friction": "0.5 0.005 0.0001", "condim": "4"}, 0, 0.485714),
+        ({"friction": "1.5", "condim": "4", "impratio": "10"}, 0, 0.488019),
+        ({"friction": "1.5", "cone": "elliptic", "impratio": "10"}, 0, 0.499896),
+        ({"friction": "1.5"}, EARTH, 0.473640),
+        ({"friction": "1.5", "condim": "4"}, EARTH, 0.462674),
+    ],
+)
+def test_friction_changes_the_eps_of_mujoco(settings, gravity, measured):
+    """With 1000 steps in a contact."""
+    found = delivered("mujoco", {"solref": SOFT, "solimp": FLAT["solimp"], **settings}, gravity=gravity, step=3.1e-5)
+    assert found.collision.epsilon == pytest.approx(measured, abs=2e-5)
+
+
+@pytest.mark.parametrize("solref", ["-2500 -100", "0.02 1"])
+@pytest.mark.parametrize(("gravity", "step"), [(0.0, None), (EARTH, None), (0.0, 0.002)])
+def test_what_is_written_instead_delivers_the_wanted_eps(solref, gravity, step):
+    given = {"gravity": gravity, "step": step}
+    instead = delivered("mujoco", {"solref": solref}, 3.0, epsilon=0.5, **given).instead
+    found = delivered("mujoco", instead, 3.0, **given)
+    assert found.collision.epsilon == pytest.approx(0.5, abs=1e-6)
+    assert (found.values["solref"][0] > 0) == (solref[0] != "-")
+
+
+def test_a_short_timeconst_counts_as_two_steps():
+    given = {"solref": "0.002 1"}
+    held = delivered("mujoco", given, step=0.002)
+    assert any("counts as two time steps, 0.004 s" in text for text in held.warnings)
+    assert held.collision == delivered("mujoco", {"solref": "0.004 1"}, step=0.002).collision
+    assert held.collision != delivered("mujoco", given | {"refsafe": "disable"}, step=0.002).collision
+
+
+def test_warnings():
+    (weight,) = delivered("mujoco", {"solref": SOFT, **FLAT}).warnings
+    assert weight == "Without weight. A body that falls on a plane has g t_c/v = 0.3, and eps = 0.4482: --gravity 9.81"
+    (step,) = delivered("mujoco", {"solref": SOFT, **FLAT}, gravity=EARTH, step=0.02).warnings
+    assert step.startswith("A contact has 1.7 time steps only")
+    assert not delivered("mujoco", {"solref": SOFT, **FLAT}, gravity=EARTH, step=0.002).warnings
+
+
+@pytest.mark.parametrize("step", [1e-9, 1.0])
+def test_steps_that_are_far_too_short_or_long_are_refused(step):
+    with pytest.raises(ValueError, match=r"accepted is 0\.0002 to 10 contact times of 0\.031"):
+        delivered("mujoco", {"solref": SOFT, **FLAT}, step=step)
+
+
+# --- parameters -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"mass": "1"}, "there is no parameter 'mass': accepted are solref (timeconst"),
+        ({"solref": "1 -1"}, "solref is '1 -1': accepted is timeconst (in s) and dampratio > 0, or"),
+        ({"solref": "nan 1"}, "solref is 'nan 1'"),
+        ({"solref": "1e999 1"}, "solref is '1e999 1'"),
+        ({"solref": ""}, "solref is ''"),
+        ({"friction": "1 1 1 1"}, "friction is '1 1 1 1': accepted is"),
+        ({"friction": "-1"}, "friction is '-1': accepted is"),
+        ({"condim": "2"}, "condim is '2': accepted is 1, 3, 4, 6"),
+        ({"integrator": "Verlet"}, "integrator is 'Verlet': accepted is Euler, RK4, implicit, implicitfast"),
+        ({"solref": "-0.0 -1"}, "solref is '-0.0 -1'"),
+    ],
+)
+def test_wrong_parameters(settings, message):
+    with pytest.raises(ValueError) as error:
+        delivered("mujoco", settings)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_numbers_may_have_units():
+    one, two = Parameter("young", "Pa", default="1e9"), Parameter("both", "N/m", default="1 2", most=2)
+    assert one.value("70 GPa") == one.value("7e10") == 7e10
+    assert two.value("3 kN/m, 4 N/m") == (3000, 4)
+    assert two.value("3") == (3, 2)
+    assert written(two.value("3, 4")) == "3 4"
+    for wrong in ("70 kg", "1 GPa, 2 GPa", "-1", "x"):
+        with pytest.raises(ValueError, match="accepted is a number >= 0, in Pa"):
+            one.value(wrong)
+
+
+def test_what_is_missing_is_asked_for():
+    contact = typed("1e5*x", "force")
+    with pytest.raises(ValueError, match="mass is missing: expected --mass"):
+        delivered(contact, {})
+    with pytest.raises(ValueError, match="force stops no body"):
+        delivered(typed("-x", "force"), {}, mass=1.0)
+    with pytest.raises(ValueError, match="k is not set"):
+        delivered(Native((Parameter("k"),), lambda values, _: values["k"], ""), {})
+
+
+# --- forces that are typed --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("formula", "value"),
+    [
+        ("1e5*x + 1e3*max(v, 0)", 600.0),
+        ("-x**2 - -3*v/2", 0.75 - 1e-6),
+        ("min(x, v, 2) + abs(-v)", 0.501),
+        ("sqrt(4*exp(0)) + where(x < 1e-2, 1, 2) + where(v >= x, 10, 20)", 13.0),
+        ("step(x, 0, 0, 2e-3, 8)", 4.0),
+        ("step(x, 2e-3, 5, 3e-3, 8) + step(x, 0, 0, 5e-4, 8)", 13.0),
+        (" 7 ", 7.0),
+    ],
+)
+def test_formulas_are_computed(formula, value):
+    found = force(formula)(np.full(3, 1e-3), np.full(3, 0.5))
+    assert found == pytest.approx(np.full(3, value))
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        *("", "x +", "y", "x; v", "x if v else 1", "x < 1", "where(x, 1, 2)", "where(1 < x < 2, 1, 2)", "max(x)"),
+        *("sqrt(x, v)", "x.real", "x[0]", "[x]", "'x'", "True", "1j", "lambda: 1", "f(x)", "max(*[x, v])", "x @ v"),
+        *("__import__('os')", "max(x, v, key=abs)", "(x := 1)", "x = 1", "1" + "0" * 400, "x" * 3000, "~x"),
+        *("(" * 300 + "x" + ")" * 300, "-" * 100 + "x", "x\0", "x // 2", "x % 2", "min(" * 60 + "x, 1" + ", 1)" * 60),
+    ],
+)
+def test_wrong_formulas_get_one_line(formula):
+    with pytest.raises(ValueError) as error:
+        force(formula)
+    assert str(error.value).startswith("force has ")
+    assert "accepted is numbers, x, v, + - * / **" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("formula", ["10**10**10", "x/0", "sqrt(-1)*x", "0", "-1e5*x"])
+def test_forces_that_stop_no_body_are_refused(formula):
+    with pytest.raises(ValueError, match="expected a function of compression and rate"):
+        delivered(typed(formula, "force"), {}, mass=1.0)
+
+
+def test_a_typed_force_is_a_contact():
+    """Damping of the approach only: with zeta = kd/(2 sqrt(ke m)), eps = exp(-(zeta/w) atan(w/zeta))."""
+    zeta = 1e3 / 2 / np.sqrt(1e5)
+    with pytest.raises(ValueError, match="there is no parameter"):
+        delivered(typed("x", "force"), {"k": "1"}, mass=1.0)
+    assert zeta > 1
+    found = delivered(typed("1e5*x + 378*max(v, 0)", "force"), {}, mass=1.0, epsilon=0.5)
+    zeta = 378 / 2 / np.sqrt(1e5)
+    w = np.sqrt(1 - zeta**2)
+    assert found.collision.epsilon == pytest.approx(np.exp(-zeta / w * np.arctan2(w, zeta)), abs=1e-9)
+    assert found.instead is None
+    assert "nothing to write instead" in found.warnings[-1]
