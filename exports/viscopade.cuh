@@ -201,7 +201,10 @@ struct viscopade_parts {
     double elastic, lost;
 };
 
-/* w = beta^5 speed, at most 2^900; NaN if an argument is negative or NaN. No kernel takes the logarithm of w = 0, which raises an exception. */
+/*
+ * w = beta^5 speed, at most 2^900; NaN if an argument is negative or NaN. No logarithm is taken of w = 0, as that raises
+ * an exception.
+ */
 VISCOPADE_FUNCTION double viscopade_w(double speed, double beta)
 {
     const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
@@ -219,7 +222,10 @@ struct viscopade_partsf {
     float elastic, lost;
 };
 
-/* w = beta^5 speed, at most 2^120; NaN if an argument is negative or NaN. No kernel takes the logarithm of w = 0, which raises an exception. */
+/*
+ * w = beta^5 speed, at most 2^120; NaN if an argument is negative or NaN. No logarithm is taken of w = 0, as that raises
+ * an exception.
+ */
 VISCOPADE_FUNCTION float viscopade_wf(float speed, float beta)
 {
     const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
