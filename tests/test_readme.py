@@ -20,8 +20,9 @@ from viscopade_lab.bench.result import from_csv
 ROOT = Path(__file__).parents[1]
 USAGE = ROOT / "docs" / "usage"
 README = (ROOT / "README.md").read_text("utf-8")
-SHOWN = [ROOT / "docs" / "index.md", *sorted(USAGE.rglob("*.md"))]
+SHOWN = [ROOT / "docs" / "index.md", *sorted(USAGE.glob("*.md"))]
 PAGES = [README, *(page.read_text("utf-8") for page in SHOWN)]
+OF_SIMULATORS = [page.read_text("utf-8") for page in sorted((USAGE / "simulators").glob("*.md"))]
 EVERYWHERE = [README, *(page.read_text("utf-8") for page in sorted((ROOT / "docs").rglob("*.md")))]
 RESULT = from_csv((ROOT / "docs" / "bench" / "xeon_cascade_lake.csv").read_bytes(), "xeon_cascade_lake.csv")
 
@@ -70,7 +71,9 @@ def test_a_program_in_c(tmp_path):
     assert output_of(["sh", "-c", line], tmp_path) == f"{printed}\n"
 
 
-@pytest.mark.parametrize("block", [code for page in PAGES for kind, code in blocks(page) if kind == "console"])
+@pytest.mark.parametrize(
+    "block", [code for page in PAGES + OF_SIMULATORS for kind, code in blocks(page) if kind == "console"]
+)
 def test_console_examples(block, tmp_path):
     first, _, expected = block.partition("\n")
     if "examples/" in first:
@@ -81,7 +84,7 @@ def test_console_examples(block, tmp_path):
 def test_python_examples(tmp_path):
     pairs = [pair for text in PAGES for pair in pairwise(blocks(text))]
     examples = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
-    assert len(examples) == 9
+    assert len(examples) == 7
     for code, expected in examples:
         assert output_of([sys.executable, "-c", code], tmp_path) == expected
 
