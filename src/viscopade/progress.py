@@ -8,15 +8,16 @@ from contextvars import ContextVar
 from typing import TypeVar
 
 Item = TypeVar("Item")
-Tracker = Callable[[Sequence[int], str], Iterable[int]]
+Cost = Callable[[int], float]
+Tracker = Callable[[Sequence[int], str, Cost], Iterable[int]]
 
 _tracker: ContextVar[Tracker | None] = ContextVar("viscopade_progress", default=None)
 
 
-def track(steps: Sequence[int], description: str) -> Iterable[int]:
-    """Iterate over `steps`, through the installed tracker if there is one."""
+def track(steps: Sequence[int], description: str, cost: Cost = lambda _: 1.0) -> Iterable[int]:
+    """Iterate over `steps`, through the installed tracker if there is one; `cost` is what a step takes, in any unit."""
     tracker = _tracker.get()
-    return steps if tracker is None else tracker(steps, description)
+    return steps if tracker is None else tracker(steps, description, cost)
 
 
 @contextmanager
@@ -31,4 +32,4 @@ def shown_by(tracker: Tracker) -> Iterator[None]:
 
 def quietly() -> AbstractContextManager[None]:
     """Show no progress for the duration of a `with` block, for loops inside a step."""
-    return shown_by(lambda steps, _: steps)
+    return shown_by(lambda steps, *_: steps)

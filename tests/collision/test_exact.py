@@ -234,13 +234,13 @@ def test_nothing_global_changes():
 def test_progress_is_announced():
     announced = []
 
-    def tracker(steps, description):
+    def tracker(steps, description, cost):
         announced.append(description)
         return steps
 
     with progress.shown_by(tracker):
         exact.collision("1.25", 20)
-    assert announced == ["Newton's method"]
+    assert announced == ["Newton's method and proof"]
 
 
 def test_rest_and_no_damping_keep_beta():

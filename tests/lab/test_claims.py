@@ -156,7 +156,7 @@ def test_every_finding_says_what_and_is_ready_for_json(found):
 def test_progress_is_shown_once_and_not_within_itself():
     shown = []
 
-    def tracker(steps, description):
+    def tracker(steps, description, cost):
         shown.append(description)
         yield from steps
 

@@ -7,9 +7,11 @@ import io
 import json
 import re
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from textwrap import wrap
+from time import monotonic
 from typing import TYPE_CHECKING, Any, TextIO
 
 import click
@@ -18,8 +20,12 @@ from viscopade import arguments, extras
 from viscopade.cli.writer import check_targets, write
 from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
+FIRST_SECONDS, LONG_SECONDS = 1.0, 60.0
+"""After how long it is estimated how long a loop takes, and from what time on the user is told."""
+
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
+    from viscopade.progress import Cost
     from viscopade.theory.law import Law
 
     _Integer = click.ParamType[int]
@@ -374,14 +380,34 @@ def keep_printing() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def tracker(steps: Sequence[int], description: str) -> Iterable[int]:
-    """Iterate over the steps with a progress bar, if standard error is a terminal; the bar disappears at the end."""
+def tracker(steps: Sequence[int], description: str, cost: Cost) -> Iterable[int]:
+    """Iterate over the steps, with a line on standard error if they take long, as the first second of them shows.
+
+    If standard error is a terminal, a progress bar is shown, which disappears at the end.
+    """
+    total, done, told, begin = sum(map(cost, steps)), 0.0, False, monotonic()
+    with _bar(description, total) as advance:
+        for step in steps:
+            yield step
+            done += cost(step)
+            advance(done)
+            elapsed = monotonic() - begin
+            left = elapsed * (total - done) / done
+            if not told and elapsed > FIRST_SECONDS and left > LONG_SECONDS:
+                click.echo(f"viscopade: {description}: about {max(round(left / 60), 1)} min", err=True)
+                told = True
+
+
+@contextmanager
+def _bar(description: str, total: float) -> Iterator[Callable[[float], None]]:
+    """Show a progress bar in a `with` block, if standard error is a terminal; the function tells it what is done."""
     if not _is_terminal(sys.stderr):
-        yield from steps
+        yield lambda _: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        yield from progress.track(steps, description=description)
+        task = progress.add_task(description, total=total)
+        yield lambda done: progress.update(task, completed=done)

@@ -48,6 +48,7 @@ LOW_ACCURACY = 60  # of what becomes a double
 LOST_BITS = 4  # of what Newton's method finds when the last step has doubled the bits that were right
 LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
 MAX_STEPS = 100
+COST_POWER, PROOF_COST = 2.4, 2.5  # a step of Newton's method takes like bits^2.4, the proof as long as 2.5 of them
 LARGEST_POWER_BITS = 7000  # of k^n_a: integration needs more and more bits, until it would take minutes
 
 _SPEEDS = "0, infinity, or a number from 1e-1000 to 1e100"
@@ -578,14 +579,19 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
         k, known = _approached(wanted, k)
     accuracy, more = accuracy + _end_bits(wanted.law, k, accuracy), 16
     for _ in range(MAX_ATTEMPTS):
-        k, known = _solved(wanted, k, known, accuracy), accuracy
-        forth, back = _branches(k, accuracy, wanted.law)
-        with working(accuracy + GUARD_BITS):
-            try:
-                balls = wanted.enclosed(_AtK(k.ball(), ends(forth), ends(back), wanted.law))
-                return Collision(digits, **balls, given=wanted.given)
-            except (ArithmeticError, ValueError):
-                accuracy, more = accuracy + more, 2 * more
+        steps = _accuracies(known, accuracy)
+        costs = [*(bits**COST_POWER for bits in steps), PROOF_COST * accuracy**COST_POWER]
+        for i in track(range(len(costs)), "Newton's method and proof", costs.__getitem__):
+            if i < len(steps):
+                k = _improved(wanted, k, steps[i])
+                continue
+            known, (forth, back) = accuracy, _branches(k, accuracy, wanted.law)
+            with working(accuracy + GUARD_BITS):
+                try:
+                    balls = wanted.enclosed(_AtK(k.ball(), ends(forth), ends(back), wanted.law))
+                    return Collision(digits, **balls, given=wanted.given)
+                except (ArithmeticError, ValueError):
+                    accuracy, more = accuracy + more, 2 * more
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
 
 
@@ -616,14 +622,24 @@ def _approached(wanted: _Wanted, k: Dyadic) -> tuple[Dyadic, int]:
 
 def _solved(wanted: _Wanted, k: Dyadic, known: int, accuracy: int) -> Dyadic:
     """Return k to `accuracy` bits, given to `known` bits, by Newton's method."""
+    for bits in _accuracies(known, accuracy):
+        k = _improved(wanted, k, bits)
+    return k
+
+
+def _accuracies(known: int, accuracy: int) -> list[int]:
+    """Return the bits of k after each step of Newton's method."""
     steps = [accuracy]
     while steps[-1] > 2 * known + 8:  # the constant of quadratic convergence is small
         steps.append(steps[-1] // 2 + 2)
-    for bits in track(steps[::-1], "Newton's method"):
-        change = wanted.step(k, max(bits, LEAST_ACCURACY))
-        with working(bits + GUARD_BITS):
-            k = Dyadic.nearest(k.ball() * change.mid().exp(), bits + 8)
-    return k
+    return steps[::-1]
+
+
+def _improved(wanted: _Wanted, k: Dyadic, bits: int) -> Dyadic:
+    """Return k after a step of Newton's method."""
+    change = wanted.step(k, max(bits, LEAST_ACCURACY))
+    with working(bits + GUARD_BITS):
+        return Dyadic.nearest(k.ball() * change.mid().exp(), bits + 8)
 
 
 def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch]:

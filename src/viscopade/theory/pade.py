@@ -2,10 +2,9 @@
 
 The conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition grows about
 like 10^(0.35 (m+n)) for m = n - 3 (the hard case pade-systems measures it); enclosing the solution loses up to half as
-many digits again. mpmath builds a and b from the middles of the h_k (`mpmath.pade`, in a context of its own), and ball
-arithmetic proves how far each of these numbers can be from the true coefficient (`solution`). How many digits the
-system loses is measured, and if the 0.7 (m+n) to begin with were not enough, the series is derived again with as many
-more.
+many digits again. Ball arithmetic proves how far each number of an approximate solution can be from the true
+coefficient (`solution`). How many digits the system loses is measured, and if the 0.7 (m+n) to begin with were not
+enough, the series is derived again with as many more.
 """
 
 from __future__ import annotations
@@ -19,14 +18,13 @@ from numbers import Rational
 from typing import TYPE_CHECKING, SupportsIndex, TypeVar, cast
 
 import numpy as np
-from flint import acb, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 from numpy.typing import NDArray
 
 from viscopade import arguments
 from viscopade.arithmetic.balls import (
     Determined,
     bits_for,
-    context,
     decimal_at,
     decimal_string,
     exact_middle,
@@ -414,9 +412,7 @@ def _assembled(
 
 
 def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[arb, ...]]:
-    """Return a and b of [m/n] as mpmath numbers, the middles of balls that are proven to hold the true coefficients.
-
-    To be called within `working`.
+    """Return a and b of [m/n]: balls that are proven to hold the true coefficients. To be called within `working`.
 
     Raises
     ------
@@ -425,30 +421,27 @@ def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[a
 
     Notes
     -----
-    Let A b = y be the order conditions, x mpmath's b, and R nearly the inverse of A. Then (R A)(b - x) = R (y - A x).
+    Let A b = y be the order conditions, R nearly the inverse of A, and x nearly b. Then (R A)(b - x) = R (y - A x).
     FLINT solves this system by elimination in balls, which loses next to nothing, as R A is nearly the identity. The
     elimination proves that R A is regular, and so is A: for all h_k within their balls there is one b, and b - x is
     enclosed. Nothing is assumed of x and R; a poor x makes a wide ball.
     """
-    numerator, denominator = _built(h, m, n)
     b = [arb(1)]
     if n:
         entries, right = order_system(h, m, n, arb(0))
-        matrix, x = arb_mat(n, n, entries), denominator[1:]
-        identity = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
-        inverse = matrix.mid().solve(identity, algorithm="approx")
-        residual = arb_mat(n, 1, right) - matrix * arb_mat(n, 1, x)
-        errors = (inverse * matrix).solve(inverse * residual, algorithm="lu").entries()
-        b += [arb(x_i, error) for x_i, error in zip(x, errors, strict=True)]
-    a = [arb(a_k, _product_coefficient(b, h, k) - a_k) for k, a_k in enumerate(numerator)]
-    return tuple(a), tuple(b)
+        matrix, wanted = arb_mat(n, n, entries), arb_mat(n, 1, right)
+        inverse, x = _nearly(matrix, wanted)
+        errors = (inverse * matrix).solve(inverse * (wanted - matrix * x), algorithm="lu").entries()
+        b += [arb(x_i, error) for x_i, error in zip(x.entries(), errors, strict=True)]
+    return tuple(_product_coefficient(b, h, k) for k in range(m + 1)), tuple(b)
 
 
-def _built(h: Sequence[arb], m: int, n: int) -> tuple[list[arb], list[arb]]:
-    """Return a and b of [m/n] as mpmath builds them from the middles of h_k at FLINT's precision; nothing is proven."""
-    own = context(ctx.prec)
-    a, b = own.pade([own.mpf(to_mpf(h_k)) for h_k in h], m, n)
-    return [arb(a_k) for a_k in a], [arb(b_i) for b_i in b]
+def _nearly(matrix: arb_mat, right: arb_mat) -> tuple[arb_mat, arb_mat]:
+    """Return nearly the inverse of a matrix, and nearly the solution of its system; nothing is proven."""
+    n = matrix.nrows()
+    identity = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
+    inverse = matrix.mid().solve(identity, algorithm="approx")
+    return inverse, (inverse * right).mid()
 
 
 def order_system(h: Sequence[Number], m: int, n: int, zero: Number) -> tuple[list[Number], list[Number]]:

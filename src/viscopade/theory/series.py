@@ -51,6 +51,8 @@ if TYPE_CHECKING:
 GUARD_BITS = 8
 # Two attempts usually suffice; this many mean that a coefficient is exactly zero.
 MAX_ATTEMPTS = 20
+MOST_MEMORY = 4  # in GB, of the orders
+ORDER_COST = 6  # what order n takes besides the sum over the orders before, in terms of the sum's cost for each order
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,8 +234,13 @@ class Effort:
         terms = needed
         for _ in range(4):
             lost = orders * (log2(1 + terms / max(orders, 1)) + 0.5 + falling - saved)
+            lost += 0.8 * max(orders - 120, 0)
             terms = int((needed + lost) / MeetingPoint.of(law.n_a, orders / terms).bits_per_term) + 8
         return cls(int(needed + (1.1 + 0.25 * falling) * orders) + 22, terms)
+
+    def memory(self, orders: int) -> float:
+        """Return about how many bytes the orders take: those of both sides, and what a product of two needs."""
+        return (2 * orders + 40) * self.terms * self.bits / 8
 
     def raised(self, missing_bits: int, bits_per_term: float) -> Effort:
         """Return the estimated effort for `missing_bits` more bits."""
@@ -243,6 +250,7 @@ class Effort:
 
 def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits: int, law: Law) -> tuple[arb, ...]:
     """Compute with growing effort until every enclosure determines its decimal to `digits` digits."""
+    _require_memory(orders, digits, law)
     effort = Effort.guess(orders, digits, law)
     bits_per_term = MeetingPoint.of(law.n_a, orders / effort.terms).bits_per_term
     bits_per_term -= log2(e) * orders / (orders + effort.terms)  # what an order costs grows with the terms
@@ -258,6 +266,20 @@ def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits:
         accuracy = min(ball.rel_accuracy_bits() for ball in balls)
         effort = effort.raised(max(bits_for(digits) + GUARD_BITS - accuracy, 0), bits_per_term)
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
+
+
+def _require_memory(orders: int, digits: int, law: Law) -> None:
+    """Raise ValueError if the orders take more than `MOST_MEMORY`, before they are computed."""
+
+    def needed(digits: int) -> float:
+        return Effort.guess(orders, digits, law).memory(orders) / 2**30
+
+    if needed(digits) > MOST_MEMORY:
+        fewer = bisect_left(range(digits), True, key=lambda number: needed(number) > MOST_MEMORY) - 1
+        raise ValueError(
+            f"{digits} digits of a series to this order need about {needed(digits):.0f} GB of memory: accepted is what "
+            f"needs at most {MOST_MEMORY} GB, to this order up to {fewer} digits"
+        )
 
 
 # --- step 1: G_n ------------------------------------------------------------------------------------------------------
@@ -280,7 +302,7 @@ def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tupl
     algebra, meeting = Wiener(effort.bits, effort.terms), MeetingPoint.of(n_a, order / effort.terms).r
     inner, outer = _Inner(algebra, meeting, n_a, n_b), _Outer(algebra, meeting, n_a, n_b)
     values = [(1 << effort.bits, 0)]
-    for n in track(range(1, order + 1), "perturbation orders"):
+    for n in track(range(1, order + 1), "perturbation orders", lambda n: n + ORDER_COST):
         p_meeting = outer.advance(n)
         values.append(inner.advance(n, *p_meeting))
     return tuple(values)
