@@ -220,6 +220,18 @@ def test_bodies_that_creep_do_not_part(contact):
     assert (found.parts, found.epsilon) == (False, 0)
 
 
+@pytest.mark.parametrize("name", ["viscoelastic", "linear", "3/2,0"])
+@pytest.mark.parametrize("end", ["force", "return"])
+def test_heavy_bodies_and_strong_damping(name, end):
+    for kappa in (1e-2, 1, 100):
+        for load in (1e3, 1e6):
+            found = Contact.of_law(law_of(name, end), kappa, load).collide()
+            assert (found.parts, found.epsilon) == (False, 0)
+        pulled = Contact.of_law(law_of(name, end), kappa, -1e3).collide()
+        assert pulled.parts
+        assert pulled.epsilon == pytest.approx(1, abs=1e-2 * kappa)
+
+
 def falling(stiffness, speed, end="return"):
     """A body of 10.9 kg that falls on a linear contact with e = 0.5 for the end x = 0."""
     zeta = math.log(2) / math.hypot(math.pi, math.log(2))
@@ -397,7 +409,7 @@ def test_an_eps_that_no_damping_gives():
         (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[2]), "phases is 2.0"),
         (
             lambda: Contact(lambda x, v: 0 * x).collide(),
-            "force stops no body of mass 1 at speed 1: expected a function",
+            "force stops no body of mass 1 at speed 1: expected one",
         ),
         (lambda: Contact(lambda x, v: x, load=1e300).collide(1e-3), "force"),
         (lambda: Contact(lambda x, v: np.where(x < 0.5, x, np.nan)).collide(), "force"),

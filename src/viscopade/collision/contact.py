@@ -8,7 +8,7 @@ where F acts while x > 0 (design section 2.12). With the end "force" nothing pul
 act again until the bodies are back at x = 0. With the end "return" F may pull until x = 0. The coefficient of
 restitution eps is the speed at which the bodies are back at x = 0, over the speed of impact.
 
-A power law of `viscopade.theory.law` is one kind of force. Others have no parameter that stands for all of them, so
+A power law (`viscopade.Law`) is one kind of force. Others have no parameter that stands for all of them, so
 every number here is sampled: computed in floating point, with an estimate of its error, not proven.
 
 Without a time step the equation of motion itself is solved. In the variables s = x^(1/4) and sigma, dt = 4 s^3 dsigma,
@@ -53,11 +53,11 @@ _SOLVED = 1e-14  # of the equations of a piece
 _SHORTEST = 1e-8  # piece, where a force has a jump
 _ESCAPES = 1e6  # in units of the speed of impact: a piece that cannot be solved
 _ROUNDING = 4e-16
-_EXPECTED = "expected a function of compression and rate that pushes bodies apart"
 _NEWTON = 20  # steps to solve a piece, at most
 _PIECES = 1000  # of one collision, at most
 _CREEP = 1e-12  # of the speed of impact: slower bodies that slow down do not part
 _NUDGE = 1e-7  # for derivatives of the force
+_EDGE = 1e-3  # of the part of a piece without nodes
 _PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
 _NEAR, _WIDEST = 0.1, 10  # the search for a damping factor: first by a factor of e^0.1, doubled so many times
 _CLOSE = 1e-13  # of a damping factor
@@ -328,23 +328,32 @@ def _root(function: Callable[[float], float], one: tuple[float, float], other: t
 
 
 class _Rule(NamedTuple):
-    """Gauss's collocation method on [0, 1]: nodes, weights, integrals up to each node, and the last coefficients."""
+    """Gauss's collocation method on [0, 1]: nodes, weights, integrals up to each node, and the last coefficients.
+
+    No node is in the outermost parts: `gap` is their length, and `inner` and `values` are integrals up to a place in
+    each of them, close to 0 and 1, and the values there.
+    """
 
     nodes: FloatArray
     weights: FloatArray
     integrals: FloatArray
     last: FloatArray
+    gap: float
+    inner: FloatArray
+    values: FloatArray
 
 
 @cache
 def _rule(n: int) -> _Rule:
     """Return the method with n nodes, by Legendre polynomials P_k, whose integral is (P_(k+1) - P_(k-1))/(2k + 1)."""
     x, weights = legendre.leggauss(n)
-    p, k = legendre.legvander(x, n), np.arange(n)
-    coefficients = (k[:, None] + 0.5) * p[:, :n].T * weights
-    below = np.column_stack([-np.ones(n), p[:, : n - 1]])  # P_(-1) = -1 makes the integral of P_0 what it is
-    integrals = (p[:, 1:] - below) / (2 * k + 1)
-    return _Rule((x + 1) / 2, weights / 2, integrals @ coefficients / 2, coefficients[-3:])
+    k, gap = np.arange(n), float(x[0] + 1)
+    p = legendre.legvander(np.concatenate((x, [_EDGE * gap - 1, 1 - _EDGE * gap])), n)
+    coefficients = (k[:, None] + 0.5) * p[:n, :n].T * weights
+    below = np.column_stack([-np.ones(n + 2), p[:, : n - 1]])  # P_(-1) = -1 makes the integral of P_0 what it is
+    integrals = (p[:, 1:] - below) / (2 * k + 1) @ coefficients / 2
+    values = p[n:, :n] @ coefficients
+    return _Rule((x + 1) / 2, weights / 2, integrals[:n], coefficients[-3:], gap / 2, integrals[n:], values)
 
 
 class _Piece(NamedTuple):
@@ -366,11 +375,12 @@ class _Event(NamedTuple):
 
 
 class _Motion:
-    """The motion of a contact in the variables s and sigma, in units in which the speed of impact is 1."""
+    """The motion of a contact in the variables s and sigma, in units in which the largest speed is about 1."""
 
     def __init__(self, contact: Contact, speed: float, nodes: int, tolerance: float) -> None:
-        self.length = _length(contact, speed)
-        self.unit, self.speed, self.of = contact.mass * speed**2 / self.length, speed, contact.force
+        self.length, self.of = _length(contact, speed), contact.force
+        self.speed = math.sqrt(speed**2 + max(contact.load, 0) / contact.mass * self.length)
+        self.unit, self.start = contact.mass * self.speed**2 / self.length, speed / self.speed
         self.load, self.pushes = contact.load / self.unit, contact.end == "force"
         self.rule, self.tolerance = _rule(nodes), tolerance
 
@@ -386,14 +396,14 @@ class _Motion:
 
     def collide(self) -> tuple[float, float, float, float]:
         """Return eps (0 if the bodies do not part), depth, duration and the sum of the errors of all pieces."""
-        s, v, time, error, h = 0.0, 1.0, 0.0, 0.0, 0.25
-        acts, approaches, depth, vanished = not self.pushes or self.force_at(1e-3, 1.0) >= 0, True, 0.0, 0.0
-        power = 1 / len(self.rule.nodes)
+        s, v, time, error, h = 0.0, self.start, 0.0, 0.0, 0.25
+        acts, approaches, depth, vanished = not self.pushes or self.force_at(1e-3, v) >= 0, True, 0.0, 0.0
+        power, creep = 1 / len(self.rule.nodes), max(_CREEP * self.start, 10 * _SOLVED)
         for _ in range(_PIECES):
             piece = self.piece(s, v, h, acts)
             event = self.event(piece, s, v, acts, approaches)
             if event and event.name == "turns back" and (piece.error <= self.tolerance or h <= _SHORTEST):
-                return 0.0, depth, math.inf, error
+                return 0.0, depth, math.inf, error / self.start
             for _ in range(3):  # an event may lie before the one that seemed to be first
                 if not event or event.name == "turns back":
                     break
@@ -411,20 +421,25 @@ class _Motion:
             s, v, time, error = float(piece.s[-1]), float(piece.v[-1]), time + piece.time, error + piece.error
             depth = max(depth, s**4)
             if event and event.name == "end":
-                return -v, depth, time if acts else vanished, error
+                return -v / self.start, depth, time if acts else vanished, error / self.start
             if event and event.name == "turn":
                 v, approaches = 0.0, False
             elif event and event.name == "force":
                 acts, vanished = not acts, time
             rate = self.rate(s, v, acts)
-            if abs(v) < _CREEP and v * rate < 0 and (not approaches or s * abs(rate) < _CREEP):
-                return 0.0, depth, math.inf, error
-            h *= min(4.0, max(0.3, 0.8 * (self.tolerance / max(piece.error, 1e-30)) ** power))
-        raise ValueError(f"force cannot be integrated beyond compression {self.length * s**4:.4g}: {_EXPECTED}")
+            if abs(v) < creep and (s * abs(rate) < creep or (v * rate < 0 and not approaches)):
+                return 0.0, depth, math.inf, error / self.start
+            longer = 0.8 * (self.tolerance / max(piece.error, 1e-30)) ** power
+            # an error by rounding does not fall with the length
+            h *= min(4.0, max(1.5 if piece.error < 0.1 * self.tolerance else 0.3, longer))
+        where = f"compression {self.length * s**4:.4g} and rate {self.speed * v:.4g}"
+        raise ValueError(
+            f"force cannot be integrated at {where}: it is not finite there, or its damping far too strong"
+        )
 
     def piece(self, s: float, v: float, h: float, acts: bool) -> _Piece:
         """Solve the collocation equations for v at the nodes, by Newton's method with differences of the force."""
-        nodes, weights, integrals, last = self.rule
+        nodes, weights, integrals, last, gap, inner, values = self.rule
         n, at = len(nodes), np.full(len(nodes), v)
         for _ in range(_NEWTON):
             path = s + h * (integrals @ at)
@@ -433,13 +448,18 @@ class _Motion:
             rates = 4 * all_s**3 * (self.load - (self.force(all_s, all_v) if acts else 0))
             rate = rates[:n]
             missing = at - v - h * (integrals @ rate)
-            size = float(np.abs(missing).max())
-            if size < _SOLVED * (1 + abs(v)) or not size < _ESCAPES:
-                break
             by_s, by_v = (rates[n : 2 * n] - rate) / nudge, (rates[2 * n :] - rate) / _NUDGE
             jacobian = np.eye(n) - h * (integrals * by_v) - h * h * ((integrals * by_s) @ integrals)
-            at = at - np.linalg.solve(jacobian, missing)
-        error = h * float(np.abs(last @ rate).max()) + (size if size > 10 * _SOLVED else 0)
+            move = np.linalg.solve(jacobian, missing) if np.isfinite(missing).all() else missing
+            size = float(np.abs(move).max())
+            at = at - move
+            if size < _SOLVED * (1 + abs(v)) or not size < _ESCAPES:
+                break
+        relaxed = 1 + h * max(float(-by_v.max()), 0)  # strong damping forgets errors
+        edges = s + h * (inner @ at)
+        there = 4 * edges**3 * (self.load - (self.force(edges, v + h * (inner @ rate)) if acts else 0))
+        missed = gap * float(np.abs(there - values @ rate).max())  # a kink between the last node and the end, e. g.
+        error = h * max(float(np.abs(last @ rate).max()), missed) / relaxed + (size if size > 10 * _SOLVED else 0)
         end = float(s + h * (weights @ at)), float(v + h * (weights @ rate))
         return _Piece(np.append(path, end[0]), np.append(at, end[1]), h * float(weights @ (4 * path**3)), error)
 
@@ -472,7 +492,7 @@ class _Motion:
                 slope = (sign * self.force_at(at_s + _NUDGE * at_v, at_v + _NUDGE * rate) - value) / _NUDGE
             low, high = (h, high) if value > 0 else (low, h)
             move = -value / slope if slope else math.inf
-            if abs(move) < _SOLVED * max(h, 1):
+            if abs(move) < _SOLVED * max(h, 1) or (event.name != "force" and abs(value) < _SOLVED / 10):
                 return piece, h
             h = h + move if low < h + move < high else (low + high) / 2
         return (piece if abs(move) < _CREEP * max(h, 1) else piece._replace(error=math.inf)), h
@@ -485,7 +505,7 @@ def _length(contact: Contact, speed: float) -> float:
         for _ in range(3):
             lengths = np.logspace(low, high, 41)
             with np.errstate(all="ignore"):
-                force = np.asarray(contact.force(lengths, np.full(41, rate)), float) - max(contact.load, 0)
+                force = np.asarray(contact.force(lengths, np.full(41, rate)), float) - contact.load
                 stops = force * lengths >= contact.mass * speed**2
             if not stops.any():
                 break
@@ -493,7 +513,9 @@ def _length(contact: Contact, speed: float) -> float:
             low, high = np.log10(lengths[i - 1]), np.log10(lengths[i])
         else:
             return float(lengths[i])
-    raise ValueError(f"force stops no body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
+    raise ValueError(
+        f"force stops no body of mass {contact.mass:g} at speed {speed:g}: expected one that pushes bodies apart"
+    )
 
 
 def _exact(contact: Contact, speed: float) -> SampledCollision:
@@ -501,12 +523,15 @@ def _exact(contact: Contact, speed: float) -> SampledCollision:
     with np.errstate(all="ignore"):  # of lengths that are tried and given up
         motions = [_Motion(contact, speed, *method) for method in _METHODS]
         fine, coarse = (motion.collide() for motion in motions)
-    units, names = (1.0, motions[0].length, motions[0].length / speed), ("epsilon", "depth", "duration")
+    motion, names = motions[0], ("epsilon", "depth", "duration")
+    units = 1.0, motion.length, motion.length / motion.speed
     numbers = {name: value * unit for name, value, unit in zip(names, fine, units, strict=False)}
     errors = {
         name: (abs(one - other) if one != other else 0.0) * unit
-        + (fine[-1] + _ROUNDING * one) * unit * (one < math.inf)
+        + (fine[-1] + _ROUNDING * one + _ROUNDING / motion.start) * unit * (one < math.inf)
         for name, one, other, unit in zip(names, fine, coarse, units, strict=False)
     }
+    if fine[2] == coarse[2] == math.inf:
+        errors["epsilon"] = 0.0
     errors["least"] = errors["largest"] = errors["epsilon"]
     return SampledCollision(least=fine[0], largest=fine[0], parts=fine[2] < math.inf, errors=errors, **numbers)
