@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]{1,3})?)\s*(.*)")
 # A product of powers of names, with small exponents: nothing that Pint would have to compute.
-_POWER = r"[A-Za-zµμ°%]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
+_POWER = r"[A-Za-zµμ°%]+(?:(?:\^|\*\*)(?:-?[1-9]|\([1-9]/[1-9]\))|[²³])?"
 _UNIT = re.compile(rf"{_POWER}(?:(?: ?[*/·] ?| ){_POWER})*")
 _BETA = re.compile(r"([^(]*)\(([^()]*)\) ?(?:\^|\*\*) ?\(1/5\)")
 _LONGEST = 60

@@ -5,6 +5,7 @@ Most commands are called in this process; those whose streams, environment or im
 
 import csv
 import io
+import math
 
 import pytest
 
@@ -12,7 +13,9 @@ from tests.cli import called, json_of, printed
 from viscopade import Pair, Sphere, pade, series
 from viscopade.cli.main import command
 from viscopade.collision import exact
+from viscopade.collision.contact import Contact
 from viscopade.kernels import requests
+from viscopade.theory.law import ENDS, law_of
 
 # --- what is printed ----------------------------------------------------------------------------------------------
 
@@ -97,6 +100,36 @@ def test_laws_of_contact():
         ("epsilon", "--speed", "1", *material, "--dissipative-constant", "1"),
     ):
         assert json_of(*words).items() >= PAPER_LAW.items()
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("law", ["linear", "tsuji", "hunt-crossley", "viscoelastic", "3/2,0"])
+def test_damping_in_units(law, end):
+    """A collision with the printed c, integrated in SI units, has the eps, the depth and the duration; and back."""
+    of = ("--law", law, "--end", end, "--stiffness", "5e4", "--mass", "10.9", "--speed", "2.8")
+    found = json_of("invert", "--epsilon", "0.6", "--digits", 10, *of)
+    a, b, c = float(law_of(law).elastic), float(law_of(law).damping), float(found["damping"])
+    run = Contact(lambda x, v: 5e4 * x**a + c * x**b * v, mass=10.9, end=end).collide(2.8)
+    assert run.epsilon == pytest.approx(0.6, rel=1e-9)
+    printed = float(found["max_compression"]), float(found["contact_time"])
+    assert (run.depth, run.duration) == pytest.approx(printed, rel=1e-9)
+    back = json_of("epsilon", "--damping", found["damping"], *of)
+    assert float(back["epsilon"]) == pytest.approx(0.6, rel=1e-12)
+    assert float(back["damping"]) == pytest.approx(c, rel=1e-14)
+
+
+def test_damping_of_programs():
+    """The body of 10.9 kg of a multibody manual: c = 2 zeta sqrt(k m) with the zeta of textbooks, and its units."""
+    of = ("--law", "linear", "--end", "return", "--epsilon", "0.5", "--digits", 15)
+    found = json_of("invert", *of, "--stiffness", "50 N/mm", "--mass", "10900 g")  # its damping needs no speed
+    zeta = math.log(2) / math.hypot(math.pi, math.log(2))
+    assert float(found["zeta"]) == pytest.approx(zeta, rel=1e-14)
+    assert float(found["damping"]) == pytest.approx(2 * zeta * math.sqrt(5e4 * 10.9), rel=1e-14)
+    assert found["units"] == {"damping": "N s/m", "contact_time": "s"}
+    assert "max_compression" not in found
+    assert "zeta = c/(2 sqrt(k m))" in called("invert", *of, "--stiffness", 5e4, "--mass", 10.9).stdout
+    found = json_of("invert", "--epsilon", "0.5", "--stiffness", "1e9 N/m^(3/2)", "--mass", "10 g", "--speed", 1)
+    assert float(found["A"]) * 1.5e9 == pytest.approx(float(found["damping"]), rel=1e-14)  # eq:viscoelastic
 
 
 def test_epsilon_at_beta_and_speed():

@@ -15,6 +15,7 @@ from viscopade.records import Node
 
 BALL = ("--radius", 0.01, "--density", 2500, "--young-modulus", 1e7, "--poisson-ratio", 0.3)
 MATERIAL = BALL
+LINEAR = ("--law", "linear", "--stiffness", "1", "--mass", "1")
 
 BAD = [
     (["coefficients", "--order", "-1"], "order is -1: accepted is an integer from 0 to 1000"),
@@ -45,7 +46,27 @@ BAD = [
         "accepted with it is the law viscoelastic",
     ),
     (["pade", "1", "3"], "[1/3] does not exist"),
-    (["epsilon"], "accepted is --v-star, --kappa, --beta with --speed, or a material with --speed"),
+    (
+        ["epsilon"],
+        "accepted is --v-star, --kappa, --beta with --speed, --stiffness with --damping and --mass, or a mat",
+    ),
+    (["epsilon", "--stiffness", "1", "--damping", "1", "--mass", "1"], "need --speed; for the law 3/2,1/2 kappa"),
+    (["epsilon", "--law", "linear", "--damping", "1", "--mass", "1"], "--mass and --damping need --stiffness"),
+    (["epsilon", *LINEAR, "--damping", "-1"], "damping is '-1': accepted is a number >= 0 in N s/m, or one with such"),
+    (["epsilon", *LINEAR, "--damping", "1 N/m"], "damping is '1 N/m': accepted is a number >= 0 in N s/m"),
+    (["epsilon", *LINEAR, "--damping", "1", "--speed", "-1"], "speed is -1.0: accepted is a positive number"),
+    (["epsilon", *LINEAR, "--damping", "1", "--speed", "0"], "speed is 0: accepted is a number > 0"),
+    (["epsilon", *LINEAR, "--damping", "1", "--kappa", "1"], "accepted with them is --speed, and none of --v-star"),
+    (["epsilon", *LINEAR, "--damping", "3", "--end", "return"], "accepted is a smaller kappa, or end 'force'"),
+    (["epsilon", *BALL, "--speed", "1", "--mass", "1", "--dissipative-constant", "1"], "a material is given"),
+    (["invert", "--epsilon", "0.5", "--law", "linear", "--stiffness", "1"], "--stiffness needs --mass"),
+    (["invert", "--epsilon", "0.5", *LINEAR[:-1], "-1"], "mass is '-1': accepted is a number > 0 in kg"),
+    (["invert", "--epsilon", "0.5", *LINEAR[:-1], "nan"], "mass is 'nan': accepted is a number > 0 in kg"),
+    (["invert", "--epsilon", "0.5", *LINEAR[:-1], "inf"], "mass is 'inf': accepted is a number > 0 in kg"),
+    (
+        ["invert", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1", "--mass", "1", *BALL],
+        "--stiffness and a material are given: accepted is one of them",
+    ),
     (["epsilon", "--v-star", "-1"], "v_star is '-1': accepted is 0, infinity, or a number from 1e-1000 to 1e100"),
     (["epsilon", "--v-star", "nan"], "v_star is 'nan'"),
     (["epsilon", "--v-star", "1", "--speed", "1"], "the options do not give one v*: accepted is --v-star"),

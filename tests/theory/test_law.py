@@ -1,5 +1,6 @@
 """Laws of contact: what is accepted, and the theory of every law against closed forms and a second derivation."""
 
+import math
 from fractions import Fraction
 
 import pytest
@@ -8,6 +9,7 @@ from mpmath import mp, mpf
 
 from tests.closed_forms import nu_1, nu_2
 from viscopade.arithmetic.balls import to_mpf
+from viscopade.collision import exact
 from viscopade.theory import symbolic
 from viscopade.theory.law import ENDS, NAMED, VISCOELASTIC, Law, law_of
 from viscopade.theory.pade import pade
@@ -70,17 +72,43 @@ def test_refused_ends_and_kinds():
 
 
 @pytest.mark.parametrize("name", NAMED)
-def test_kappa_of_the_own_constant(name):
+def test_kappa_in_units(name):
     """The scaled force, from the force in units: kappa x^b x' must be c xi^b xi' times time^2/(mass length)."""
-    law, named = law_of(name), NAMED[name]
-    k, mass, speed, constant = 3.0e3, 0.2, 1.7, 0.31
-    factor, power = named.factor(named.n or Fraction(1)), float(named.power)
-    c = float(factor) * constant * k**power * mass ** (1 - power)
+    law, k, mass, speed, c = law_of(name), 3.0e3, 0.2, 1.7, 0.31
     length, time = (unit(speed, k=k, mass=mass) for unit in (law.length_scale, law.time_scale))
     assert length / time == pytest.approx(speed)
     assert k * length ** float(law.elastic) * time**2 / (mass * length) == pytest.approx(1)
     kappa = law.kappa(speed, k=k, c=c, mass=mass)
     assert kappa == pytest.approx(c * length ** float(law.damping) * (length / time) * time**2 / (mass * length))
+    assert law.damping_constant(kappa, speed, k=k, mass=mass) == pytest.approx(c, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "symbol", "definition", "unit", "value"),
+    [
+        ("linear", "zeta", "c/(2 sqrt(k m))", "", 0.7 / (2 * math.sqrt(1e3))),
+        ("tsuji", "zeta", "c/sqrt(5 k m)", "", 0.7 / math.sqrt(5e3)),
+        ("viscoelastic", "A", "2 c/(3 k)", "s", 0.7 / 7500),
+        ("kelvin-voigt:1", "A", "c/(2 k)", "s", 0.7 / 1e4),
+        ("hunt-crossley", "d", "c/k", "s/m", 0.7 / 5e3),
+    ],
+)
+def test_own_damping(name, symbol, definition, unit, value):
+    own = law_of(name).own_damping
+    assert (own.symbol, own.definition, own.unit) == (symbol, definition, unit)
+    assert own.of(0.7, k=5e3, mass=0.2) == pytest.approx(value, rel=1e-14)
+
+
+def test_zeta_is_1_where_contact_ceases_to_return():
+    """zeta = K/2 for every law of nu = 2 (section 2.9): the closed form of eps knows zeta alone."""
+    for name in ("linear", "tsuji", "2,1/2"):
+        law, c = law_of(name, "return"), 0.7
+        kappa = law.kappa(1.0, k=2.0, c=c, mass=0.3)
+        eps = exact.collision(kappa=kappa, law=law, digits=15).floats()["epsilon"]
+        assert float(nu_2(mpf(law.own_damping.of(c, k=2.0, mass=0.3)), "return")) == pytest.approx(eps, rel=1e-12)
+    assert law_of("3/2,0").own_damping is None
+    assert (law_of("tsuji").stiffness_unit, law_of("tsuji").damping_unit) == ("N/m^(3/2)", "N s/m^(5/4)")
+    assert (law_of("tsuji").force, law_of("linear").force) == ("k x^(3/2) + c x^(1/4) x'", "k x + c x'")
 
 
 def test_known_values_of_kappa():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
     from viscopade.theory.pade import Pade, Root
 
 COMPARED_DIGITS = 20
+_IN_DOUBLES = 15  # digits of numbers that follow from doubles
+STIFFNESS = click.option("--stiffness", help="Constant k of the force k x^A, in N/m^A.")
+MASS = click.option("--mass", help="Effective mass, m1 m2/(m1 + m2), or that of a body on a plane.")
 
 
 @click.command()
@@ -182,6 +186,9 @@ def pade_command(
 @click.option("--kappa", help="The damping kappa of the scaled equation, v*^2 for the viscoelastic law.")
 @click.option("--beta", help="The damping beta, such as '1.3 (s/cm)^(1/5)'; with --speed, instead of --v-star.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed.")
+@STIFFNESS
+@click.option("--damping", help="Constant c of the force c x^B x', in N s/m^(B+1); with --stiffness and --mass.")
+@MASS
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
 @DIGITS_IF_EXACT
 @with_law
@@ -191,6 +198,9 @@ def epsilon(
     kappa: str | None,
     beta: str | None,
     speed: str | None,
+    stiffness: str | None,
+    damping: str | None,
+    mass: str | None,
     digits: int | None,
     law: str,
     end: str | None,
@@ -199,8 +209,8 @@ def epsilon(
 ) -> None:
     """Print eps, maximal compression and contact time.
 
-    Give either --v-star, or --kappa, or --beta and --speed, or a material and --speed. Quantities may have units, such
-    as "1 cm/s"; plain numbers are in SI units.
+    Give either --v-star, or --kappa, or --beta and --speed, or --stiffness, --damping, --mass and --speed, or a
+    material and --speed. Quantities may have units, such as "1 cm/s"; plain numbers are in SI units.
 
     For v*, kappa, or beta and a speed, every digit is proven. x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), and
     tau_c in units of (rho/m_eff)^(-2/5) v^(-1/5). For a material, the numbers are in double precision, and sentences
@@ -216,19 +226,31 @@ def epsilon(
     fields, line = law_words(of)
     pair = pair_of(**options)
     if pair is not None:
-        others = v_star is not None or kappa is not None or beta is not None or digits is not None
-        if others or speed is None or of != VISCOELASTIC:
+        others = (v_star, kappa, beta, digits, stiffness, damping, mass)
+        if any(value is not None for value in others) or speed is None or of != VISCOELASTIC:
             raise click.UsageError(
-                "a material is given: accepted with it is --speed, and none of --v-star, --kappa, --beta, --digits and "
-                "--law"
+                "a material is given: accepted with it is --speed, and none of --v-star, --kappa, --beta, --stiffness, "
+                "--damping, --mass, --digits and --law"
             )
         _show_material(pair, double("speed", speed), {}, options["yield_strength"], fields, style)
+        return
+    constants = _constants(of, stiffness, mass, speed, damping=damping)
+    if constants is not None:
+        if v_star is not None or kappa is not None or beta is not None or digits is not None:
+            raise click.UsageError(
+                "--stiffness, --damping and --mass are given: accepted with them is --speed, and none of --v-star, "
+                "--kappa, --beta and --digits"
+            )
+        in_doubles = exact.collision(kappa=repr(constants.kappa), digits=_IN_DOUBLES, law=of)
+        numbers, units = constants.of(in_doubles.floats())
+        shown = in_doubles.decimals() | numbers
+        _show_numbers(shown, units, {"digits": _IN_DOUBLES, **fields}, style, line, *constants.lines)
         return
     given = (v_star is not None) + (kappa is not None) + (beta is not None and speed is not None)
     if given != 1 or (beta is None) != (speed is None):
         raise click.UsageError(
-            "the options do not give one v*: accepted is --v-star, --kappa, --beta with --speed, or a material with "
-            "--speed"
+            "the options do not give one v*: accepted is --v-star, --kappa, --beta with --speed, --stiffness with "
+            "--damping and --mass, or a material with --speed"
         )
     number = 30 if digits is None else digits
     if beta is not None and speed is not None and of == VISCOELASTIC:
@@ -248,6 +270,8 @@ def epsilon(
 @click.option("--epsilon", help="Coefficient of restitution eps, > 0 and <= 1.")
 @click.option("--one-minus-epsilon", help="1 - eps, instead of --epsilon, for nearly elastic collisions.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed; then beta is printed, too.")
+@STIFFNESS
+@MASS
 @material("young_modulus", "poisson_ratio", "density", "yield_strength")
 @DIGITS_OPTION
 @with_law
@@ -256,6 +280,8 @@ def invert(
     epsilon: str | None,
     one_minus_epsilon: str | None,
     speed: str | None,
+    stiffness: str | None,
+    mass: str | None,
     digits: int,
     law: str,
     end: str | None,
@@ -266,9 +292,10 @@ def invert(
 
     Without further options, the command prints v*, and for another law of contact its kappa. With --speed, it also
     prints beta, kappa = beta speed^(2/nu-1). With a material and --speed, it also prints the dissipative constant A,
-    the maximal compression and the contact time, and sentences say where the model does not hold. Quantities may have
-    units, such as "1 cm/s"; plain numbers are in SI units. Every digit is proven, except for the material's numbers,
-    which are in double precision.
+    the maximal compression and the contact time, and sentences say where the model does not hold. With --stiffness and
+    --mass, it also prints the damping c of the force k x^A + c x^B x', the law's own damping constant, and the same two
+    numbers. Quantities may have units, such as "1 cm/s"; plain numbers are in SI units. Every digit is proven, except
+    for numbers of a material, or of a stiffness and a mass, which are in double precision.
     """
     from viscopade.collision import exact
     from viscopade.theory.law import law_of
@@ -283,6 +310,9 @@ def invert(
         raise click.UsageError("a material also needs --speed")
     if pair is not None and of != VISCOELASTIC:
         raise click.UsageError("a material is given: accepted with it is the law viscoelastic with the end force")
+    constants = _constants(of, stiffness, mass, speed)
+    if constants is not None and pair is not None:
+        raise click.UsageError("--stiffness and a material are given: accepted is one of them")
     collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=of)
     proven = collision.decimals()
     if pair is not None and speed is not None:
@@ -298,7 +328,92 @@ def invert(
         )
         return
     units = {} if speed is None else {"beta": _unit_of_beta(of)}
-    _show_numbers(proven, units, {"digits": digits, **fields}, style, line)
+    lines: tuple[str, ...] = ()
+    if constants is not None:
+        precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, law=of).floats()
+        constants = replace(constants, kappa=precise["v_star"] ** of.d)
+        numbers, own_units = constants.of(precise)
+        proven, units, lines = proven | numbers, units | own_units, constants.lines
+    _show_numbers(proven, units, {"digits": digits, **fields}, style, line, *lines)
+
+
+@dataclass(frozen=True)
+class _Constants:
+    """Constants of a contact in SI units; the speed may be missing where the damping does not depend on it."""
+
+    law: Law
+    k: float
+    mass: float
+    speed: float | None
+    kappa: float
+
+    def of(self, scaled: dict[str, float]) -> tuple[dict[str, str], dict[str, str]]:
+        """Return the damping, and depth and duration of the scaled collision, and their units."""
+        law, at = self.law, {"k": self.k, "mass": self.mass}
+        speed = 1.0 if self.speed is None else self.speed
+        c = law.damping_constant(self.kappa, speed, **at)
+        found = {"damping": (c, law.damping_unit)}
+        if law.own_damping is not None:
+            found[law.own_damping.symbol] = law.own_damping.of(c, **at), law.own_damping.unit
+        if self.speed is not None:
+            found["max_compression"] = scaled["x_max"] * law.length_scale(speed, **at), "m"
+        if self.speed is not None or law.elastic == 1:
+            found["contact_time"] = scaled["tau_c"] * law.time_scale(speed, **at), "s"
+        numbers = {name: repr(float(value)) for name, (value, _) in found.items()}
+        return numbers, {name: unit for name, (_, unit) in found.items() if unit}
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Sentences on the damping."""
+        own, what = self.law.own_damping, f"damping is c of the force {self.law.force}"
+        return (what if own is None else f"{what}, and {own.symbol} = {own.definition}",)
+
+
+def _constants(
+    law: Law, stiffness: str | None, mass: str | None, speed: str | None, **of_epsilon: str | None
+) -> _Constants | None:
+    """Return the constants of a contact; None if none is given.
+
+    Raises
+    ------
+    click.UsageError
+        If some of them are missing.
+    ValueError
+        If one is not a positive number, or one in another unit.
+    """
+    given = {"stiffness": stiffness, "mass": mass, **of_epsilon}
+    if all(value is None for value in given.values()):
+        return None
+    needed = given if law.nu == 2 else {**given, "speed": speed}
+    missing = [f"--{name}" for name, value in needed.items() if value is None]
+    if missing:
+        others = " and ".join(f"--{name}" for name, value in given.items() if value is not None)
+        why = "" if law.nu == 2 else f"; for the law {law} kappa depends on the speed"
+        raise click.UsageError(f"{others} {'need' if ' and ' in others else 'needs'} {' and '.join(missing)}{why}")
+    units = {"stiffness": law.stiffness_unit, "damping": law.damping_unit, "mass": "kg"}
+    value = {name: _in_unit(name, str(text), units[name]) for name, text in given.items()}
+    v = None if speed is None else double("speed", speed)
+    if v == 0:
+        raise ValueError("speed is 0: accepted is a number > 0")
+    k, m = value["stiffness"], value["mass"]
+    kappa = law.kappa(1.0 if v is None else v, k=k, c=value["damping"], mass=m) if of_epsilon else 0.0
+    return _Constants(law, k, m, v, kappa)
+
+
+def _in_unit(name: str, text: str, unit: str) -> float:
+    """Return a number with a unit, or a plain one, in an SI unit."""
+    from viscopade import quantity
+
+    found = quantity.decimal_in(text, unit)
+    accepted = f"a number {'>=' if name == 'damping' else '>'} 0 in {unit}, or one with such a unit"
+    return float(
+        arguments.exact_number(
+            name,
+            text if found is None else found,
+            accepted,
+            lambda x: 0 < x < 10**300 or (x == 0 and name == "damping"),
+        )
+    )
 
 
 def _beta_and_speed(beta: str, speed: str) -> tuple[str, str | Fraction, str]:

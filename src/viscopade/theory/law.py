@@ -25,6 +25,22 @@ LARGEST_EXPONENT = 10  # of a and b
 LARGEST_POWER = 40  # of r = (x/x_max)^(1/m) in the polynomial flow of `viscopade.collision.flow`
 
 LEAST_ELASTIC = Fraction(1, 1000)
+_HALF = Fraction(1, 2)
+
+
+class OwnDamping(NamedTuple):
+    """A law's own damping constant: c of the force is factor constant k^power mass^(1 - power)."""
+
+    symbol: str
+    definition: str
+    """In terms of c, k and the effective mass m."""
+    unit: str
+    factor: float
+    power: Fraction
+
+    def of(self, c: float, *, k: float, mass: float) -> float:
+        """Return the constant."""
+        return c / (self.factor * k ** float(self.power) * mass ** float(1 - self.power))
 
 
 @dataclass(frozen=True, init=False)
@@ -79,11 +95,14 @@ class Law:
     @property
     def equation(self) -> str:
         """The scaled equation of motion as text."""
-        elastic, damping = (
-            "" if power == 0 else "x" if power == 1 else f"x^{power}" if power.denominator == 1 else f"x^({power})"
-            for power in (self.elastic, self.damping)
-        )
-        return f"x'' + {elastic} + kappa {damping} x' = 0".replace("  ", " ")
+        elastic, damping = map(_of_x, (self.elastic, self.damping))
+        return f"x'' + {elastic} + kappa{damping and ' '}{damping} x' = 0"
+
+    @property
+    def force(self) -> str:
+        """The force of the constants k and c as text."""
+        elastic, damping = map(_of_x, (self.elastic, self.damping))
+        return f"k {elastic} + c{damping and ' '}{damping} x'"
 
     @property
     def kappa_text(self) -> str:
@@ -91,6 +110,31 @@ class Law:
         powers = {"k": -1 / self.nu, "m": 1 / self.nu - 1, "v": 2 * self.c}
         factors = (f"{name}^({power})" if power != 1 else name for name, power in powers.items() if power)
         return "c " + " ".join(factors)
+
+    @property
+    def stiffness_unit(self) -> str:
+        """SI unit of the constant k of the force k xi^a."""
+        return f"N/{_metres(self.elastic)}"
+
+    @property
+    def damping_unit(self) -> str:
+        """SI unit of the constant c of the force c xi^b xi'."""
+        return f"N s/{_metres(self.damping + 1)}"
+
+    @property
+    def own_damping(self) -> OwnDamping | None:
+        """What papers and programs state instead of c: a damping ratio, a constant, or nothing."""
+        if self.nu == 2:  # zeta = K/2 of section 2.9, 1 where the end "return" ceases to exist
+            root = "(2 sqrt(k m))" if self.damping == 0 else f"sqrt({4 * (self.damping + 1)} k m)"
+            return OwnDamping("zeta", f"c/{root}", "", 2 * math.sqrt(self.damping + 1), _HALF)
+        if self.elastic == self.damping:
+            return OwnDamping("d", "c/k", "s/m", 1.0, Fraction(1))
+        if self.elastic == self.damping + 1:
+            over, under = self.elastic.denominator, self.elastic.numerator
+            return OwnDamping(
+                "A", f"{over} c/({under} k)" if over > 1 else f"c/({under} k)", "s", float(self.elastic), Fraction(1)
+            )
+        return None
 
     @cached_property
     def nu(self) -> Fraction:
@@ -190,6 +234,10 @@ class Law:
         number = self._physical(speed=speed, k=k, damping=c, mass=mass)
         return number["damping"] / number["mass"] * _power(number, 1 / self.nu, 2 * self.c)
 
+    def damping_constant(self, kappa: float, speed: float, *, k: float, mass: float) -> float:
+        """Return c, `kappa` solved for it; the other arguments as for `kappa`."""
+        return kappa / self.kappa(speed, k=k, c=1.0, mass=mass)
+
     def length_scale(self, speed: float, *, k: float, mass: float) -> float:
         """Return the unit of x, (k/mass)^(-1/(a+1)) v^(2/(a+1)), a length; arguments as for `kappa`."""
         power = 1 / (self.elastic + 1)
@@ -202,7 +250,7 @@ class Law:
 
     def _physical(self, **values: float) -> dict[str, float]:
         """Return numbers from 0 (speed, damping) or the least double on to the largest one."""
-        units = {"k": f"N/m^({self.elastic})", "damping": f"N s/m^({self.damping + 1})"}
+        units = {"k": self.stiffness_unit, "damping": self.damping_unit}
         accepted = "a positive number (speed and damping may be 0)"
 
         def number(name: str, value: float) -> float:
@@ -214,6 +262,16 @@ class Law:
             return float(exact)
 
         return {name: number(name, value) for name, value in values.items()}
+
+
+def _of_x(power: Fraction) -> str:
+    """Return x^power as text."""
+    return "" if power == 0 else "x" if power == 1 else f"x^{power}" if power.denominator == 1 else f"x^({power})"
+
+
+def _metres(power: Fraction) -> str:
+    """Return the unit m^power as text."""
+    return _of_x(power).replace("x", "m")
 
 
 def _exponent(name: str, value: object, least: Fraction) -> Fraction:
@@ -240,31 +298,24 @@ def _power(number: dict[str, float], compliance: Fraction, speed: Fraction) -> f
 
 
 class NamedLaw(NamedTuple):
-    """A law of the literature, some of them with an exponent n of their own, and its own damping constant.
-
-    The damping constant c of the force is factor(n) constant k^power mass^(1 - power).
-    """
+    """A law of the literature, some of them with an exponent n of their own."""
 
     exponents: Callable[[Fraction], tuple[Fraction, Fraction]]
-    n: Fraction | None
+    n: Fraction | None = None
     """The exponent if none is given; None for a law without."""
-    factor: Callable[[Fraction], Fraction]
-    power: Fraction
 
 
-_HALF = Fraction(1, 2)
-_WHOLE, _ONE = Fraction(1), lambda _: Fraction(1)
 NAMED = {
-    # viscoelastic spheres, the paper's law (eq:viscoelastic); the constant is A
-    "viscoelastic": NamedLaw(lambda _: (Fraction(3, 2), _HALF), None, lambda _: Fraction(3, 2), _WHOLE),
-    # spring-dashpot; the constant is the damping ratio
-    "linear": NamedLaw(lambda _: (Fraction(1), Fraction(0)), None, lambda _: Fraction(2), _HALF),
-    # Hertz' spring with the damping of Tsuji et al. 1992; the constant is alpha
-    "tsuji": NamedLaw(lambda _: (Fraction(3, 2), Fraction(1, 4)), None, _ONE, _HALF),
-    # force k xi^n (1 + d xi'); the constant is d
-    "hunt-crossley": NamedLaw(lambda n: (n, n), Fraction(3, 2), _ONE, _WHOLE),
-    # axisymmetric body of profile r^n made of a Kelvin-Voigt material, cone 1, sphere 2; the constant is A
-    "kelvin-voigt": NamedLaw(lambda n: (1 + 1 / n, 1 / n), Fraction(2), lambda n: 1 + 1 / n, _WHOLE),
+    # viscoelastic spheres, the paper's law (eq:viscoelastic)
+    "viscoelastic": NamedLaw(lambda _: (Fraction(3, 2), _HALF)),
+    # spring-dashpot
+    "linear": NamedLaw(lambda _: (Fraction(1), Fraction(0))),
+    # Hertz' spring with the damping of Tsuji et al. 1992
+    "tsuji": NamedLaw(lambda _: (Fraction(3, 2), Fraction(1, 4))),
+    # force k xi^n (1 + d xi')
+    "hunt-crossley": NamedLaw(lambda n: (n, n), Fraction(3, 2)),
+    # axisymmetric body of profile r^n made of a Kelvin-Voigt material, cone 1, sphere 2
+    "kelvin-voigt": NamedLaw(lambda n: (1 + 1 / n, 1 / n), Fraction(2)),
 }
 
 ACCEPTED_LAWS = (
