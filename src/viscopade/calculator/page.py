@@ -12,7 +12,7 @@ from viscopade.collision import limits
 from viscopade.generated import marker_line
 from viscopade.kernels import registry, requests
 from viscopade.kernels.targets.languages import LANGUAGES, target
-from viscopade.theory.law import NAMED, Law
+from viscopade.theory.law import Law
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
 
@@ -47,8 +47,6 @@ _TITLES = {
     "kelvin-voigt:1": "Kelvin-Voigt cone",
     "3/2,0": "Hertz, linear dashpot",
 }
-_SYMBOLS = {"linear": "zeta", "tsuji": "alpha", "hunt-crossley": "d", "hunt-crossley:1": "d"}
-"""Names of the damping constants that need no stiffness to become kappa."""
 
 
 def page(command: str) -> str:
@@ -118,13 +116,13 @@ def _factor(unit: str, dimension: str) -> float:
 def _laws() -> list[dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for name, law in tables.laws():
-        about = found.setdefault(name, {"name": name, "title": _TITLES[name], **_about(name, law), "ends": {}})
+        about = found.setdefault(name, {"name": name, "title": _TITLES[name], **_about(law), "ends": {}})
         about["ends"][law.end] = tables.stored()[tables.key(law)]
     return [*found.values()]
 
 
-def _about(name: str, law: Law) -> dict[str, Any]:
-    about = {
+def _about(law: Law) -> dict[str, Any]:
+    about: dict[str, Any] = {
         "elastic": str(law.elastic),
         "damping": str(law.damping),
         "a": float(law.elastic),
@@ -134,11 +132,9 @@ def _about(name: str, law: Law) -> dict[str, Any]:
         "nu": str(law.nu),
         "symbol": None,
     }
-    if name in _SYMBOLS:  # kappa = factor constant v^power: the stiffness has dropped out
-        named = NAMED[name.partition(":")[0]]
-        if named.power != 1 / law.nu:
-            raise ValueError(f"kappa of {name} depends on the stiffness")
-        about |= {"symbol": _SYMBOLS[name], "factor": float(named.factor(law.elastic))}
+    own = law.own_damping
+    if own is not None and own.power == 1 / law.nu:  # kappa = factor constant v^power: the stiffness has dropped out
+        about |= {"symbol": own.symbol, "factor": own.factor}
     return about
 
 
