@@ -330,9 +330,9 @@ def invert(
     units = {} if speed is None else {"beta": _unit_of_beta(of)}
     lines: tuple[str, ...] = ()
     if constants is not None:
-        precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, law=of).floats()
-        constants = replace(constants, kappa=precise["v_star"] ** of.d)
-        numbers, own_units = constants.of(precise)
+        floats = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, law=of).floats()
+        constants = replace(constants, kappa=floats["v_star"] ** of.d)
+        numbers, own_units = constants.of(floats)
         proven, units, lines = proven | numbers, units | own_units, constants.lines
     _show_numbers(proven, units, {"digits": digits, **fields}, style, line, *lines)
 

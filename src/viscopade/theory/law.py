@@ -40,7 +40,7 @@ class OwnDamping(NamedTuple):
 
     def of(self, c: float, *, k: float, mass: float) -> float:
         """Return the constant."""
-        return c / (self.factor * k ** float(self.power) * mass ** float(1 - self.power))
+        return float(c / (self.factor * k ** float(self.power) * mass ** float(1 - self.power)))
 
 
 @dataclass(frozen=True, init=False)
