@@ -344,7 +344,7 @@ VISCOPADE_KERNEL(0x790c712d)
  * - eps^2) (proven)
  */
 
-VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em3(double w)
+VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em3(double product)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
     const double a0 = VISCOPADE_CONSTANT(0x1.2738b38b26544p+0, 1.1532089438172344);
@@ -353,7 +353,9 @@ VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em3(double w)
     const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double b6 = VISCOPADE_CONSTANT(-0x1.e0c6b1e46a4a8p-2, -0.46950796085963953);
     const double b15 = VISCOPADE_CONSTANT(0x1.dc39fb1e14c32p-5, 0.058133116210818861);
-    const double y = w > 0.0 ? exp2(log2(w) * thirtieth) : w;
+    const double w = product > 0.0 ? product : 1.0; /* no logarithm of 0, and no branch around it */
+    const double root = exp2(log2(w) * thirtieth);
+    const double y = product > 0.0 ? root : product;
     const double y2 = y * y;
     const double y3 = y2 * y;
     const double y6 = y3 * y3;
@@ -393,7 +395,7 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em3(double speed, doubl
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em3f(float w)
+VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em3f(float product)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
     const float a0 = VISCOPADE_CONSTANT(0x1.2738b4p+0f, 1.15320897f);
@@ -402,7 +404,9 @@ VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em3f(float w
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float b6 = VISCOPADE_CONSTANT(-0x1.e0c6b2p-2f, -0.469507962f);
     const float b15 = VISCOPADE_CONSTANT(0x1.dc39fcp-5f, 0.0581331179f);
-    const float y = w > 0.0f ? viscopade_exp2f(viscopade_log2f(w) * thirtieth) : w;
+    const float w = product > 0.0f ? product : 1.0f; /* no logarithm of 0, and no branch around it */
+    const float root = viscopade_exp2f(viscopade_log2f(w) * thirtieth);
+    const float y = product > 0.0f ? root : product;
     const float y2 = y * y;
     const float y3 = y2 * y;
     const float y6 = y3 * y3;
@@ -504,7 +508,7 @@ VISCOPADE_KERNEL(0x46db3b02)
  * - eps^2) (proven)
  */
 
-VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em5(double w)
+VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em5(double product)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
@@ -516,7 +520,9 @@ VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em5(double w)
     const double b6 = VISCOPADE_CONSTANT(-0x1.d448ee6204ce3p-2, -0.45730946038493253);
     const double b8 = VISCOPADE_CONSTANT(0x1.7543006a2fc4ep-5, 0.045564175424708794);
     const double b15 = VISCOPADE_CONSTANT(0x1.ea1d8cdcad7b8p-5, 0.059828543778550125);
-    const double y = w > 0.0 ? exp2(log2(w) * thirtieth) : w;
+    const double w = product > 0.0 ? product : 1.0; /* no logarithm of 0, and no branch around it */
+    const double root = exp2(log2(w) * thirtieth);
+    const double y = product > 0.0 ? root : product;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;
@@ -556,7 +562,7 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em5(double speed, doubl
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em5f(float w)
+VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em5f(float product)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
     const float a0 = VISCOPADE_CONSTANT(0x1.27489ap+0f, 1.15345156f);
@@ -568,7 +574,9 @@ VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em5f(float w
     const float b6 = VISCOPADE_CONSTANT(-0x1.d448eep-2f, -0.457309455f);
     const float b8 = VISCOPADE_CONSTANT(0x1.7543p-5f, 0.0455641747f);
     const float b15 = VISCOPADE_CONSTANT(0x1.ea1d8cp-5f, 0.0598285422f);
-    const float y = w > 0.0f ? viscopade_exp2f(viscopade_log2f(w) * thirtieth) : w;
+    const float w = product > 0.0f ? product : 1.0f; /* no logarithm of 0, and no branch around it */
+    const float root = viscopade_exp2f(viscopade_log2f(w) * thirtieth);
+    const float y = product > 0.0f ? root : product;
     const float y2 = y * y;
     const float y4 = y2 * y2;
     const float y6 = y4 * y2;
@@ -665,7 +673,7 @@ VISCOPADE_KERNEL(0x77f0e710)
  * rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
  */
 
-VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em7(double w)
+VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em7(double product)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
     const double a0 = VISCOPADE_CONSTANT(0x1.27486ce464aa9p+0, 1.1534488732910779);
@@ -681,7 +689,9 @@ VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em7(double w)
     const double b9 = VISCOPADE_CONSTANT(0x1.cab291a98f868p-4, 0.11198670291284574);
     const double b10 = VISCOPADE_CONSTANT(0x1.8dc5716623ddcp-3, 0.19422424881893974);
     const double b22 = VISCOPADE_CONSTANT(0x1.397caf389a5f5p-6, 0.019133730997429727);
-    const double y = w > 0.0 ? exp2(log2(w) * thirtieth) : w;
+    const double w = product > 0.0 ? product : 1.0; /* no logarithm of 0, and no branch around it */
+    const double root = exp2(log2(w) * thirtieth);
+    const double y = product > 0.0 ? root : product;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;

@@ -112,6 +112,7 @@ def _type(number: Number) -> dict[str, object]:
         "type": number.type,
         "suffix": number.suffix,
         "zero": number.syntax.literal("0.0"),
+        "one": number.syntax.literal("1.0"),
         "largest": number.coefficient(2.0 ** LARGEST[form.name]),
         "least": number.coefficient(2.0 ** (1 - form.largest)),
         "top": f"2^{LARGEST[form.name]}",
