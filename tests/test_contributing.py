@@ -73,6 +73,15 @@ def test_an_added_simulator_is_audited(with_two_simulators):
     assert [*row["why"]] == ["The formula is made for the other end of contact."]
 
 
+def test_an_added_simulator_takes_the_file_of_a_user(with_two_simulators):
+    words = ("audit", "bounce", "--set", "stiffness=10 kN/m", "--set", "restitution=0.5", "--mass", "1", "--speed", "1")
+    found = json.loads(with_two_simulators(*words, "--epsilon", "0.5", "--format", "json"))
+    assert found["delivered"] == pytest.approx(0.550283, abs=1e-6)
+    assert float(found["instead"]["restitution"]) == pytest.approx(0.436288, abs=1e-6)
+    stepped = json.loads(with_two_simulators(*words, "--time-step", "1 ms", "--scheme", "rk4", "--format", "json"))
+    assert (stepped["scheme"], stepped["least"] < stepped["delivered"]) == ("rk4", True)
+
+
 def test_an_added_simulator_with_its_own_law_has_its_text(with_two_simulators):
     words = ("simulators", "bounce", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1000", "--mass", "2")
     lines = with_two_simulators(*words).splitlines()

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+from mpmath import mp
 
+from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.simulators import simulator_of
-from viscopade.simulators.native import Impact, Native, Parameter, delivery, written
+from viscopade.simulators.native import Impact, Native, Parameter, delivery
 from viscopade.simulators.typed_force import force
 from viscopade.simulators.typed_force import native as typed
+from viscopade_lab.runs import decks
 
 EARTH = 9.81
 SOFT, HARD = "-7672.00354889 -44.7191729394", "-294911.816419 -277.258872224"  # eps 0.5: contacts of 31 ms and 5 ms
@@ -103,6 +106,78 @@ def test_steps_that_are_far_too_short_or_long_are_refused(step):
         delivered("mujoco", {"solref": SOFT, **FLAT}, step=step)
 
 
+# --- falls in the real programs ---------------------------------------------------------------------------------------
+
+NAMES = {"dissipation": "hunt_crossley_dissipation"}  # of Drake, whose Python has another name than its files
+SCHEMES = {"simbody": {"continuous": "RungeKuttaMerson"}}
+AGREE = {("newton", "SolverSemiImplicit"): 1e-3, ("newton", "SolverXPBD"): 3e-4}  # in single precision
+FALLS = [
+    fall
+    for fall in decks.falls()
+    if fall.program in ("mujoco", "newton", "drake", "simbody")
+    if not 0 < fall.time_step / fall.contact_time < (1 / 1100 if fall.mean else 1 / 100)
+]
+
+
+@pytest.mark.parametrize("which", sorted({(fall.program, fall.scheme) for fall in FALLS}), ids="-".join)
+def test_falls_in_the_real_programs(which):
+    """Mean, least and largest eps of stored falls, whose contacts begin at the same phases."""
+    for fall in FALLS:
+        if (fall.program, fall.scheme) == which:
+            native, named = simulator_of(fall.program).native, {**fall.named}
+            radius = named.pop("radius", None)
+            named.pop("use_mujoco_contacts", None)
+            for name in [name.removesuffix("_A") for name in named if name.endswith("_A")]:
+                own = NAMES.get(name, name) if fall.program == "drake" else name
+                named[own] = f"{named.pop(f'{name}_A')} {named.pop(f'{name}_B')}"
+            named[native.integrator] = SCHEMES.get(fall.program, {}).get(fall.scheme, fall.scheme)
+            values = native.values(named)
+            step = fall.time_step or None
+            hit = Impact(fall.speed, fall.mass, radius and float(radius), fall.gravity, step)
+            scheme = native.schemes[values[native.integrator]] or SEMI_IMPLICIT
+            phases = (np.arange(fall.phases) + 0.5) / fall.phases
+            found = native.contact(values, hit).collide(fall.speed, step=step, scheme=scheme, phases=phases)
+            measured = (fall.mean, fall.least, fall.largest)
+            close = AGREE.get(which, 4e-6)
+            assert (found.epsilon, found.least, found.largest) == pytest.approx(measured, abs=close), fall.parameters
+
+
+def test_newton_damps_the_approach():
+    """With zeta = kd/(2 sqrt(ke m)) < 1, eps = exp(-(zeta/w) atan(w/zeta))."""
+    zeta = 0.5973425
+    w = np.sqrt(1 - zeta**2)
+    settings = {"ke": "1e5", "kd": repr(float(2 * zeta * np.sqrt(1e5 * 3)))}
+    found = delivered("newton", settings, mass=3.0)
+    assert found.collision.epsilon == pytest.approx(np.exp(-zeta / w * np.arctan2(w, zeta)), abs=1e-9)
+    assert found.collision.epsilon == pytest.approx(0.5, abs=1e-4)
+    assert delivered("newton", {"ke": "1e5", "kd": "1e3"}, mass=1.0).collision.epsilon == pytest.approx(
+        0.263964, abs=1e-6
+    )
+    instead = delivered("newton", {"ke": "1e5 3e5"}, mass=1.0, epsilon=0.5).instead
+    assert float(instead["kd"]) == pytest.approx(1.19468 * np.sqrt(2e5), rel=1e-5)
+    formula = simulator_of("newton").formula("SolverSemiImplicit, damping of the approach")
+    for ratio in (1e-3, 0.5, 2, 3.1622776601683795, 30):
+        (one,) = [delivered("newton", {"ke": "1", "kd": repr(ratio)}, mass=1.0).collision.epsilon]
+        assert float(formula.delivered(formula.kappa(mp.mpf(ratio)))) == pytest.approx(one, rel=1e-8)
+
+
+def test_the_rule_of_xpbd():
+    settings = {"solver": "SolverXPBD", "restitution": "0.4 0.6", "enable_restitution": "True"}
+    assert delivered("newton", settings).collision.epsilon == 0.5
+    assert delivered("newton", settings | {"enable_restitution": "False"}).collision.epsilon == 0
+    falls = delivered("newton", settings, speed=0.015, gravity=EARTH, step=1e-3).collision
+    assert (falls.epsilon, falls.parts) == (0, False)
+    assert delivered("newton", settings, epsilon=0.7).instead == {"restitution": "0.7"}
+
+
+def test_stiff_contacts_of_drake_are_warned_of():
+    stiff = {"point_stiffness": "1e9", "discrete_contact_approximation": "sap", "relaxation_time": "0"}
+    (text,) = delivered("drake", stiff, mass=1.0, gravity=EARTH, step=3e-4).warnings[:1]
+    assert "softened by Drake's approximation sap" in text
+    with pytest.raises(ValueError, match="continuous chooses its own steps; accepted with one is --scheme lagged"):
+        delivered("drake", {"discrete_contact_approximation": "continuous"}, mass=1.0, step=1e-3)
+
+
 # --- parameters -------------------------------------------------------------------------------------------------------
 
 
@@ -133,7 +208,7 @@ def test_numbers_may_have_units():
     assert one.value("70 GPa") == one.value("7e10") == 7e10
     assert two.value("3 kN/m, 4 N/m") == (3000, 4)
     assert two.value("3") == (3, 2)
-    assert written(two.value("3, 4")) == "3 4"
+    assert two.written(two.value("3, 4")) == "3 4"
     for wrong in ("70 kg", "1 GPa, 2 GPa", "-1", "x"):
         with pytest.raises(ValueError, match="accepted is a number >= 0, in Pa"):
             one.value(wrong)

@@ -201,8 +201,6 @@ def _words(values: Mapping[str, str]) -> str:
 
 def _say_delivery(title: str, found: Delivery, native: Native, stepped: bool, epsilon: str | None) -> None:
     """Print a delivery in words."""
-    from viscopade.simulators.native import written
-
     collision, units = found.collision, found.units
     between = f" ({collision.least:.4f} to {collision.largest:.4f}: where in a step contact begins)" if stepped else ""
     say(f"{title}{': ' if title else ''}eps = {collision.epsilon:.{4 if stepped else 6}f}{between}, sampled")
@@ -210,9 +208,9 @@ def _say_delivery(title: str, found: Delivery, native: Native, stepped: bool, ep
         say("The bodies do not part: eps 0.")
     duration = f", duration {collision.duration:.4g} {units.time}" if collision.parts else ""
     say(f"depth {collision.depth:.4g} {units.length}{duration}")
-    used = {name: written(value) for name, value in found.values.items() if name != native.integrator}
+    used = {name: value for name, value in found.values.items() if name != native.integrator}
     if used:
-        say(f"for {_words(used)}")
+        say(f"for {_words(native.written(used))}")
     others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]
     say(f"integrator: {found.scheme if stepped else 'infinitely fine steps'}; there are {', '.join(others)}")
     if found.instead is not None:

@@ -39,6 +39,11 @@ SIMULATORS: Mapping[str, tuple[str, ...]] = {
     "chrono": ("chrono",),
     "kratos": (),
     "jaxdem": ("jaxdem",),
+    "newton": (),
+    "openfoam": (),
+    "lethe": (),
+    "mfix": (),
+    "trixi": (),
     "textbook": (),
 }
 """Names, which are those of the modules, and the targets for which `viscopade simulators` writes each one's text."""

@@ -86,6 +86,12 @@ class Parameter:
             raise ValueError(f"{self.name} is {text!r}: accepted is {self.accepted}{unit}")
         return numbers if self.most > 1 or self.both else numbers[0]
 
+    def written(self, value: Any) -> str:
+        """Return a value as a file has it, the number of both bodies once."""
+        if not isinstance(value, tuple):
+            return value if isinstance(value, str) else f"{value:.8g}"
+        return " ".join(f"{number:.8g}" for number in ({*value} if self.both and len({*value}) == 1 else value))
+
     def _numbers(self, text: str) -> tuple[float, ...] | None:
         """Return numbers apart by spaces or commas, or by commas if they have units; None if they are none."""
         found = [_plain(part) for part in text.replace(",", " ").split()]
@@ -258,6 +264,10 @@ class Native:
         texts = {name: each.default for name, each in known.items() if each.default is not None} | dict(settings)
         return Values((name, known[name].value(text)) for name, text in texts.items())
 
+    def written(self, values: Mapping[str, Any]) -> dict[str, str]:
+        """Return values as a file has them."""
+        return {name: self.known[name].written(value) for name, value in values.items()}
+
 
 @dataclass(frozen=True)
 class Delivery:
@@ -325,17 +335,10 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
 
         try:
             c = damping_factor(with_damping, epsilon, 1.0, speed=hit.speed, **stepping)
-            instead = {each: written(value) for each, value in damped(values, c, hit).items()}
+            instead = native.written(damped(values, c, hit))
         except ValueError as error:
             warnings.append(f"No damping delivers {epsilon:g}: {error}")
     return Delivery(values, name, collision, instead, tuple(warnings), units)
-
-
-def written(value: Any) -> str:
-    """Return a value as a file has it."""
-    if isinstance(value, tuple):
-        return " ".join(map(written, value))
-    return value if isinstance(value, str) else f"{value:.8g}"
 
 
 def _of_step(native: Native, values: Values, hit: Impact) -> Iterable[str]:

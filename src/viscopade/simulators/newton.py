@@ -32,7 +32,7 @@ from viscopade.theory.law import VISCOELASTIC
 
 _CONTACT = "newton/_src/solvers/semi_implicit/kernels_contact.py"
 _LEFT = 0.2**2  # of a penetration after a step of SolverXPBD
-_MOST_STEPS = 10_000  # of SolverXPBD, until a body has left
+_MOST_STEPS = 1000  # of SolverXPBD, until a body has left
 
 
 def approach_kappa(kappa: Any) -> Any:

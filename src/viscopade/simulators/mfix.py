@@ -1,0 +1,27 @@
+"""MFiX: `des_en_input` of the collision models LSD and HERTZIAN.
+
+Read in CurtinIDS/mfix at commit aa5da90:
+
+- model/des/calc_force_dem.f: -(kn x + eta x'), which may pull; in HERTZIAN kn = k sqrt(x) and eta = c x^(1/4).
+- `DES_ETAN` of check_solids_dem.f in model/check_data: 2 sqrt(kn m) |ln e|/sqrt(pi^2 + ln^2 e) in both models, in
+  HERTZIAN with k for kn. Tsuji's damping with this ratio would have sqrt(5) for 2: HERTZIAN damps less.
+
+The default, `des_intg_method = 'EULER'`, kicks and then drifts.
+"""
+
+from __future__ import annotations
+
+from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, DampingFormula, linear_kappa
+from viscopade.simulators.simulator import Simulator
+
+_NUMBER, _ACCEPTED, _SOURCE = "des_en_input", ("1e-15", "1"), "model/check_data/check_solids_dem.f"
+
+SIMULATOR = Simulator(
+    "mfix",
+    "MFiX",
+    "CurtinIDS/mfix, commit aa5da90",
+    (
+        DampingFormula("LSD", LINEAR_RETURN, _NUMBER, linear_kappa, _ACCEPTED, "exact", _SOURCE),
+        DampingFormula("HERTZIAN", TSUJI_RETURN, _NUMBER, linear_kappa, _ACCEPTED, "other law", _SOURCE),
+    ),
+)
