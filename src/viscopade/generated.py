@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -20,13 +21,36 @@ END_CONDITION = (
 WIDTH = 100  # columns of generated text, where it can be wrapped
 
 
-def one_line(name: str, text: str) -> str:
-    """Return `text` if it is one line, not empty, and harmless in a comment of every target language."""
-    if not isinstance(text, str):
-        raise TypeError(f"{name} must be a string, not {text!r}")
-    if not text.strip() or not text.isprintable() or "*/" in text or "/*" in text:
-        raise ValueError(f"{name} must be one printable line without comment marks, not {text!r}")
-    return text
+# What ends or begins a comment, a line or a text, or names an encoding, if its last sign follows: in C (three), LAMMPS
+# (three quotes, even in a comment), Python (in the first two lines).
+_MEANS_MORE = re.compile(r'\*(?=/)|/(?=\*)|\?\?(?=/)|""(?=")|coding(?=[:=])')
+
+
+def harmless(text: str) -> str:
+    """Return a text that people gave as a line of a comment in any language but XML, which has `xml_comment` besides.
+
+    Signs that cannot be seen become escapes; a blank parts marks that a language would obey; no line goes on in the
+    next one, as "&" and a backslash at its end have it.
+    """
+    shown = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    line = _MEANS_MORE.sub(r"\g<0> ", shown).rstrip()
+    return f"{line} ." if line.endswith(("\\", "&")) else line
+
+
+def comment(lines: Iterable[str], mark: str) -> str:
+    """Return lines as a comment of a language, by the mark that begins each."""
+    return "\n".join(f"{mark} {harmless(line)}".rstrip() for line in lines)
+
+
+def xml_comment(text: str) -> str:
+    """Return lines as a part of a comment in XML, in which a shell reads options as they were."""
+    return re.sub("-(?=-)", r"-\\", text)
+
+
+def string(text: str) -> str:
+    """Return a text as a string in double quotes of Python, C++ or TOML."""
+    plain = json.dumps(text, ensure_ascii=False)
+    return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in plain)
 
 
 def generated_by() -> str:
@@ -36,7 +60,7 @@ def generated_by() -> str:
 
 def marker_line(command: str) -> str:
     """Return the first line of every generated file: the marker, the version and the command that made it."""
-    return f"{generated_by()}: {one_line('command', command)}"
+    return harmless(f"{generated_by()}: {command}")
 
 
 def environment(module: str | None = None) -> Environment:
@@ -52,7 +76,7 @@ def environment(module: str | None = None) -> Environment:
     )
     major, minor, patch = map(int, re.findall(r"\d+", __version__)[:3])  # of "0.2.0rc1", too
     made.globals |= {"version": __version__, "version_number": 10000 * major + 100 * minor + patch}
-    made.filters["lines"] = _lines
+    made.filters |= {"lines": _lines, "xml_comment": xml_comment, "string": string}
     return made
 
 

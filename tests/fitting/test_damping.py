@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import viscopade as vp
+from tests.titles import HARD
 from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.collision.spheres import restitution_error
@@ -87,8 +88,10 @@ def test_error_of_eps_is_the_change_of_eps():
 @pytest.mark.parametrize("wall", [True, False])
 def test_a_scene_has_the_fit_back(wall):
     found = fitted()
-    text = scene_text(found, BALL, wall, "viscopade fit data.csv", 'a "title"')
-    scene = read.from_toml(text, "ball.toml")
+    for title in HARD:
+        text = scene_text(found, BALL, wall, f"viscopade fit {title}", title)
+        scene = read.from_toml(text, "ball.toml")
+    assert scene.title == HARD[-1] + " ."
     meeting = scene.meetings[-1]
     epsilon, error = found.epsilon(found.main.middle)
     speed = float(f"{found.main.middle:.4g}")

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from tests import compiled
+from tests.titles import HARD
 from viscopade.generated import MARKER
 from viscopade.kernels import registry
 from viscopade.kernels.targets.languages import target, targets
@@ -147,16 +148,6 @@ def test_the_file_says_what_it_is(language, constant):
         assert words in made
 
 
-HARD = [
-    "ends */ here /* and begins",
-    "goes on \\",
-    "trigraph ??/",
-    "*" * 99 + "*/" + "/" * 30,
-    '"""quotes""" #= -- !$omp <!-- ${x} {{ y }}',
-    "Kugeln \u00e4 \u4e16\u754c",
-]
-
-
 @pytest.mark.parametrize("language", read.LANGUAGES)
 @pytest.mark.parametrize("title", HARD)
 def test_titles_do_not_end_comments(language, title):
@@ -165,6 +156,7 @@ def test_titles_do_not_end_comments(language, title):
     assert outside_comments(language, made) == outside_comments(language, text(language, None, True))
     for line in made.splitlines():
         assert not line.endswith("\\")
+        assert line.isprintable()
         assert "??/" not in line
         if target(language).comment == " *" and line.startswith(" * "):
             assert "*/" not in line[1:].replace("/*", "*/")

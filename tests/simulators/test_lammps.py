@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests.simulators.two_balls import need
+from tests.titles import HARD
 from viscopade import Pair, Sphere
 from viscopade.arrays import double
 from viscopade.collision.contact import Contact
@@ -268,6 +269,14 @@ def test_two_spheres(program, v_star, phase):
     assert epsilon == pytest.approx(
         lammps.stepped_epsilon(case.contacts[0].pair, 1.0, timestep, phase), rel=1e-10, abs=0
     )
+
+
+def test_no_title_changes_what_is_read(program):
+    """Three quotes in a comment begin a text that goes on over lines, and "&" at its end takes the next line."""
+    case = alike(1.0)
+    epsilon = case.contacts[0].pair.epsilon(1.0)
+    for title in HARD:
+        assert in_lammps(replace(case, title=title))[0] == pytest.approx(epsilon, rel=2e-3), title
 
 
 @pytest.mark.parametrize("contact", SETUP.contacts, ids=lambda contact: contact.name)

@@ -135,8 +135,6 @@ def test_bad_input():
         rebound.render(ice(), COMMAND, "rust")
     with pytest.raises(ValueError, match=r"accepted are 1e-5 \(fast\)"):
         rebound.render(ice(), COMMAND, "c", "1e-6")
-    with pytest.raises(ValueError, match="one printable line"):
-        rebound.render(Setup("a */ b", ice().bodies, ice().contacts), COMMAND)
     wall = Sphere.wall(**ICE)
     alone = Setup("t", {"ice": ball(1), "w": wall}, (NamedContact("ice", "w", Pair(ball(1), wall), 1, 1, 1),))
     with pytest.raises(ValueError, match="all contacts are with walls"):

@@ -7,7 +7,7 @@ import math
 from viscopade.arrays import double
 from viscopade.collision.spheres import Sphere
 from viscopade.fitting.damping import DampingFit
-from viscopade.generated import marker_line
+from viscopade.generated import harmless, marker_line, string
 
 SHARE = 0.1  # of the standard error of eps, as the tolerance
 
@@ -50,7 +50,7 @@ def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, titl
     return f"""\
 # {marker_line(command)}
 # {found.verdict.word}: {"; ".join(found.verdict.reasons)}.
-title = "{_harmless(title)}"
+title = {string(harmless(title))}
 
 [material.measured]
 young_modulus = {sphere.young_modulus!r}  # Pa
@@ -72,8 +72,3 @@ max = "{found.points.speed.max():.4g} m/s"
 # A tenth of the standard error: a kernel more accurate than that is a waste.
 absolute = {tolerance:.1g}
 """
-
-
-def _harmless(title: str) -> str:
-    """Return a text that a TOML string can hold."""
-    return "".join(c if c.isprintable() and c not in '"\\' else "_" for c in title)

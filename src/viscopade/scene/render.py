@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from fractions import Fraction
 from textwrap import wrap
 from typing import Any
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, template
 from viscopade.kernels.expressions import Name
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.machine import computed
@@ -45,10 +45,12 @@ def render(choice: Choice, command: str) -> str:
         If a number is beyond what the format has, in the scene's units.
     """
     scene, request = choice.scene, choice.chosen.candidate.request()
+    mark = scene.code.target.comment
+    head = comment(_head(choice, command), mark)
     pairs = [_pair(choice, i, name) for i, name in enumerate(names(choice))]
     return template(__name__, "scene.jinja").render(
         **layout(choice),
-        head=_comment(scene.code.target.comment, _head(choice, command)),
+        head=f"/*\n{head}\n */" if mark == " *" else head,
         # A module of its own is named after the scene, as there may be several scenes.
         kernel="" if request is None else request.render(scene.code.language, f"{prefix(scene)}_kernel"),
         pairs=pairs,
@@ -198,11 +200,6 @@ def _constant(scene: Scene, value: float) -> str:
 # --- what the file says -----------------------------------------------------------------------------------------------
 
 
-def _comment(mark: str, lines: Sequence[str]) -> str:
-    body = "\n".join(f"{mark} {line}".rstrip() for line in lines)
-    return f"/*\n{body}\n */" if mark == " *" else body
-
-
 def _head(choice: Choice, command: str) -> list[str]:
     scene = choice.scene
     paragraphs = [
@@ -227,14 +224,7 @@ def _head(choice: Choice, command: str) -> list[str]:
         "",
         *(f"Use: {line}" for line in _use(choice)),
     ]
-    return [_harmless(line.rstrip()) for line in lines]
-
-
-def _harmless(line: str) -> str:
-    """Return a line that neither ends its comment nor has another one begin, nor goes on in the next line."""
-    for mark in ("*/", "/*", "??/"):
-        line = line.replace(mark, f"{mark[:-1]} {mark[-1]}")
-    return f"{line} ." if line.endswith("\\") else line
+    return lines
 
 
 def _use(choice: Choice) -> list[str]:

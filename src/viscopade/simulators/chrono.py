@@ -51,7 +51,7 @@ inline std::shared_ptr<chrono::ChContactMaterialSMC> material(const std::string&
     return found;
   };
 {% for contact in contacts %}
-  if (contact == {{ contact.name | tojson }}) return made({{ contact.restitution }}, {{
+  if (contact == {{ contact.name | string }}) return made({{ contact.restitution }}, {{
 contact.stiffness if contact.stiffness is not none else 0 }});
 {% endfor %}
   throw std::invalid_argument("no contact is named " + contact);

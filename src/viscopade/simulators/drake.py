@@ -128,7 +128,7 @@ from pydrake.geometry import AddContactMaterial, ProximityProperties
 
 CONTACTS = {
 {% for contact in contacts %}
-    {{ contact.name | tojson }}: {"dissipation": {{ contact.dissipation }}{% if contact.stiffness is not none
+    {{ contact.name | string }}: {"dissipation": {{ contact.dissipation }}{% if contact.stiffness is not none
 %}, "point_stiffness": 2 * {{ contact.stiffness }}{% endif %}},
 {% endfor %}
 }

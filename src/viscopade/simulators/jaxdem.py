@@ -26,13 +26,13 @@ _TEXT = '''\
 
 RESTITUTION = {
 {% for contact in contacts %}
-    {{ contact.name | tojson }}: {{ contact.restitution }},
+    {{ contact.name | string }}: {{ contact.restitution }},
 {% endfor %}
 }
 # k of the force k x; None if nothing says how stiff the contact is.
 STIFFNESS = {
 {% for contact in contacts %}
-    {{ contact.name | tojson }}: {{ contact.stiffness if contact.stiffness is not none else "None" }},
+    {{ contact.name | string }}: {{ contact.stiffness if contact.stiffness is not none else "None" }},
 {% endfor %}
 }
 

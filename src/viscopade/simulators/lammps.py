@@ -46,7 +46,7 @@ from viscopade.arrays import checked, double
 from viscopade.arrays.checked import Values
 from viscopade.collision.contact import PHASE, Contact
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.generated import WIDTH, marker_line, one_line, written_template
+from viscopade.generated import WIDTH, harmless, marker_line, written_template
 from viscopade.simulators.formula import (
     LINEAR,
     LINEAR_RETURN,
@@ -292,11 +292,6 @@ def render(setup: Setup, command: str) -> str:
     -------
     str
         The text.
-
-    Raises
-    ------
-    ValueError
-        If a name or the command is not one printable line.
     """
     spheres, walls = setup.spheres, _walls(setup)
     pairs = [(first, second) for i, first in enumerate(spheres) for second in spheres[i:]]
@@ -313,7 +308,7 @@ def render(setup: Setup, command: str) -> str:
             {"lines": _describe(setup, first, second), "command": pair_coeff(setup, first, second)}
             for first, second in pairs
         ],
-        walls=[{"name": one_line("name", wall), "variable": wall_variable(setup, wall)} for wall in walls],
+        walls=[{"name": harmless(wall), "variable": wall_variable(setup, wall)} for wall in walls],
         groups=[{"name": _group(_type(setup, name)), "number": _type(setup, name)} for name in spheres]
         if len(spheres) > 1
         else [],
@@ -365,7 +360,7 @@ def collision_script(
     Raises
     ------
     ValueError
-        If a name is not one printable line, speed or timestep is not a finite number > 0.
+        If speed or timestep is not a finite number > 0.
     """
     pair = contact.pair
     v = checked.number("speed", contact.typical if speed is None else speed, _POSITIVE)
@@ -377,7 +372,7 @@ def collision_script(
     return written_template(_COLLISION).render(
         marker=marker_line(command),
         lines=_wrapped(
-            f"{one_line('name', contact.name)}: a head-on collision at {_number(v)} {setup.units.speed}, in steps of "
+            f"{contact.name}: a head-on collision at {_number(v)} {setup.units.speed}, in steps of "
             f"{duration / dt:.6g} to a contact. It prints eps, the value expected, and the overlap at the end, which "
             "may be positive: contact ends when the force vanishes."
         ),
@@ -446,7 +441,7 @@ def _describe(setup: Setup, first: str, second: str) -> list[str]:
     numbers, units = hertz_material(pair), setup.units
     radii = " and ".join(f"R = {body.radius:.10g}" for body in (pair.first, pair.second) if not body.is_wall)
     text = (
-        f"{one_line('name', first)} and {one_line('name', second)}, for {radii} {units.length}, "
+        f"{harmless(first)} and {harmless(second)}, for {radii} {units.length}, "
         f"m_eff = {pair.m_eff:.10g} {units.mass}: A = {pair.A:.10g} {units.time}, "
         f"beta = {pair.beta:.10g} {units.beta}. The same law: hertz {_number(numbers.k_n)} {_number(numbers.eta_n0)}."
     )
@@ -481,7 +476,7 @@ def _sizes(contact: NamedContact) -> str:
 
 def _time_table(setup: Setup) -> list[str]:
     """Return the table of errors: a line for each number of steps, a column for each contact."""
-    names = [one_line("name", contact.name) for contact in setup.contacts]
+    names = [contact.name for contact in setup.contacts]
     widths = [max(len(name), 7) for name in names]
     head = f"{'N':>6}  {'timestep':>13}  " + "  ".join(f"{n:>{w}}" for n, w in zip(names, widths, strict=True))
     rows = [
@@ -505,7 +500,7 @@ def _atom_type(setup: Setup, name: str) -> dict[str, object]:
     body = setup.bodies[name]
     return {
         "number": _type(setup, name),
-        "name": one_line("name", name),
+        "name": harmless(name),
         "radius": f"{body.radius:.10g}",
         "mass": f"{body.mass:.10g}",
     }

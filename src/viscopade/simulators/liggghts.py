@@ -32,7 +32,7 @@ from typing import Literal
 from mpmath import mp
 
 from viscopade.collision.spheres import Pair
-from viscopade.generated import written_template
+from viscopade.generated import harmless, written_template
 from viscopade.simulators.formula import (
     LINEAR,
     LINEAR_RETURN,
@@ -202,14 +202,13 @@ def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:
     Raises
     ------
     ValueError
-        If the model is not one of the two, or is `hertz` and it cannot have one of the contacts' eps; or if a name or
-        the title is not one printable line.
+        If the model is not one of the two, or is `hertz` and it cannot have one of the contacts' eps.
     """
     if model not in ("hertz/stiffness", "hertz"):
         raise ValueError(f"model is {model!r}: accepted is 'hertz/stiffness' or 'hertz'")
     return written_template(_TEXT).render(
         **common(setup, command),
-        types=list(enumerate(setup.bodies, 1)),
+        types=list(enumerate(map(harmless, setup.bodies), 1)),
         si=setup.units == SI,
         facts=[facts(contact, setup.units) for contact in setup.contacts],
         model=model,

@@ -93,8 +93,7 @@ def render(setup: Setup, command: str) -> str:
     Raises
     ------
     ValueError
-        If two bodies' names differ only in characters that a C++ name cannot have, or a name or the title is not one
-        printable line.
+        If two bodies' names differ only in characters that a C++ name cannot have.
     """
     names = identifiers(list(setup.bodies))
     of_contacts = {frozenset((c.first, c.second)): species_parameters(c) for c in setup.contacts}

@@ -129,9 +129,9 @@ NATIVE = Native(
 
 _TEXT = """\
 <!--
-    {{ marker | replace("--", "-\\\\-") }}
+    {{ marker | xml_comment }}
 
-{{ opening | lines("    {}") | replace("--", "-\\\\-") }}
+{{ opening | lines("    {}") | xml_comment }}
 
     MuJoCo: <include file="..."/> this file in a model and give geoms, or pairs, class="...". Of two geoms in contact
     both must have the class; a pair needs it alone. The numbers are per mass: eps depends on no mass.
@@ -141,13 +141,13 @@ _TEXT = """\
     A comment may not contain two hyphens: a shell reads -\\- as these.
 
 {% for contact in contacts %}
-{{ contact.lines | lines("    {}") | replace("--", "-\\\\-") }}
+{{ contact.lines | lines("    {}") | xml_comment }}
 {% endfor %}
 -->
 <mujocoinclude>
   <default>
 {% for contact in contacts %}
-    <default class="{{ contact.name }}">
+    <default class="{{ contact.name | e }}">
       <geom solref="-{{ contact.stiffness }} -{{ contact.damping }}" solimp="0.9 0.9 0.001"/>
       <pair solref="-{{ contact.stiffness }} -{{ contact.damping }}" solimp="0.9 0.9 0.001"/>
     </default>

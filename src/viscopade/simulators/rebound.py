@@ -34,7 +34,7 @@ from mpmath import mp
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.spheres import Pair
-from viscopade.generated import END_CONDITION, WIDTH, marker_line, one_line, written_template
+from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, written_template
 from viscopade.kernels import names, prove_lacunary
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.targets import speed
@@ -138,8 +138,7 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
     Raises
     ------
     ValueError
-        If the language or the tier is not known, `command`, the title or a name is not one printable line, or no two
-        spheres meet.
+        If the language or the tier is not known, or no two spheres meet.
     """
     if language not in LANGUAGES:
         raise ValueError(f"language is {language!r}: accepted are {', '.join(LANGUAGES)}")
@@ -147,11 +146,9 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
     chosen = callback_kernel(tier)
     head = _head(setup, named, chosen, command, _ON[language])
     if language == "python":
-        return written_template(_PYTHON_TEXT).render(
-            head="\n".join(f"# {line}".rstrip() for line in head), contacts=_numbers(named)
-        )
+        return written_template(_PYTHON_TEXT).render(head=comment(head, "#"), contacts=_numbers(named))
     return written_template(_C_TEXT).render(
-        head="\n".join(f" * {line}".rstrip() for line in head),
+        head=comment(head, " *"),
         kernel=speed.render(chosen, command),
         name=chosen.name,
         contacts=_numbers(named),
@@ -161,7 +158,7 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
 def _numbers(named: dict[str, NamedContact]) -> list[dict[str, str]]:
     """Return what the templates need of each contact."""
     return [
-        {"symbol": symbol, "name": repr(contact.name), "label": one_line("the name of a contact", contact.name)}
+        {"symbol": symbol, "name": repr(contact.name), "label": contact.name}
         | {name: repr(value) for name, value in _typical(contact.pair).items()}
         | {f"{name}_c": DOUBLE.hexadecimal(value) for name, value in _typical(contact.pair).items()}
         for symbol, contact in named.items()
@@ -246,7 +243,7 @@ def _contact_lines(setup: Setup, symbol: str, contact: NamedContact) -> list[str
     lines = (wrap(fact, WIDTH, initial_indent="    ", subsequent_indent="        ") for fact in facts)
     return [
         "",
-        f"{symbol}: {one_line('the name of a contact', contact.name)}",
+        f"{symbol}: {contact.name}",
         *(line for part in lines for line in part),
     ]
 
@@ -266,7 +263,7 @@ def _size_line(setup: Setup, error: SizeError) -> str:
 
 
 def _walls(setup: Setup) -> list[str]:
-    names = [one_line("the name of a contact", c.name) for c in setup.contacts if c.pair.second.is_wall]
+    names = [c.name for c in setup.contacts if c.pair.second.is_wall]
     return ["", *wrap(f"REBOUND has no walls; left out: {', '.join(names)}.", WIDTH)] if names else []
 
 

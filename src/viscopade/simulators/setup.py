@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.generated import one_line
+from viscopade.generated import harmless
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,8 @@ class NamedContact:
 
     @property
     def name(self) -> str:
-        """Both names."""
-        return f"{self.first}-{self.second}"
+        """Both names, as comments may have them."""
+        return harmless(f"{self.first}-{self.second}")
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Setup:
     def opening(self) -> list[str]:
         """First lines of a generated file, without comment marks: the title, one line, then notes and warnings."""
         sentences = (*(f"{text}." for text in self.notes), *(f"Warning: {text}." for text in self.warnings))
-        return [one_line("title", self.title), *sentences]
+        return [harmless(self.title), *sentences]
 
     @property
     def spheres(self) -> list[str]:

@@ -69,13 +69,13 @@ _TEXT = '''\
 
 DISSIPATION = {
 {% for contact in contacts %}
-    {{ contact.name | tojson }}: {{ contact.dissipation }},
+    {{ contact.name | string }}: {{ contact.dissipation }},
 {% endfor %}
 }
 # k of the force k x^(3/2) (1 + 3/2 dissipation x'); None if nothing says how stiff the contact is.
 STIFFNESS = {
 {% for contact in contacts %}
-    {{ contact.name | tojson }}: {{ contact.stiffness if contact.stiffness is not none else "None" }},
+    {{ contact.name | string }}: {{ contact.stiffness if contact.stiffness is not none else "None" }},
 {% endfor %}
 }
 

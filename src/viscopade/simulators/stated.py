@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from viscopade.collision.spheres import Pair
-from viscopade.generated import marker_line, one_line
+from viscopade.generated import marker_line
 from viscopade.simulators.lammps import shortest_contact, timestep_error
 from viscopade.simulators.setup import NamedContact, Setup, Units
 
@@ -97,15 +97,7 @@ def constant(contact: NamedContact) -> ConstantEpsilon:
 
 
 def common(setup: Setup, command: str) -> dict[str, Any]:
-    """Return the values that all templates need; names are checked, as they stand in comments.
-
-    Raises
-    ------
-    ValueError
-        If the command, the title or the name of a body is not one printable line.
-    """
-    for name in setup.bodies:
-        one_line("name of a body", name)
+    """Return the values that all templates need."""
     timestep = shortest_contact(setup) / STEPS
     return {
         "marker": marker_line(command),

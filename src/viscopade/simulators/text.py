@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from math import sqrt
 
-from viscopade.generated import marker_line, one_line, written_template
+from viscopade.generated import harmless, marker_line, written_template
 from viscopade.simulators import simulator_with
 from viscopade.simulators.setup import SI, Setup, Units
 from viscopade.simulators.simulator import OwnLaw
@@ -100,14 +100,14 @@ def render_own_law(
         contacts.append(
             {
                 "name": each.name,
-                "lines": _facts(contact, own, units, step_error),
+                "lines": [harmless(line) for line in _facts(contact, own, units, step_error)],
                 "stiffness": None if stiffness is None else program_number(stiffness),
                 own.number: program_number(_number(contact, own, contact.parameter)),
             }
         )
     return written_template(own.template).render(
         marker=marker_line(command),
-        opening=[one_line("title", line) for line in opening],
+        opening=[harmless(line) for line in opening],
         contacts=contacts,
         units=units,
         time_step=time_step,

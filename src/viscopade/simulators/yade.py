@@ -132,11 +132,6 @@ def render(setup: Setup, command: str) -> str:
         Bodies become materials, contacts the pairs of them that may meet.
     command : str
         What the first line says it was made with.
-
-    Raises
-    ------
-    ValueError
-        If a name or the title is not one printable line.
     """
     return written_template(_TEXT).render(
         **common(setup, command),
@@ -174,7 +169,7 @@ number(p.balanced) }}, which gives eps = {{ number(p.constant.balanced) }}.
 
 materials = {
 {% for name, body in setup.bodies.items() %}
-    {{ name | tojson }}: O.materials.append(
+    {{ name | string }}: O.materials.append(
         FrictMat(young={{ number(body.young_modulus) }}, poisson={{ number(body.poisson_ratio) }},{{
 "" if body.is_wall else " density=" ~ number(body.density) ~ "," }} frictionAngle=0)
     ),
@@ -183,22 +178,22 @@ materials = {
 # A pair of materials that is not listed is refused when it meets.
 betan = {
 {% for contact, lines, p in contacts %}
-    ({{ contact.first | tojson }}, {{ contact.second | tojson }}): {{ number(p.betan) }},
+    ({{ contact.first | string }}, {{ contact.second | string }}): {{ number(p.betan) }},
 {% endfor %}
 }
 en = {
 {% for contact, lines, p in contacts %}
-    ({{ contact.first | tojson }}, {{ contact.second | tojson }}): {{ number(p.en) }},
+    ({{ contact.first | string }}, {{ contact.second | string }}): {{ number(p.en) }},
 {% endfor %}
 }
 vn = {
 {% for contact, lines, p in contacts %}
-    ({{ contact.first | tojson }}, {{ contact.second | tojson }}): {{ number(p.vn) }},
+    ({{ contact.first | string }}, {{ contact.second | string }}): {{ number(p.vn) }},
 {% endfor %}
 }
 A = {
 {% for contact, lines, p in contacts %}
-    ({{ contact.first | tojson }}, {{ contact.second | tojson }}): {{ number(contact.pair.A) }},
+    ({{ contact.first | string }}, {{ contact.second | string }}): {{ number(contact.pair.A) }},
 {% endfor %}
 }
 

@@ -16,7 +16,6 @@ from zlib import crc32
 
 from viscopade.arithmetic.decimals import above, at_most, below, identifier
 from viscopade.arithmetic.formats import Format
-from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
 from viscopade.theory.law import VISCOELASTIC, Law
 
@@ -137,7 +136,6 @@ class Fitted(Kernel, Generic[AnyVariant]):
     missing: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
-        one_line("source", self.source)
         proofs = [v.certificate for v in self.variants]
         if len({(proof.low, proof.high, proof.measure) for proof in proofs}) != 1:
             raise ValueError(f"{self.label}: the variants must be of one interval and one measure")

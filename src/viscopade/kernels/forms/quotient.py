@@ -19,7 +19,6 @@ from viscopade import arguments
 from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import below
 from viscopade.arithmetic.formats import Format, float_text
-from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms.kernel import Kernel, span
 from viscopade.theory.law import VISCOELASTIC, Law
@@ -160,7 +159,6 @@ class PadeKernel(Quotient):
                 raise TypeError(f"{self.label}: {number!r} is not a decimal")
             if not number.is_finite():
                 raise ValueError(f"{self.label}: {number} is not a finite number")
-        one_line("source", self.source)
         for kind, at, side in zip(("zero", "pole"), (self.zero, self.pole), self.reduced, strict=True):
             self._check_end(kind, at, side)
 

@@ -9,13 +9,13 @@ from textwrap import wrap
 from typing import Any
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
-from viscopade.generated import WIDTH, template
+from viscopade.generated import WIDTH, comment, template
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets import bodies
 from viscopade.kernels.targets.bodies import Language
 from viscopade.kernels.targets.syntax import PRELUDE, constant_of_c, of_c
-from viscopade.kernels.targets.wording import comment, distinct, head_of
+from viscopade.kernels.targets.wording import distinct, head_of
 
 _LANGUAGES = [Language(form, of_c(form), partial(constant_of_c, form=form)) for form in (DOUBLE, FLOAT)]
 

@@ -8,7 +8,7 @@ from textwrap import wrap
 
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.panels import FIRST, FOLD, PERIOD
-from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, template
 from viscopade.kernels.expressions import CodeBranch, Expression, Name
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.bits import smaller_word
@@ -28,7 +28,7 @@ def render(command: str) -> str:
     ValueError
         If `command` is not one line.
     """
-    head = "\n".join(f" * {line}".rstrip() for line in _head(command))
+    head = comment(_head(command), " *")
     return template(__name__, "last_place.h.jinja").render(head=head, prelude=PRELUDE, **_words())
 
 

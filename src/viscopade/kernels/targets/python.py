@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.generated import template
+from viscopade.generated import comment, template
 from viscopade.kernels.forms.lacunary_kernels import InverseKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets import bodies
 from viscopade.kernels.targets.syntax import MATH_MODULE
-from viscopade.kernels.targets.wording import comment, distinct, head_of
+from viscopade.kernels.targets.wording import distinct, head_of
 
 _LANGUAGE = bodies.Language(DOUBLE, MATH_MODULE, repr, continued=" \\")
 

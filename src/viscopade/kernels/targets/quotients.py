@@ -15,7 +15,7 @@ from textwrap import indent, wrap
 from typing import NamedTuple
 
 from viscopade.arithmetic.formats import FLOAT, Format
-from viscopade.generated import WIDTH
+from viscopade.generated import WIDTH, comment
 from viscopade.kernels.expressions import Expression, Name, Program
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.kernel import Kernel
@@ -23,7 +23,6 @@ from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import text
 from viscopade.kernels.targets.wording import (
-    comment,
     distinct,
     preamble,
     variable,

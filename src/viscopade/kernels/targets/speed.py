@@ -8,7 +8,7 @@ from textwrap import wrap
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, template
 from viscopade.kernels.expressions import Call, Expression, Name
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.bits import octaves, power_of_two
@@ -49,7 +49,7 @@ def render(given: SpeedKernel, command: str) -> str:
     slow = FULL if given.slow is None else given.slow.name
     slow_loss = Call(f"viscopade_one_minus_epsilon_{slow}", (Name("v_star"),))
     return template(__name__, "speed.h.jinja").render(
-        head="\n".join(f" * {line}".rstrip() for line in _head(given, command)),
+        head=comment(_head(given, command), " *"),
         prelude=PRELUDE,
         slow=_slow_text(given),
         slow_epsilon=f"viscopade_epsilon_{slow}(v_star)",

@@ -13,7 +13,7 @@ from textwrap import wrap
 from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import FLOAT, Format
-from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, template
 from viscopade.kernels.expressions import Program
 from viscopade.kernels.forms import formulas, table_free
 from viscopade.kernels.forms.lacunary_kernels import (
@@ -30,7 +30,7 @@ from viscopade.kernels.forms.table_free import (
 from viscopade.kernels.targets import slope
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import Syntax, text
-from viscopade.kernels.targets.wording import PROVEN, comment, distinct, kernel_lines
+from viscopade.kernels.targets.wording import PROVEN, distinct, kernel_lines
 
 COMPACT = "compact"
 _INDENT = 30  # columns that assignments need besides the expression

@@ -10,7 +10,7 @@ from textwrap import wrap
 
 from viscopade import arguments
 from viscopade.arithmetic.formats import decimal_value
-from viscopade.generated import END_CONDITION, WIDTH, generated_by, marker_line, one_line, template
+from viscopade.generated import END_CONDITION, WIDTH, comment, generated_by, marker_line, template
 from viscopade.kernels.forms.kernel import Kernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.wording import PROVEN, bound_text, distinct, end_condition, preamble
@@ -95,15 +95,13 @@ def _decimals(h: Sequence[str]) -> list[str]:
 
 def _csv(head: Iterable[str], columns: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
     """Return the lines of a file whose fields need no quotes."""
-    lines = [f"# {line}".rstrip() for line in head]
-    lines += (",".join(map(str, row)) for row in (columns, *rows))
-    return "\n".join(lines) + "\n"
+    return "\n".join([comment(head, "#"), *(",".join(map(str, row)) for row in (columns, *rows))]) + "\n"
 
 
 def _json(command: str, source: str, rest: dict[str, object], end: str = END_CONDITION) -> str:
     head = {
         "generated_by": generated_by(),
-        "command": one_line("command", command),
+        "command": command,
         "source": source,
         "end_condition": end,
     }

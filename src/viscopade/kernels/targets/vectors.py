@@ -27,7 +27,7 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays import double
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD
-from viscopade.generated import END_CONDITION, generated_by, one_line
+from viscopade.generated import END_CONDITION, generated_by
 from viscopade.kernels import truth
 from viscopade.kernels.expressions import CodeBranch, Name, Run, evaluate
 from viscopade.kernels.forms import formulas, last_place, table_free
@@ -132,7 +132,7 @@ def render(kernels: Sequence[Any], command: str) -> str:
     at_least_one(kernels)
     head = {
         "generated_by": generated_by(),
-        "command": one_line("command", command),
+        "command": command,
         "source": SOURCE,
         "end_condition": END_CONDITION,
         "columns": COLUMNS,

@@ -59,11 +59,6 @@ def distinct(kernels: Sequence[AnyKernel]) -> tuple[AnyKernel, ...]:
     return tuple(kernels)
 
 
-def comment(lines: Iterable[str], mark: str) -> str:
-    """Return lines as a comment of a language."""
-    return "\n".join(f"{mark} {line}".rstrip() for line in lines)
-
-
 def head_of(kernels: Sequence[Quotient | InverseKernel], command: str, forms: Sequence[Format]) -> dict[str, Any]:
     """Return what the templates of C and Python need for a file's head; `forms` are the types of its functions."""
     quotients = [kernel for kernel in kernels if isinstance(kernel, Quotient)]
