@@ -81,12 +81,12 @@ export const VISCOPADE_VERSION_NUMBER = 20000;
 const exp2 = (x) => Math.pow(2, x);
 const log2 = Math.log2;
 
-// w = beta^5 speed, at most 2^900; NaN if an argument is negative or NaN.
+// w = beta^5 speed, at most 2^900; NaN if an argument is negative, NaN or null, which JavaScript takes for 0.
 function wOf(speed, beta) {
     const largest = 8.452712498170644e270;
     const square = beta * beta;
     const w = square * square * beta * speed;
-    if (!(speed >= 0 && beta >= 0)) {
+    if (speed === null || beta === null || !(speed >= 0 && beta >= 0)) {
         return NaN;
     }
     return w > largest ? largest : w;

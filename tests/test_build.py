@@ -2,14 +2,16 @@
 
 import re
 import shutil
+import subprocess
 import tomllib
 from pathlib import Path
 
 import pytest
 
+import viscopade as vp
 from tests.built import FILES, FOLDERS, ROOT, run_installed, unpacked_source, wheel
 from viscopade.generated import __version__
-from viscopade.kernels import native
+from viscopade.kernels import native, requests
 
 PACKAGE = ROOT / "src" / "viscopade"
 
@@ -79,7 +81,7 @@ def test_the_users_flags_do_not_change_results(source, tmp_path):
     assert shown(tmp_path) == "compiled"
     code = """
 import numpy as np
-from viscopade.kernels import native
+from viscopade.kernels import native, requests
 from viscopade.generated import __version__
 speed = 10 ** np.random.default_rng(1).uniform(-40, 40, 100_000)
 assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution(speed, 1.2))
@@ -95,3 +97,21 @@ def test_the_conda_recipe_asks_for_what_the_package_asks_for():
     assert [line.replace(" ", "") for line in run] == ["python", *whole["project"]["dependencies"]]
     host = re.search(r"^  host:\n((?:    - .*\n)+)", recipe, re.MULTILINE)[1]
     assert all(name.partition(">")[0] in host for name in whole["build-system"]["requires"])
+
+
+@pytest.mark.slow
+def test_a_frozen_program_has_the_data_of_the_package(tmp_path):
+    """The entry point names the folder of the hook; here it is given, whatever is installed."""
+    freezer = pytest.importorskip("PyInstaller.__main__")
+    program = tmp_path / "frozen.py"
+    program.write_text(
+        "import viscopade as vp\nfrom viscopade.kernels import requests\n"
+        "print(vp.epsilon(1.5).hex(), vp.exact.collision('1.5', digits=20).decimals()['epsilon'], "
+        "len(requests.file('viscopade.mjs')))\n"
+    )
+    folders = {f"--{name}path": tmp_path / name for name in ("dist", "work", "spec")}
+    words = [word for flag, folder in folders.items() for word in (flag, str(folder))]
+    freezer.run([*words, "--log-level", "ERROR", "--additional-hooks-dir", str(PACKAGE / "pyinstaller"), str(program)])
+    done = subprocess.run([tmp_path / "dist/frozen/frozen"], capture_output=True, text=True, check=True)
+    exact = vp.exact.collision("1.5", digits=20).decimals()["epsilon"]
+    assert done.stdout.split() == [vp.epsilon(1.5).hex(), exact, str(len(requests.file("viscopade.mjs")))]

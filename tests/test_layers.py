@@ -21,7 +21,8 @@ WINGS = (
     *("arithmetic", "store", "quantity", "arrays", "theory", "collision", "approximation", "kernels"),
     *("fitting", "simulators", "scene", "plots", "calculator", "cli"),
 )
-FRAME = {"viscopade", "viscopade.__main__"}
+# Nothing imports the hook of PyInstaller, which imports nothing of ours.
+FRAME = {"viscopade", "viscopade.__main__", "viscopade.pyinstaller", "viscopade.pyinstaller.hook-viscopade"}
 # Programs hand sources to compilers in temporary directories; `files` reads what people give; `shipped` finds the
 # folders of the package.
 TOUCH_FILES = {

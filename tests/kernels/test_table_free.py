@@ -22,7 +22,7 @@ from tests.kernels.languages import BITS, COMPACT, FORMS, TYPES, Code, tool
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels import expressions, prove_lacunary
+from viscopade.kernels import expressions, prove_lacunary, requests
 from viscopade.kernels.forms import formulas, table_free
 from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
 from viscopade.kernels.targets.languages import target as target_of
@@ -398,3 +398,14 @@ def test_the_gpu_benchmark_compiles(tmp_path):
 
 def test_glsl_compiles(tmp_path):
     languages.compile_glsl(tmp_path, code("glsl", "float"))
+
+
+def test_null_is_no_speed_of_0(tmp_path):
+    """JavaScript's arithmetic takes null for 0."""
+    (tmp_path / "compact.mjs").write_text(made("javascript"))
+    (tmp_path / "quotients.mjs").write_text(requests.render("javascript"))
+    calls = [f"c.{name}_compact_1em5({pair})" for name in FUNCTIONS for pair in ("null, 1", "1, null", "undefined, 1")]
+    imports = 'import * as c from "./compact.mjs"; import * as q from "./quotients.mjs"; '
+    (tmp_path / "main.mjs").write_text(f"{imports}console.log({', '.join(calls)}, q.epsilon_pade_3_6(null))")
+    ran = subprocess.run([tool("node"), tmp_path / "main.mjs"], capture_output=True, text=True, check=True)
+    assert set(ran.stdout.split()) == {"NaN"}

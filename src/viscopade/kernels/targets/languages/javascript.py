@@ -17,7 +17,7 @@ TARGET = Target(
         "const {constant} = {value};",
         "const {variable} = {value};",
         "return {value};",
-        "if (!({inside})) {{\n    return NaN;\n}}",
+        "if ({given} === null || !({inside})) {{\n    return NaN;\n}}",
         "}}",
         mathematics="Math.{name}",
         power="Math.pow({base}, {p})",
