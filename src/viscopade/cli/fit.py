@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from viscopade.fitting.damping import Constant, DampingFit
     from viscopade.fitting.flight import Flight
     from viscopade.fitting.likelihood import LawFit
+    from viscopade.fitting.read import Recording
 
 MOST_ROWS = 40
 """Of points in a table for people."""
@@ -43,8 +44,11 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 
 
 @click.command()
-@click.argument("data", type=click.Path(path_type=Path))
-@click.option("--column", "columns", type=Assignment("NAME=HEADER"), multiple=True, help="Header of a column.")
+@click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.option("--sheet", "sheets", multiple=True, metavar="NAME", help="Sheet to read; repeatable.  [default: all]")
+@click.option(
+    "--column", "columns", type=Assignment("NAME=HEADER"), multiple=True, help="Header or number of a column."
+)
 @click.option("--unit", "units", type=Assignment("NAME=UNIT"), multiple=True, help="Unit of a column without one.")
 @click.option("--resolution", help='Standard error of instants ("0.5 ms") or heights ("1 mm").')
 @click.option("--gravity", type=Quantity("gravity", "acceleration"), help="Of the flight.  [default: 9.80665 m/s^2]")
@@ -53,7 +57,9 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 @click.option("--contact-time", type=Quantity("contact-time", "time"), help="Duration of contact between flights.")
 @click.option("--scatter/--no-scatter", default=None, help="Whether eps scatters beyond its standard errors.")
 @click.option("--robust", is_flag=True, help="Count outliers less: Student's t with 4 degrees of freedom.")
-@click.option("--without", "removed", multiple=True, metavar="LINE", help="Number of a line to leave out; repeatable.")
+@click.option(
+    "--without", multiple=True, metavar="[NAME:]LINE", help="Line of a file or sheet to leave out; repeatable."
+)
 @click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Law of contact to compare with; repeatable.")
 @material("young_modulus", "poisson_ratio", "density")
 @click.option(
@@ -62,8 +68,7 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 @click.option("--plot", "picture", type=click.Path(path_type=Path), help="Picture to write: .svg, .png or .pdf.")
 @STYLE
 def fit(
-    data: Path,
-    removed: tuple[str, ...],
+    data: tuple[Path, ...],
     laws: tuple[str, ...],
     robust: bool,
     scene_file: Path | None,
@@ -73,16 +78,17 @@ def fit(
 ) -> None:
     """Fit the damping to measured data, and say whether they follow the viscoelastic law.
 
-    DATA is a CSV file or a spreadsheet whose header names the columns, with units in parentheses: "speed (cm/s)" and
+    DATA are CSV files or spreadsheets whose headers name the columns, with units in parentheses: "speed (cm/s)" and
     "epsilon", with "sigma_epsilon" and "contact_time" if they are known; or "time", the instants of bounces; or
-    "height", of release and rebounds; or an export of phyphox's "(In)elastic collision".
+    "height", of release and rebounds; or exports of phyphox's "(In)elastic collision" and acoustic stopwatch. All
+    sheets and files are fitted together. Echoes and bounces that were not heard are found.
 
     The result is beta with its standard error and its confidence intervals, and a verdict that compares the law with a
     constant eps, with nu = 1 and with a free exponent. With --radius, --density, --poisson-ratio and --young-modulus it
     has A, too; with a column contact_time in place of --young-modulus, A and the Young modulus. Plain numbers are in SI
     units.
     """
-    spreadsheet = data.suffix.lower() in (".xls", ".xlsx", ".ods")
+    spreadsheet = any(each.suffix.lower() in (".xls", ".xlsx", ".ods") for each in data)
     needed = {"scipy": True, "python_calamine": spreadsheet, "matplotlib": picture is not None}
     need("fit", *(package for package, wanted in needed.items() if wanted))
     if picture is not None:
@@ -90,37 +96,37 @@ def fit(
     if scene_file is not None and scene_file == picture:
         raise click.UsageError("--scene and --plot are the same file: accepted are two")
     check_targets([path for path in (scene_file, picture) if path is not None])
-    words = shlex.join(["viscopade", "fit", data.name])
-    found, sphere, constants = _fitted(data, removed, laws, robust, scene_file is not None, **options)
+    names = ", ".join(each.name for each in data)
+    words = shlex.join(["viscopade", "fit", *(each.name for each in data)])
+    recording, found, sphere, constants = _fitted(data, laws, robust, scene_file is not None, **options)
     written: dict[Any, str | bytes] = {}
     if scene_file is not None:
         from viscopade.fitting.scene_text import scene_text
 
         assert sphere is not None
-        text = scene_text(found, sphere, options["wall"], words, f"Spheres as in {data.name}")
+        text = scene_text(found, sphere, options["wall"], words, f"Spheres as in {names}")
         written[scene_file] = text
     if picture is not None:
         from viscopade.plots import fit_picture, sheet
 
         kind = picture_kind("--plot", picture)
         draw = partial(fit_picture.draw_fit, found)
-        written[picture] = sheet.picture(draw, f"eps against speed, {data.name}", words, kind)
+        written[picture] = sheet.picture(draw, f"eps against speed, {names}", words, kind)
     if written:
         write_all(written)
-    _show(found, constants, style)
+    _show(recording, found, constants, style)
     if style == "text" and written:
         click.echo(f"wrote {', '.join(map(str, written))}")
 
 
 def _fitted(
-    data: Path,
-    removed: Sequence[str],
+    data: Sequence[Path],
     laws: Sequence[str],
     robust: bool,
     for_scene: bool,
     **options: Any,
-) -> tuple[DampingFit, Sphere | None, Mapping[str, Constant]]:
-    """Return the fit, the sphere with its Young modulus, and the constants of the material that follow."""
+) -> tuple[Recording, DampingFit, Sphere | None, Mapping[str, Constant]]:
+    """Return what was read, its fit, the sphere with its Young modulus, and constants of the material that follow."""
     from dataclasses import replace
 
     from viscopade import files
@@ -136,20 +142,18 @@ def _fitted(
     if sphere is not None and body["poisson_ratio"] is not None and body["young_modulus"] is not None:
         pair = Pair(sphere, _partner(sphere, body["wall"]))
         contact = bounces.contact_time_of(pair) if given is None else contact
-    points = read.points(
-        files.content(data, "CSV or a spreadsheet"),
-        str(data),
+    recording = read.recording(
+        [(files.content(each, "CSV or a spreadsheet"), str(each)) for each in data],
         read.Options(
             dict(options.pop("columns")),
             dict(options.pop("units")),
             _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),
             resolution,
             contact,
-            options.pop("scatter"),
+            **options,
         ),
     )
-    if removed:
-        points = points.without([f"line {line}" for line in removed])
+    points = recording.points
     found = damping.fit(points, laws=laws, robust=robust)
     constants: dict[str, Constant] = {}
     if sphere is not None and body["poisson_ratio"] is not None:
@@ -164,7 +168,7 @@ def _fitted(
                 "the Young modulus is not known: accepted is --young-modulus, or a column contact_time"
             )
     assert isinstance(sphere, Sphere | None)
-    return found, sphere, constants
+    return recording, found, sphere, constants
 
 
 def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere | None:
@@ -222,7 +226,7 @@ def _flight(
 # --- what is printed --------------------------------------------------------------------------------------------------
 
 
-def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> None:
+def _show(recording: Recording, found: DampingFit, constants: Mapping[str, Constant], style: str) -> None:
     from viscopade.fitting.damping import LEVELS
 
     units = {"dissipative_constant": "s", "young_modulus": "Pa"}
@@ -232,7 +236,7 @@ def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> N
         rows = [("beta", f"{found.beta:.8g}", f"{found.beta_standard_error:.3g}", *ends, _UNIT)]
         for name, each in constants.items():
             rows.append((name, f"{each.value:.8g}", f"{each.standard_error:.3g}", "", "", "", "", units[name]))
-        show(style, columns, rows, fit_json(found, constants))
+        show(style, columns, rows, fit_json(recording, found, constants))
         return
     spans = [" … ".join(f"{end:.5g}" for end in found.interval(level)) for level in LEVELS]
     rows = [("beta", f"{found.beta:.6g}", f"{found.beta_standard_error:.2g}", *spans, _UNIT)]
@@ -241,6 +245,10 @@ def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> N
     say(f"The viscoelastic law {found.verdict.word}.")
     for reason in found.verdict.reasons:
         say(f"  {reason}", 2)
+    for name, made in recording.sheets if len(recording.sheets) > 1 else ():
+        say(f"  {name}: {made} points" if isinstance(made, int) else f"  {name} is not read: {made}", 2)
+    for label, why in recording.left_out:
+        say(f"  {label} is left out: {why}", 2)
     for label, off in found.outliers:
         advice = "" if found.main.robust else "; --without leaves a line out, --robust counts outliers less"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
@@ -306,7 +314,7 @@ def _sentences(found: DampingFit) -> list[str]:
     return text
 
 
-def fit_json(found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, Any]:
+def fit_json(recording: Recording, found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, Any]:
     """Return a fit as JSON-able data, in SI units."""
     free = next((fit for fit in found.laws if fit.model.exponent is None), None)
     columns = dict(_columns(found))
@@ -331,6 +339,11 @@ def fit_json(found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, 
         "epsilon": {"speed": found.main.middle, "value": value, "standard_error": error},
         "scatter": found.main.scatter,
         **{name: {"value": each.value, "standard_error": each.standard_error} for name, each in constants.items()},
+        "sheets": [
+            {"sheet": name} | ({"points": made} if isinstance(made, int) else {"not_read": made})
+            for name, made in recording.sheets
+        ],
+        "left_out": [{"line": label, "why": why} for label, why in recording.left_out],
         "outliers": [{"point": label, "standard_errors": off} for label, off in found.outliers],
         "points": [
             dict(zip(("point", "speed", "epsilon", "beta", "residual", "standardized"), row, strict=True))

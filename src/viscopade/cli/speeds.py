@@ -86,7 +86,7 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
         from viscopade import files
         from viscopade.fitting import read
 
-        points = read.points(files.content(data, "CSV or a spreadsheet"), str(data))
+        points = read.recording([(files.content(data, "CSV or a spreadsheet"), str(data))]).points
     words = shlex.join(["viscopade", "plot", *([] if file is None else [file.name])])
     over = {"over": sheet.V_STAR} if of_v_star else {}
     draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, _DRAWN), points, **over)

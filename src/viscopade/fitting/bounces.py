@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
@@ -22,13 +23,110 @@ ContactTime = float | Callable[[FloatArray, FloatArray], FloatArray]
 
 _FINITE = Accepted("a finite number", np.isfinite)
 _ERRORS = Accepted("a number >= 0", lambda x: x >= 0)
+_LEAST_EPSILON = 1e-6  # whose contact time is that of an eps of 0, too
 _ROUNDS = 8  # until the contact times of bounces are those of their speeds
 _LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
+
+HEARING = 1e-3
+"""Standard error in seconds of instants for `heard`, if none is known."""
+_LOST = 16.0  # cost of an echo, and of a bounce that was not heard: four standard errors
+_UNLIKE = 35.0  # cost of two flights that do not belong together
+_DISTINCT = 9.0  # readings whose costs differ by less are both possible
+_VARIATION = 0.04  # of eps from bounce to bounce, relative
+_RATIOS = np.exp(np.arange(math.log(0.1), 1e-9, 0.01))  # of successive flights
+# Kinds of intervals between bounces: one flight, one with an echo, two flights (a bounce was not heard), both.
+_STEP, _MISSED = np.array([1, 2, 1, 2]), np.array([[False], [False], [True], [True]])
+_COST = np.array([[0.0], [_LOST], [_LOST], [2 * _LOST]])
+_ECHO, _END_OF_DROP = 16, 17  # roles of a sound; less than 16: a bounce, 4 times the kind before it and that after it
+
+
+class TooFew(ValueError):
+    """Error: there are not enough bounces or heights for one eps."""
 
 
 def contact_time_of(pair: Pair) -> Callable[[FloatArray, FloatArray], FloatArray]:
     """Return the duration of contact of a pair of bodies as a function of v and eps: tau_c(v*(eps)) times its unit."""
     return lambda speed, epsilon: np.asarray(double.tau_c(double.v_star_from(epsilon)) * pair.time_scale(speed))
+
+
+def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]], list[tuple[int, str]]]:
+    """Return which sounds of a recording are bounces with whole flights between them: the reading of least cost.
+
+    Between two bounces there may be an echo, a bounce that was not heard, or both; each costs 16. Flights T_1 and T_2
+    before and after a bounce cost (ln(T_2/(r T_1))/s)^2, and at most 35, since a new drop may begin. Here s^2 is 0.04^2
+    and what `sigma` adds, and r is the ratio that makes the sum least. Dynamic programming gives the least cost of each
+    role that a sound may have. If two roles of it differ by less than 9, the sound is ambiguous, and left out.
+
+    Parameters
+    ----------
+    instants : array
+        In ascending order, in seconds.
+    sigma : float
+        Their standard error.
+
+    Returns
+    -------
+    list of list of int
+        Runs of successive bounces; each but the first and the last of a run gives an eps.
+    list of tuple
+        The other sounds, except for the first and the last one of all, and why they are left out.
+    """
+    n, r = len(instants), _RATIOS
+    padded = np.concatenate([[math.nan] * 2, instants, [math.nan] * 2])
+    last, first = (np.where(_MISSED, part / (1 + r), 1.0) for part in (r, np.ones_like(r)))
+    kinds = np.arange(4)
+
+    def of_pairs(j: int) -> FloatArray:
+        """Return the costs at sound j by the kind of interval before it, the kind after it, and r."""
+        before = 1 / ((padded[j + 2] - padded[j + 2 - _STEP])[:, None] * last)[:, None]
+        after = 1 / ((padded[j + 2 + _STEP] - padded[j + 2])[:, None] * first)
+        errors = _VARIATION**2 + sigma**2 * (before**2 + after**2 + (before + after) ** 2)
+        return np.asarray(np.log(before / (after * r)) ** 2 / errors)
+
+    until = np.full((n + 2, 4, len(r)), math.inf)  # least cost up to a sound, by the kind of interval before it
+    until[_STEP, kinds] = _COST
+    for j in range(1, n - 1):
+        least = (until[j][:, None] + np.fmin(of_pairs(j), _UNLIKE)).min(axis=0) + _COST
+        until[j + _STEP, kinds] = np.minimum(until[j + _STEP, kinds], least)
+    since = np.full((2, 4, len(r)), math.inf)  # least cost from the next sound and the one after it, by the same
+    since[0] = 0.0
+    roles = []
+    for j in range(n - 2, 0, -1):
+        pairs, rest = of_pairs(j), _COST + since[_STEP - 1, kinds]
+        both = until[j][:, None] + rest
+        echo = (until[j + 1] + since[0])[_STEP == 2]
+        costs = [*np.nanmin(both + pairs, axis=2, initial=math.inf).ravel(), echo.min(), both.min() + _UNLIKE]
+        roles.append(np.array(costs))
+        since = np.array([(np.fmin(pairs, _UNLIKE) + rest).min(axis=1), since[0]])
+    return _runs(roles[::-1])
+
+
+def _runs(roles: Sequence[FloatArray]) -> tuple[list[list[int]], list[tuple[int, str]]]:
+    """Return the runs of bounces, and why other sounds are left out, from the costs of the roles of each sound."""
+    runs: list[list[int]] = []
+    left_out = []
+    for j, costs in enumerate(roles, 1):
+        best, second = np.argsort(costs)[:2].tolist()
+        before, after = divmod(best, 4)
+        if costs[second] < costs[best] + _DISTINCT:
+            left_out.append((j, f"ambiguous: {_named(best)}, or {_named(second)}"))
+        elif best in (_ECHO, _END_OF_DROP) or _MISSED[before] or _MISSED[after]:
+            left_out.append((j, _named(best)))
+        elif runs and runs[-1][-2:] == [int(j - _STEP[before]), j]:
+            runs[-1].append(int(j + _STEP[after]))
+        else:
+            runs.append([int(j - _STEP[before]), j, int(j + _STEP[after])])
+    return runs, left_out
+
+
+def _named(role: int) -> str:
+    """Return a sound's role in words."""
+    if role in (_ECHO, _END_OF_DROP):
+        return "an echo or another sound" if role == _ECHO else "the first or last bounce of a drop"
+    kinds = dict(zip(("before", "after"), divmod(role, 4), strict=True))
+    missed = [f"the bounce {side} it was not heard" for side, kind in kinds.items() if _MISSED[kind]]
+    echoes = [f"an echo {side} it" for side, kind in kinds.items() if _STEP[kind] == 2]
+    return " and ".join(missed or ["a bounce" + " with" * bool(echoes), *echoes]).replace("with and", "with")
 
 
 def of_times(
@@ -37,6 +135,7 @@ def of_times(
     *,
     sigma: float | Sequence[FloatArray] = 0.0,
     contact_time: ContactTime = 0.0,
+    durations: Sequence[FloatArray] = (),
 ) -> Points:
     """Return the points of bounces whose contacts begin at given instants.
 
@@ -53,35 +152,51 @@ def of_times(
         Standard error of the instants, or of each of them by drop.
     contact_time : float or callable
         Duration of contact, or a function of arrays of v and eps that returns it.
+    durations : sequence of array
+        By drop the measured durations of contact at all instants, instead; their ends have the same standard errors.
 
     Raises
     ------
     ValueError
-        If instants do not ascend, a flight has no time, a rebound is higher than what came before, or there are fewer
-        than three instants in every drop.
+        If instants do not ascend, a flight has no time, a rebound is much higher than what came before, or there are
+        fewer than three instants in every drop.
     """
     parts = []
     lasting = contact_time if callable(contact_time) else number("contact_time", contact_time, _ERRORS)
     for i, (given, labels) in enumerate(drops):
         instants = array("instants", given, _FINITE)
-        if (late := np.diff(instants) <= 0).any():
-            k = int(np.argmax(late))
-            raise ValueError(
-                f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: accepted is later than the one before"
-            )
+        require_ascending(instants, labels)
         if len(instants) > 2:
-            parts.append(_of_drop(instants, labels, flight, _errors(sigma, i, instants, "s"), lasting))
+            measured = array("durations", durations[i], _ERRORS) if len(durations) else None
+            parts.append(_of_drop(instants, labels, flight, _errors(sigma, i, instants, "s"), lasting, measured))
     if not parts:
-        raise ValueError("no drop has three bounces: accepted are three instants or more, for one eps")
-    return _together(parts)
+        raise TooFew("no drop has three bounces: accepted are three instants or more, for one eps")
+    return together(parts)
+
+
+def require_ascending(instants: FloatArray, labels: Sequence[str]) -> None:
+    """Refuse instants that do not ascend."""
+    if (late := np.diff(instants) <= 0).any():
+        k = int(np.argmax(late))
+        raise ValueError(
+            f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: accepted is later than the one before"
+        )
 
 
 def _of_drop(
-    instants: FloatArray, labels: Sequence[str], flight: Flight, sigma: FloatArray, contact_time: ContactTime
+    instants: FloatArray,
+    labels: Sequence[str],
+    flight: Flight,
+    sigma: FloatArray,
+    contact_time: ContactTime,
+    durations: FloatArray | None,
 ) -> Points:
     spans = np.diff(instants)
-    contacts = np.full_like(spans, 0.0 if callable(contact_time) else float(contact_time))
-    for _ in range(_ROUNDS if callable(contact_time) else 1):
+    contacts = np.zeros_like(spans) if durations is None else durations[:-1]
+    law = contact_time if durations is None and callable(contact_time) else None
+    if durations is None and not callable(contact_time):
+        contacts = contacts + contact_time
+    for _ in range(_ROUNDS if law else 1):
         if (short := contacts >= spans).any():
             k = int(np.argmax(short))
             raise ValueError(
@@ -89,13 +204,18 @@ def _of_drop(
             )
         launch = flight.launch(spans - contacts)
         speed = flight.impact(launch[:-1])
-        epsilon = np.minimum(launch[1:] / speed, 1.0)
-        if callable(contact_time):
+        epsilon = np.clip(launch[1:] / speed, _LEAST_EPSILON, 1.0)
+        if law:
             speed = np.append(_first_speed(launch[0], speed, epsilon), speed)
-            contacts = contact_time(speed, np.minimum(launch / speed, 1.0))
-    # A late instant lengthens the flight before, and shortens the one after.
-    of_span = sparse.diags_array([-1.0, 1.0], offsets=[0, 1], shape=(len(spans), len(instants)))
-    return _points(flight, launch, _rows(flight.launch_slope(launch)) @ of_span @ _rows(sigma), labels[1:-1])
+            contacts = law(speed, np.clip(launch / speed, _LEAST_EPSILON, 1.0))
+    # A late instant lengthens the flight before, and shortens the one after, unless the end of contact was measured.
+    ends, starts = (
+        sparse.diags_array([sign], offsets=[k], shape=(len(spans), len(instants))) @ _rows(sigma)
+        for sign, k in ((1.0, 1), (-1.0, 0))
+    )
+    of_span = ends + starts if durations is None else sparse.hstack([ends, starts])
+    made = _points(flight, launch, _rows(flight.launch_slope(launch)) @ of_span, labels[1:-1])
+    return made if durations is None else replace(made, contact_time=durations[1:-1])
 
 
 def _first_speed(launch: float, speed: FloatArray, epsilon: FloatArray) -> float:
@@ -126,8 +246,17 @@ def of_heights(
         launch = flight.launch_to(heights)
         parts.append(_points(flight, launch, _rows(flight.launch_to_slope(heights) * errors), labels[1:]))
     if not parts:
-        raise ValueError("no drop has two heights: accepted are the height of release and a rebound, or more")
-    return _together(parts)
+        raise TooFew("no drop has two heights: accepted are the height of release and a rebound, or more")
+    return together(parts)
+
+
+def of_speeds(speed: FloatArray, after: FloatArray, *, sigma: float | FloatArray, labels: Sequence[str]) -> Points:
+    """Return the points of collisions from the speeds before and after, both with the standard error `sigma`."""
+    epsilon = after / speed
+    errors = _rows(np.broadcast_to(sigma, speed.shape))
+    of_epsilon = sparse.hstack([_rows(-epsilon / speed) @ errors, _rows(1 / speed) @ errors], format="csr")
+    of_speed = sparse.hstack([errors, errors * 0], format="csr")
+    return Points(speed, epsilon, sparse.csr_array(of_speed), sparse.csr_array(of_epsilon), tuple(labels))
 
 
 def _errors(sigma: float | Sequence[FloatArray], drop: int, values: FloatArray, unit: str) -> FloatArray:
@@ -152,12 +281,18 @@ def _rows(values: FloatArray) -> sparse.sparray:
     return sparse.diags_array(values)
 
 
-def _together(parts: Sequence[Points]) -> Points:
-    """Return the points of several drops, whose errors are independent."""
+def together(parts: Sequence[Points]) -> Points:
+    """Return the points of several tables or drops, whose errors are independent."""
+    known = {part.known for part in parts}
+    if len(known) > 1:
+        raise ValueError("only some tables have a column sigma_epsilon: expected all, or none, or --scatter")
+    times = [part.contact_time for part in parts if part.contact_time is not None]
     return Points(
         np.concatenate([part.speed for part in parts]),
         np.concatenate([part.epsilon for part in parts]),
         sparse.block_diag([part.speed_errors for part in parts], format="csr"),
         sparse.block_diag([part.epsilon_errors for part in parts], format="csr"),
         tuple(label for part in parts for label in part.labels),
+        np.concatenate(times) if len(times) == len(parts) else None,
+        known.pop(),
     )

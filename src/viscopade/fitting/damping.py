@@ -80,8 +80,14 @@ class DampingFit:
 
     @cached_property
     def betas(self) -> FloatArray:
-        """The beta_i of each point: they do not depend on the speed if the law holds (section 2.10)."""
-        return np.asarray(beta_from_restitution(self.points.speed, self.points.epsilon))
+        """The beta_i of each point: they do not depend on the speed if the law holds (section 2.10).
+
+        They are 0 for a measured eps of 1 or more, and infinite for 0.
+        """
+        speed, epsilon = self.points.speed, np.minimum(self.points.epsilon, 1.0)
+        betas, some = np.full(len(speed), math.inf), epsilon > 0
+        betas[some] = beta_from_restitution(speed[some], epsilon[some])
+        return betas
 
     def epsilon(self, speed: float) -> tuple[float, float]:
         """Return eps of the viscoelastic law at a speed, and its standard error."""

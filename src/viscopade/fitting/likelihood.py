@@ -331,8 +331,7 @@ def _require(points: Points, model: Model) -> None:
 
 
 def _from(points: Points, model: Model, middle: float, start: float, robust: bool) -> LawFit:
-    least = np.maximum(points.epsilon, 1e-6)
-    guesses = kappa_of(model.law, least) * (points.speed / middle) ** -start
+    guesses = kappa_of(model.law, np.clip(points.epsilon, 1e-6, 1.0)) * (points.speed / middle) ** -start
     first = np.array([max(float(np.median(guesses)), 1e-9), start][: model.parameters])
     fit = LawFit(points, model, middle, first, float(np.std(points.epsilon)) + 1e-9, robust)
     lower, upper = np.array([0.0, _EXPONENTS[0]]), np.array([np.inf, _EXPONENTS[1]])

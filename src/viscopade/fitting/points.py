@@ -28,7 +28,8 @@ _SIGMA = Accepted("a number from 1e-10 to 1000", lambda x: (x >= 1e-10) & (x <= 
 _SIGMA_OR_0 = Accepted("0, or a number from 1e-10 to 1000", lambda x: (x == 0) | ((x >= 1e-10) & (x <= 1000)))
 _FINITE = Accepted("a finite number", np.isfinite)
 _SPAN = 0.01  # of ln v
-_EPSILON = Accepted("a number > 0 and <= 1", lambda x: (x > 0) & (x <= 1))
+_ABOVE = 5.0  # standard errors by which a measured eps may be above 1
+_LARGEST = 2.0  # measured eps if it scatters: a percentage without its unit is more
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +39,7 @@ class Points:
     Attributes
     ----------
     speed, epsilon : array
-        v_i > 0, and eps_i > 0 and <= 1.
+        v_i > 0, and eps_i >= 0; by its errors eps_i may be above 1.
     speed_errors, epsilon_errors : sparse array
         For each point (row) and each independent error of the measurement (column) what a standard deviation of that
         error adds to v_i and eps_i.
@@ -65,14 +66,20 @@ class Points:
     masked: int = 0
 
     def __post_init__(self) -> None:
-        bad = ~_EPSILON.holds(self.epsilon)
-        if bad.any():
+        largest = 1 + _ABOVE * self.standard_errors if self.known else np.full(len(self.epsilon), _LARGEST)
+        if (bad := ~((self.epsilon >= 0) & (self.epsilon <= largest))).any():
             i = int(np.argmax(bad))
-            raise ValueError(f"{self.labels[i]}: eps is {self.epsilon[i]:.6g}: accepted is {_EPSILON.accepted}")
+            why = f"1 and {_ABOVE:g} standard errors" if self.known else f"{_LARGEST:g}"
+            raise ValueError(f"{self.labels[i]}: eps is {self.epsilon[i]:.6g}: expected 0 to {largest[i]:.6g}, {why}")
 
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.speed)
+
+    @property
+    def standard_errors(self) -> FloatArray:
+        """Standard errors of eps by the measurement."""
+        return np.asarray(np.sqrt(self.epsilon_errors.multiply(self.epsilon_errors).sum(axis=1)))
 
     @property
     def resolution(self) -> float:
@@ -103,7 +110,8 @@ class Points:
         Parameters
         ----------
         speed, epsilon : array
-            Impact speeds v > 0, length/time, and eps > 0 and <= 1.
+            Impact speeds v > 0, length/time, and eps >= 0; above 1 by up to 5 standard errors, or up to 2 if it
+            scatters.
         sigma_epsilon : float or array, optional
             Standard errors of eps.
         sigma_speed : float or array
@@ -170,8 +178,7 @@ class Points:
         place = np.arange(len(order)) * number // len(order)
         bins = np.floor(np.log(self.speed[order]) / _SPAN)
         starts = np.flatnonzero(np.concatenate([[True], (np.diff(place) != 0) | (np.diff(bins) != 0)]))
-        variance = np.asarray(self.epsilon_errors.multiply(self.epsilon_errors).sum(axis=1))
-        weights = (1 / variance if self.known else np.ones(len(order)))[order]
+        weights = (1 / self.standard_errors**2 if self.known else np.ones(len(order)))[order]
         total = np.add.reduceat(weights, starts)
 
         def mean(values: FloatArray) -> FloatArray:
@@ -185,7 +192,7 @@ class Points:
         return replace(
             self,
             speed=np.exp(mean(np.log(self.speed))),
-            epsilon=np.minimum(mean(self.epsilon), 1.0),
+            epsilon=mean(self.epsilon),
             speed_errors=sparse.csr_array(sparse.hstack([error(self.speed_errors), zero])),
             epsilon_errors=sparse.csr_array(sparse.hstack([zero, error(self.epsilon_errors)])),
             labels=tuple(f"group {i}" for i in range(1, len(starts) + 1)),

@@ -1,338 +1,333 @@
-"""Reader of measured data: CSV as programs write it, or a spreadsheet (XLS, XLSX, ODS), with units in the header.
+"""Reader of measured data, from several files and sheets at once, with units in the headers.
 
-A file has one of these sets of columns, and may have others besides:
+A sheet has one of these sets of columns, and may have others besides:
 
 - `speed`, `epsilon`, and if known `sigma_epsilon`, `sigma_speed` (standard errors) and `contact_time`;
-- `time`: the instants at which the body hits the plane;
+- `speed`, `speed_out`: speeds before and after collisions;
+- `time`: the instants at which a body hits the plane, and if known `release_time`, when it leaves the plane; or
+  `interval`, the times between these instants;
 - `height`: the height of release, then those of the rebounds; or `drop_height` and `rebound_height`;
-- `bounce 0`, `bounce 1`, …: the instants of one drop in a row, as phyphox exports its "(In)elastic collision".
+- `bounce 0`, `bounce 1`, …: the instants of one drop in a row, as phyphox exports them (also `Start`, `Stop 1`, …).
 
-A column `drop` tells the drops apart in a file with several. The column `sigma` has the standard errors of instants or
+A column `drop` tells the drops apart in a sheet with several. The column `sigma` has the standard errors of instants or
 heights.
 """
 
 from __future__ import annotations
 
-import csv
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import PurePath
 
 import numpy as np
 
-from viscopade import files
 from viscopade.arrays.checked import FloatArray
-from viscopade.fitting import bounces, spreadsheet
+from viscopade.fitting import bounces
 from viscopade.fitting.bounces import ContactTime
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
+from viscopade.fitting.sheets import HEAD, Sheet, sheets
 from viscopade.quantity import factor, quantity
 from viscopade.records import Node
 
 COLUMNS: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "speed": ("speed", ("speed", "v", "velocity", "impact_speed", "impact_velocity")),
+    "speed": ("speed", ("speed", "v", "velocity", "impact_speed", "impact_velocity", "speed_in", "v_in")),
+    "speed_out": ("speed", ("speed_out", "v_out", "rebound_speed", "rebound_velocity")),
     "epsilon": ("", ("epsilon", "eps", "e", "cor", "restitution", "coefficient_of_restitution")),
     "sigma_epsilon": ("", ("sigma_epsilon", "epsilon_error", "eps_error", "sigma_eps", "e_error", "cor_error")),
     "sigma_speed": ("speed", ("sigma_speed", "speed_error", "v_error", "sigma_v")),
     "contact_time": ("time", ("contact_time", "t_c", "tc")),
-    "time": ("time", ("time", "t", "bounce_time", "instant")),
+    "time": ("time", ("time", "t", "bounce_time", "instant", "event_time", "impact_time")),
+    "release_time": ("time", ("release_time",)),
+    "interval": ("time", ("interval",)),
     "height": ("length", ("height", "h")),
-    "drop_height": ("length", ("drop_height", "release_height")),
-    "rebound_height": ("length", ("rebound_height",)),
+    "drop_height": ("length", ("drop_height", "release_height", "h0")),
+    "rebound_height": ("length", ("rebound_height", "h1")),
     "sigma": ("", ("sigma", "error", "sigma_time", "sigma_height", "time_error", "height_error")),
     "drop": ("", ("drop", "run", "series")),
 }
 """By column, its dimension and the names in a header that stand for it, in small letters with _ for other signs."""
 
 ACCEPTED = (
-    "speed and epsilon; or time, the instants of bounces; or height, of release and rebounds; or drop_height and "
-    "rebound_height; or phyphox's bounce 0, bounce 1, …"
+    "speed and epsilon, or speed and speed_out; or time, the instants of bounces; or height, of release and rebounds; "
+    "or drop_height and rebound_height; or phyphox's bounce 0, bounce 1, …"
 )
 SLOWEST, FASTEST, FASTEST_FLIGHT = 1e-9, 1e4, 100.0
 """Speeds that are read, and of bodies that fall, in m/s."""
 
-_HEAD = re.compile(r"([^()\[\]]+)(?:[(\[]([^()\[\]]*)[)\]])?")
-_BOUNCE = re.compile(r"bounce_([0-9]{1,3})")
-_BLANK_SEPARATED = re.compile(r"[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?")
-_XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
-
-
-@dataclass(frozen=True)
-class Cells:
-    """Cells of a file.
-
-    Attributes
-    ----------
-    source : str
-        The file's name, for messages.
-    header : tuple of str
-    rows : list
-        The cells, texts or numbers.
-    lines : list of int
-        The number of each row's line in the file.
-    comma : bool
-        Whether numbers have decimal commas.
-    """
-
-    source: str
-    header: tuple[str, ...]
-    rows: list[list[str]]
-    lines: list[int]
-    comma: bool = False
-
-
-def sheets(content: bytes, source: str) -> list[Cells]:
-    """Return the sheets in a file: one of a CSV, one for each sheet of a spreadsheet or file in a ZIP archive.
-
-    Raises
-    ------
-    ValueError
-        If the file is none of these, or empty.
-    ModuleNotFoundError
-        For a spreadsheet, if no package reads it.
-    """
-    if content.startswith(_ZIP) and not source.lower().endswith((".xlsx", ".ods")):
-        return _archive(content, source)
-    if content.startswith((_XLS, _ZIP)):
-        return _sheets(content, source)
-    if source.lower().endswith((".xls", ".xlsx", ".ods", ".zip")):
-        raise ValueError(
-            f"{source}: the file is no {source.rsplit('.', 1)[1].upper()}: accepted is what its name says, or CSV"
-        )
-    return [_csv(content, source)]
-
-
-def _archive(content: bytes, source: str) -> list[Cells]:
-    parts = files.members(content, source).items()
-    found = [_csv(part, f"{source}/{name}") for name, part in parts if re.fullmatch(r"(?i)[^/]*\.csv", name)]
-    if not found:
-        raise ValueError(f"{source}: the ZIP archive has no CSV file: accepted is one with phyphox's CSV files")
-    return found
-
-
-def _sheets(content: bytes, source: str) -> list[Cells]:
-    found = [
-        Cells(f"{source}, sheet {name}", tuple(rows[0]), rows[1:], list(range(2, len(rows) + 1)))
-        for name, rows in spreadsheet.worksheets(content, source)
-        if len(rows) > 1
-    ]
-    if not found:
-        raise ValueError(f"{source}: no sheet has rows below a header")
-    return found
-
-
-def _csv(content: bytes, source: str) -> Cells:
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        try:
-            text = content.decode("utf-16") if content[:2] in (b"\xff\xfe", b"\xfe\xff") else content.decode("cp1252")
-        except UnicodeDecodeError:
-            raise ValueError(f"{source}: the file is not text: accepted is CSV or a spreadsheet") from None
-    if "\0" in text:
-        raise ValueError(f"{source}: the file is not text: accepted is CSV or a spreadsheet")
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
-    files.require_cells(source, text.count("\n"))
-    lines = ((number, line) for number, line in enumerate(text.split("\n"), 1))
-    lines = ((number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#"))
-    numbers, kept = [], []
-    for number, line in lines:
-        numbers.append(number)
-        kept.append(line)
-    if len(kept) < 2:
-        raise ValueError(f"{source}: the file has {len(kept)} lines with data: accepted is a header and rows below it")
-    delimiter = next((each for each in "\t;,|" if each in kept[0]), None)
-    files.require_cells(source, sum(map(_cells_in(delimiter), kept)))
-    try:
-        rows = list(csv.reader(kept, delimiter=delimiter, strict=True)) if delimiter else list(map(_split, kept))
-    except csv.Error as error:
-        raise ValueError(f"{source}: the file is no CSV: {error}") from None
-    if len(rows) != len(kept):
-        raise ValueError(f"{source}: a quoted cell extends over several lines: accepted is one line a row")
-    return Cells(source, tuple(rows[0]), rows[1:], numbers[1:], comma=delimiter != ",")
-
-
-def _cells_in(delimiter: str | None) -> Callable[[str], int]:
-    """Return the function that counts the cells in a line."""
-    if delimiter:
-        return lambda line: line.count(delimiter) + 1
-    return lambda line: sum(1 for _ in _BLANK_SEPARATED.finditer(line))
-
-
-def _split(line: str) -> list[str]:
-    """Return the cells of a line without delimiters; a unit in parentheses belongs to the name before it."""
-    return _BLANK_SEPARATED.findall(line)
-
-
-# --- from cells to points ---------------------------------------------------------------------------------------------
-
-
+_NAMES = {also: name for name, (_, every) in COLUMNS.items() for also in every}
+_NAMES |= {"start": "bounce_0", "stop": "bounce_1"}  # of phyphox, as are bounce_K and stop_K
+_BOUNCE = re.compile(r"(?:bounce|stop)_([0-9]{1,3})")
 _IN_VACUUM = Flight()
+_SAME = 6  # decimals of instants, in seconds, that are equal in two sheets
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a file is read.
+    """How files are read.
 
     Attributes
     ----------
     columns : mapping
-        Names of columns in the file by those of `COLUMNS`, where they differ.
+        By name of `COLUMNS`, a column's header in the file, with or without its unit, or its number from 1 on.
     units : mapping
         Units by name of `COLUMNS`, for columns without one in the header.
     flight : Flight
         In SI units.
     resolution : str or None
-        Standard error of instants or heights, with a unit or in SI units, unless the file has a column of them.
+        Standard error of instants, heights or speeds, with a unit or in SI units, unless the file has a column of them.
     contact_time : float or callable
         Duration of contacts between bounces, as for `bounces.of_times`.
     scatter : bool or None
         As for `Points.measured`.
+    sheets : sequence of str
+        Names of the sheets to read; all if there are none.
+    without : sequence of str
+        Lines to leave out: "7", or "drop.csv:7" with the name of a file or a sheet; or labels of points.
     """
 
-    columns: Mapping[str, str]
-    units: Mapping[str, str]
+    columns: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     flight: Flight = _IN_VACUUM
     resolution: str | None = None
     contact_time: ContactTime = 0.0
     scatter: bool | None = None
+    sheets: Sequence[str] = ()
+    without: Sequence[str] = ()
 
 
-PLAIN = Options({}, {})
+PLAIN = Options()
 
 
-def points(content: bytes, source: str, options: Options = PLAIN) -> Points:
-    """Return the points in a file, in SI units.
+@dataclass(frozen=True)
+class Recording:
+    """What was read.
+
+    Attributes
+    ----------
+    points : Points
+        In SI units.
+    sheets : tuple
+        Names of all sheets, and how many points each gives, or why it is not read.
+    left_out : tuple
+        Labels of sounds that are no bounces with an eps, and why.
+    """
+
+    points: Points
+    sheets: tuple[tuple[str, int | str], ...]
+    left_out: tuple[tuple[str, str], ...]
+
+
+def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -> Recording:
+    """Return the points in files, given by their contents and names.
+
+    In each file, all sheets of the same kind as the first one are read: speeds, instants, or heights. A sheet whose
+    instants are all in another one is not.
 
     Raises
     ------
     ValueError
-        One line that names the file, the line in it, what is there and what is accepted.
+        One line that names the file, the line in it, what is there and what is expected.
     """
-    found = sheets(content, source)
-    chosen = next((table for table in found if _kind(_known(table, options))), found[0])
-    known = _known(chosen, options)
-    kind = _kind(known)
-    if kind is None:
-        header = ", ".join(repr(name.strip()) for name in chosen.header[:12])
-        raise ValueError(
-            f"{chosen.source}: the columns are {header}: accepted are {ACCEPTED}; --column NAME=HEADER names others"
-        )
-    for name in options.units:
-        if name not in known:
-            raise ValueError(f"{chosen.source}: there is no column {name!r}, for which a unit is given")
+    notes: list[tuple[str, int | str]] = []
+    readers: list[_Reader] = []
+    for content, source in contents:
+        readers += _of_file(content, source, options, notes)
+    for reader in readers:
+        if reader.form.kind != readers[0].form.kind:
+            kinds = f"{reader.form.kind}, {readers[0].sheet.file} has {readers[0].form.kind}"
+            raise ValueError(f"{reader.sheet.file}: the file has {kinds}: expected files of one kind")
+        reader.prefix = f"{reader.sheet.name}, " * (len(readers) > 1)
+    for name in (*options.columns, *options.units):
+        if not any(name in reader.known for reader in readers):
+            raise _no_column(readers[0].sheet, options, name)
+    labels = _leave_out(readers, options.without)
+    parts: list[Points] = []
+    for reader in readers:
+        with _place(reader):
+            whole = [other.sheet.sheet for other in readers if reader.is_part_of(other)]
+            made = f"all in sheet {' and '.join(whole)}" if whole else reader.points()
+        notes.append((reader.sheet.name, made if isinstance(made, str) else len(made)))
+        parts += [] if isinstance(made, str) else [made]
+    if not parts:
+        raise ValueError(f"{readers[0].sheet.source}: {notes[-len(readers)][1]}")
+    points = parts[0] if len(parts) == 1 else bounces.together(parts)
+    points = points.without(labels) if labels else points
+    points = points.without_scatter() if options.scatter is False else points
+    return Recording(points, tuple(notes), tuple(each for reader in readers for each in reader.left_out))
+
+
+def _of_file(content: bytes, source: str, options: Options, notes: list[tuple[str, int | str]]) -> list[_Reader]:
+    """Return the readers of the sheets of a file; `notes` gets those that are not read."""
+    readers: list[_Reader] = []
+    found = sheets(content, source, lambda header: _form(_columns(header, options)) is not None)
+    chosen = [sheet for sheet in found if not options.sheets or sheet.sheet in options.sheets]
+    if not chosen:
+        names = ", ".join(repr(sheet.sheet) for sheet in found if sheet.sheet) or "none"
+        raise ValueError(f"{source}: there is no sheet {options.sheets[0]!r}: its sheets are {names}")
+    for sheet in chosen:
+        form = _form(_columns(sheet.header, options))
+        if form and (not readers or form.kind == readers[0].form.kind):
+            readers.append(_Reader(sheet, form, options, len(readers)))
+        else:
+            notes.append((sheet.name, f"has {form.kind}, not {readers[0].form.kind}" if form else "no columns of data"))
+    if not readers:
+        raise _no_column(chosen[0], options)
+    return readers
+
+
+def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
+    """Return the error for a sheet without the columns that are needed, or without one that an option names."""
+    header = ", ".join(repr(cell.strip()) for cell in sheet.header[:12])
+    missing = [text for text in options.columns.values() if not _places(sheet.header, text)]
+    if missing:
+        return ValueError(f"{sheet.source}: there is no column {missing[0]!r}: {header}")
+    if name:
+        return ValueError(f"{sheet.source}: there is no column {name!r}, for which a unit is given")
+    return ValueError(
+        f"{sheet.source}: the columns are {header}: accepted are {ACCEPTED}; --column NAME=HEADER names others"
+    )
+
+
+@contextmanager
+def _place(reader: _Reader) -> Iterator[None]:
+    """Name the file and the sheet in errors."""
     try:
-        reader = _Reader(chosen, known, options)
-        _require_options(reader, kind)
-        made = kind(reader)
-        _require_sense(made, kind is not _pairs)
-        return made.without_scatter() if options.scatter is False else made
+        yield
     except ValueError as error:
         message = str(error)
-        raise ValueError(message if message.startswith(source) else f"{chosen.source}: {message}") from None
+        named = message.startswith(reader.sheet.file)
+        raise type(error)(message if named else f"{reader.sheet.source}: {message}") from None
 
 
-def _require_options(reader: _Reader, kind: Kind) -> None:
-    """Refuse options that a kind of data has no use for, and numbers with points and with commas."""
-    options = reader.options
-    if kind is _pairs and options.flight != _IN_VACUUM:
-        raise ValueError("gravity or drag is given: accepted with speed and epsilon are no options of a flight")
-    if kind in (_pairs, _heights, _height_pairs) and not callable(options.contact_time) and options.contact_time:
-        raise ValueError("a contact time is given: accepted is it with instants of bounces")
-    if not callable(options.contact_time) and not options.contact_time >= 0:
-        raise ValueError(f"contact-time is {options.contact_time:g}: accepted is a time >= 0")
-    if reader.table.comma:
-        cells = [
-            row[i] for row in reader.table.rows for name, i in reader.known.items() if name != "drop" and i < len(row)
+def _leave_out(readers: Sequence[_Reader], without: Sequence[str]) -> list[str]:
+    """Take lines out; return the labels of points among `without`."""
+    labels = []
+    for text in without:
+        name, _, line = text.rpartition(":")
+        places = [
+            each for each in readers if name in ("", each.sheet.name, PurePath(each.sheet.file).name, each.sheet.sheet)
         ]
-        if any("," in cell for cell in cells) and any("." in cell for cell in cells):
-            raise ValueError(
-                "numbers have decimal commas and decimal points: accepted is one of them, and no thousands"
-            )
+        places = [each for each in places if line.isdecimal() and int(line) in each.lines]
+        if len(places) > 1:
+            raise ValueError(f"line {line} is in {len(places)} sheets or files: expected NAME:{line}")
+        if not places and line.strip().isdecimal():
+            ends = f"{readers[0].lines[0]} to {readers[0].lines[-1]}"
+            raise ValueError(f"{readers[0].sheet.source}: there is no line {text} with data: expected are {ends}")
+        for reader in places:
+            reader.leave_out(int(line))
+        labels += [] if places else [f"line {text}"]
+    return labels
 
 
-def _require_sense(made: Points, flight: bool) -> None:
-    """Refuse speeds of a wrong unit, and errors as large as eps."""
-    fastest = FASTEST_FLIGHT if flight else FASTEST
-    if (bad := ~((made.speed >= SLOWEST) & (made.speed <= fastest))).any():
-        i = int(np.argmax(bad))
-        raise ValueError(
-            f"{made.labels[i]}: the speed is {made.speed[i]:.3g} m/s: accepted is {SLOWEST:g} to {fastest:g} m/s; is "
-            "the unit right? (--unit NAME=UNIT)"
-        )
-    errors = np.sqrt(np.asarray(made.epsilon_errors.multiply(made.epsilon_errors).sum(axis=1)))
-    if (errors >= 1).any():
-        i = int(np.argmax(errors >= 1))
-        raise ValueError(f"{made.labels[i]}: the standard error of eps is {errors[i]:.3g}: accepted is less than 1")
+# --- columns ----------------------------------------------------------------------------------------------------------
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "_", name.strip().lower().replace("ε", "epsilon").replace("σ", "sigma")).strip("_")
+    """Return a header without its unit, in small letters with _ for other signs."""
+    match = HEAD.fullmatch(name.strip())
+    bare = (match[1] if match else name).lower().replace("ε", "epsilon").replace("σ", "sigma")
+    return re.sub(r"[^a-z0-9]+", "_", bare).strip("_")
 
 
-def _known(table: Cells, options: Options) -> dict[str, int]:
-    """Return the indices of the columns that are known, by their names in `COLUMNS` or "bounce K"."""
-    given = {header: name for name, header in options.columns.items()}
-    if missing := [header for header in given if header not in {cell.strip() for cell in table.header}]:
-        raise ValueError(
-            f"{table.source}: there is no column {missing[0]!r}: {', '.join(map(repr, table.header[:12]))}"
-        )
-    names = {also: name for name, (_, every) in COLUMNS.items() for also in every}
-    found: dict[str, int] = {}
-    for i, header in enumerate(table.header):
-        match = _HEAD.fullmatch(header.strip())
-        plain = _plain(match[1] if match else header)
-        name = given.get(header.strip()) or (plain if _BOUNCE.fullmatch(plain) else names.get(plain))
-        if name is None or (name in options.columns and header.strip() not in given):
-            continue
-        if name in found:
-            raise ValueError(
-                f"{table.source}: the columns {table.header[found[name]].strip()!r} and {header.strip()!r} both are "
-                f"{name}: accepted is one, chosen by --column {name}=HEADER if the headers differ"
-            )
-        found[name] = i
-    return found
+def _places(header: Sequence[str], text: str) -> list[int]:
+    """Return the indices of the columns that an option names: by their header, without its unit, or by their number."""
+    exact = [i for i, cell in enumerate(header) if cell.strip() == text]
+    same = exact or [i for i, cell in enumerate(header) if _plain(cell) == _plain(text) != ""]
+    return same or ([int(text) - 1] if text.isdecimal() and 0 < int(text) <= len(header) else [])
+
+
+def _columns(header: Sequence[str], options: Options) -> dict[str, list[int]]:
+    """Return the indices of the columns that are known, by their names in `COLUMNS` or "bounce_K"."""
+    given = {name: places for name, text in options.columns.items() if (places := _places(header, text))}
+    taken = {i for places in given.values() for i in places}
+    found: dict[str, list[int]] = {}
+    for i, cell in enumerate(header):
+        plain = _plain(cell)
+        match = _BOUNCE.fullmatch(plain)
+        name = f"bounce_{int(match[1])}" if match else _NAMES.get(plain)
+        if name and name not in options.columns and i not in taken:
+            found.setdefault(name, []).append(i)
+    return found | given
 
 
 class _Reader:
-    """The columns of a table, as numbers in SI units."""
+    """A sheet whose columns are numbers in SI units."""
 
-    def __init__(self, table: Cells, known: dict[str, int], options: Options) -> None:
-        self.table, self.known, self.options = table, known, options
+    def __init__(self, sheet: Sheet, form: Form, options: Options, rank: int) -> None:
+        self.sheet, self.form, self.options, self.rank = sheet, form, options, rank
+        self.known = _columns(sheet.header, options)
+        self.rows, self.lines = sheet.rows, list(sheet.lines)
+        self.prefix = ""
+        self.left_out: list[tuple[str, str]] = []
+        self._second: dict[str, str] = {}  # what a second line of headers has
+        try:
+            np.array([row[self.known[form.needed[0]][0]] for row in self.rows], dtype=np.float64)
+        except (ValueError, IndexError):
+            self._skip_what_is_no_data()
+
+    def _skip_what_is_no_data(self) -> None:
+        """Skip rows that are blank in all known columns, and lines between the header and the first number."""
+        every = {name: i for name, places in self.known.items() if name != "drop" for i in places}
+        full = [k for k, row in enumerate(self.rows) if any(i < len(row) and row[i].strip() for i in every.values())]
+        while full and not any(map(self._is_number, (self.rows[full[0]][i : i + 1] for i in every.values()))):
+            first = self.rows[full.pop(0)]
+            self._second |= {name: first[i].strip("()[] ") for name, i in every.items() if i < len(first)}
+        self.rows, self.lines = [self.rows[k] for k in full], [self.lines[k] for k in full]
+
+    def _is_number(self, cells: list[str]) -> bool:
+        return any(cell.strip().lower() == "nan" or not math.isnan(self._number(cell)) for cell in cells)
+
+    def leave_out(self, line: int) -> None:
+        """Take out a line of the file."""
+        k = self.lines.index(line)
+        self.rows, self.lines = self.rows[:k] + self.rows[k + 1 :], self.lines[:k] + self.lines[k + 1 :]
 
     @property
     def labels(self) -> list[str]:
-        return [f"line {line}" for line in self.table.lines]
+        return [f"{self.prefix}line {line}" for line in self.lines]
+
+    def column(self, name: str) -> int:
+        """Return the index of a column."""
+        places = self.known[name]
+        if len(places) > 1:
+            first, second = (f"{self.sheet.header[i].strip()!r} (column {i + 1})" for i in places[:2])
+            raise ValueError(f"{first} and {second} both are {name}: expected one, chosen by --column {name}=NUMBER")
+        return places[0]
+
+    def cells(self, name: str) -> list[str]:
+        """Return the texts in a column."""
+        column = self.column(name)
+        return [row[column].strip() if column < len(row) else "" for row in self.rows]
 
     def numbers(self, name: str, dimension: str | None = None, *, blank: bool = False) -> FloatArray:
         """Return a column; a blank cell is NaN if that is accepted."""
-        column = self.known[name]
-        cells = [row[column].strip() if column < len(row) else "" for row in self.table.rows]
-        if self.table.comma:
-            cells = [cell.replace(",", ".") for cell in cells]
+        cells = self.cells(name)
         try:
             found = np.array(cells, dtype=np.float64)
         except ValueError:
             found = np.array([self._number(cell) for cell in cells])
         bad = ~np.isfinite(found)
         if blank:
-            bad &= np.array([cell.lower() not in ("", "nan") for cell in cells])
+            bad &= np.array([cell.lower() not in ("", "nan") for cell in cells], dtype=bool)
         if bad.any():
             i = int(np.argmax(bad))
             raise ValueError(f"{self.labels[i]}: {name} is {cells[i]!r}: accepted is a number")
         return found * self._unit(name, COLUMNS[name][0] if dimension is None else dimension)
 
-    @staticmethod
-    def _number(cell: str) -> float:
+    def _number(self, cell: str) -> float:
         try:
-            return float(cell)
+            return float(cell.replace(",", ".") if self.sheet.comma else cell)
         except ValueError:
             return math.nan
 
     def _unit(self, name: str, dimension: str) -> float:
-        match = _HEAD.fullmatch(self.table.header[self.known[name]].strip())
-        written = (match[2] or "").strip() if match else None
+        match = HEAD.fullmatch(self.sheet.header[self.column(name)].strip())
+        written = ((match[2] if match else "") or self._second.get(name, "")).strip()
         unit = self.options.units.get(name) or written
         if written and name in self.options.units:
             raise ValueError(f"the column {name} has the unit {written!r} in its header: accepted is no other one")
@@ -342,10 +337,10 @@ class _Reader:
             if unit in ("%", "-", "1"):
                 return 0.01 if unit == "%" else 1.0
             raise ValueError(f"the unit of {name} is {unit!r}: accepted is none, or %")
-        return factor(Node(self.table.source, f"the unit of {name}", unit), dimension)[1]
+        return factor(Node(self.sheet.source, f"the unit of {name}", unit), dimension)[1]
 
-    def sigma(self, dimension: str) -> FloatArray | float:
-        """Return the standard errors of instants or heights; 0 if they are not known."""
+    def sigma(self, dimension: str) -> FloatArray:
+        """Return the standard errors of the rows; 0 if they are not known."""
         given = self.options.resolution
         if "sigma" in self.known:
             if given is not None:
@@ -355,100 +350,197 @@ class _Reader:
                 i = int(np.argmax(found < 0))
                 raise ValueError(f"{self.labels[i]}: sigma is {found[i]:g}: accepted is a number >= 0")
             return found
-        if given is None:
-            return 0.0
-        plain = self._number(given)
-        return quantity(Node(self.table.source, "resolution", given if math.isnan(plain) else plain), dimension)
+        plain = math.nan if given is None else self._number(given)
+        node = Node(self.sheet.source, "resolution", given if math.isnan(plain) else plain)
+        return np.full(len(self.rows), 0.0 if given is None else quantity(node, dimension))
 
-    def drops(
-        self, values: FloatArray, sigma: FloatArray | float
-    ) -> tuple[list[tuple[FloatArray, list[str]]], list[FloatArray]]:
-        """Return values and labels by drop, and their standard errors."""
-        if len(values) > bounces.MOST_INSTANTS:
-            raise ValueError(f"there are {len(values)} rows: accepted are up to {bounces.MOST_INSTANTS} bounces")
-        column = self.known.get("drop")
-        keys = (
-            [""] * len(values)
-            if column is None
-            else [row[column].strip() if column < len(row) else "" for row in self.table.rows]
-        )
+    def drops(self) -> list[list[int]]:
+        """Return the rows of each drop."""
+        if len(self.rows) > bounces.MOST_INSTANTS:
+            raise ValueError(f"there are {len(self.rows)} rows: accepted are up to {bounces.MOST_INSTANTS} bounces")
         rows: dict[str, list[int]] = {}
-        for i, key in enumerate(keys):
+        for i, key in enumerate(self.cells("drop") if "drop" in self.known else [""] * len(self.rows)):
             rows.setdefault(key, []).append(i)
-        every = np.broadcast_to(sigma, values.shape)
-        parts = [(values[of], [self.labels[i] for i in of]) for of in rows.values()]
-        errors = [every[of] for of in rows.values()]
-        return parts, errors
+        return list(rows.values())
+
+    @cached_property
+    def instants(self) -> list[Drop]:
+        """The drops of a sheet of instants."""
+        if "bounce_0" in self.form.needed:
+            names = sorted((name for name in self.known if name.startswith("bounce_")), key=lambda name: int(name[7:]))
+            every, sigma = np.array([self.numbers(name, "time", blank=True) for name in names]).T, self.sigma("time")
+            kept = [np.flatnonzero(np.isfinite(row)) for row in every]
+            names = [name.replace("_", " ") for name in names]
+            return [
+                Drop(row[seen], [f"{label}, {names[k]}" for k in seen], np.full(len(seen), error))
+                for row, seen, label, error in zip(every, kept, self.labels, sigma, strict=True)
+            ]
+        of_intervals = "interval" in self.form.needed
+        times = self.numbers(self.form.needed[0], blank=of_intervals)
+        release = self.numbers("release_time") if "release_time" in self.known else None
+        sigma, labels, drops = self.sigma("time"), self.labels, []
+        for rows in self.drops():
+            of = [i for i in rows if math.isfinite(times[i])]
+            made = Drop(
+                times[of], [labels[i] for i in of], sigma[of], None if release is None else (release - times)[of]
+            )
+            if of_intervals and of:
+                start, error = np.append(0.0, np.cumsum(times[of])), np.append(sigma[of[0]], sigma[of])
+                made = Drop(start, [f"the bounce before {made.labels[0]}", *made.labels], error)
+            drops.append(made)
+        return drops
+
+    @cached_property
+    def _seconds(self) -> frozenset[float]:
+        return frozenset(round(t, _SAME) for drop in self.instants for t in drop.instants.tolist())
+
+    def is_part_of(self, other: _Reader) -> bool:
+        """Whether all instants are in another sheet of the file, or in one before it that has no more."""
+        if self is other or self.form.kind != "instants" or self.sheet.file != other.sheet.file:
+            return False
+        return self._seconds < other._seconds or (self._seconds == other._seconds and self.rank > other.rank)
+
+    def points(self) -> Points | str:
+        """Return the points, or why there are none."""
+        options, form = self.options, self.form
+        if form.kind == "speeds" and options.flight != _IN_VACUUM:
+            raise ValueError("gravity or drag is given: accepted with speed and epsilon are no options of a flight")
+        if form.kind != "instants" and options.contact_time and not callable(options.contact_time):
+            raise ValueError("a contact time is given: accepted is it with instants of bounces")
+        if self.sheet.comma:
+            text = "".join(cell for name in self.known if name != "drop" for cell in self.cells(name))
+            if "," in text and "." in text:
+                raise ValueError(
+                    "numbers have decimal commas and decimal points: accepted is one of them, and no thousands"
+                )
+        try:
+            made = form.points(self)
+        except bounces.TooFew as error:
+            return str(error)
+        _require_sense(made, form.kind != "speeds")
+        return made
 
 
-Kind = Callable[[_Reader], Points]
+# --- from columns to points -------------------------------------------------------------------------------------------
 
 
-def _kind(known: Mapping[str, int]) -> Kind | None:
-    for needed, kind in _KINDS:
-        if all(name in known for name in needed):
-            return kind
-    return None
+def _require_sense(made: Points, falls: bool) -> None:
+    """Refuse speeds of a wrong unit, and errors as large as eps."""
+    fastest = FASTEST_FLIGHT if falls else FASTEST
+    if (bad := ~((made.speed >= SLOWEST) & (made.speed <= fastest))).any():
+        i = int(np.argmax(bad))
+        raise ValueError(
+            f"{made.labels[i]}: the speed is {made.speed[i]:.3g} m/s: accepted is {SLOWEST:g} to {fastest:g} m/s; is "
+            "the unit right? (--unit NAME=UNIT)"
+        )
+    errors = made.standard_errors
+    if (errors >= 1).any():
+        i = int(np.argmax(errors >= 1))
+        raise ValueError(f"{made.labels[i]}: the standard error of eps is {errors[i]:.3g}: accepted is less than 1")
 
 
 def _pairs(reader: _Reader) -> Points:
     known, options = reader.known, reader.options
-    if options.resolution is not None:
+    speed = reader.numbers("speed")
+    sigma = reader.numbers("sigma_speed") if "sigma_speed" in known else 0.0
+    if "epsilon" in known and options.resolution is not None:
         raise ValueError("--resolution is given: accepted with speed and epsilon is a column sigma_epsilon")
-    speed, epsilon = reader.numbers("speed"), reader.numbers("epsilon")
-    for name, values, accepted, bad in (
-        ("speed", speed, "a number > 0", speed <= 0),
-        ("epsilon", epsilon, "a number > 0 and <= 1", (epsilon <= 0) | (epsilon > 1)),
-    ):
-        if bad.any():
-            i = int(np.argmax(bad))
-            raise ValueError(f"{reader.labels[i]}: {name} is {values[i]:.6g}: accepted is {accepted}")
+    if (bad := speed <= 0).any():
+        i = int(np.argmax(bad))
+        raise ValueError(f"{reader.labels[i]}: speed is {speed[i]:.6g}: accepted is a number > 0")
+    if "epsilon" not in known:
+        sigma = sigma if "sigma_speed" in known else reader.sigma("speed")
+        return bounces.of_speeds(speed, reader.numbers("speed_out"), sigma=sigma, labels=reader.labels)
     return Points.measured(
         speed,
-        epsilon,
+        reader.numbers("epsilon"),
         sigma_epsilon=reader.numbers("sigma_epsilon") if "sigma_epsilon" in known else None,
-        sigma_speed=reader.numbers("sigma_speed") if "sigma_speed" in known else 0.0,
+        sigma_speed=sigma,
         contact_time=reader.numbers("contact_time") if "contact_time" in known else None,
         scatter=options.scatter,
         labels=reader.labels,
     )
 
 
-def _times(reader: _Reader) -> Points:
-    drops, errors = reader.drops(reader.numbers("time"), reader.sigma("time"))
-    return bounces.of_times(drops, reader.options.flight, sigma=errors, contact_time=reader.options.contact_time)
+def _instants(reader: _Reader) -> Points:
+    """Return the points of the bounces among instants; the reader keeps what is left out, and why."""
+    runs: list[Drop] = []
+    for drop in reader.instants:
+        bounces.require_ascending(drop.instants, drop.labels)
+        sigma = math.sqrt(float(np.mean(drop.sigma**2))) if drop.sigma.any() else bounces.HEARING
+        found, left_out = bounces.heard(drop.instants, sigma)
+        reader.left_out += [(drop.labels[i], why) for i, why in left_out]
+        runs += [drop.part(of) for of in found]
+    if not runs:
+        why = "".join(f"; {label}: {why}" for label, why in reader.left_out[:3])
+        raise bounces.TooFew(f"no drop has three bounces in succession: expected are three or more, for one eps{why}")
+    durations = [run.durations for run in runs if run.durations is not None]
+    return bounces.of_times(
+        [(run.instants, run.labels) for run in runs],
+        reader.options.flight,
+        sigma=[run.sigma for run in runs],
+        contact_time=reader.options.contact_time,
+        durations=durations,
+    )
 
 
 def _heights(reader: _Reader) -> Points:
-    drops, errors = reader.drops(reader.numbers("height"), reader.sigma("length"))
-    return bounces.of_heights(drops, reader.options.flight, sigma=errors)
+    heights, sigma, labels = reader.numbers("height"), reader.sigma("length"), reader.labels
+    rows = reader.drops()
+    drops = [(heights[of], [labels[i] for i in of]) for of in rows]
+    return bounces.of_heights(drops, reader.options.flight, sigma=[sigma[of] for of in rows])
 
 
 def _height_pairs(reader: _Reader) -> Points:
-    first, second = reader.numbers("drop_height"), reader.numbers("rebound_height")
-    if len(first) > bounces.MOST_INSTANTS:
-        raise ValueError(f"there are {len(first)} rows: accepted are up to {bounces.MOST_INSTANTS} drops")
-    sigma = np.broadcast_to(reader.sigma("length"), first.shape)
-    drops = [(np.array(pair), [label] * 2) for *pair, label in zip(first, second, reader.labels, strict=True)]
-    return bounces.of_heights(drops, reader.options.flight, sigma=[np.array([s, s]) for s in sigma])
+    pairs = np.array([reader.numbers("drop_height"), reader.numbers("rebound_height")]).T
+    reader.drops()  # bounds the number of rows
+    drops = [(pair, [label] * 2) for pair, label in zip(pairs, reader.labels, strict=True)]
+    return bounces.of_heights(drops, reader.options.flight, sigma=[np.full(2, s) for s in reader.sigma("length")])
 
 
-def _phyphox(reader: _Reader) -> Points:
-    names = sorted((name for name in reader.known if _BOUNCE.fullmatch(name)), key=lambda name: int(name[7:]))
-    instants = np.array([reader.numbers(name, "time", blank=True) for name in names]).T
-    drops = []
-    for row, label in zip(instants, reader.labels, strict=True):
-        seen = row[: int(np.argmin(np.isfinite(row)))] if not np.isfinite(row).all() else row
-        drops.append((seen, [f"{label}, {name.replace('_', ' ')}" for name in names[: len(seen)]]))
-    sigma = reader.sigma("time")
-    assert isinstance(sigma, float)  # phyphox has no column of errors
-    return bounces.of_times(drops, reader.options.flight, sigma=sigma, contact_time=reader.options.contact_time)
+@dataclass(frozen=True)
+class Drop:
+    """Instants at which a body hits the plane, their labels and standard errors, and durations of contacts if known."""
+
+    instants: FloatArray
+    labels: list[str]
+    sigma: FloatArray
+    durations: FloatArray | None = None
+
+    def part(self, of: list[int]) -> Drop:
+        """Return some of the bounces."""
+        durations = None if self.durations is None else self.durations[of]
+        return Drop(self.instants[of], [self.labels[i] for i in of], self.sigma[of], durations)
 
 
-_KINDS: Sequence[tuple[Iterable[str], Kind]] = (
-    (("speed", "epsilon"), _pairs),
-    (("bounce_0", "bounce_1", "bounce_2"), _phyphox),
-    (("drop_height", "rebound_height"), _height_pairs),
-    (("height",), _heights),
-    (("time",), _times),
+@dataclass(frozen=True)
+class Form:
+    """A set of columns that gives points.
+
+    Attributes
+    ----------
+    kind : str
+        What is measured.
+    needed : tuple of str
+        Names of columns.
+    points : callable
+    """
+
+    kind: str
+    needed: tuple[str, ...]
+    points: Callable[[_Reader], Points]
+
+
+_FORMS = (
+    Form("speeds", ("speed", "epsilon"), _pairs),
+    Form("speeds", ("speed", "speed_out"), _pairs),
+    Form("instants", ("bounce_0", "bounce_1"), _instants),
+    Form("heights", ("drop_height", "rebound_height"), _height_pairs),
+    Form("heights", ("height",), _heights),
+    Form("instants", ("time",), _instants),
+    Form("instants", ("interval",), _instants),
 )
+
+
+def _form(known: Mapping[str, object]) -> Form | None:
+    return next((form for form in _FORMS if all(name in known for name in form.needed)), None)
