@@ -201,6 +201,37 @@ def test_invert_with_and_without_a_material():
     assert float(back["epsilon"]) == pytest.approx(0.9, rel=1e-14, abs=0)
 
 
+def test_weight():
+    """With a load in the scaled equation, or with gravity for a sphere and a wall; and the damping for it."""
+    whole = json_of("epsilon", "--law", "linear", "--kappa", "0.5105512753", "--load", "0.1")
+    assert (whole["status"], whole["parts"]) == ("sampled", True)
+    assert float(whole["epsilon"]) == pytest.approx(0.4114, abs=1e-4)
+    assert float(whole["epsilon_without_load"]) == pytest.approx(0.5, abs=1e-9)
+    assert whole["errors"]["epsilon"] < 1e-11
+    back = json_of("invert", "--law", "linear", "--epsilon", whole["epsilon"], "--load", "0.1")
+    assert float(back["kappa"]) == pytest.approx(0.5105512753, rel=1e-9)
+    words = (*BALL, "--speed", 0.1, "--wall", "--gravity", "981 cm/s^2")
+    fallen = json_of("epsilon", *words, "--dissipative-constant", 4e-4)
+    ball, wall = (
+        {"young_modulus": 1e7, "poisson_ratio": 0.3, "dissipative_constant": 4e-4} | more
+        for more in ({"radius": 0.01, "density": 2500}, {})
+    )
+    pair = Pair(Sphere(**ball), Sphere.wall(**wall))
+    assert float(fallen["epsilon"]) == pytest.approx(pair.epsilon(0.1, gravity=9.81), rel=1e-13)
+    assert float(fallen["epsilon_without_weight"]) == pytest.approx(pair.epsilon(0.1), rel=1e-13)
+    again = json_of("invert", *words, "--epsilon", fallen["epsilon"])
+    assert float(again["dissipative_constant"]) == pytest.approx(4e-4, rel=1e-9)
+    drop = ("--law", "linear", "--end", "return", "--stiffness", 5e4, "--mass", 10.9, "--gravity", 9.81)
+    c = json_of("invert", *drop[:-2], "--epsilon", 0.5)["damping"]
+    dropped = [json_of("epsilon", *drop, "--damping", c, "--speed", speed) for speed in (2.8, 0.2)]
+    assert [float(each["epsilon"]) for each in dropped] == pytest.approx([0.4644, 0], abs=1e-4)
+    assert [each["parts"] for each in dropped] == [True, False]
+    c = json_of("invert", *drop, "--epsilon", 0.5, "--speed", 2.8)["damping"]
+    assert float(json_of("epsilon", *drop, "--damping", c, "--speed", 2.8)["epsilon"]) == pytest.approx(0.5, rel=1e-9)
+    down = called("epsilon", "--kappa", 1, "--load", 5).stdout
+    assert "with the weight the bodies do not part, eps is 0; without it eps is 0.393931" in down
+
+
 def test_claims():
     whole = json_of("claims", "--only", "twenty-terms", "--only", "no-linear-term")
     assert [claim["name"] for claim in whole["claims"]] == ["twenty-terms", "no-linear-term"]

@@ -420,3 +420,22 @@ def test_contact_ends_at_kappa_epsilon():
     end = equation.end_of_contact()
     force = lhs.subs(end.lhs, end.rhs).subs(x.diff(tau), -eps).subs(x, x_c)
     assert sympy.solve(force, x_c) == [kappa * eps]
+
+
+def test_a_sphere_that_falls_on_a_wall():
+    """Its weight acts during the contact: the rule of thumb for weak damping, 0 for a sphere that stays down."""
+    soft = {"young_modulus": 1e7, "poisson_ratio": 0.3, "dissipative_constant": 3e-6}
+    pair = Pair(Sphere(radius=0.01, density=2500, **soft), Sphere.wall(**soft))
+    for speed in (0.5, 2.0):
+        rule = 1 + 0.539 * 9.81 * pair.contact_time(speed) / speed
+        loss = 1 - pair.epsilon(speed, gravity=9.81)
+        assert loss == pytest.approx(pair.one_minus_epsilon(speed) * rule, rel=2e-3)
+    found = pair.damped(1e-3).epsilon(np.array([[0.0, 1e-4], [0.1, 1.0]]), gravity=9.81)
+    assert found.shape == (2, 2)
+    assert (found[0] == 0).all()
+    assert found[1, 1] == pair.damped(1e-3).epsilon(1.0, gravity=9.81)
+    assert pair.contact().collide(0.5).epsilon == pytest.approx(pair.epsilon(0.5), rel=1e-12)
+    with pytest.raises(ValueError, match=r"gravity is 9\.81 for two spheres: accepted is 0"):
+        Pair(pair.first, pair.first).epsilon(1.0, gravity=9.81)
+    with pytest.raises(ValueError, match="gravity is -1"):
+        pair.epsilon(1.0, gravity=-1)

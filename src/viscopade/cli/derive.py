@@ -16,6 +16,7 @@ from viscopade.cli.console import (
     ORDER,
     STYLE,
     Quantity,
+    Real,
     Whole,
     double,
     law_words,
@@ -30,6 +31,8 @@ from viscopade.cli.writer import check_targets, write_all
 from viscopade.theory.law import VISCOELASTIC
 
 if TYPE_CHECKING:
+    from viscopade.collision import exact
+    from viscopade.collision.contact import SampledCollision
     from viscopade.collision.spheres import Pair
     from viscopade.theory.law import Law
     from viscopade.theory.pade import Pade, Root
@@ -38,6 +41,14 @@ COMPARED_DIGITS = 20
 _IN_DOUBLES = 15  # digits of numbers that follow from doubles
 STIFFNESS = click.option("--stiffness", help="Constant k of the force k x^A, in N/m^A.")
 MASS = click.option("--mass", help="Effective mass, m1 m2/(m1 + m2), or that of a body on a plane.")
+_LOAD = click.option(
+    "--load", type=Real("load"), help="The load G of the scaled equation, x'' + … = G; with --kappa or --v-star."
+)
+_GRAVITY = click.option(
+    "--gravity",
+    type=Quantity("gravity", "acceleration"),
+    help="Weight during the contact, of a body that falls on a plane: with a material and --wall, or with --stiffness.",
+)
 
 
 @click.command()
@@ -189,7 +200,9 @@ def pade_command(
 @STIFFNESS
 @click.option("--damping", help="Constant c of the force c x^B x', in N s/m^(B+1); with --stiffness and --mass.")
 @MASS
+@_LOAD
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
+@_GRAVITY
 @DIGITS_IF_EXACT
 @with_law
 @STYLE
@@ -201,6 +214,8 @@ def epsilon(
     stiffness: str | None,
     damping: str | None,
     mass: str | None,
+    load: float | None,
+    gravity: str | None,
     digits: int | None,
     law: str,
     end: str | None,
@@ -218,6 +233,9 @@ def epsilon(
 
     For another law of contact, k x^A + c x^B x', the units are (k/m)^(-1/(A+1)) v^(2/(A+1)) and that length over v, and
     kappa is (c/m) (k/m)^(-(B+1)/(A+1)) v^(2(B+1)/(A+1)-1).
+
+    With --gravity or --load the weight acts during the contact. Its numbers are sampled: in double precision, with an
+    estimate of their error. A load F0 is G = (F0/m) (k/m)^(-1/(A+1)) v^(-2A/(A+1)).
     """
     from viscopade.collision import exact
     from viscopade.theory.law import law_of
@@ -225,6 +243,8 @@ def epsilon(
     of = law_of(law, end)
     fields, line = law_words(of)
     pair = pair_of(**options)
+    on_plane = stiffness is not None and speed is not None if pair is None else pair.second.is_wall
+    _check_weight(load, gravity, on_plane=on_plane, of_scaled=v_star is not None or kappa is not None)
     if pair is not None:
         others = (v_star, kappa, beta, digits, stiffness, damping, mass)
         if any(value is not None for value in others) or speed is None or of != VISCOELASTIC:
@@ -232,7 +252,7 @@ def epsilon(
                 "a material is given: accepted with it is --speed, and none of --v-star, --kappa, --beta, --stiffness, "
                 "--damping, --mass, --digits and --law"
             )
-        _show_material(pair, double("speed", speed), {}, options["yield_strength"], fields, style)
+        _show_material(pair, double("speed", speed), {}, options["yield_strength"], fields, style, gravity)
         return
     constants = _constants(of, stiffness, mass, speed, damping=damping)
     if constants is not None:
@@ -243,8 +263,13 @@ def epsilon(
             )
         in_doubles = exact.collision(kappa=repr(constants.kappa), digits=_IN_DOUBLES, law=of)
         numbers, units = constants.of(in_doubles.floats())
-        shown = in_doubles.decimals() | numbers
-        _show_numbers(shown, units, {"digits": _IN_DOUBLES, **fields}, style, line, *constants.lines)
+        shown, lines = in_doubles.decimals() | numbers, constants.lines
+        further: dict[str, Any] = {}
+        if gravity is not None:
+            g = double("gravity", gravity)
+            weighted, further, sentence = _falling(of, constants.kappa, g, *constants.scales)
+            shown, lines = shown | weighted, (*lines, sentence)
+        _show_numbers(shown, units, {"digits": _IN_DOUBLES, **fields}, style, line, *lines, **further)
         return
     given = (v_star is not None) + (kappa is not None) + (beta is not None and speed is not None)
     if given != 1 or (beta is None) != (speed is None):
@@ -262,6 +287,9 @@ def epsilon(
             accepted = f"a plain number, in {unit}" if unit else "a plain number"
             arguments.exact_number("beta", beta, f"{accepted}, for the law {of}", lambda _: True)
         collision = exact.collision(v_star, number, kappa=kappa, beta=beta, speed=speed, law=of)
+    if load is not None:
+        _show_load(collision, load, of, fields, style, line)
+        return
     units = {"beta": unit} if unit else {}
     _show_numbers(collision.decimals(), units, {"digits": collision.digits, **fields}, style, line)
 
@@ -272,7 +300,9 @@ def epsilon(
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed; then beta is printed, too.")
 @STIFFNESS
 @MASS
+@_LOAD
 @material("young_modulus", "poisson_ratio", "density", "yield_strength")
+@_GRAVITY
 @DIGITS_OPTION
 @with_law
 @STYLE
@@ -282,6 +312,8 @@ def invert(
     speed: str | None,
     stiffness: str | None,
     mass: str | None,
+    load: float | None,
+    gravity: str | None,
     digits: int,
     law: str,
     end: str | None,
@@ -296,8 +328,12 @@ def invert(
     --mass, it also prints the damping c of the force k x^A + c x^B x', the law's own damping constant, and the same two
     numbers. Quantities may have units, such as "1 cm/s"; plain numbers are in SI units. Every digit is proven, except
     for numbers of a material, or of a stiffness and a mass, which are in double precision.
+
+    With --load or --gravity the damping is the one that gives eps to a body whose weight acts during the contact. It is
+    sampled, in double precision.
     """
     from viscopade.collision import exact
+    from viscopade.collision.contact import Contact, damping_factor
     from viscopade.theory.law import law_of
 
     if (epsilon is None) == (one_minus_epsilon is None):
@@ -313,28 +349,45 @@ def invert(
     constants = _constants(of, stiffness, mass, speed)
     if constants is not None and pair is not None:
         raise click.UsageError("--stiffness and a material are given: accepted is one of them")
+    plain = pair is None and speed is None and constants is None
+    on_plane = constants is not None and speed is not None if pair is None else pair.second.is_wall
+    _check_weight(load, gravity, on_plane=on_plane, of_scaled=plain)
     collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=of)
     proven = collision.decimals()
     if pair is not None and speed is not None:
         precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, speed=speed)
-        constant = pair.dissipative_constant(precise.floats()["beta"])
-        _show_material(
-            pair.damped(constant),
-            double("speed", speed),
-            proven,
-            options["yield_strength"],
-            {"digits": digits, **fields},
-            style,
-        )
+        constant, v = pair.dissipative_constant(precise.floats()["beta"]), double("speed", speed)
+        g = 0.0 if gravity is None else double("gravity", gravity)
+        if g and constant:
+            wanted = precise.floats()["epsilon"]
+            constant = damping_factor(lambda a: pair.damped(a).contact(g), wanted, constant, speed=v)
+        known = {"digits": digits, **fields}
+        _show_material(pair.damped(constant), v, proven, options["yield_strength"], known, style, gravity)
+        return
+    if load is not None:
+        wanted, kappa = collision.floats()["epsilon"], collision.floats()["v_star"] ** of.d
+        if kappa:
+            kappa = damping_factor(lambda damping: Contact.of_law(of, damping, load), wanted, kappa)
+        _show_load(exact.collision(kappa=repr(kappa), digits=15, law=of), load, of, fields, style, line)
         return
     units = {} if speed is None else {"beta": _unit_of_beta(of)}
     lines: tuple[str, ...] = ()
+    further: dict[str, Any] = {}
     if constants is not None:
         floats = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, law=of).floats()
         constants = replace(constants, kappa=floats["v_star"] ** of.d)
+        g, wanted = 0.0 if gravity is None else double("gravity", gravity), floats["epsilon"]
+        if g and constants.kappa:
+            weight = g * constants.scales[1] ** 2 / constants.scales[0]
+            kappa = damping_factor(lambda damping: Contact.of_law(of, damping, weight), wanted, constants.kappa)
+            without = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=of)
+            constants, floats, proven = replace(constants, kappa=kappa), without.floats(), without.decimals()
         numbers, own_units = constants.of(floats)
         proven, units, lines = proven | numbers, units | own_units, constants.lines
-    _show_numbers(proven, units, {"digits": digits, **fields}, style, line, *lines)
+        if gravity is not None:
+            weighted, further, sentence = _falling(of, constants.kappa, g, *constants.scales)
+            proven, lines = proven | weighted, (*lines, sentence)
+    _show_numbers(proven, units, {"digits": digits, **fields}, style, line, *lines, **further)
 
 
 @dataclass(frozen=True)
@@ -361,6 +414,12 @@ class _Constants:
             found["contact_time"] = scaled["tau_c"] * law.time_scale(speed, **at), "s"
         numbers = {name: repr(float(value)) for name, (value, _) in found.items()}
         return numbers, {name: unit for name, (_, unit) in found.items() if unit}
+
+    @property
+    def scales(self) -> tuple[float, float]:
+        """Units of length and time of the scaled equation."""
+        speed, at = 1.0 if self.speed is None else self.speed, {"k": self.k, "mass": self.mass}
+        return self.law.length_scale(speed, **at), self.law.time_scale(speed, **at)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -416,6 +475,86 @@ def _in_unit(name: str, text: str, unit: str) -> float:
     )
 
 
+def _check_weight(load: float | None, gravity: str | None, *, on_plane: bool, of_scaled: bool) -> None:
+    """Refuse a load or gravity without what it acts on."""
+    if load is not None and not of_scaled:
+        raise click.UsageError(
+            "--load is that of the scaled equation: accepted with it is --kappa, --v-star or --epsilon alone; with a "
+            "material there is --gravity"
+        )
+    if gravity is None:
+        return
+    if double("gravity", gravity) < 0:
+        raise ValueError(f"gravity is {gravity}: accepted is a number >= 0")
+    if not on_plane:
+        raise click.UsageError(
+            "--gravity needs a body that falls on a plane: accepted with it is a material, --wall and --speed, or "
+            "--stiffness, --mass and --speed"
+        )
+
+
+def _falling(
+    law: Law, kappa: float, gravity: float, length: float, time: float
+) -> tuple[dict[str, str], dict[str, Any], str]:
+    """Return the numbers of a body that falls on a plane, what JSON says of them, and a sentence.
+
+    Length and time are the units of the scaled equation.
+    """
+    from viscopade.collision.contact import Contact
+
+    without = Contact.of_law(law, kappa).collide().epsilon
+    found = Contact.of_law(law, kappa, gravity * time**2 / length).collide()
+    numbers = {
+        "epsilon": found.epsilon,
+        "one_minus_epsilon": 1 - found.epsilon,
+        "x_max": found.depth,
+        "tau_c": found.duration,
+        "max_compression": found.depth * length,
+        "contact_time": found.duration * time,
+        "epsilon_without_weight": without,
+    }
+    texts = {name: repr(float(value)) for name, value in numbers.items()}
+    return texts, _sampled_json(found, "x_max", "tau_c"), _weight_line(found, without)
+
+
+def _weight_line(found: SampledCollision, without: float) -> str:
+    """Return the sentence on a collision with weight."""
+    if not found.parts:
+        return f"Sampled: with the weight the bodies do not part, eps is 0; without it eps is {without:.6g}."
+    error = found.errors["epsilon"]
+    return f"Sampled, with an error of some {error:.0e}: eps with the weight. Without it eps is {without:.6g}."
+
+
+def _show_load(
+    collision: exact.Collision, load: float, law: Law, context: dict[str, Any], style: str, line: str
+) -> None:
+    """Show a collision of the scaled equation with a load."""
+    from viscopade.collision.contact import Contact
+
+    without = collision.floats()
+    kappa = without["v_star"] ** law.d
+    found = Contact.of_law(law, kappa, load).collide()
+    numbers = {
+        "v_star": without["v_star"],
+        "kappa": kappa,
+        "load": load,
+        "epsilon": found.epsilon,
+        "x_max": found.depth,
+        "tau_c": found.duration,
+        "epsilon_without_load": without["epsilon"],
+    }
+    shown = {name: repr(float(value)) for name, value in numbers.items()}
+    further = _sampled_json(found, "x_max", "tau_c")
+    _show_numbers(shown, {}, context, style, line, _weight_line(found, without["epsilon"]), **further)
+
+
+def _sampled_json(found: SampledCollision, depth: str, duration: str) -> dict[str, Any]:
+    """Return whether the bodies part, and the errors of the numbers by their names in the output."""
+    names = {"epsilon": "epsilon", "depth": depth, "duration": duration}
+    errors = {name: found.errors[of] for of, name in names.items()}
+    return {"parts": found.parts, "status": found.status, "errors": errors}
+
+
 def _beta_and_speed(beta: str, speed: str) -> tuple[str, str | Fraction, str]:
     """Return the number of a beta, the speed in units that fit it, and the unit of beta: exact decimals both."""
     from viscopade import quantity
@@ -438,7 +577,13 @@ def _unit_of_beta(law: Law) -> str:
 
 
 def _show_material(
-    pair: Pair, speed: float, proven: dict[str, str], strength: str | None, context: dict[str, Any], style: str
+    pair: Pair,
+    speed: float,
+    proven: dict[str, str],
+    strength: str | None,
+    context: dict[str, Any],
+    style: str,
+    gravity: str | None = None,
 ) -> None:
     """Show the numbers of a collision in double precision, but for the proven ones, and where the model fails."""
     from viscopade.arrays import double as scaled
@@ -461,9 +606,16 @@ def _show_material(
         "max_compression": "m",
         "contact_time": "s",
     }
+    lines: list[str] = []
+    further: dict[str, Any] = {}
+    if gravity is not None:
+        scales = pair.length_scale(speed), pair.time_scale(speed)
+        proven, further, line = _falling(VISCOELASTIC, v_star**2, double("gravity", gravity), *scales)
+        lines = [line]
     warnings = limits_of(pair, speed, strength)
+    lines += [f"Warning: {text}." for text in warnings]
     shown = {name: repr(float(value)) for name, value in numbers.items()} | proven
-    _show_numbers(shown, units, context, style, *(f"Warning: {text}." for text in warnings), warnings=warnings)
+    _show_numbers(shown, units, context, style, *lines, warnings=warnings, **further)
 
 
 def _show_numbers(

@@ -526,12 +526,9 @@ def _exact(contact: Contact, speed: float) -> SampledCollision:
     motion, names = motions[0], ("epsilon", "depth", "duration")
     units = 1.0, motion.length, motion.length / motion.speed
     numbers = {name: value * unit for name, value, unit in zip(names, fine, units, strict=False)}
-    errors = {
-        name: (abs(one - other) if one != other else 0.0) * unit
-        + (fine[-1] + _ROUNDING * one + _ROUNDING / motion.start) * unit * (one < math.inf)
-        for name, one, other, unit in zip(names, fine, coarse, units, strict=False)
-    }
-    if fine[2] == coarse[2] == math.inf:
-        errors["epsilon"] = 0.0
+    errors = {}
+    for name, one, other, unit in zip(names, fine, coarse, units, strict=False):
+        rounding = 0.0 if fine[2] == math.inf and name != "depth" else fine[-1] + _ROUNDING * (one + 1 / motion.start)
+        errors[name] = unit * ((abs(one - other) if one != other else 0.0) + rounding)
     errors["least"] = errors["largest"] = errors["epsilon"]
     return SampledCollision(least=fine[0], largest=fine[0], parts=fine[2] < math.inf, errors=errors, **numbers)
