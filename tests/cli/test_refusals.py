@@ -234,6 +234,8 @@ BAD = [
         ("audit", "mujoco", "--speed", "1", "--time-step", "1e-9"),
         "time-step is 1e-09: accepted is 0.0002 to 10 contact times",
     ),
+    (("audit", "mujoco", "--speed", "1", "--gravity=-9.81"), "gravity is '-9.81': accepted is a number >= 0"),
+    (("audit", "mujoco", "--speed", "1", "--set", "condim=1", "--set", "condim=3"), "condim is set twice"),
     (("audit", "mujoco", "--speed", "1", "--gravity", "1 kg"), "gravity is '1 kg': accepted is an acceleration"),
     (("audit", "mujoco", "--speed", "1", "--scheme", "x"), "integrator is 'x': accepted is Euler, RK4"),
     (("audit", "mujoco", "--speed", "1", "--epsilon", "1"), "epsilon is '1': accepted is a number > 0 and < 1"),

@@ -161,13 +161,22 @@ def test_newton_damps_the_approach():
         assert float(formula.delivered(formula.kappa(mp.mpf(ratio)))) == pytest.approx(one, rel=1e-8)
 
 
+def test_newton_without_damping_has_the_default_of_mujoco():
+    solver = {"solver": "SolverMuJoCo"}
+    assert delivered("newton", {**solver, "kd": "0"}).collision == delivered("mujoco", {}).collision
+    instead = delivered("newton", {**solver, "ke": "7672", "kd": "0"}, epsilon=0.5).instead
+    found = delivered("newton", {**solver, "ke": "7672", **instead}, mass=5.0)
+    assert found.collision.epsilon == pytest.approx(0.5, abs=1e-8)
+
+
 def test_the_rule_of_xpbd():
     settings = {"solver": "SolverXPBD", "restitution": "0.4 0.6", "enable_restitution": "True"}
     assert delivered("newton", settings).collision.epsilon == 0.5
     assert delivered("newton", settings | {"enable_restitution": "False"}).collision.epsilon == 0
     falls = delivered("newton", settings, speed=0.015, gravity=EARTH, step=1e-3).collision
     assert (falls.epsilon, falls.parts) == (0, False)
-    assert delivered("newton", settings, epsilon=0.7).instead == {"restitution": "0.7"}
+    assert delivered("newton", settings, epsilon=0.7, gravity=EARTH).instead == {"restitution": "0.7"}
+    assert delivered("newton", settings, gravity=EARTH, step=1e-3).warnings == ()
 
 
 def test_stiff_contacts_of_drake_are_warned_of():
@@ -263,8 +272,13 @@ def test_wrong_formulas_get_one_line(formula):
 
 @pytest.mark.parametrize("formula", ["10**10**10", "x/0", "sqrt(-1)*x", "0", "-1e5*x"])
 def test_forces_that_stop_no_body_are_refused(formula):
-    with pytest.raises(ValueError, match="expected a function of compression and rate"):
+    with pytest.raises(ValueError, match="force stops no body of mass 1 at speed 1"):
         delivered(typed(formula, "force"), {}, mass=1.0)
+
+
+def test_steep_forces_are_integrated():
+    found = delivered(typed("x**40*1e100", "force"), {}, mass=1.0).collision
+    assert found.epsilon == pytest.approx(1, abs=1e-9)
 
 
 def test_a_typed_force_is_a_contact():

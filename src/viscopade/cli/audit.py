@@ -134,7 +134,7 @@ def _show_delivery(
     from viscopade.simulators.native import Impact, delivery
 
     title, version, native = _native(simulator, force, end)
-    given = dict(_setting(text) for text in settings) | ({} if scheme is None else {native.integrator: scheme})
+    given = _given([*settings, *([] if scheme is None else [f"{native.integrator}={scheme}"])])
     quantities["step"] = time_step and Quantity("time-step", "time").convert(time_step, None, None)
     numbers: Any = {
         name: None
@@ -145,7 +145,8 @@ def _show_delivery(
     }
     if numbers["speed"] is None:
         raise click.UsageError("--speed is missing: expected with it is the impact speed")
-    gravity = 0.0 if quantities["gravity"] is None else double("gravity", quantities["gravity"])
+    weight = quantities["gravity"] or "0"
+    gravity = float(arguments.exact_number("gravity", weight, "a number >= 0", lambda g: 0 <= g < 10**300))
     wanted = epsilon and float(arguments.exact_number("epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
     found = delivery(native, given, Impact(**numbers, gravity=gravity), wanted or None)
     collision, units = found.collision, found.units
@@ -188,11 +189,17 @@ def _native(simulator: str | None, force: str | None, end: End | None) -> tuple[
     return program.title, program.version, program.native
 
 
-def _setting(text: str) -> tuple[str, str]:
-    name, equals, value = text.partition("=")
-    if not equals:
-        raise click.UsageError(f'--set is {text!r}: accepted is NAME=VALUE, such as "solref=-2500 -100"')
-    return name.strip(), value.strip()
+def _given(settings: Sequence[str]) -> dict[str, str]:
+    """Return the texts of parameters by name."""
+    found: dict[str, str] = {}
+    for text in settings:
+        name, equals, value = map(str.strip, text.partition("="))
+        if not equals:
+            raise click.UsageError(f'--set is {text!r}: accepted is NAME=VALUE, such as "solref=-2500 -100"')
+        if name in found:
+            raise click.UsageError(f"{name} is set twice: accepted is once")
+        found[name] = value
+    return found
 
 
 def _words(values: Mapping[str, str]) -> str:
@@ -203,7 +210,8 @@ def _say_delivery(title: str, found: Delivery, native: Native, stepped: bool, ep
     """Print a delivery in words."""
     collision, units = found.collision, found.units
     between = f" ({collision.least:.4f} to {collision.largest:.4f}: where in a step contact begins)" if stepped else ""
-    say(f"{title}{': ' if title else ''}eps = {collision.epsilon:.{4 if stepped else 6}f}{between}, sampled")
+    epsilon_text = f"{collision.epsilon:.4f}{between}" if stepped else f"{collision.epsilon:.6g}"
+    say(f"{title}{': ' if title else ''}eps = {epsilon_text}, sampled")
     if not collision.parts:
         say("The bodies do not part: eps 0.")
     duration = f", duration {collision.duration:.4g} {units.time}" if collision.parts else ""

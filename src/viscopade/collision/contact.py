@@ -450,7 +450,10 @@ class _Motion:
             missing = at - v - h * (integrals @ rate)
             by_s, by_v = (rates[n : 2 * n] - rate) / nudge, (rates[2 * n :] - rate) / _NUDGE
             jacobian = np.eye(n) - h * (integrals * by_v) - h * h * ((integrals * by_s) @ integrals)
-            move = np.linalg.solve(jacobian, missing) if np.isfinite(missing).all() else missing
+            try:
+                move = np.linalg.solve(jacobian, missing) if np.isfinite(missing).all() else missing
+            except np.linalg.LinAlgError:  # of a piece that is too long for a steep force
+                move = np.full(n, np.inf)
             size = float(np.abs(move).max())
             at = at - move
             if size < _SOLVED * (1 + abs(v)) or not size < _ESCAPES:

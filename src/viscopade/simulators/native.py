@@ -355,7 +355,7 @@ def _of_step(native: Native, values: Values, hit: Impact) -> Iterable[str]:
     if duration and not 1 / _MOST_STEPS <= hit.step / duration <= _LONGEST_STEP:
         accepted = f"{1 / _MOST_STEPS:g} to {_LONGEST_STEP:g} contact times of {duration:.3g}"
         raise ValueError(f"time-step is {hit.step:.4g}: accepted is {accepted}; without one, steps are infinitely fine")
-    if hit.step > _LONG * duration:
+    if hit.step > _LONG * duration > 0:
         yield f"A contact has {duration / hit.step:.2g} time steps only: eps depends on where in a step it begins"
 
 

@@ -57,8 +57,8 @@ def _contact(values: Values, impact: Impact) -> Contact | Impulse:
         on = values["enable_restitution"] == "True"
         return Impulse(lambda phases: xpbd_rebounds(restitution if on else None, impact, phases))
     if solver == "SolverMuJoCo":
-        converted = {"solref": f"{2 / kd!r} {kd / 2 / math.sqrt(ke)!r}", "friction": str(sum(values["mu"]) / 2)}
-        return mujoco.NATIVE.contact(mujoco.NATIVE.values(converted), impact)
+        solref = {"solref": f"{2 / kd!r} {kd / 2 / math.sqrt(ke)!r}"} if kd > 0 else {}  # else it is MuJoCo's default
+        return mujoco.NATIVE.contact(mujoco.NATIVE.values({**solref, "friction": str(sum(values["mu"]) / 2)}), impact)
     mass = impact.effective_mass
     return Contact(lambda x, v: ke * x + kd * np.maximum(v, 0), mass, mass * g)
 
