@@ -24,8 +24,10 @@
  *     monotonic: eps falls with speed within each row; from one row to the next it rises by at most
  *         7.11e-13 min(eps, 1 - eps) (proven, rounding apart)
  *     type float: computed in type double, then rounded
- *     underflow: a subnormal result is off by half of the smallest number besides; where eps itself is
- *         no normal number of type double (v* > 2e92), rebound has the error of eps times speed
+ *     underflow: a subnormal result is off by half of the smallest number besides; where 1 - eps is
+ *         not a normal number of type double, dissipation is exactly twice the computed 1 - eps, and
+ *         so off by up to 1 of the smallest numbers besides; where eps itself is none (v* > 2e92),
+ *         rebound has the error of eps times speed
  *     where w is not in the table, assumed: sqrt rounds correctly; the results of cbrt and pow, in
  *         type float as well, are within 4 units in the last place (the largest errors known of
  *         glibc's are not larger)

@@ -20,8 +20,10 @@
  *         rounding of w does, at most 2e-16; elsewhere of at most 6e-15 for 1e-30 <= speed <= 1e30 and
  *         1.9e-14 for every other speed (proven)
  *     type float: computed in type double, then rounded
- *     underflow: a subnormal result is off by half of the smallest number besides; where eps itself is
- *         no normal number of type double (v* > 2e92), rebound has the error of eps times speed
+ *     underflow: a subnormal result is off by half of the smallest number besides; where 1 - eps is
+ *         not a normal number of type double, dissipation is exactly twice the computed 1 - eps, and
+ *         so off by up to 1 of the smallest numbers besides; where eps itself is none (v* > 2e92),
+ *         rebound has the error of eps times speed
  *     where w is not in the table, assumed: sqrt rounds correctly; the results of cbrt and pow, in
  *         type float as well, are within 4 units in the last place (the largest errors known of
  *         glibc's are not larger)

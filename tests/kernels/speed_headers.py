@@ -277,7 +277,7 @@ class Truth:
             share = np.where(self.eps > 0, absolute / np.where(self.eps > 0, self.eps, 1), 0)
             found = (relative + share) * true + (0 if given.full else 3 * spacing(true, kind))
         least = [2.0 * np.finfo(FORMS[form]).tiny, 2.0 * np.finfo(float).tiny] if flushed else [0.0, 2.0**-1074]
-        lost = least[0] + _underflow(given) * np.longdouble(least[1])
+        lost = least[0] + _underflow(given, function) * np.longdouble(least[1])
         found = found + lost * (1 + (self.speed if function == "rebound" else 0)) + 2.0**-57 * true
         if kind is not FORMS[form]:
             found = found + spacing(true, FORMS[form]) / 2 * (1 + 2.0**-20)
@@ -306,9 +306,11 @@ def in_table(given, form, values, beta):
     return (w >= 2.0**given.first) & (w < 2.0**given.end) & (scale >= np.finfo(kind).tiny)
 
 
-def _underflow(given):
+def _underflow(given, function):
     """What underflow adds beyond the table, in numbers of the smallest size."""
-    return _slow(given)[2] if "underflow: adds" in given.text else 4
+    if function == "dissipation":
+        return given.number(r"and so off by up to (\S+) of the smallest numbers")
+    return _slow(given)[2] if "underflow: adds" in given.text else 0.5
 
 
 def _slow(given):

@@ -140,6 +140,9 @@ def inputs(tier, form, number=4000):
     speeds = np.concatenate([float(limits.max) * end, float(limits.smallest_subnormal) * (1 + 40 * end)])
     w = np.exp2(generator.uniform(given.first - 2, given.end + 2, speeds.size)).astype(np.longdouble)
     pairs.append((speeds, ((w / speeds) ** (np.longdouble(1) / 5)).astype(kind)))
+    # 1 - eps is subnormal, or next to it: nearly beta. The first is off by 0.84 of the smallest numbers.
+    small = generator.integers(1, 2 * bits(form, [limits.tiny])[0], number, dtype=integers_of(form)).view(kind)
+    pairs.append((np.ones_like(small), np.append(small[1:], kind(9.9998886718268301e-321))))
     anything = generator.integers(1, bits(form, [math.inf])[0], (2, number), dtype=integers_of(form)).view(kind)
     pairs.append((anything[0], anything[1]))
     return together(form, pairs)

@@ -39,7 +39,7 @@ class Beyond(NamedTuple):
     of_loss: Fraction
     """Relative rounding errors of eps and of 1 - eps."""
     underflow: Fraction
-    """Error besides, in the smallest numbers."""
+    """Error of eps and of 1 - eps besides, in the smallest numbers."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class SpeedKernel:
         """What is stated where w is not in the table."""
         if self.slow is None:
             eps, loss = (last_place.largest_ulp(of) for of in last_place.FUNCTIONS)
-            return Beyond(Fraction(0), eps * Fraction(DOUBLE.epsilon), loss * Fraction(DOUBLE.epsilon), Fraction(1))
+            return Beyond(Fraction(0), eps * Fraction(DOUBLE.epsilon), loss * Fraction(DOUBLE.epsilon), Fraction(1, 2))
         variant = self.slow.variant(DOUBLE)
         eps, loss = (Fraction(variant.rounding(of)) for of in last_place.FUNCTIONS)
         return Beyond(variant.error, eps, loss, max(Fraction(size.underflow) for _, size in variant.sizes))

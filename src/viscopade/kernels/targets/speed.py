@@ -182,7 +182,7 @@ def _head(given: SpeedKernel, command: str) -> list[str]:
 def _facts(given: SpeedKernel) -> list[str]:
     table = given.table
     bounds = _full_bounds(given, table) if isinstance(table, LastPlaceTable) else _bounds(given, table)
-    return [_formula(given), *bounds, _UNDERFLOW, f"where w is not in the table, {assumed('cbrt and pow')}"]
+    return [_formula(given), *bounds, _underflow(given), f"where w is not in the table, {assumed('cbrt and pow')}"]
 
 
 def _formula(given: SpeedKernel) -> str:
@@ -224,10 +224,15 @@ def _rise(table: Table) -> str:
 
 _CONVERTED = "type float: computed in type double, then rounded"
 _BEYOND = "type float: where w is not in the table, computed in type double, then rounded"
-_UNDERFLOW = (
-    "underflow: a subnormal result is off by half of the smallest number besides; where eps itself is no normal number "
-    "of type double (v* > 2e92), rebound has the error of eps times speed"
-)
+
+
+def _underflow(given: SpeedKernel) -> str:
+    return (
+        "underflow: a subnormal result is off by half of the smallest number besides; where 1 - eps is not a normal "
+        "number of type double, dissipation is exactly twice the computed 1 - eps, and so off by up to "
+        f"{at_most(2 * given.beyond.underflow)} of the smallest numbers besides; where eps itself is none (v* > 2e92), "
+        "rebound has the error of eps times speed"
+    )
 
 
 def _full_bounds(given: SpeedKernel, table: LastPlaceTable) -> list[str]:

@@ -521,6 +521,7 @@ def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float,
     inner, converted = inner if within else DOUBLE, form == FLOAT and not (within and FLOAT in kernel.formats)
     factor = Fraction(speed) if kind == "rebound" else Fraction(1)
     value = _above(_value(p, kind)) * factor
+    underflow = beyond.underflow * (2 if kind == "dissipation" else factor)  # (1 + eps) (1 - eps), eps speed
     # Units in the last place are those of the result, which may be beyond a power of two that the exact value is below.
     last = inner.ulp(value * (1 + of_w(inner)))
     if within and isinstance(table, LastPlaceTable):
@@ -539,7 +540,7 @@ def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float,
         error = (beyond.formula + of_v_star() + of_both) * value + LAST_ULPS * last
     if converted:
         error += form.ulp(value + error) / 2
-    return error + form.smallest / 2 + beyond.underflow * DOUBLE.smallest * factor
+    return error + form.smallest / 2 + underflow * DOUBLE.smallest
 
 
 def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float) -> float | None:
