@@ -133,9 +133,7 @@ def _restitution_slopes(eps, speed, beta, along_speed, along_beta):
 
 
 def _rebound_slopes(eps, speed, beta, along_speed, along_beta):
-    return eps + jnp.where(along_beta == 0, 0.0, along_beta * beta / 5.0), jnp.where(
-        along_beta == 0, 0.0, speed * along_beta
-    )
+    return eps + jnp.where(along_beta == 0, 0.0, along_beta * beta / 5.0), jnp.where(along_beta == 0, 0.0, speed * along_beta)
 
 
 def _dissipation_slopes(eps, speed, beta, along_speed, along_beta):
@@ -228,7 +226,9 @@ def _parts_compact_1em3(speed, beta):
 def _slope_compact_1em3(speed, beta):
     """Return -d eps/d ln y / y^6."""
     w = _w(speed, beta)
-    (thirtieth, a0, a9, a19, b0, b6, b15, p9, p19, q6, q15) = _COMPACT_1EM3[w.dtype.name]
+    (
+        thirtieth, a0, a9, a19, b0, b6, b15, p9, p19, q6, q15
+    ) = _COMPACT_1EM3[w.dtype.name]
     y = _root(w, thirtieth)
     y2 = y * y
     y3 = y2 * y
@@ -245,7 +245,9 @@ def _slope_compact_1em3(speed, beta):
 
 
 _kernel = _COMPACT_1EM3, _parts_compact_1em3, _slope_compact_1em3
-restitution_compact_1em3 = _function("restitution_compact_1em3", "eps", _kernel, _restitution, _restitution_slopes)
+restitution_compact_1em3 = _function(
+    "restitution_compact_1em3", "eps", _kernel, _restitution, _restitution_slopes
+)
 rebound_compact_1em3 = _function(
     "rebound_compact_1em3", "eps speed, the speed after the collision", _kernel, _rebound, _rebound_slopes
 )
@@ -325,7 +327,9 @@ def _parts_compact_1em5(speed, beta):
 def _slope_compact_1em5(speed, beta):
     """Return -d eps/d ln y / y^6."""
     w = _w(speed, beta)
-    (thirtieth, a0, a4, a12, a19, b0, b4, b6, b8, b15, p4, p12, p19, q4, q6, q8, q15) = _COMPACT_1EM5[w.dtype.name]
+    (
+        thirtieth, a0, a4, a12, a19, b0, b4, b6, b8, b15, p4, p12, p19, q4, q6, q8, q15
+    ) = _COMPACT_1EM5[w.dtype.name]
     y = _root(w, thirtieth)
     y2 = y * y
     y4 = y2 * y2
@@ -342,7 +346,9 @@ def _slope_compact_1em5(speed, beta):
 
 
 _kernel = _COMPACT_1EM5, _parts_compact_1em5, _slope_compact_1em5
-restitution_compact_1em5 = _function("restitution_compact_1em5", "eps", _kernel, _restitution, _restitution_slopes)
+restitution_compact_1em5 = _function(
+    "restitution_compact_1em5", "eps", _kernel, _restitution, _restitution_slopes
+)
 rebound_compact_1em5 = _function(
     "rebound_compact_1em5", "eps speed, the speed after the collision", _kernel, _rebound, _rebound_slopes
 )
@@ -402,7 +408,8 @@ def _parts_compact_1em7(speed, beta):
     y8 = y4 * y4
     y12 = y6 * y6
     elastic = b0 + y6 * (b6 + y2 * (b8 + y * (b9 + y * (b10 + y12 * b22))))
-    lost = y6 * (a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y * (a18 + y8 * a26))))))
+    lost = y6 * (a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y * (a18 + y8 \
+        * a26))))))
     return elastic, lost
 
 
@@ -410,31 +417,8 @@ def _slope_compact_1em7(speed, beta):
     """Return -d eps/d ln y / y^6."""
     w = _w(speed, beta)
     (
-        thirtieth,
-        a0,
-        a6,
-        a12,
-        a13,
-        a17,
-        a18,
-        a26,
-        b0,
-        b6,
-        b8,
-        b9,
-        b10,
-        b22,
-        p6,
-        p12,
-        p13,
-        p17,
-        p18,
-        p26,
-        q6,
-        q8,
-        q9,
-        q10,
-        q22,
+        thirtieth, a0, a6, a12, a13, a17, a18, a26, b0, b6, b8, b9, b10, b22, p6, p12, p13, p17, p18, p26,
+        q6, q8, q9, q10, q22
     ) = _COMPACT_1EM7[w.dtype.name]
     y = _root(w, thirtieth)
     y2 = y * y
@@ -442,17 +426,21 @@ def _slope_compact_1em7(speed, beta):
     y6 = y4 * y2
     y8 = y4 * y4
     y12 = y6 * y6
-    top = a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y * (a18 + y8 * a26)))))
+    top = a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y * (a18 + y8 * \
+        a26)))))
     elastic = b0 + y6 * (b6 + y2 * (b8 + y * (b9 + y * (b10 + y12 * b22))))
     inverse = 1.0 / (elastic + y6 * top)
-    rising = (6.0 * top + y6 * (p6 + y6 * (p12 + y * (p13 + y4 * (p17 + y * (p18 + y8 * p26)))))) * inverse
+    rising = (6.0 * top + y6 * (p6 + y6 * (p12 + y * (p13 + y4 * (p17 + y * (p18 + \
+        y8 * p26)))))) * inverse
     falling = y6 * (q6 + y2 * (q8 + y * (q9 + y * (q10 + y12 * q22)))) * inverse
     slope = elastic * inverse * rising + top * inverse * falling
     return slope
 
 
 _kernel = _COMPACT_1EM7, _parts_compact_1em7, _slope_compact_1em7
-restitution_compact_1em7 = _function("restitution_compact_1em7", "eps", _kernel, _restitution, _restitution_slopes)
+restitution_compact_1em7 = _function(
+    "restitution_compact_1em7", "eps", _kernel, _restitution, _restitution_slopes
+)
 rebound_compact_1em7 = _function(
     "rebound_compact_1em7", "eps speed, the speed after the collision", _kernel, _rebound, _rebound_slopes
 )

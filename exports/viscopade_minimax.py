@@ -130,9 +130,8 @@ def epsilon_minimax_v5_1em5(v_star: float) -> float:
     b6 = 0.31690988335383063
     b7 = 0.00656652290549904
     numerator = a0 + v_star * (a1 + v_star * (a2 + v_star * a3))
-    denominator = b0 + v_star * (
-        b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + v_star * (b5 + v_star * (b6 + v_star * b7)))))
-    )
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * (b5 + v_star * (b6 + v_star * b7))))))
     return numerator / denominator
 
 
@@ -165,16 +164,11 @@ def epsilon_minimax_v5_1em8(v_star: float) -> float:
     b7 = 0.4127155261684556
     b8 = 0.2501046122460647
     b9 = 0.014178292218607814
-    numerator = a0 + v_star * (a1 + v_star * (a2 + v_star * (a3 + v_star * (a4 + v_star * (a5 + v_star * a6)))))
-    denominator = b0 + v_star * (
-        b1
-        + v_star
-        * (
-            b2
-            + v_star
-            * (b3 + v_star * (b4 + v_star * (b5 + v_star * (b6 + v_star * (b7 + v_star * (b8 + v_star * b9))))))
-        )
-    )
+    numerator = a0 + v_star * (a1 + v_star * (a2 + v_star * (a3 + v_star * (a4 + \
+        v_star * (a5 + v_star * a6)))))
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * (b5 + v_star * (b6 + v_star * (b7 + v_star * (b8 + v_star * \
+        b9))))))))
     return numerator / denominator
 
 

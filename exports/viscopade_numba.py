@@ -412,7 +412,8 @@ def _parts_compact_1em7(w):
     y8 = y4 * y4
     y12 = y6 * y6
     elastic = b0 + y6 * (b6 + y2 * (b8 + y * (b9 + y * (b10 + y12 * b22))))
-    lost = y6 * (a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y * (a18 + y8 * a26))))))
+    lost = y6 * (a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y * (a18 + y8 \
+        * a26))))))
     return elastic, lost
 
 

@@ -109,7 +109,7 @@ def epsilon_pade_0_3(v_star: float) -> float:
     a0 = 1.0
     b0 = 1.0
     b2 = 1.1534488580952889
-    if v_star > 4.189939978107062e152:
+    if v_star > 4.189939978107062e+152:
         u = 1.0 / v_star
         numerator = a0
         denominator = b2 + u * (u * b0)
@@ -140,7 +140,7 @@ def epsilon_pade_1_4(v_star: float) -> float:
     b2 = 1.1534488580952889
     b3 = 0.5779767884703146
     b4 = 0.5321777072965302
-    if v_star > 1.4474011154664524e76:
+    if v_star > 1.4474011154664524e+76:
         u = 1.0 / v_star
         numerator = a1 + u * a0
         denominator = b4 + u * (b3 + u * (b2 + u * (b1 + u * b0)))
@@ -176,7 +176,8 @@ def epsilon_pade_2_5(v_star: float) -> float:
     b4 = 0.38402346711847424
     b5 = 0.027908358546136082
     numerator = a0 + v_star * (a1 + v_star * a2)
-    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + v_star * b5))))
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * b5))))
     if denominator <= 0.0:
         raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
     return numerator / denominator
@@ -203,7 +204,7 @@ def epsilon_pade_3_6(v_star: float) -> float:
     b4 = 1.1944857091713306
     b5 = 0.46727287981594157
     b6 = 0.23558522186995282
-    if v_star > 7.482888383134223e50:
+    if v_star > 7.482888383134223e+50:
         u = 1.0 / v_star
         numerator = a3 + u * (a2 + u * (a1 + u * a0))
         denominator = b6 + u * (b5 + u * (b4 + u * (b3 + u * (b2 + u * (b1 + u * b0)))))
@@ -211,7 +212,8 @@ def epsilon_pade_3_6(v_star: float) -> float:
             raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
         return numerator / denominator * u * u * u
     numerator = a0 + v_star * (a1 + v_star * (a2 + v_star * a3))
-    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + v_star * (b5 + v_star * b6)))))
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * (b5 + v_star * b6)))))
     if denominator <= 0.0:
         raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
     return numerator / denominator
