@@ -129,9 +129,11 @@ PRELUDE = """\
 #ifndef VISCOPADE_INLINE
 #if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
 #error "viscopade: C99 or later is needed; accepted is GNU's C89, too (-std=gnu89)"
+#elif defined(__SIZEOF_DOUBLE__) && __SIZEOF_DOUBLE__ != 8
+#error "viscopade: the bounds are for a double of 64 bits (on AVR, with -mdouble=64)"
 #else
-/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
-typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
+/* Not with -fsingle-precision-constant: it would break the bounds. */
+typedef char viscopade_needs_constants_of_type_double[sizeof(0.0) == 8 ? 1 : -1];
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
