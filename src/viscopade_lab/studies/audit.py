@@ -30,7 +30,7 @@ LAWS = ("viscoelastic", "tsuji", "linear", "hunt-crossley:1")
 OTHER_SCHEMES = (
     ("linear", "linear, Runge-Kutta (MuJoCo's RK4)", RUNGE_KUTTA),
     ("linear", "linear, implicit (Drake's sap)", IMPLICIT),
-    ("hunt-crossley:1", "hunt-crossley, implicit (Drake's lagged)", IMPLICIT),
+    ("hunt-crossley:1", "hunt-crossley:1, implicit (Drake's lagged)", IMPLICIT),
 )
 COARSE = 10  # steps in a contact
 ENDS = {"force": "force = 0", "return": "$x = 0$"}
@@ -192,7 +192,7 @@ def _spread(found: list[float]) -> list[str]:
 def steps_table() -> str:
     """Return the table of laws: slope, range at `STEP`, and the number of steps for `ERROR`."""
     head = ["law", "contact ends at", "$s$", f"mean at $t = {STEP}$", "least", "largest", "steps for 1 %"]
-    rows = [_steps(law, name, name.partition(":")[0]) for name in LAWS for law in _with_ends(name)]
+    rows = [_steps(law, name, name) for name in LAWS for law in _with_ends(name)]
     others = (_steps(law_of(name), name, words, scheme) for name, words, scheme in OTHER_SCHEMES)
     return markdown(head, [*rows, *others])
 
@@ -214,10 +214,9 @@ def _steps(law: Law, name: str, words: str, scheme: Scheme = SEMI_IMPLICIT) -> l
     formula = DampingFormula(name, law, "kappa", mp.mpf, ("0", "1e6"), "exact", "", scheme=scheme)
     advice = advised(formula, kappa, wanted, ERROR)
     assert advice is not None
-    slope = 0.0 if abs(advice.slope) < 1e-5 else advice.slope
     contact_ends = ENDS[law.end] if law.nu > 1 else "both"
     values = (f"{value:.4f}" for value in (found.epsilon, found.least, found.largest))
-    return [words, contact_ends, f"{slope:.3f}", *values, f"{1 / advice.largest_step:.0f}"]
+    return [words, contact_ends, f"{advice.slope:.3f}", *values, f"{1 / advice.largest_step:.0f}"]
 
 
 def sources_table() -> str:
