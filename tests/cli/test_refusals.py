@@ -195,6 +195,24 @@ BAD = [
     (("table", "--dissipative-constant", "1"), "needs a material"),
     (("table", "--epsilon", "0.5", "--speed", "1", "--program", "nothing"), "nothing"),
     (("table", "--pade", "1/1"), "does not exist"),
+    (("table", "--gravity", "9.81"), "--gravity needs a sphere and a plane"),
+    (("table", "--beta", "1", "--gravity", "9.81"), "--gravity needs a sphere and a plane"),
+    (("table", *MATERIAL, "--epsilon", "0.5", "--speed", "1", "--gravity", "9.81"), "a material with --wall, or a"),
+    (("table", *MATERIAL, "--dissipative-constant", "1e-5", "--wall", "--gravity", "-1"), "gravity is -1: accepted is"),
+    (
+        ("table", *MATERIAL, "--dissipative-constant", "1e-5", "--wall", "--gravity", "9", "--pade", "3/6"),
+        "--pade and --gravity are given: accepted is one of them",
+    ),
+    (
+        ("table", *MATERIAL, "--dissipative-constant", "1e-5", "--wall", "--gravity", "9", "--points", "101"),
+        "points is 101: accepted with --gravity is up to 100",
+    ),
+    (("simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--gravity", "9"), "gravity needs the contact's dur"),
+    (("simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--gravity", "0"), "gravity is 0: accepted is a num"),
+    (
+        ("simulators", "lammps", *MATERIAL, "--epsilon", "0.5", "--speed", "1", "--gravity", "9.81"),
+        "--gravity needs a sphere and a plane: accepted with it is --wall",
+    ),
     (
         (
             "simulators",

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import viscopade as vp
-from tests.cli import printed
+from tests.cli import json_of, printed
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -129,3 +129,63 @@ def test_eps_at_a_speed_and_a_constant_are_the_same_material():
     )
     assert line.findall(by_epsilon) == line.findall(by_constant)
     assert "hertz/material 10000000 82310.17196" in by_epsilon
+
+
+# --- weight -----------------------------------------------------------------------------------------------------------
+
+DROPPED = (*MATERIAL, "--wall", "--epsilon", "0.5", "--speed", "0.1")
+
+
+def test_files_say_what_weight_does(tmp_path):
+    for target in TARGETS[3:]:
+        text = printed("simulators", target, *DROPPED)
+        assert "ball-wall: weight: g t_c/v = 0.36 at 0.1 m/s with g = 9.81 m/s^2" in text
+        assert (
+            "Warning: ball-wall: a body that falls on a plane at 0.1 m/s rebounds with eps = 0.3607 (sampled)" in text
+        )
+        assert "weight: none in contacts of bodies that both fall" in printed(
+            "simulators", target, *MATERIAL, "--epsilon", "0.5", "--speed", "0.1"
+        )
+    own = printed("simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--contact-time", "31 ms")
+    assert "eps = 0.4482 (sampled), without weight 0.5000; below 0.0404 m/s it stays down, eps = 0" in own
+    scene = printed("scene", EXAMPLES / "rubber.toml", "--no-check")
+    assert "unhappy-floor: weight: g t_c/v = 0.006 and 1.3 at 4.4 and 0.05 m/s" in scene
+    assert "Warning: unhappy-floor: a body that falls" in scene
+    centimetres = printed("simulators", "yade", EXAMPLES / "glass_beads.toml")  # in the units of the scene
+    assert "0.025 at 100 and 1 cm/s with g = 981 cm/s^2" in centimetres
+
+
+def test_files_for_a_body_that_falls():
+    """By another route: the parameters of the file, audited with the weight."""
+    text = printed(
+        "simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--contact-time", "31 ms", "--gravity", 9.81
+    )
+    (solref,) = set(re.findall(r'solref="(.*?)"', text))
+    found = json_of(
+        "audit", "mujoco", "--set", f"solref={solref}", "--set", "solimp=0.9 0.9 0.001", "--speed", 1, "--gravity", 9.81
+    )
+    assert found["delivered"] == pytest.approx(0.5, abs=1e-9)
+    # with the time step, too
+    words = ("--epsilon", "0.5", "--speed", "1", "--contact-time", "31 ms", "--gravity", 9.81, "--time-step", "1 ms")
+    (solref,) = set(re.findall(r'solref="(.*?)"', printed("simulators", "mujoco", *words)))
+    words = ("--set", "solimp=0.9 0.9 0.001", "--speed", 1, "--gravity", 9.81, "--time-step", "1 ms")
+    assert json_of("audit", "mujoco", "--set", f"solref={solref}", *words)["delivered"] == pytest.approx(0.5, abs=1e-6)
+    # of a material: the A that delivers eps to the sphere that falls
+    (constant,) = set(re.findall(r"A = (\S+) s, beta", printed("simulators", "lammps", *DROPPED, "--gravity", "9.81")))
+    table = json_of(
+        "table", *MATERIAL, "--wall", "--dissipative-constant", constant, "--gravity", 9.81, "--from", 0.1, "--to", 1
+    )
+    assert table["curves"][0]["epsilon"][0] == pytest.approx(0.5, abs=1e-6)
+    assert table["status"] == "sampled"
+
+
+def test_tables_of_bodies_that_fall():
+    words = ("table", *DROPPED, "--gravity", "9.81", "--from", "1 cm/s", "--to", "10 cm/s", "--points", "2")
+    found = json_of(*words, "--law", "linear", "--program", "jaxdem")
+    assert [curve["epsilon"][0] for curve in found["curves"]] == [0, 0, 0]
+    assert found["curves"][0]["epsilon"][1] == pytest.approx(0.5, abs=1e-9)
+    assert found["curves"][1]["epsilon"][1] < found["curves"][2]["epsilon"][1] < 0.57
+    assert "it stays down, eps = 0.\n" in printed(*words)
+    scene = json_of("table", EXAMPLES / "rubber.toml", "--gravity", "9.81", "--points", "2")
+    assert [curve["name"] for curve in scene["curves"]] == ["happy-floor", "unhappy-floor"]
+    assert scene["curves"][1]["epsilon"] == [0, pytest.approx(0.1181, abs=1e-4)]

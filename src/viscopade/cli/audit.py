@@ -90,6 +90,7 @@ def _show_audits(
     style: str,
 ) -> None:
     """Print what the formulas of one simulator, or of all, deliver."""
+    from viscopade.collision.weight import rule
     from viscopade.simulators.audit import ASKED
 
     unit = 1.0 if contact_time is None else double("contact-time", contact_time)
@@ -112,6 +113,7 @@ def _show_audits(
     if style == "text":
         for line in refused:
             say(line)
+        say(f"{rule(row.formula.law for row in found)}.")
     if style == "text" and time_step is not None:
         for line in _integrators(found):
             say(line)

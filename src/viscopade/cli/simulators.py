@@ -53,6 +53,9 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 @click.option("--mass", type=Quantity("mass", "mass"), help="Effective mass, m1 m2/(m1 + m2).")
 @click.option("--time-step", type=Quantity("time-step", "time"), help="Time step for which the damping makes up.")
 @click.option("--step-error", type=Real("step-error"), help="Error of eps, for the longest time step.  [default: 0.01]")
+@click.option(
+    "--gravity", type=Quantity("gravity", "acceleration"), help="eps is that of a body that falls on a plane."
+)
 @click.option("--tier", type=click.Choice(TIERS), help="Accuracy of the kernel for REBOUND.  [default: 1e-5]")
 @OUTPUT
 def simulators_command(target: str, file: Path | None, tier: str | None, output: Path | None, **options: Any) -> None:
@@ -64,6 +67,9 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
     MuJoCo, Drake, Simbody (OpenSim), Chrono and JaxDEM have contacts of their own, whose damping is exact at one speed.
     Give a scene or a material, too, or just --epsilon and --speed. --stiffness, --contact-time or --penetration sets
     how soft contacts are; without them they last as long as the viscoelastic ones.
+
+    With --gravity a body that falls on a plane gets eps at --speed: its weight presses it down during the contact, and
+    it loses more. The direction of impact is normal to the plane. Between two spheres that fall there is no weight.
 
     Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
     """
@@ -80,7 +86,8 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
         raise click.UsageError(
             f"--tier is given for {target}, which computes the force: accepted is rebound-c or rebound-python"
         )
-    found = _given(file, **options)
+    gravity = options.pop("gravity")
+    found = _given(file, None if gravity is None else double("gravity", gravity), **options)
     if target in of_soft:
         text = _soft_text(target, found, words, soft)
     elif found.setup is not None:
@@ -102,10 +109,12 @@ class _Given:
     epsilon: float | None = None
     speed: float = 1.0
     speeds: tuple[float, float] | None = None
+    gravity: float | None = None
 
 
 def _given(
     file: Path | None,
+    gravity: float | None,
     epsilon: float | None,
     speed: str | None,
     speeds: tuple[str, str] | None,
@@ -114,6 +123,8 @@ def _given(
 ) -> _Given:
     from viscopade.scene import units
 
+    if gravity is not None and not gravity > 0:
+        raise ValueError(f"gravity is {gravity:g}: accepted is a number > 0")
     constant = options["dissipative_constant"]
     without = {name: value for name, value in options.items() if name != "dissipative_constant"}
     has_material = bool(without["radii"]) or any(value not in (None, False, ()) for value in without.values())
@@ -123,7 +134,7 @@ def _given(
                 "a scene and a material are given: accepted is either a scene or a material with --speed"
             )
         scene = read_scene(file)
-        return _Given(units.setup(scene), scene)
+        return _Given(units.setup(scene, gravity), scene)
     if (epsilon is None) == (constant is None):
         given = "neither" if constant is None else "both"
         raise click.UsageError(
@@ -137,8 +148,8 @@ def _given(
     if ends is not None and not 0 < ends[0] <= v <= ends[1]:
         raise ValueError(f"speeds are {ends[0]:g} and {ends[1]:g} m/s: accepted is 0 < MIN <= {v:g} <= MAX")
     if not has_material and constant is None and yield_strength is None:
-        return _Given(None, None, epsilon, v, ends)
-    return _Given(_setup_of_material(epsilon, v, ends, yield_strength, options))
+        return _Given(None, None, epsilon, v, ends, gravity)
+    return _Given(_setup_of_material(epsilon, v, ends, yield_strength, gravity, options))
 
 
 def _setup_of_material(
@@ -146,18 +157,22 @@ def _setup_of_material(
     speed: float,
     speeds: tuple[float, float] | None,
     yield_strength: str | None,
+    gravity: float | None,
     options: dict[str, Any],
 ) -> Setup:
-    """Return one pair of bodies with the given A, or with the A that gives the wanted eps."""
+    """Return one pair of bodies with the given A, or with the A that gives eps, with gravity to a body that falls."""
+    from viscopade.collision.weight import calibrated
     from viscopade.simulators.setup import of_pair
 
     constant = options["dissipative_constant"]
     pair = pair_of(**options | {"dissipative_constant": 0.0 if constant is None else constant})
     assert pair is not None  # some of its options are given
+    if gravity is not None and not pair.second.is_wall:
+        raise click.UsageError("--gravity needs a sphere and a plane: accepted with it is --wall")
     if epsilon is not None:
-        pair = pair.calibrated(speed, epsilon)
+        pair = pair.calibrated(speed, epsilon) if gravity is None else calibrated(pair, speed, epsilon, gravity)
     fastest = speed if speeds is None else speeds[1]
-    return of_pair(pair, speed, speeds, tuple(limits_of(pair, fastest, yield_strength)))
+    return of_pair(pair, speed, speeds, tuple(limits_of(pair, fastest, yield_strength)), gravity)
 
 
 def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> str:
@@ -187,13 +202,13 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     softness = Softness(soft["stiffness"], time, length)
     if found.setup is None:
         assert found.epsilon is not None
-        wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, mass)]
+        wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, mass, found.gravity)]
         opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s"], SI
     else:
         if mass is not None:
             raise click.UsageError("--mass and bodies with masses are given: accepted is one of them")
-        wanted = [Wanted.of(contact) for contact in found.setup.contacts]
-        opening, units = found.setup.opening, found.setup.units
+        wanted = [Wanted.of(contact, found.setup.weighty) for contact in found.setup.contacts]
+        opening, units = found.setup.heading, found.setup.units
     return render_own_law(
         target,
         wanted,

@@ -31,11 +31,14 @@ from viscopade.cli.writer import check_targets, write_all
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
-    from viscopade.plots.speeds import SpeedCurve
+    from viscopade.plots.speeds import SpeedCurve, Weight
 
+_NO_FALL = "--gravity needs a sphere and a plane: accepted with it is a material with --wall, or a scene with a wall"
 _FIGURES = 6  # of a number in a table
 _MOST_ROWS = 10_000
 _DRAWN = 160  # points of a curve
+_DRAWN_WITH_WEIGHT = 64  # each takes some 20 ms
+_MOST_WITH_WEIGHT = 100
 
 
 def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
@@ -52,6 +55,7 @@ def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
             click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Law of contact; repeatable."),
             click.option("--pade", "approximants", type=Degrees(), multiple=True, help="Approximant; repeatable."),
             click.option("--program", "programs", multiple=True, help="Program of `viscopade audit`; repeatable."),
+            click.option("--gravity", type=Quantity("gravity", "acceleration"), help="Weight of a body on a plane."),
         )
     ):
         command = option(command)
@@ -68,6 +72,10 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
     Give a scene as FILE, or a material, or --beta, or --epsilon with --speed. With --speed (or the scene's own speed),
     each --law has the same eps there, and each --program is asked for it. Quantities may have units, such as "1 cm/s";
     plain numbers are in SI units. Without spheres, eps is drawn over v*, from --from to --to, with each --pade.
+
+    With --gravity the sphere falls on a wall (a material with --wall, or a scene), and its weight acts during the
+    contact: eps is 0 where it stays down. --epsilon is that with the weight. Contacts of --law and --program last as
+    long as the viscoelastic one at --speed, and have its eps there without weight.
     """
     need("plot", "matplotlib", *(["scipy"] if data is not None else []))
     kind = picture_kind("--output", output)
@@ -89,7 +97,8 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
         points = read.recording([(files.content(data, "CSV or a spreadsheet"), str(data))]).points
     words = shlex.join(["viscopade", "plot", *([] if file is None else [file.name])])
     over = {"over": sheet.V_STAR} if of_v_star else {}
-    draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, _DRAWN), points, **over)
+    number = _DRAWN if options["gravity"] is None else _DRAWN_WITH_WEIGHT
+    draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, number), points, **over)
     write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind)})
     click.echo(f"wrote {output}")
     for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"]):
@@ -103,18 +112,23 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
 def table_command(points: int | None, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v* if no spheres are given.
 
-    The options are those of `viscopade plot`. For a material the table also has the duration of contact and the maximal
-    compression. All numbers are in SI units and in double precision.
+    The options are those of `viscopade plot`. For a material without --gravity the table also has the duration of
+    contact and the maximal compression. All numbers are in SI units and in double precision.
     """
     import numpy as np
 
+    from viscopade.collision.weight import falling
+
     curves, ends, pair, of_v_star = _curves(**options)
+    if options["gravity"] is not None and points is not None and points > _MOST_WITH_WEIGHT:
+        raise ValueError(f"points is {points}: accepted with --gravity is up to {_MOST_WITH_WEIGHT}")
     number = max(2, round(3 * float(np.log10(ends[1] / ends[0]))) + 1) if points is None else points
     speeds = np.geomspace(*ends, number)
     key = "v_star" if of_v_star else "speed"
     columns: list[tuple[str, Any]] = [("v*" if of_v_star else "speed (m/s)", speeds)]
     columns += [("eps" if len(curves) == 1 else each.name, each.epsilon(speeds)) for each in curves]
-    if pair is not None:
+    weight = options["gravity"] and float(options["gravity"])
+    if pair is not None and not weight:
         columns.append(("contact time (s)", pair.contact_time(speeds)))
         columns.append(("max compression (m)", pair.max_compression(speeds)))
     warnings: list[str] = []
@@ -130,10 +144,16 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
     }
     if pair is not None:
         warnings = limits_of(pair, ends[1], options["yield_strength"])
-        whole |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
+        if not weight:
+            whole |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
         whole["warnings"] = warnings
+    if weight:
+        whole |= {"gravity": weight, "status": "sampled"}
     show(style, [name for name, _ in columns], rows, whole)
     if style == "text":
+        if weight and pair is not None:
+            for sentence in falling(pair, ends[1], weight).sentences(*ends, given=True):
+                say(f"{sentence}.")
         for text in warnings:
             say(f"Warning: {text}.")
 
@@ -148,6 +168,7 @@ def _curves(
     laws: Sequence[str],
     approximants: Sequence[tuple[int, int]],
     programs: Sequence[str],
+    gravity: str | None,
     **body: Any,
 ) -> tuple[list[SpeedCurve], tuple[float, float], Pair | None, bool]:
     """Return the curves, the ends of their axis, the pair of a material if there is just one, and if the axis is v*.
@@ -164,30 +185,51 @@ def _curves(
     at = None if speed is None else double("speed", speed)
     if at is not None and not at > 0:
         raise ValueError(f"speed is {at:g}: accepted is a number > 0")
+    g = None if gravity is None else double("gravity", gravity)
+    if g is not None and not g > 0:
+        raise ValueError(f"gravity is {g:g}: accepted is a number > 0")
     nothing = file is None and beta is None and epsilon is None and speed is None
     if nothing and all(value in (None, False, ()) for value in body.values()):
+        if g is not None:
+            raise click.UsageError(_NO_FALL)
         if laws or programs:
             raise click.UsageError(
                 "--law and --program need spheres: accepted is --epsilon with --speed, or a material"
             )
         without_spheres = [speeds.over_v_star(), *(speeds.approximant(m, n, None) for m, n in approximants)]
         return without_spheres, _ends(slowest, fastest, 0.01, 10.0), None, True
-    found, pair, ends = _viscoelastic(file, beta, epsilon, at, body)
+    found, pair, ends = _viscoelastic(file, beta, epsilon, at, body, g)
     if at is None and file is not None:
         at = ends[2]
     if (laws or programs) and at is None:
         raise click.UsageError("--law and --program need --speed, at which their eps is that of the spheres")
-    beta_found = found[0][1]
-    curves = [speeds.viscoelastic(name, value) for name, value in found]
+    typical = ends[2] if at is None else at
+    weights = [_weight(g, typical, of) for _, of in found]
+    betas = [of if isinstance(of, float) else float(of.beta) for _, of in found]
+    named = zip(found, betas, weights, strict=True)
+    curves = [speeds.viscoelastic(name, value, weight) for (name, _), value, weight in named]
     if at is not None:
-        value = float(curves[0].epsilon(np.array([at]))[0])
-        curves += [speeds.of_law(law, value, at) for law in laws]
+        value = float(speeds.viscoelastic("", betas[0]).epsilon(np.array([at]))[0])
+        curves += [speeds.of_law(law, value, at, weights[0]) for law in laws]
         for program in programs:
-            curves += speeds.of_program(program, value, at)
-    curves += [speeds.approximant(m, n, beta_found) for m, n in approximants]
+            curves += speeds.of_program(program, value, at, weights[0])
+    if approximants and g is not None:
+        raise click.UsageError("--pade and --gravity are given: accepted is one of them")
+    curves += [speeds.approximant(m, n, betas[0]) for m, n in approximants]
     if len(curves) > speeds.MOST:
         raise ValueError(f"there are {len(curves)} curves: accepted are up to {speeds.MOST}")
     return curves, _ends(slowest, fastest, *ends[:2]), pair, False
+
+
+def _weight(gravity: float | None, speed: float, of: float | Pair) -> Weight | None:
+    """Return the weight of the spheres of a curve; they are a pair, or a beta of which no more is known."""
+    from viscopade.plots.speeds import Weight
+
+    if gravity is None:
+        return None
+    if isinstance(of, float) or not of.second.is_wall:
+        raise click.UsageError(_NO_FALL)
+    return Weight(gravity, speed, float(of.contact_time(speed)))
 
 
 def _ends(slowest: str | None, fastest: str | None, low: float, high: float) -> tuple[float, float]:
@@ -199,9 +241,14 @@ def _ends(slowest: str | None, fastest: str | None, low: float, high: float) -> 
 
 
 def _viscoelastic(
-    file: Path | None, beta: str | None, epsilon: float | None, speed: float | None, body: dict[str, Any]
-) -> tuple[list[tuple[str, float]], Pair | None, tuple[float, float, float]]:
-    """Return names and betas, the pair of a material, and the slowest, fastest and typical speed."""
+    file: Path | None,
+    beta: str | None,
+    epsilon: float | None,
+    speed: float | None,
+    body: dict[str, Any],
+    gravity: float | None,
+) -> tuple[list[tuple[str, float | Pair]], Pair | None, tuple[float, float, float]]:
+    """Return names and pairs or betas, the pair of a material, and the slowest, fastest and typical speed."""
     constant = body.pop("dissipative_constant")
     has_body = bool(body["radii"]) or any(value not in (None, False, ()) for value in body.values())
     given = (file is not None) + (beta is not None) + (constant is not None) + (epsilon is not None)
@@ -214,7 +261,7 @@ def _viscoelastic(
     if file is not None:
         if has_body:
             raise click.UsageError("a scene and a material are given: accepted is one of them")
-        return _of_scene(file)
+        return _of_scene(file, gravity is not None)
     if beta is not None:
         if has_body:
             raise click.UsageError("--beta and a material are given: accepted is one of them")
@@ -226,23 +273,33 @@ def _viscoelastic(
         from viscopade.plots import speeds
 
         return [("viscoelastic", speeds.beta_of(epsilon, speed))], None, ends
+    from viscopade.collision.weight import calibrated
+
     pair = pair_of(**body, dissipative_constant=0.0 if constant is None else constant)
     assert pair is not None
     if epsilon is not None:
         assert speed is not None
-        pair = pair.calibrated(speed, epsilon)
-    return [("viscoelastic", pair.beta)], pair, ends
+        if gravity is not None and not pair.second.is_wall:
+            raise click.UsageError(_NO_FALL)
+        pair = pair.calibrated(speed, epsilon) if gravity is None else calibrated(pair, speed, epsilon, gravity)
+    return [("viscoelastic", pair)], pair, ends
 
 
-def _of_scene(file: Path) -> tuple[list[tuple[str, float]], Pair | None, tuple[float, float, float]]:
+def _of_scene(
+    file: Path, falling: bool
+) -> tuple[list[tuple[str, float | Pair]], Pair | None, tuple[float, float, float]]:
+    """Return the curves of a scene, or those of spheres that fall on walls."""
     scene = read_scene(file)
-    pairs = [scene.pair(meeting) for meeting in scene.meetings]
-    speeds = [meeting.speeds.of(pair.second.is_wall) for meeting, pair in zip(scene.meetings, pairs, strict=True)]
-    found = [(meeting.name, float(pair.beta)) for meeting, pair in zip(scene.meetings, pairs, strict=True)]
+    met = [(meeting, scene.pair(meeting)) for meeting in scene.meetings]
+    if falling:
+        met = [(meeting, pair) for meeting, pair in met if pair.second.is_wall] or met
+    pairs = [pair for _, pair in met]
+    speeds = [meeting.speeds.of(pair.second.is_wall) for meeting, pair in met]
+    found: list[tuple[str, float | Pair]] = [(meeting.name, pair) for meeting, pair in met]
     slowest, fastest = min(speed[0] for speed in speeds), max(speed[2] for speed in speeds)
     if slowest == fastest:
         slowest, fastest = slowest / 10, fastest * 10
-    return found, pairs[0] if len(pairs) == 1 else None, (slowest, fastest, scene.meetings[0].known_at or speeds[0][1])
+    return found, pairs[0] if len(pairs) == 1 else None, (slowest, fastest, met[0][0].known_at or speeds[0][1])
 
 
 def _in_si(beta: str) -> float:

@@ -9,4 +9,5 @@ __all__ = [
     "schemes",
     "spheres",
     "tsuji",
+    "weight",
 ]

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from mpmath import mp
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
+from viscopade.collision import exact
 from viscopade.collision.curve import curve
 from viscopade.collision.spheres import beta_from_restitution
+from viscopade.collision.weight import FallingContact
 from viscopade.fitting.points import Points
 from viscopade.plots.sheet import (
     BLACK,
@@ -34,7 +36,7 @@ from viscopade.plots.sheet import (
 )
 from viscopade.simulators import simulator_of
 from viscopade.simulators.formula import DampingFormula
-from viscopade.theory.law import law_of
+from viscopade.theory.law import VISCOELASTIC, law_of
 from viscopade.theory.pade import pade
 
 if TYPE_CHECKING:
@@ -45,11 +47,25 @@ if TYPE_CHECKING:
 MOST = 24
 """Of curves in a picture."""
 PADE_DIGITS = 18
+_DIGITS = 15
 
 _COLORS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK)
 _DASHES = ((), DASHED, DASH_DOT, DOTTED)
 
 Restitution = Callable[[FloatArray], FloatArray]
+
+
+class Weight(NamedTuple):
+    """Weight of bodies that fall on a plane: all their contacts last as long as a viscoelastic one at a speed."""
+
+    gravity: float
+    speed: float
+    contact_time: float
+
+    def epsilon(self, law: Law, kappa: float) -> Restitution:
+        """Return eps over the speed of impact, of a law with its kappa at `speed`; sampled."""
+        tau_c = exact.collision(kappa=repr(kappa), law=law, digits=_DIGITS).floats()["tau_c"]
+        return FallingContact(law, kappa, self.contact_time / tau_c, self.speed, self.gravity).epsilon
 
 
 @dataclass(frozen=True)
@@ -67,16 +83,20 @@ class SpeedCurve:
     epsilon: Restitution
 
 
-def viscoelastic(name: str, beta: float) -> SpeedCurve:
+def viscoelastic(name: str, beta: float, weight: Weight | None = None) -> SpeedCurve:
     """Return the curve of viscoelastic spheres."""
+    if weight is not None:
+        return SpeedCurve(name, weight.epsilon(VISCOELASTIC, beta * weight.speed**0.2))
     return SpeedCurve(name, lambda v: np.asarray(double.epsilon(np.sqrt(beta) * v**0.1)))
 
 
-def of_law(law: Law | str, epsilon: float, speed: float) -> SpeedCurve:
-    """Return the curve of a law of contact that has an eps at a speed."""
+def of_law(law: Law | str, epsilon: float, speed: float, weight: Weight | None = None) -> SpeedCurve:
+    """Return the curve of a law of contact that has an eps at a speed, without its weight."""
     found = law_of(law)
     functions, power = curve(found), float(2 * found.c)
     kappa = float(functions.kappa_from(epsilon))
+    if weight is not None:
+        return SpeedCurve(f"law {law}", weight.epsilon(found, kappa))
     return SpeedCurve(f"law {law}", lambda v: functions.epsilon(kappa * (v / speed) ** power))
 
 
@@ -91,7 +111,7 @@ def approximant(m: int, n: int, beta: float | None) -> SpeedCurve:
     return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(found(v if beta is None else np.sqrt(beta) * v**0.1)))
 
 
-def of_program(name: str, epsilon: float, speed: float) -> list[SpeedCurve]:
+def of_program(name: str, epsilon: float, speed: float, weight: Weight | None = None) -> list[SpeedCurve]:
     """Return the curves of a program's formulas that are asked for an eps at a speed.
 
     A formula that refuses this eps has no curve.
@@ -103,7 +123,9 @@ def of_program(name: str, epsilon: float, speed: float) -> list[SpeedCurve]:
             kappa = formula.damping(f"{epsilon:.15g}")
         except ValueError:
             continue
-        found.append(SpeedCurve(f"{program.title}: {formula.name}", _of_formula(formula, float(kappa), speed)))
+        alone = _of_formula(formula, float(kappa), speed)
+        of = alone if weight is None else weight.epsilon(formula.law, float(kappa))
+        found.append(SpeedCurve(f"{program.title}: {formula.name}", of))
     return found
 
 

@@ -97,6 +97,9 @@ def choose(scene: Scene) -> Choice:
     chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.rank))
     warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
     notes = [text for encounter in met for text in sense.notes(scene, encounter)]
+    for weight in filter(None, map(sense.weight, met)):
+        notes.append(weight.note)
+        warnings += [] if weight.fall is None else [weight.fall]
     return Choice(scene, met, offers, chosen, _reason(scene, offers, chosen), warnings, notes)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from viscopade.collision import limits
 from viscopade.collision.spheres import restitution_error
+from viscopade.collision.weight import Sentences
 from viscopade.quantity import uncertain
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, mean_free_time
@@ -44,6 +45,15 @@ def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
             f"{encounter.name}: the tolerance is an error of eps of {allowed:.2g}, {error / allowed:.2g} times less "
             f"than its standard error: absolute = {NEEDLESS * error:.1g} is enough"
         )
+
+
+def weight(encounter: Encounter) -> Sentences | None:
+    """Return what weight does to a body that falls on a wall; None for two spheres."""
+    contact = encounter.contact()
+    if not contact.falls:
+        return None
+    note, fall = contact.falling.sentences(contact.slowest, contact.fastest)
+    return Sentences(f"{encounter.name}: {note}", fall and f"{encounter.name}: {fall}")
 
 
 def _to_absolute(measure: str, epsilon: float) -> float:

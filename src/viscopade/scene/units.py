@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from viscopade.collision.spheres import Pair, Sphere
+from viscopade.collision.weight import EARTH
 from viscopade.scene import sense
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import encounters
@@ -61,15 +62,17 @@ class Scale:
             typical=contact.typical / self.speed,
             fastest=contact.fastest / self.speed,
             extremes=tuple(map(self.pair, contact.extremes)),
+            gravity=contact.gravity * self.time**2 / self.length,
         )
 
 
-def setup(scene: Scene) -> Setup:
-    """Return the bodies and contacts of a scene in its units, with the warnings on it."""
+def setup(scene: Scene, gravity: float | None = None) -> Setup:
+    """Return the bodies and contacts of a scene in its units, with the warnings on it; gravity in SI units."""
     scale = Scale(*scene.scale)
     bodies = {name: scale.sphere(scene.sphere(name)) for name in scene.bodies}
     met = encounters(scene)
-    contacts = tuple(scale.contact(encounter.contact()) for encounter in met)
+    g = EARTH if gravity is None else gravity
+    contacts = tuple(scale.contact(replace(encounter.contact(), gravity=g)) for encounter in met)
     warnings = tuple(text for encounter in met for text in sense.warnings(scene, encounter))
     notes = tuple(text for encounter in met for text in sense.notes(scene, encounter))
-    return Setup(scene.title, bodies, contacts, scene.units, warnings, notes)
+    return Setup(scene.title, bodies, contacts, scene.units, warnings, notes, gravity is not None)

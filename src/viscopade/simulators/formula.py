@@ -22,8 +22,9 @@ from typing import Any, Literal
 from mpmath import mp
 
 from viscopade.collision import exact, tsuji
-from viscopade.collision.contact import Contact, SampledCollision, damping_factor
+from viscopade.collision.contact import SampledCollision, damping_factor
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
+from viscopade.collision.weight import loaded
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 Reason = Literal["exact", "other end", "other law", "normalisation", "approximate formula"]
@@ -168,23 +169,29 @@ def wanted_kappa(law: Law, asked: str) -> Any:
 
 
 @cache
-def stepped_collision(law: Law, kappa: float, step: float, scheme: Scheme) -> SampledCollision:
+def stepped_collision(
+    law: Law, kappa: float, step: float, scheme: Scheme, load: float = 0.0, carried: float = 0.0
+) -> SampledCollision:
     """Return the collision of a law with a time step, which is in units of `Law.contact_time`."""
-    return Contact.of_law(law, kappa).collide(step=step * law.contact_time, scheme=scheme)
+    return loaded(law, kappa, load, carried).collide(step=step * law.contact_time, scheme=scheme)
 
 
 @cache
-def compensated(law: Law, epsilon: float, step: float, scheme: Scheme) -> float:
-    """Return the kappa of a law whose mean eps with a time step is `epsilon`."""
+def compensated(
+    law: Law, epsilon: float, step: float | None, scheme: Scheme, load: float = 0.0, carried: float = 0.0
+) -> float:
+    """Return the kappa of a law whose mean eps with a time step, or with a load, is `epsilon`."""
     near = float(wanted_kappa(law, repr(epsilon)))
     if near == 0:
         return 0.0  # without damping no step changes eps
+    scaled = None if step is None else step * law.contact_time
     try:
         return damping_factor(
-            lambda kappa: Contact.of_law(law, kappa), epsilon, near, step=step * law.contact_time, scheme=scheme
+            lambda kappa: loaded(law, kappa, load, carried), epsilon, near, step=scaled, scheme=scheme
         )
     except ValueError as error:
-        raise ValueError(f"with a time step of {step:g} contact times {error}") from None
+        with_what = f"a time step of {step:g} contact times" if step is not None else "weight"
+        raise ValueError(f"with {with_what} {error}") from None
 
 
 def ratio_for_return(e: Any) -> Any:

@@ -175,7 +175,7 @@ SIMULATOR = Simulator(
         _direct("solref = -stiffness -damping", SEMI_IMPLICIT),
         _direct("solref = -stiffness -damping, RK4", RUNGE_KUTTA),
     ),
-    texts={"mujoco": OwnLaw("solref = -stiffness -damping", "damping", _TEXT, per_mass=True)},
+    texts={"mujoco": OwnLaw("solref = -stiffness -damping", "damping", _TEXT, per_mass=True, carried=0.9)},
     lines={"any": '<geom solref="-{stiffness} -{parameter}" solimp="0.9 0.9 0.001"/>'},
     native=NATIVE,
 )

@@ -19,10 +19,9 @@ from viscopade import arguments, quantity
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import PHASES, Contact, SampledCollision, damping_factor
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
+from viscopade.collision.weight import COUNTS, EARTH
 from viscopade.simulators.setup import Units
 
-EARTH = 9.81  # m/s^2
-_WEIGHT_COUNTS = 0.02  # g t_c/v
 _LONG = 0.5  # of a contact
 _MOST_STEPS, _LONGEST_STEP = 5000, 10  # steps in a contact; contacts in a step
 
@@ -375,7 +374,7 @@ def _of_weight(native: Native, values: Values, hit: Impact, units: FileUnits) ->
     except ValueError:
         return
     ratio = falling.gravity * _duration(light, hit.speed) / hit.speed
-    if ratio >= _WEIGHT_COUNTS:
+    if ratio >= COUNTS:
         result = f"{found.epsilon:.4f}" if found.parts else "0, as it does not leave the plane"
         words = f"A body that falls on a plane has g t_c/v = {ratio:.2g}, and eps = {result}"
         yield f"Without weight. {words}: --gravity 9.81"

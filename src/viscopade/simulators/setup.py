@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from viscopade.collision.spheres import Pair, Sphere
+from viscopade.collision.weight import EARTH, FallingContact, falling
 from viscopade.generated import harmless
 
 
@@ -30,6 +31,7 @@ class Units:
 
 
 SI = Units()
+NO_WEIGHT = "weight: none in contacts of bodies that both fall"
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,8 @@ class NamedContact:
         Impact speeds.
     extremes : tuple of Pair
         The same bodies with the least and the largest v* at a speed, if their sizes are distributed; else empty.
+    gravity : float
+        Acceleration of a body that falls.
 
     Raises
     ------
@@ -60,6 +64,7 @@ class NamedContact:
     typical: float
     fastest: float
     extremes: tuple[Pair, ...] = ()
+    gravity: float = EARTH
 
     def __post_init__(self) -> None:
         if not 0 < self.slowest <= self.typical <= self.fastest < math.inf:
@@ -74,6 +79,16 @@ class NamedContact:
     def name(self) -> str:
         """Both names, as comments may have them."""
         return harmless(f"{self.first}-{self.second}")
+
+    @property
+    def falls(self) -> bool:
+        """Whether a weight presses the bodies together: two that both fall have none."""
+        return self.pair.second.is_wall
+
+    @property
+    def falling(self) -> FallingContact:
+        """The contact with the weight of a body that falls."""
+        return falling(self.pair, self.typical, self.gravity if self.falls else 0.0)
 
 
 @dataclass(frozen=True)
@@ -94,6 +109,8 @@ class Setup:
         Sentences on assumptions of the model that the contacts violate, without their full stops.
     notes : tuple of str
         Sentences on the uncertainty of the damping, without their full stops.
+    weighty : bool
+        Whether gravity was asked for: then eps at the typical speed is that of a body that falls.
 
     Raises
     ------
@@ -107,6 +124,7 @@ class Setup:
     units: Units = SI
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    weighty: bool = False
 
     def __post_init__(self) -> None:
         if not self.contacts:
@@ -117,10 +135,16 @@ class Setup:
                     raise ValueError(f"there is no body {name!r}: accepted are {', '.join(self.bodies)}")
 
     @property
-    def opening(self) -> list[str]:
+    def heading(self) -> list[str]:
         """First lines of a generated file, without comment marks: the title, one line, then notes and warnings."""
         sentences = (*(f"{text}." for text in self.notes), *(f"Warning: {text}." for text in self.warnings))
         return [harmless(self.title), *sentences]
+
+    @property
+    def opening(self) -> list[str]:
+        """The heading, and what weight does in viscoelastic contacts."""
+        found = [line for contact in self.contacts for line in weight_lines(contact, self.units, self.weighty)]
+        return [*self.heading, *(found or [f"{NO_WEIGHT}."])]
 
     @property
     def spheres(self) -> list[str]:
@@ -128,8 +152,21 @@ class Setup:
         return [name for name, body in self.bodies.items() if not body.is_wall]
 
 
+def weight_lines(contact: NamedContact, units: Units = SI, given: bool = False) -> list[str]:
+    """Return sentences on the weight of a body that falls on a wall; none for two spheres."""
+    if not contact.falls:
+        return []
+    note, fall = contact.falling.sentences(contact.slowest, contact.fastest, units.speed, given)
+    warning = "" if given else "Warning: "
+    return [f"{contact.name}: {note}.", *([] if fall is None else [f"{warning}{contact.name}: {fall}."])]
+
+
 def of_pair(
-    pair: Pair, speed: float, speeds: tuple[float, float] | None = None, warnings: tuple[str, ...] = ()
+    pair: Pair,
+    speed: float,
+    speeds: tuple[float, float] | None = None,
+    warnings: tuple[str, ...] = (),
+    gravity: float | None = None,
 ) -> Setup:
     """Return the setup of one pair at one speed, or over the speeds from a slowest to a fastest one, in SI units."""
     if pair.second.is_wall:
@@ -140,6 +177,7 @@ def of_pair(
         bodies = {"first": pair.first, "second": pair.second}
     names = list(bodies)
     slowest, fastest = (speed, speed) if speeds is None else speeds
-    contact = NamedContact(names[0], names[-1], pair, slowest, speed, fastest)
+    g = EARTH if gravity is None else gravity
+    contact = NamedContact(names[0], names[-1], pair, slowest, speed, fastest, gravity=g)
     title = "Two spheres" if len(bodies) == 1 or not pair.second.is_wall else "A ball and a wall"
-    return Setup(title, bodies, (contact,), warnings=warnings)
+    return Setup(title, bodies, (contact,), warnings=warnings, weighty=gravity is not None)

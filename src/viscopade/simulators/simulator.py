@@ -26,6 +26,8 @@ class OwnLaw:
         Whether the number is the parameter over the impact speed.
     per_mass : bool
         Whether the stiffness is one over a mass, and the number is the parameter times the root of it.
+    carried : float
+        The part of a weight that the contacts carry without a penetration.
     """
 
     formula: str
@@ -33,6 +35,7 @@ class OwnLaw:
     template: str
     per_speed: bool = False
     per_mass: bool = False
+    carried: float = 0.0
 
 
 @dataclass(frozen=True)

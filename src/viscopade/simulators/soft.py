@@ -13,7 +13,7 @@ largest penetration alone.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,7 +24,9 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import exact
 from viscopade.collision.contact import SampledCollision
+from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import beta_from_restitution, v_star
+from viscopade.collision.weight import EARTH, FallingContact
 from viscopade.simulators.audit import Advice, advised
 from viscopade.simulators.formula import DampingFormula, compensated, epsilon_of, stepped_collision, wanted_kappa
 from viscopade.simulators.setup import NamedContact
@@ -57,6 +59,10 @@ class Wanted:
         Of the viscoelastic contact at the typical speed.
     extremes : tuple of float
         The least and the largest beta, if the bodies' sizes are distributed; else empty.
+    gravity : float
+        Acceleration that presses the bodies together; 0 for two that both fall.
+    with_weight : float, optional
+        Wanted eps at the typical speed with this weight, instead of that without.
     """
 
     name: str
@@ -67,6 +73,8 @@ class Wanted:
     mass: float | None = None
     contact_time: float | None = None
     extremes: tuple[float, ...] = ()
+    gravity: float = EARTH
+    with_weight: float | None = None
 
     def __post_init__(self) -> None:
         if not _SLOWEST <= self.slowest <= self.fastest <= min(1 / _SLOWEST, _WIDEST * self.slowest):
@@ -78,13 +86,21 @@ class Wanted:
             raise ValueError(f"mass is {self.mass!r}: accepted is a number from {_LEAST:g} to {1 / _LEAST:g}")
 
     @classmethod
-    def at(cls, epsilon: float, speed: float, speeds: tuple[float, float] | None, mass: float | None) -> Wanted:
+    def at(
+        cls,
+        epsilon: float,
+        speed: float,
+        speeds: tuple[float, float] | None,
+        mass: float | None,
+        gravity: float | None = None,
+    ) -> Wanted:
         """Return viscoelastic collisions with an eps at a speed, between bodies of which no more is known."""
         slowest, fastest = speeds or (speed, speed)
-        return cls("contact", float(beta_from_restitution(speed, epsilon)), slowest, speed, fastest, mass)
+        found = cls("contact", float(beta_from_restitution(speed, epsilon)), slowest, speed, fastest, mass)
+        return found if gravity is None else replace(found, gravity=gravity, with_weight=epsilon)
 
     @classmethod
-    def of(cls, contact: NamedContact) -> Wanted:
+    def of(cls, contact: NamedContact, weighty: bool = False) -> Wanted:
         """Return the collisions of a contact."""
         pair = contact.pair
         return cls(
@@ -96,6 +112,8 @@ class Wanted:
             pair.m_eff,
             float(pair.contact_time(contact.typical)),
             tuple(size.beta for size in contact.extremes),
+            contact.gravity if contact.falls else 0.0,
+            float(contact.falling.epsilon([contact.typical])[0]) if weighty and contact.falls else None,
         )
 
     def epsilon(self, speed: float, beta: float | None = None) -> float:
@@ -186,6 +204,8 @@ class SoftContact:
         Whether the program's stiffness is k/m.
     time_step : float or None
         If given, the damping makes up for it.
+    carried : float
+        The part of a weight that the program's contact carries without a penetration.
 
     Raises
     ------
@@ -198,8 +218,11 @@ class SoftContact:
     softness: Softness = Softness()
     per_mass: bool = False
     time_step: float | None = None
+    carried: float = 0.0
 
     def __post_init__(self) -> None:
+        if self.wanted.with_weight is not None and self.stiffness_over_mass is None:
+            raise ValueError("gravity needs the contact's duration: accepted with it is a contact time")
         if self.time_step is not None and self.formula.scheme is None:
             raise ValueError("a time step is given: accepted is none, as the program chooses its own")
         if self.time_step is not None and self.stiffness_over_mass is None:
@@ -220,15 +243,31 @@ class SoftContact:
     @property
     def epsilon(self) -> float:
         """The wanted eps, at the typical speed."""
-        return self.wanted.epsilon(self.wanted.typical)
+        alone = self.wanted.epsilon(self.wanted.typical)
+        return alone if self.wanted.with_weight is None else self.wanted.with_weight
 
     @cached_property
     def kappa(self) -> float:
-        """Damping of the scaled equation at the typical speed; it makes up for the time step, if there is one."""
-        step, scheme = self._step(self.wanted.typical), self.formula.scheme
-        if step is None or scheme is None:
+        """Damping of the scaled equation at the typical speed; it makes up for a time step, and for a weight."""
+        step, scheme, load = self._step(self.wanted.typical), self.formula.scheme, self._load
+        if not load and (step is None or scheme is None):
             return self._continuum
-        return compensated(self.formula.law, self.epsilon, step, scheme)
+        return compensated(self.formula.law, self.epsilon, step, scheme or SEMI_IMPLICIT, load, self.carried)
+
+    @property
+    def falling(self) -> FallingContact | None:
+        """The contact with a weight; None if there is none, or the duration of contact is not known."""
+        speed = self.wanted.typical
+        time = self._time_scale(speed)
+        if time is None or not self.wanted.gravity:
+            return None
+        return FallingContact(self.formula.law, self.kappa, time, speed, self.wanted.gravity, self.carried)
+
+    @property
+    def _load(self) -> float:
+        """G of the scaled equation at the typical speed that the damping makes up for."""
+        time = None if self.wanted.with_weight is None else self._time_scale(self.wanted.typical)
+        return 0.0 if time is None else self.wanted.gravity * time / self.wanted.typical
 
     @property
     def _continuum(self) -> float:
@@ -304,7 +343,7 @@ class SoftContact:
         step = self._step(self.wanted.typical)
         if step is None or self.formula.scheme is None:
             return None
-        return stepped_collision(self.formula.law, self.kappa, step, self.formula.scheme)
+        return stepped_collision(self.formula.law, self.kappa, step, self.formula.scheme, self._load, self.carried)
 
     def errors(self, kappa: float | None = None) -> list[SpeedErrors]:
         """Return the errors over the speeds, for typical and for extreme sizes; with another kappa if one is given."""

@@ -6,9 +6,10 @@ import sys
 from collections.abc import Sequence
 from math import sqrt
 
+from viscopade.collision.weight import loss_slope
 from viscopade.generated import harmless, marker_line, written_template
 from viscopade.simulators import simulator_with
-from viscopade.simulators.setup import SI, Setup, Units
+from viscopade.simulators.setup import NO_WEIGHT, SI, Setup, Units
 from viscopade.simulators.simulator import OwnLaw
 from viscopade.simulators.soft import STEP_ERROR, SoftContact, Softness, SpeedErrors, Wanted
 from viscopade.simulators.stated import program_number
@@ -90,7 +91,7 @@ def render_own_law(
     assert isinstance(own, OwnLaw)
     contacts = []
     for each in wanted:
-        contact = SoftContact(simulator.formula(own.formula), each, softness, own.per_mass, time_step)
+        contact = SoftContact(simulator.formula(own.formula), each, softness, own.per_mass, time_step, own.carried)
         stiffness = contact.stiffness_over_mass if own.per_mass else contact.stiffness
         if own.per_mass and stiffness is None:
             raise ValueError(
@@ -125,21 +126,35 @@ def _number(contact: SoftContact, own: OwnLaw, parameter: float) -> float:
 def _facts(contact: SoftContact, own: OwnLaw, units: Units, step_error: float) -> list[str]:
     """Return lines on a contact: its eps over the speeds, how long and deep it is, and its time step."""
     wanted, law = contact.wanted, contact.formula.law
+    of = "without weight" if wanted.with_weight is None else "of a body that falls on a plane"
     lines = [
-        f"{wanted.name}: eps = {contact.epsilon:.6g} at {wanted.typical:.6g} {units.speed} without weight; the law is "
+        f"{wanted.name}: eps = {contact.epsilon:.6g} at {wanted.typical:.6g} {units.speed} {of}; the law is "
         f"{law.equation}, kappa = {contact.kappa:.10g},",
         "  and contact ends where the force vanishes",
     ]
-    if wanted.slowest < wanted.fastest:
+    if wanted.with_weight is None and wanted.slowest < wanted.fastest:
         lines += list(_over_speeds(contact, own, units))
-    elif law.nu != 2:
+    elif wanted.with_weight is None and law.nu != 2:
         lines.append("  at other speeds eps is another one: --speeds MIN:MAX states its error")
     if contact.contact_time is not None and contact.penetration is not None:
         lines.append(
             f"  contact lasts {contact.contact_time:.6g} {units.time} at the typical speed, the penetration reaches "
             f"{contact.penetration:.4g} {units.length} at the fastest"
         )
-    return [*lines, *_on_steps(contact, units, step_error)]
+    return [*lines, *_on_weight(contact, units), *_on_steps(contact, units, step_error)]
+
+
+def _on_weight(contact: SoftContact, units: Units) -> list[str]:
+    """Return lines on the weight of a body that falls on a plane."""
+    wanted, falling = contact.wanted, contact.falling
+    if not wanted.gravity:
+        return [f"  {NO_WEIGHT}"]
+    if falling is None:
+        factor = f"1 + {loss_slope(contact.formula.law):.3f} g t_c/v"
+        return [f"  weight multiplies the loss 1 - eps by about {factor}; nothing says how long contact lasts"]
+    note, fall = falling.sentences(wanted.slowest, wanted.fastest, units.speed, wanted.with_weight is not None)
+    warning = "Warning: " if wanted.with_weight is None else ""
+    return [f"  {note}", *([] if fall is None else [f"  {warning}{fall}"])]
 
 
 def _over_speeds(contact: SoftContact, own: OwnLaw, units: Units) -> list[str]:

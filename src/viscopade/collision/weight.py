@@ -1,0 +1,186 @@
+"""Weight during a contact: a body that falls on a plane is pressed against it, and loses more (section 2.11).
+
+The scaled equation has a load then, x'' + x^a + kappa x^b x' = G with G = g T/v, where T is the unit of time and v the
+speed of impact. Between two bodies that both fall there is no load. For weak damping 1 - eps = kappa lambda(G), and
+`loss_slope` is lambda'(0)/lambda(0) over the undamped contact time: the loss grows by the factor 1 + slope g t_c/v.
+`derivations/16_load.py` derives it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.contact import Contact, damping_factor
+from viscopade.collision.spheres import Pair
+from viscopade.theory.law import VISCOELASTIC, Law
+
+EARTH = 9.81
+"""Acceleration of a body that falls, in m/s^2, where none is given."""
+COUNTS = 0.02  # g t_c/v from which on texts warn
+_FACTOR = 4.0  # between speeds that are tried
+_WIDEST = 1e6  # in units of the speed at which G is 1: bodies stay down at all speeds, or at none
+_CLOSE = 1e-4  # of a sticking speed, relative: it is printed with three digits
+
+
+def loss_slope(law: Law) -> float:
+    """Return s of the factor 1 + s g t_c/v by which weight multiplies a small loss, t_c being that without damping."""
+    a, b = float(law.elastic), float(law.damping)
+    with_load, without = _beta((b + 2) / (a + 1), 0.5), _beta((b + 1) / (a + 1), 1.5)
+    return float(((a + 1) / 2) ** (1 / (a + 1)) * with_load / without / law.contact_time)
+
+
+def rule(laws: Iterable[Law]) -> str:
+    """Return the rule of thumb for laws of contact as a sentence, without its full stop."""
+    slopes = dict.fromkeys(f"{loss_slope(law):.3f} (law {law})" for law in laws)
+    return (
+        "without weight: a body that falls on a plane has the loss 1 - eps about 1 + s g t_c/v times, with s = "
+        f"{', '.join(slopes)}, which counts from g t_c/v = {COUNTS:g} on"
+    )
+
+
+def loaded(law: Law, kappa: float, load: float, carried: float = 0.0) -> Contact:
+    """Return the scaled contact with a load, a part of which the force carries without a compression."""
+    free = Contact.of_law(law, kappa, load)
+    return free if not carried else replace(free, force=lambda x, v: np.asarray(free.force(x, v)) + carried * load)
+
+
+def falling(pair: Pair, speed: float, gravity: float) -> FallingContact:
+    """Return the contact of a sphere that falls on a wall, with its numbers at a speed."""
+    return FallingContact(VISCOELASTIC, float(pair.v_star(speed)) ** 2, float(pair.time_scale(speed)), speed, gravity)
+
+
+def calibrated(pair: Pair, speed: float, epsilon: float, gravity: float) -> Pair:
+    """Return the pair with the A that gives a sphere which falls on a wall an eps at a speed, as `Pair.calibrated`."""
+    alone = falling(pair.calibrated(speed, epsilon), speed, gravity)
+    if alone.kappa == 0:
+        return pair.damped(0.0)
+    kappa = damping_factor(lambda kappa: replace(alone, kappa=kappa).contact(speed), epsilon, alone.kappa)
+    return pair.damped(float(pair.dissipative_constant(kappa * speed**-0.2)))
+
+
+def _beta(x: float, y: float) -> float:
+    return math.gamma(x) * math.gamma(y) / math.gamma(x + y)
+
+
+class Sentences(NamedTuple):
+    """What is said of weight, without full stops: a note, and what a body that falls gets, None if it hardly counts."""
+
+    note: str
+    fall: str | None
+
+
+@dataclass(frozen=True)
+class FallingContact:
+    """Power-law contact of a body that falls on a plane; the direction of impact is normal to the plane.
+
+    Attributes
+    ----------
+    law : Law
+    kappa, time : float
+        Damping and unit of time of the scaled equation at a speed.
+    speed : float
+        That speed.
+    gravity : float
+        Acceleration g >= 0.
+    carried : float
+        The part of the weight that the contact carries without a compression, as MuJoCo's do.
+    """
+
+    law: Law
+    kappa: float
+    time: float
+    speed: float
+    gravity: float
+    carried: float = 0.0
+
+    def contact(self, speed: float) -> Contact:
+        """Return the scaled contact at another speed, for collisions at speed 1."""
+        return loaded(self.law, self._kappa(speed), self.gravity * self._time(speed) / speed, self.carried)
+
+    def epsilon(self, speeds: ArrayLike) -> FloatArray:
+        """Return eps at speeds, 0 where the body does not leave the plane."""
+        return np.array([self.contact(speed).collide().epsilon for speed in np.asarray(speeds, float).tolist()])
+
+    def share(self, speed: float) -> float:
+        """Return g t_c/v, with the contact time without damping and weight."""
+        return self.gravity * self.law.contact_time * self._time(speed) / speed
+
+    @property
+    def sticking_speed(self) -> float | None:
+        """Speed below which the body does not leave the plane; None if there is none."""
+        if self.kappa == 0 or self.gravity == 0:
+            return None
+        power = (float(self.law.elastic) + 1) / (2 * float(self.law.elastic))
+        unit = self.speed * (self.gravity * self.time / self.speed) ** power  # speed at which G is 1
+        found = _sticking(self.law, self._kappa(unit), self.carried)
+        return None if found is None else unit * found
+
+    def sentences(self, slowest: float, fastest: float, units: str = "m/s", given: bool = False) -> Sentences:
+        """Return what weight does at two speeds, in words.
+
+        Parameters
+        ----------
+        slowest, fastest : float
+        units : str
+            Unit of speeds.
+        given : bool
+            Whether the gravity was asked for: then what a body that falls gets is no warning.
+        """
+        speeds = [fastest, slowest] if slowest < fastest else [fastest]
+        shares, at = [self.share(v) for v in speeds], " and ".join(f"{v:.4g}" for v in speeds)
+        note = f"weight: g t_c/v = {_and(shares, '.2g')} at {at} {units} with g = {self.gravity:.4g} {units}^2"
+        if not self.carried:
+            factor = f"1 + {loss_slope(self.law):.3f} g t_c/v"
+            note += f"; the loss 1 - eps of a body that falls on a plane grows by about the factor {factor}"
+        if not given and max(shares) < COUNTS:
+            return Sentences(note, None)
+        try:
+            light, heavy = (_and(body.epsilon(speeds), ".4f") for body in (replace(self, gravity=0.0), self))
+            stays = self.sticking_speed
+        except ValueError:  # damping is so strong that its collision cannot be followed
+            return Sentences(note, None)
+        fall = f"a body that falls on a plane at {at} {units} rebounds with eps = {heavy} (sampled)"
+        words = "" if stays is None else f"; below {stays:.3g} {units} it stays down, eps = 0"
+        return Sentences(note, f"{fall}, without weight {light}{words}")
+
+    def _kappa(self, speed: float) -> float:
+        """Return kappa at another speed."""
+        return float(self.kappa * (speed / self.speed) ** float(2 * self.law.c))
+
+    def _time(self, speed: float) -> float:
+        """Return the unit of time at another speed."""
+        return float(self.time * (speed / self.speed) ** (2 / (float(self.law.elastic) + 1) - 1))
+
+
+@lru_cache(maxsize=256)
+def _sticking(law: Law, kappa: float, carried: float) -> float | None:
+    """Return the sticking speed over the speed at which G is 1, where the damping is kappa; None if there is none."""
+    a = float(law.elastic)
+
+    def parts(speed: float) -> bool:
+        load = speed ** (-2 * a / (a + 1))
+        return loaded(law, kappa * speed ** float(2 * law.c), load, carried).collide().parts
+
+    fast, slow = 1.0, 1 / _FACTOR
+    while parts(slow) and slow > 1 / _WIDEST:
+        fast, slow = slow, slow / _FACTOR
+    while not parts(fast) and fast < _WIDEST:
+        slow, fast = fast, fast * _FACTOR
+    if not 1 / _WIDEST < fast < _WIDEST:
+        return None
+    while fast > (1 + _CLOSE) * slow:
+        between = math.sqrt(slow * fast)
+        slow, fast = (slow, between) if parts(between) else (between, fast)
+    return fast
+
+
+def _and(numbers: Iterable[float], figures: str) -> str:
+    return " and ".join(format(number, figures) if number else "0" for number in numbers)
