@@ -59,11 +59,10 @@ def falling(pair: Pair, speed: float, gravity: float) -> FallingContact:
 
 def calibrated(pair: Pair, speed: float, epsilon: float, gravity: float) -> Pair:
     """Return the pair with the A that gives a sphere which falls on a wall an eps at a speed, as `Pair.calibrated`."""
-    alone = falling(pair.calibrated(speed, epsilon), speed, gravity)
-    if alone.kappa == 0:
-        return pair.damped(0.0)
-    kappa = damping_factor(lambda kappa: replace(alone, kappa=kappa).contact(speed), epsilon, alone.kappa)
-    return pair.damped(float(pair.dissipative_constant(kappa * speed**-0.2)))
+    alone = pair.calibrated(speed, epsilon)
+    if alone.A == 0:
+        return alone
+    return pair.damped(damping_factor(lambda a: pair.damped(a).contact(gravity), epsilon, alone.A, speed=speed))
 
 
 def _beta(x: float, y: float) -> float:
