@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+from mpmath import mp
 from scipy.integrate import solve_ivp
 from scipy.special import beta as euler_beta
 
@@ -118,6 +119,37 @@ def test_with_a_load_two_routes_agree(law):
     for kappa, load in ((0.05, 0.3), (0.4, 0.1), (0.4, -0.2), (1.2, 0.03)):
         contact = Contact.of_law(law, kappa, load)
         assert contact.collide().epsilon == pytest.approx(second_route(contact), abs=1e-8)
+
+
+def linear_with_a_load(kappa, load, end):
+    """Return eps of x'' + kappa x' + x = G by its solution in closed form; after the end "force" the flight is free."""
+    with mp.workdps(30):
+        k, g = mp.mpf(kappa), mp.mpf(load)
+        w = mp.sqrt(1 - k * k / 4)
+
+        def x(t):
+            return g + mp.exp(-k * t / 2) * (-g * mp.cos(w * t) + (1 - k * g / 2) / w * mp.sin(w * t))
+
+        def v(t):
+            return mp.diff(x, t)
+
+        over = (lambda t: x(t) + k * v(t)) if end == "force" else x
+        t = mp.mpf("0.5")  # until contact ends
+        while over(t) > 0:
+            t += mp.mpf("0.1")
+        t = mp.findroot(over, (t - mp.mpf("0.1"), t), solver="anderson", tol=1e-50)
+        return float(mp.sqrt(v(t) ** 2 - 2 * g * x(t)))
+
+
+@pytest.mark.parametrize("end", ["force", "return"])
+def test_the_true_error_with_a_load_is_within_the_estimate(end):
+    numbers = random.Random(end)
+    for _ in range(20):
+        kappa, load = 10 ** numbers.uniform(-3, -0.3), 10 ** numbers.uniform(-4, -1)
+        found = Contact.of_law(law_of("linear", end), kappa, load).collide()
+        true = linear_with_a_load(kappa, load, end)
+        assert abs(found.epsilon - true) < 100 * found.errors["epsilon"] + 1e-12
+        assert abs(found.epsilon - true) < 1e-11
 
 
 def test_a_force_that_acts_again_before_the_bodies_part():

@@ -16,9 +16,9 @@ Without a time step the equation of motion itself is solved. In the variables s 
     ds/dsigma = v,    dv/dsigma = 4 s^3 (load - F(s^4, v))/m,
 
 which is smooth at x = 0 for forces in powers of x^(1/4), Hertz's and Tsuji's among them, and at the turning point.
-Gauss's collocation method of order 32 solves it in pieces (Hairer, Norsett, Wanner, Solving Ordinary Differential
+Gauss's collocation method of order 40 solves it in pieces (Hairer, Norsett, Wanner, Solving Ordinary Differential
 Equations I, section II.7). Pieces end where the motion turns back, where the force vanishes or acts again, and at
-x = 0, so that a force with a kink there is smooth in every piece. A second solution, of order 24 and with other pieces,
+x = 0, so that a force with a kink there is smooth in every piece. A second solution, of order 32 and with other pieces,
 tells the error.
 
 With a time step a program's own map is iterated, from many phases: where in a step contact begins is chance.
@@ -48,11 +48,11 @@ Force = Callable[[FloatArray, FloatArray], ArrayLike]
 PHASES = np.arange(0.5, 64) / 64
 """Where in a step contact begins: the midpoints of 64 parts of it."""
 
-_METHODS = ((16, 1e-13), (12, 1e-11))  # nodes, half of the order, and error of a piece in units of the speed of impact
+_METHODS = ((20, 1e-12), (16, 1e-11))  # nodes, half of the order, and error of a piece in units of the largest speed
 _SOLVED = 1e-14  # of the equations of a piece
 _SHORTEST = 1e-8  # piece, where a force has a jump
 _ESCAPES = 1e6  # in units of the speed of impact: a piece that cannot be solved
-_ROUNDING = 4e-16
+_ROUNDING, _ROUNDED = 4e-16, 2e-14  # of a number, and of the error of a piece
 _NEWTON = 20  # steps to solve a piece, at most
 _PIECES = 1000  # of one collision, at most
 _CREEP = 1e-12  # of the speed of impact: slower bodies that slow down do not part
@@ -429,9 +429,8 @@ class _Motion:
             rate = self.rate(s, v, acts)
             if abs(v) < creep and (s * abs(rate) < creep or (v * rate < 0 and not approaches)):
                 return 0.0, depth, math.inf, error / self.start
-            longer = 0.8 * (self.tolerance / max(piece.error, 1e-30)) ** power
-            # an error by rounding does not fall with the length
-            h *= min(4.0, max(1.5 if piece.error < 0.1 * self.tolerance else 0.3, longer))
+            truncated = max(piece.error - _ROUNDED, _ROUNDED / 1000)  # rounding does not fall with the length
+            h *= min(4.0, max(0.3, 0.8 * (self.tolerance / truncated) ** power))
         where = f"compression {self.length * s**4:.4g} and rate {self.speed * v:.4g}"
         raise ValueError(
             f"force cannot be integrated at {where}: it is not finite there, or its damping far too strong"
