@@ -12,7 +12,7 @@ from scipy.special import beta as euler_beta
 
 from viscopade.collision import exact
 from viscopade.collision.contact import Contact, damping_factor
-from viscopade.collision.schemes import FORWARD, IMPLICIT, RUNGE_KUTTA, SCHEMES, SEMI_IMPLICIT
+from viscopade.collision.schemes import FORWARD, IMPLICIT, RUNGE_KUTTA, SCHEMES, SEMI_IMPLICIT, TAYLOR
 from viscopade.theory.law import Law, law_of
 
 NAMED = [
@@ -337,7 +337,9 @@ def test_velocity_verlet_that_carries_its_force_is_the_same_map():
     assert found.epsilon == pytest.approx(math.sqrt(v * v - 2 * g * x), rel=1e-12)
 
 
-@pytest.mark.parametrize("scheme", [SEMI_IMPLICIT, FORWARD, IMPLICIT, RUNGE_KUTTA], ids=lambda scheme: scheme.name)
+@pytest.mark.parametrize(
+    "scheme", [SEMI_IMPLICIT, FORWARD, TAYLOR, IMPLICIT, RUNGE_KUTTA], ids=lambda scheme: scheme.name
+)
 @pytest.mark.parametrize("load", [0.0, 0.05])
 def test_fine_steps_lead_to_the_equation_of_motion(scheme, load):
     contact = Contact.of_law("hunt-crossley:1", 0.4, load)

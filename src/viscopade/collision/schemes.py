@@ -62,6 +62,11 @@ def _forward(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Accelera
     return x + h * v, v + h * newest, newest
 
 
+def _taylor(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
+    newest = acceleration(x, v)
+    return x + h * v + h * h / 2 * newest, v + h * newest, newest
+
+
 def _implicit(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
     """Solve w = v + h acceleration(x + h w, w) by secants from its right, which converge for convex forces."""
 
@@ -97,6 +102,8 @@ SEMI_IMPLICIT = Scheme(
 next, and the leapfrog are the same map wherever the damping takes the velocity between two steps."""
 FORWARD = Scheme("forward Euler", _forward, 0.5)
 """The force of the old position and velocity, both of which move with old values."""
+TAYLOR = Scheme("Taylor's method of second order in the position", _taylor, 0.0)
+"""The force of the old position and velocity: x <- x + h v + h^2 a/2, v <- v + h a."""
 IMPLICIT = Scheme("implicit Euler", _implicit, -0.5)
 """The force at the end of the step, in steps that begin in contact."""
 RUNGE_KUTTA = Scheme("Runge-Kutta of fourth order", _runge_kutta, 0.0)
@@ -106,6 +113,7 @@ SCHEMES = {
     "semi-implicit-euler": SEMI_IMPLICIT,
     "velocity-verlet": SEMI_IMPLICIT,
     "forward-euler": FORWARD,
+    "taylor": TAYLOR,
     "implicit-euler": IMPLICIT,
     "runge-kutta": RUNGE_KUTTA,
 }

@@ -8,17 +8,61 @@ Read in DEMApplication of KratosMultiphysics 10.4.4 and in its repository (Krato
   sqrt(6) gamma. DEM_D_Linear_viscous_Coulomb_CL.cpp (commit 013f925): c = 2 gamma sqrt(m_eff k). Both: a force that
   would pull is 0. At a wall m_eff is the particle's mass.
 
-`SymplecticEulerScheme`, the default, kicks and then drifts: semi-implicit Euler's method.
+The linear k is 1.432 pi 0.31225 E_eff R_eff, at a wall without the factor 1.432.
+
+`SymplecticEulerScheme`, the default, kicks and then drifts: semi-implicit Euler's method. `VelocityVerletScheme` is the
+same map, as the damping takes the velocity in between. `ForwardEulerScheme` and `TaylorScheme` take the force of the
+old state, and move with the old velocity, or with half of the kick.
 """
 
 from __future__ import annotations
 
+import math
+
 from mpmath import mp
 
+from viscopade.collision.contact import Contact
+from viscopade.collision.schemes import FORWARD, SEMI_IMPLICIT, TAYLOR
+from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, TSUJI, DampingFormula, ratio_at_force_end, thornton_betan
 from viscopade.simulators.simulator import Simulator
 
+_PAIR, _CHORD = 1.432, 0.31225  # of the linear law's stiffness
 _E, _FOLDER = "COEFFICIENT_OF_RESTITUTION", "applications/DEMApplication/custom_constitutive"
+
+_LAWS = "DEM_D_Hertz_viscous_Coulomb", "DEM_D_Linear_viscous_Coulomb"
+
+
+def _contact(values: native.Values, impact: native.Impact) -> Contact:
+    """Return the contact of a law."""
+    formula, mass, radius = SIMULATOR.formula(values["law"]), impact.effective_mass, impact.effective_radius
+    modulus = native.effective_modulus(values["YOUNG_MODULUS"], values["POISSON_RATIO"])
+    if formula.law == TSUJI:
+        k = 4 / 3 * modulus * math.sqrt(radius)
+    else:
+        k = (_PAIR if values["other"] == "sphere" else 1.0) * math.pi * _CHORD * modulus * radius
+    return native.law_contact(formula.law, k, float(formula.kappa(mp.mpf(values[_E]))) * math.sqrt(k * mass), impact)
+
+
+_NATIVE = native.Native(
+    (
+        native.Parameter("law", words=_LAWS),
+        native.positive("YOUNG_MODULUS", "Pa", both=True),
+        native.poisson_ratios("POISSON_RATIO"),
+        native.restitution(_E),
+        native.Parameter("other", default="sphere", words=("sphere", "wall")),
+    ),
+    _contact,
+    f"{_FOLDER}/{_LAWS[0]}_CL.cpp",
+    schemes={
+        "Symplectic_Euler": SEMI_IMPLICIT,
+        "Forward_Euler": FORWARD,
+        "Velocity_Verlet": SEMI_IMPLICIT,
+        "Taylor_Scheme": TAYLOR,
+    },
+    integrator="TranslationalIntegrationScheme",
+    damped=lambda values, damping, impact: {_E: max(math.exp(-damping), 0.001)},
+)
 
 SIMULATOR = Simulator(
     "kratos",
@@ -26,7 +70,7 @@ SIMULATOR = Simulator(
     "10.4.4; repository at commits 03f57bf and 013f925",
     (
         DampingFormula(
-            "DEM_D_Hertz_viscous_Coulomb",
+            _LAWS[0],
             TSUJI,
             _E,
             lambda e: mp.sqrt(6) * thornton_betan(e),
@@ -35,7 +79,7 @@ SIMULATOR = Simulator(
             f"{_FOLDER}/DEM_D_Hertz_viscous_Coulomb_CL.cpp",
         ),
         DampingFormula(
-            "DEM_D_Linear_viscous_Coulomb",
+            _LAWS[1],
             LINEAR,
             _E,
             lambda e: 2 * ratio_at_force_end(e),
@@ -45,4 +89,5 @@ SIMULATOR = Simulator(
             note="The program solves the formula to 1e-4 of the damping ratio only.",
         ),
     ),
+    native=_NATIVE,
 )

@@ -36,7 +36,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -45,8 +47,10 @@ from mpmath import mp
 from viscopade.arrays import checked, double
 from viscopade.arrays.checked import Values
 from viscopade.collision.contact import PHASE, Contact
+from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.generated import WIDTH, harmless, marker_line, written_template
+from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR,
     LINEAR_RETURN,
@@ -59,7 +63,7 @@ from viscopade.simulators.formula import (
 )
 from viscopade.simulators.setup import NamedContact, Setup, Units
 from viscopade.simulators.simulator import Simulator
-from viscopade.theory.law import VISCOELASTIC, law_of
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 STEPS = (50, 200, 1000)
 """Steps in the shortest contact for which the file states the error."""
@@ -653,6 +657,91 @@ def marshall(e: Any) -> Any:
     return mp.polyval([mp.mpf(c) for c in _POLYNOMIAL], e)
 
 
+_UNITS = {
+    "lj": native.FileUnits("sigma", "m", "tau", earth=0.0),
+    "si": native.FileUnits(),
+    "cgs": native.FileUnits("cm", "g", "s", 1e-2, 1e-3),
+    "micro": native.FileUnits("um", "pg", "us", 1e-6, 1e-15, 1e-6),
+    "nano": native.FileUnits("nm", "ag", "ns", 1e-9, 1e-21, 1e-9),
+}
+_OF_EPSILON: Mapping[str, tuple[Callable[[Any], Any], ...]] = {
+    "tsuji": (lambda e: mp.sqrt(2) * marshall(e),) * 2,
+    "tsuji (22 Jul 2025)": (marshall,) * 2,
+    "coeff_restitution": (linear_kappa, tsuji_kappa),
+}
+"""Dampings that take an eps, and their kappa for hooke and hertz."""
+
+
+def _constants(values: native.Values, impact: native.Impact) -> tuple[Law, float, float]:
+    """Return the law of a line of pair_coeff, k and c.
+
+    Raises
+    ------
+    ValueError
+        If there are other coefficients than the normal model has, or one is not accepted.
+    """
+    normal, damping, numbers = values["normal"], values["damping"], values["coefficients"]
+    words = "E, damping coefficient and nu" if normal == "hertz/material" else "k_n and damping coefficient"
+    if len(numbers) != words.count(",") + 2:
+        raise ValueError(f"coefficients is {len(numbers)} numbers: accepted for {normal} is {words}")
+    k, coefficient = numbers[:2]
+    if k <= 0 or numbers[2:] > (0.5,) or (damping in _OF_EPSILON and not 0 < coefficient <= 1):
+        accepted = "a stiffness > 0, a nu up to 1/2 and for tsuji and coeff_restitution an eps > 0 and <= 1"
+        raise ValueError(f"coefficients is {' '.join(f'{x:g}' for x in numbers)}: accepted is {accepted}")
+    mass, hertz = impact.effective_mass, normal != "hooke"
+    if normal == "hertz/material":
+        k = HertzMaterial(k, coefficient, numbers[2]).k_n
+    if hertz:
+        k *= math.sqrt(impact.effective_radius)
+    if damping in _OF_EPSILON:
+        b, c = Fraction(int(hertz), 4), float(_OF_EPSILON[damping][hertz](mp.mpf(coefficient))) * math.sqrt(mass * k)
+    elif damping == "viscoelastic":
+        b, c = Fraction(1, 2), coefficient * mass * math.sqrt(impact.effective_radius)
+    else:
+        b, c = Fraction(0), coefficient * (mass if damping == "mass_velocity" else 1)
+    return Law(Fraction(3, 2) if hertz else 1, b, "force" if values["limit_damping"] == "yes" else "return"), k, c
+
+
+def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, tuple[float, ...]]:
+    """Return the coefficients with another damping: an eps, or what makes kappa of the law."""
+    first, _, *rest = values["coefficients"]
+    if values["damping"] in _OF_EPSILON:
+        return {"coefficients": (first, max(math.exp(-damping), float(_EPSILON[0])), *rest)}
+    one = native.Values({**values, "coefficients": (first, 1.0, *rest)})
+    law, k, c = _constants(one, impact)
+    wanted = law.damping_constant(damping, impact.speed, k=k, mass=impact.effective_mass)
+    return {"coefficients": (first, wanted / c, *rest)}
+
+
+def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
+    if values["damping"] == "tsuji":
+        yield "Releases up to 22 Jul 2025 damp less, by sqrt(2): damping = tsuji (22 Jul 2025)"
+
+
+_NATIVE = native.Native(
+    (
+        native.Parameter("normal", words=("hooke", "hertz", "hertz/material")),
+        native.Parameter(
+            "coefficients",
+            accepted="the numbers of the normal model, as in the line: k_n and damping coefficient, or for "
+            "hertz/material E, damping coefficient and nu; with tsuji and coeff_restitution the coefficient is an eps",
+            most=3,
+        ),
+        native.Parameter(
+            "damping", default="viscoelastic", words=("velocity", "mass_velocity", "viscoelastic", *_OF_EPSILON)
+        ),
+        native.Parameter("limit_damping", default="no", words=("no", "yes")),
+        native.Parameter("units", default="lj", words=tuple(_UNITS)),
+    ),
+    lambda values, impact: native.law_contact(*_constants(values, impact), impact),
+    _SOURCE,
+    schemes={"verlet": SEMI_IMPLICIT},
+    integrator="run_style",
+    damped=_damped,
+    warnings=_warnings,
+    units=lambda values: _UNITS[values["units"]],
+)
+
 SIMULATOR = Simulator(
     "lammps",
     "LAMMPS",
@@ -739,4 +828,5 @@ SIMULATOR = Simulator(
     ),
     texts={"lammps": render},
     lines={"pair": f"pair_coeff 1 1 {STYLE}", "wall": _WALL},
+    native=_NATIVE,
 )

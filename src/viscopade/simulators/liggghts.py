@@ -25,14 +25,17 @@ accepts 0.05 < coefficientRestitution <= 1 (`createCoeffRest`), so with `limitFo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from mpmath import mp
 
+from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair
 from viscopade.generated import harmless, written_template
+from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR,
     LINEAR_RETURN,
@@ -54,7 +57,7 @@ from viscopade.simulators.stated import (
     program_errors,
     program_number,
 )
-from viscopade.theory.law import VISCOELASTIC, law_of
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 _LEAST_COEFFICIENT = "0.05"
 
@@ -367,6 +370,47 @@ _E, _ACCEPTED, _KAPPA = "coefficientRestitution", (_LEAST_COEFFICIENT, "1"), ("0
 _HERTZ, _HOOKE, _STIFFNESS = (f"src/normal_model_{name}.h" for name in ("hertz", "hooke", "hertz_stiffness"))
 
 
+def _constants(values: native.Values, impact: native.Impact) -> tuple[Law, float, float]:
+    """Return the law of a normal model, k and c."""
+    model, mass, radius = values["model"], impact.effective_mass, impact.effective_radius
+    end = "force" if values["limitForce"] == "on" else "return"
+    if model == "hertz/stiffness":
+        return law_of(VISCOELASTIC, end), values["kn"] * radius**0.5, values["gamman"] * mass * radius**0.5
+    modulus = native.effective_modulus(values["youngsModulus"], values["poissonsRatio"])
+    if model == "hertz":
+        law, kappa, k = TSUJI, tsuji_kappa, 4 / 3 * modulus * radius**0.5
+    else:
+        law, kappa, whole = LINEAR, linear_kappa, 16 / 15 * modulus * radius**0.5
+        k = whole * (mass * values["characteristicVelocity"] ** 2 / whole) ** 0.2
+    return law_of(law, end), k, float(kappa(mp.mpf(values[_E]))) * (mass * k) ** 0.5
+
+
+def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, float]:
+    """Return another coefficientRestitution, or gamman."""
+    if values["model"] != "hertz/stiffness":
+        return {_E: max(math.exp(-damping), float(_LEAST_COEFFICIENT))}
+    law, k, one = _constants(native.Values({**values, "gamman": 1.0}), impact)
+    return {"gamman": law.damping_constant(damping, impact.speed, k=k, mass=impact.effective_mass) / one}
+
+
+_NATIVE = native.Native(
+    (
+        native.Parameter("model", words=("hertz", "hooke", "hertz/stiffness")),
+        native.positive("youngsModulus", "Pa", both=True),
+        native.poisson_ratios("poissonsRatio"),
+        native.restitution(_E, float(_LEAST_COEFFICIENT)),
+        native.positive("characteristicVelocity", "m/s"),
+        native.positive("kn", "Pa"),
+        native.Parameter("gamman", "1/(m s)"),
+        native.Parameter("limitForce", default="off", words=("off", "on")),
+    ),
+    lambda values, impact: native.law_contact(*_constants(values, impact), impact),
+    _HERTZ,
+    schemes={"verlet": SEMI_IMPLICIT},
+    integrator="run_style",
+    damped=_damped,
+)
+
 SIMULATOR = Simulator(
     "liggghts",
     "LIGGGHTS",
@@ -400,4 +444,5 @@ SIMULATOR = Simulator(
         ),
     ),
     texts={"liggghts": render},
+    native=_NATIVE,
 )

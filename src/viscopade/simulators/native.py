@@ -21,6 +21,7 @@ from viscopade.collision.contact import PHASES, Contact, SampledCollision, dampi
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import COUNTS, EARTH
 from viscopade.simulators.setup import Units
+from viscopade.theory.law import Law
 
 _LONG = 0.5  # of a contact
 _MOST_STEPS, _LONGEST_STEP = 5000, 10  # steps in a contact; contacts in a step
@@ -127,6 +128,8 @@ class FileUnits(Units):
     metres: float = 1.0
     kilograms: float = 1.0
     seconds: float = 1.0
+    earth: float = EARTH
+    """Acceleration of falling bodies, in SI units; 0 if the units have no size, so that nothing is known of it."""
 
 
 @dataclass(frozen=True)
@@ -175,6 +178,33 @@ class Impact:
             self.gravity * seconds**2 / metres,
             None if self.step is None else self.step / seconds,
         )
+
+
+def law_contact(law: Law, k: float, c: float, impact: Impact) -> Contact:
+    """Return the contact of a law, with the force k x^a + c x^b v and the weight of an impact."""
+    a, b, mass = float(law.elastic), float(law.damping), impact.effective_mass
+    return Contact(lambda x, v: k * x**a + c * x**b * v, mass, mass * impact.gravity, law.end)
+
+
+def effective_modulus(young: Iterable[float], poisson: Iterable[float]) -> float:
+    """Return E_eff of Hertz' contact, from Young moduli and Poisson ratios of both bodies."""
+    return 1 / sum((1 - nu**2) / modulus for modulus, nu in zip(young, poisson, strict=True))
+
+
+def positive(name: str, unit: str, default: str | None = None, *, both: bool = False) -> Parameter:
+    """Return a parameter that is > 0."""
+    return Parameter(name, unit, default, "a number > 0", lambda numbers: min(numbers) > 0, both=both)
+
+
+def poisson_ratios(name: str, default: str | None = None) -> Parameter:
+    """Return the parameter for the Poisson ratios of both bodies."""
+    return Parameter(name, "", default, "from -1 to 1/2", lambda pair: all(-1 < nu <= 0.5 for nu in pair), both=True)
+
+
+def restitution(name: str, least: float = 0, default: str | None = None, both: bool = False) -> Parameter:
+    """Return the parameter for an eps, > `least` and <= 1."""
+    accepted = f"a number > {least:g} and <= 1"
+    return Parameter(name, "", default, accepted, lambda pair: all(least < e <= 1 for e in pair), both=both)
 
 
 @dataclass(frozen=True)
@@ -365,8 +395,8 @@ def _duration(collision: SampledCollision, speed: float) -> float:
 
 def _of_weight(native: Native, values: Values, hit: Impact, units: FileUnits) -> Iterable[str]:
     """Yield a warning if nothing was said of weight, and it would count."""
-    falling = replace(hit, step=None, gravity=EARTH * units.seconds**2 / units.metres)
-    if hit.gravity:
+    falling = replace(hit, step=None, gravity=units.earth * units.seconds**2 / units.metres)
+    if hit.gravity or not falling.gravity:
         return
     try:
         found = native.contact(values, falling).collide(hit.speed)

@@ -33,21 +33,28 @@ For the audit, read in pkg/dem of YADE 2025.2.0 (c61292558/yade4deepin at commit
   find_cn_from_en solves the formula for the end that the contact has (Schwager and Poeschel 2007), to 1 %.
 - For both, a body of mass 0 counts as one of the other's mass: half of m_eff at a wall or a facet.
 
-`NewtonIntegrator` is a leapfrog: the damping takes the velocity half a step before.
+`NewtonIntegrator` is a leapfrog: the damping takes the velocity half a step before. Its own damping D, 0.2 unless set,
+multiplies an acceleration a, that of gravity too, by 1 - D sign(a v).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from mpmath import mp
 
+from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import epsilon as exact_epsilon
+from viscopade.collision.contact import Contact
+from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair
 from viscopade.generated import written_template
+from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR,
     TSUJI,
@@ -60,7 +67,7 @@ from viscopade.simulators.formula import (
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Simulator
 from viscopade.simulators.stated import ConstantEpsilon, ProgramErrors, common, constant, facts, program_errors
-from viscopade.theory.law import VISCOELASTIC
+from viscopade.theory.law import VISCOELASTIC, Law
 from viscopade.theory.paper import TABLE
 
 
@@ -245,6 +252,77 @@ def _of_printed_pade(en: Any) -> Any:
     return mp.mpf(min((root.real for root in roots if root.real > 1e9 * abs(root.imag)), default=0)) ** 2
 
 
+_RADII = {"sphere": 1.0, "wall": 1 / 2, "facet": 2 / 3}
+"""What the program takes for the effective radius, in units of it."""
+
+
+def _constants(values: native.Values, impact: native.Impact) -> tuple[Law, float, float]:
+    """Return the law of a functor, k and c.
+
+    Raises
+    ------
+    ValueError
+        If neither or both of en and betan are given.
+    """
+    mass, other = impact.effective_mass, values["other"]
+    if values["physics"] == "ViscElPhys":
+        counted = mass if other == "sphere" else mass / 2
+        loss = -math.log(values["en"])
+        return LINEAR, counted / values["tc"] ** 2 * (math.pi**2 + loss**2), 2 * counted * loss / values["tc"]
+    modulus = native.effective_modulus(values["young"], values["poisson"])
+    k = 4 / 3 * modulus * math.sqrt(impact.effective_radius * _RADII[other])
+    if ("en" in values) == ("betan" in values):
+        raise ValueError("en and betan: expected one of them")
+    if "vn" in values:
+        kappa = float(_of_printed_pade(values["en"]))
+        return VISCOELASTIC, k, VISCOELASTIC.damping_constant(kappa, values["vn"], k=k, mass=mass)
+    ratio = values["betan"] if "betan" in values else float(thornton_betan(mp.mpf(values["en"])))
+    return TSUJI, k, math.sqrt(6 * mass * k) * ratio
+
+
+def _contact(values: native.Values, impact: native.Impact) -> Contact:
+    """Return the contact, with the damping of `NewtonIntegrator` if it has one."""
+    contact, damping = native.law_contact(*_constants(values, impact), impact), values["damping"]
+
+    def force(x: FloatArray, v: FloatArray) -> FloatArray:
+        pushes = np.maximum(contact.force(x, v), 0)
+        return np.asarray(pushes + damping * np.abs(pushes - contact.load) * np.sign(v))
+
+    return replace(contact, force=force, end="return") if damping else contact
+
+
+def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, float]:
+    """Return another betan or en."""
+    if "betan" in values:
+        return {"betan": damping / math.sqrt(6)}
+    return {"en": max(math.exp(-damping), float(_NEARLY_ALL[0]))}
+
+
+def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
+    if values["damping"]:
+        yield f"NewtonIntegrator(damping={values['damping']:g}) takes a part of eps, and slows down free flight, too"
+
+
+_NATIVE = native.Native(
+    (
+        native.Parameter("physics", words=("MindlinPhys", "ViscElPhys")),
+        native.positive("young", "Pa", both=True),
+        native.poisson_ratios("poisson"),
+        native.restitution("en"),
+        native.Parameter("betan"),
+        native.positive("vn", "m/s"),
+        native.positive("tc", "s"),
+        native.Parameter("other", default="sphere", words=tuple(_RADII)),
+        native.Parameter("damping", "", "0.2", "a number >= 0 and < 1", lambda part: 0 <= part[0] < 1),
+    ),
+    _contact,
+    _MINDLIN,
+    schemes={"NewtonIntegrator": SEMI_IMPLICIT},
+    integrator="engine",
+    damped=_damped,
+    warnings=_warnings,
+)
+
 SIMULATOR = Simulator(
     "yade",
     "YADE",
@@ -316,4 +394,5 @@ SIMULATOR = Simulator(
         "pair": "FrictMat(young={young}, poisson={poisson}, density={density}, frictionAngle=0)\n"
         "Ip2_FrictMat_FrictMat_MindlinPhys(en={en}, vn={speed})  # versions after 2023.02a"
     },
+    native=_NATIVE,
 )
