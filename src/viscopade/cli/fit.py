@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import STYLE, Quantity, double, material, need, pair_of, picture_kind, say, show
+from viscopade.cli.console import STYLE, Quantity, Real, double, material, need, pair_of, picture_kind, say, show
 from viscopade.cli.writer import check_targets, write_all
 
 if TYPE_CHECKING:
@@ -50,7 +50,11 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
     "--column", "columns", type=Assignment("NAME=HEADER"), multiple=True, help="Header or number of a column."
 )
 @click.option("--unit", "units", type=Assignment("NAME=UNIT"), multiple=True, help="Unit of a column without one.")
-@click.option("--resolution", help='Standard error of instants ("0.5 ms") or heights ("1 mm").')
+@click.option("--rate", type=Real("rate"), help="Frames per second, of a column frame.")
+@click.option(
+    "--length-per-unit", type=Quantity("length-per-unit", "length"), help="Of positions, such as that of a pixel."
+)
+@click.option("--resolution", help='Standard error of instants ("0.5 ms"), or of heights or positions ("1 mm").')
 @click.option("--gravity", type=Quantity("gravity", "acceleration"), help="Of the flight.  [default: 9.80665 m/s^2]")
 @click.option("--air-density", type=Quantity("air-density", "density"), help="Drag in air; needs radius and density.")
 @click.option("--drag-coefficient", help="Of the sphere in air.  [default: 0.47]")
@@ -80,8 +84,9 @@ def fit(
 
     DATA are CSV files or spreadsheets whose headers name the columns, with units in parentheses: "speed (cm/s)" and
     "epsilon", with "sigma_epsilon" and "contact_time" if they are known; or "time", the instants of bounces; or
-    "height", of release and rebounds; or exports of phyphox's "(In)elastic collision" and acoustic stopwatch. All
-    sheets and files are fitted together. Echoes and bounces that were not heard are found.
+    "height", of release and rebounds; or "time" (or "frame") and "position", of a ball that bounces; or exports of
+    phyphox's "(In)elastic collision" and acoustic stopwatch. All sheets and files are fitted together. Echoes and
+    bounces that were not heard are found.
 
     The result is beta with its standard error and its confidence intervals, and a verdict that compares the law with a
     constant eps, with nu = 1 and with a free exponent. With --radius, --density, --poisson-ratio and --young-modulus it
@@ -136,7 +141,7 @@ def _fitted(
     names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
     body = {name: options.pop(name) for name in names}
     sphere = _sphere(body, options["air_density"] is not None, for_scene)
-    resolution, given = options.pop("resolution"), options.pop("contact_time")
+    resolution, given, length = (options.pop(name) for name in ("resolution", "contact_time", "length_per_unit"))
     contact: ContactTime = 0.0 if given is None else double("contact-time", given)
     pair = None
     if sphere is not None and body["poisson_ratio"] is not None and body["young_modulus"] is not None:
@@ -150,6 +155,7 @@ def _fitted(
             _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),
             resolution,
             contact,
+            length_per_unit=None if length is None else double("length-per-unit", length),
             **options,
         ),
     )

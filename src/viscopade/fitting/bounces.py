@@ -19,11 +19,13 @@ from viscopade.fitting.points import Points
 MOST_INSTANTS = 20_000
 """Of bounces in a file."""
 
+LEAST_EPSILON = 1e-6
+"""Whose contact time is that of an eps of 0, too."""
+
 ContactTime = float | Callable[[FloatArray, FloatArray], FloatArray]
 
 _FINITE = Accepted("a finite number", np.isfinite)
 _ERRORS = Accepted("a number >= 0", lambda x: x >= 0)
-_LEAST_EPSILON = 1e-6  # whose contact time is that of an eps of 0, too
 _ROUNDS = 8  # until the contact times of bounces are those of their speeds
 _LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
 
@@ -204,10 +206,10 @@ def _of_drop(
             )
         launch = flight.launch(spans - contacts)
         speed = flight.impact(launch[:-1])
-        epsilon = np.clip(launch[1:] / speed, _LEAST_EPSILON, 1.0)
+        epsilon = np.clip(launch[1:] / speed, LEAST_EPSILON, 1.0)
         if law:
             speed = np.append(_first_speed(launch[0], speed, epsilon), speed)
-            contacts = law(speed, np.clip(launch / speed, _LEAST_EPSILON, 1.0))
+            contacts = law(speed, np.clip(launch / speed, LEAST_EPSILON, 1.0))
     # A late instant lengthens the flight before, and shortens the one after, unless the end of contact was measured.
     ends, starts = (
         sparse.diags_array([sign], offsets=[k], shape=(len(spans), len(instants))) @ _rows(sigma)

@@ -24,6 +24,7 @@ _POSITIVE = Accepted("a finite number > 0", lambda x: 0 < x < math.inf)
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
 _POSITIVE_OR_INFINITE = Accepted("a number > 0, or inf", lambda x: x > 0)
 _STEPS = 60
+_STEEPEST = 1.55  # g t/v_t; a rising body has no finite speed at pi/2 and more
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,20 @@ class Flight:
         """Return the derivative of `launch_to`."""
         grown = np.exp(self._fallen(height))
         return np.asarray(self.gravity * grown / self.launch_to(height))
+
+    def fall(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the distance from the apex, the speed downward and the acceleration at times from the apex on.
+
+        Before it, times and speeds are negative.
+        """
+        g, v = self.gravity, self.terminal_speed
+        if v == math.inf:
+            return g * time**2 / 2, g * time, np.full_like(time, g)
+        s = np.maximum(g * time / v, -_STEEPEST)
+        rising = np.minimum(s, 0.0)
+        distance = np.where(s < 0, -np.log(np.cos(rising)), np.logaddexp(s, -s) - math.log(2))
+        speed = np.where(s < 0, np.tan(rising), np.tanh(s))
+        return v * v / g * distance, v * speed, g * (1 - speed * np.abs(speed))
 
     def _fallen(self, height: FloatArray) -> FloatArray:
         """Return 2 g h/v_t^2; from more than 600 of it a body lands at v_t to the last digit."""

@@ -7,6 +7,7 @@ A sheet has one of these sets of columns, and may have others besides:
 - `time`: the instants at which a body hits the plane, and if known `release_time`, when it leaves the plane; or
   `interval`, the times between these instants;
 - `height`: the height of release, then those of the rebounds; or `drop_height` and `rebound_height`;
+- `time` or `frame`, and `position`: a vertical coordinate of a body that falls on a plane;
 - `bounce 0`, `bounce 1`, …: the instants of one drop in a row, as phyphox exports them (also `Start`, `Stop 1`, …).
 
 A column `drop` tells the drops apart in a sheet with several. The column `sigma` has the standard errors of instants or
@@ -25,8 +26,9 @@ from pathlib import PurePath
 
 import numpy as np
 
+from viscopade import files
 from viscopade.arrays.checked import FloatArray
-from viscopade.fitting import bounces
+from viscopade.fitting import bounces, tracks
 from viscopade.fitting.bounces import ContactTime
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
@@ -48,13 +50,15 @@ COLUMNS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "drop_height": ("length", ("drop_height", "release_height", "h0")),
     "rebound_height": ("length", ("rebound_height", "h1")),
     "sigma": ("", ("sigma", "error", "sigma_time", "sigma_height", "time_error", "height_error")),
+    "position": ("length", ("position", "y", "z", "y_position", "position_y")),
+    "frame": ("", ("frame", "slice", "image")),
     "drop": ("", ("drop", "run", "series")),
 }
 """By column, its dimension and the names in a header that stand for it, in small letters with _ for other signs."""
 
 ACCEPTED = (
     "speed and epsilon, or speed and speed_out; or time, the instants of bounces; or height, of release and rebounds; "
-    "or drop_height and rebound_height; or phyphox's bounce 0, bounce 1, …"
+    "or drop_height and rebound_height; or time (or frame) and position; or phyphox's bounce 0, bounce 1, …"
 )
 SLOWEST, FASTEST, FASTEST_FLIGHT = 1e-9, 1e4, 100.0
 """Speeds that are read, and of bodies that fall, in m/s."""
@@ -84,6 +88,10 @@ class Options:
         Duration of contacts between bounces, as for `bounces.of_times`.
     scatter : bool or None
         As for `Points.measured`.
+    rate : float or None
+        Frames per second.
+    length_per_unit : float or None
+        Of positions without a unit of length, in metres.
     sheets : sequence of str
         Names of the sheets to read; all if there are none.
     without : sequence of str
@@ -96,6 +104,8 @@ class Options:
     resolution: str | None = None
     contact_time: ContactTime = 0.0
     scatter: bool | None = None
+    rate: float | None = None
+    length_per_unit: float | None = None
     sheets: Sequence[str] = ()
     without: Sequence[str] = ()
 
@@ -331,6 +341,8 @@ class _Reader:
         unit = self.options.units.get(name) or written
         if written and name in self.options.units:
             raise ValueError(f"the column {name} has the unit {written!r} in its header: accepted is no other one")
+        if name == "position" and self.options.length_per_unit is not None:
+            return self.options.length_per_unit
         if not unit:
             return 1.0
         if not dimension:
@@ -354,10 +366,10 @@ class _Reader:
         node = Node(self.sheet.source, "resolution", given if math.isnan(plain) else plain)
         return np.full(len(self.rows), 0.0 if given is None else quantity(node, dimension))
 
-    def drops(self) -> list[list[int]]:
+    def drops(self, most: int = bounces.MOST_INSTANTS) -> list[list[int]]:
         """Return the rows of each drop."""
-        if len(self.rows) > bounces.MOST_INSTANTS:
-            raise ValueError(f"there are {len(self.rows)} rows: accepted are up to {bounces.MOST_INSTANTS} bounces")
+        if len(self.rows) > most:
+            raise ValueError(f"there are {len(self.rows)} rows: accepted are up to {most} bounces")
         rows: dict[str, list[int]] = {}
         for i, key in enumerate(self.cells("drop") if "drop" in self.known else [""] * len(self.rows)):
             rows.setdefault(key, []).append(i)
@@ -405,8 +417,11 @@ class _Reader:
         options, form = self.options, self.form
         if form.kind == "speeds" and options.flight != _IN_VACUUM:
             raise ValueError("gravity or drag is given: accepted with speed and epsilon are no options of a flight")
-        if form.kind != "instants" and options.contact_time and not callable(options.contact_time):
-            raise ValueError("a contact time is given: accepted is it with instants of bounces")
+        if form.kind in ("speeds", "heights") and options.contact_time and not callable(options.contact_time):
+            raise ValueError("a contact time is given: accepted is it with instants of bounces or positions over time")
+        for name, column in (("rate", "frame"), ("length_per_unit", "position")):
+            if getattr(options, name) is not None and column not in form.needed:
+                raise ValueError(f"--{name.replace('_', '-')} is given: expected with it is a column {column}")
         if self.sheet.comma:
             text = "".join(cell for name in self.known if name != "drop" for cell in self.cells(name))
             if "," in text and "." in text:
@@ -484,6 +499,23 @@ def _instants(reader: _Reader) -> Points:
     )
 
 
+def _positions(reader: _Reader) -> Points:
+    """Return the points of the contacts in tracks; frames without a position are skipped."""
+    first, options = reader.form.needed[0], reader.options
+    if first == "frame" and options.rate is None:
+        raise ValueError("frames have no times: expected is --rate, their number per second")
+    times = reader.numbers(first, blank=True) / (options.rate if first == "frame" and options.rate else 1.0)
+    positions, sigma, labels = reader.numbers("position", blank=True), reader.sigma("length"), reader.labels
+    made = []
+    for rows in reader.drops(files.MOST_CELLS):
+        of = [i for i in rows if math.isfinite(times[i]) and math.isfinite(positions[i])]
+        kept, contact = [labels[i] for i in of], options.contact_time
+        made.append(
+            tracks.of_track(times[of], positions[of], kept, options.flight, sigma=sigma[of], contact_time=contact)
+        )
+    return bounces.together(made)
+
+
 def _heights(reader: _Reader) -> Points:
     heights, sigma, labels = reader.numbers("height"), reader.sigma("length"), reader.labels
     rows = reader.drops()
@@ -536,6 +568,8 @@ _FORMS = (
     Form("speeds", ("speed", "speed_out"), _pairs),
     Form("instants", ("bounce_0", "bounce_1"), _instants),
     Form("heights", ("drop_height", "rebound_height"), _height_pairs),
+    Form("positions", ("time", "position"), _positions),
+    Form("positions", ("frame", "position"), _positions),
     Form("heights", ("height",), _heights),
     Form("instants", ("time",), _instants),
     Form("instants", ("interval",), _instants),

@@ -1,0 +1,142 @@
+"""Tracks of a ball whose speeds and eps are known: made of exact flights, noise and drag, 200 frames per second."""
+
+import numpy as np
+import pytest
+
+from viscopade.arrays import double
+from viscopade.fitting import read
+from viscopade.fitting.bounces import TooFew
+from viscopade.fitting.flight import Flight
+from viscopade.fitting.likelihood import fitted
+from viscopade.fitting.read import Options
+from viscopade.fitting.tracks import of_track
+from viscopade.fitting.verdict import MODELS
+
+RATE, NOISE, BETA, CONTACTS = 200, 1e-3, 0.2, 5
+FLIGHTS = {"vacuum": Flight(), "air": Flight.of_sphere(0.02, 84.0, air_density=1.2)}
+
+
+def law(speed):
+    return float(double.epsilon(BETA**0.5 * speed**0.1))
+
+
+def track(random, flight, *, held=0.2, height=1.0, duration=0.0):
+    """Return times and heights of frames, and the speeds and eps of all contacts.
+
+    The ball is held, falls, and is caught before it would bounce once more.
+    """
+    fine = np.linspace(0, 2, 20_001)
+    start = held + np.interp(height, flight.fall(fine)[0], fine)
+    parts, speed = [(held, start, held, height)], float(flight.impact(flight.launch_to(np.array([height])))[0])
+    speeds, epsilon = [], []
+    for _ in range(CONTACTS):
+        speeds.append(speed)
+        epsilon.append(law(speed))
+        launch = np.array([speed * epsilon[-1]])
+        start += duration
+        end = start + float(flight.duration(launch)[0])
+        rise = np.interp(-launch[0], flight.fall(-fine[::-1])[1], -fine[::-1])
+        parts.append((start, end, start - rise, float(flight.fall(np.array([rise]))[0][0])))
+        start, speed = end, float(flight.impact(launch)[0])
+    time = np.arange(0, end - 0.1, 1 / RATE)
+    true = np.where(time < held, height, 0.0)
+    for begin, end, apex, top in parts:
+        inside = (time >= begin) & (time < end)
+        true[inside] = top - flight.fall(time[inside] - apex)[0]
+    return time, true + NOISE * random.standard_normal(len(time)), np.array(speeds), np.array(epsilon)
+
+
+def labels(time):
+    return [f"line {k}" for k in range(len(time))]
+
+
+@pytest.mark.parametrize("number", [40, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("duration", [0.0, 0.008])
+@pytest.mark.parametrize("air", FLIGHTS)
+def test_intervals_hold_the_true_speeds_and_eps(air, duration, number):
+    random, flight = np.random.default_rng(4), FLIGHTS[air]
+    off = []
+    for _ in range(number):
+        time, height, speed, epsilon = track(random, flight, held=0.3 * random.random(), duration=duration)
+        found = of_track(time, height, labels(time), flight, contact_time=duration)
+        errors = np.sqrt((found.speed_errors.toarray() ** 2).sum(axis=1))
+        off.append([(found.speed - speed) / errors, (found.epsilon - epsilon) / found.standard_errors])
+    for each in np.moveaxis(np.abs(off), 1, 0):
+        slack = 3 / np.sqrt(each.size / 2)  # two neighbours share a flight
+        assert np.mean(each < 1) == pytest.approx(0.683, abs=0.47 * slack)
+        assert np.mean(each < 1.96) == pytest.approx(0.95, abs=0.22 * slack)
+
+
+@pytest.mark.slow
+def test_intervals_of_beta_hold_it():
+    random, flight = np.random.default_rng(5), FLIGHTS["air"]
+    inside = []
+    for _ in range(300):
+        time, height, *_ = track(random, flight)
+        found = fitted(of_track(time, height, labels(time), flight).without_scatter(), MODELS[0])
+        truth = BETA * found.middle**0.2
+        inside.append([found.interval(level)[0] < truth < found.interval(level)[1] for level in (0.68, 0.95)])
+    assert np.mean(inside, axis=0) == pytest.approx([0.68, 0.95], abs=0.08)
+
+
+@pytest.mark.parametrize(
+    ("header", "options"),
+    [
+        ("t (s),y (m)", {}),
+        ("mass A,\nt,y\ns,m", {}),
+        ("Slice,Y (px)", {"rate": RATE, "length_per_unit": -0.002}),
+        ("# frame z", {"rate": RATE, "length_per_unit": 0.002}),
+    ],
+)
+def test_files_of_programs(header, options):
+    """Positions in an image grow downward; a frame in which the ball was not found is blank."""
+    time, height, speed, epsilon = track(np.random.default_rng(6), FLIGHTS["vacuum"])
+    scale = options.pop("length_per_unit", 1.0)
+    separator = " " if "#" in header else ","
+    first = np.arange(len(time)) if options else time
+    rows = [f"{a:.6g}{separator}{b:.6f}" for a, b in zip(first, height / scale, strict=True)]
+    if "Slice" in header:
+        rows[60] = "60,"
+    if options:
+        options["length_per_unit"] = abs(scale)
+    content = "\n".join([header, *rows]).encode()
+    found = read.recording([(content, "track.csv")], Options(**options)).points
+    assert found.speed == pytest.approx(speed, abs=5e-3)
+    assert found.epsilon == pytest.approx(epsilon, abs=3e-3)
+    assert found.labels[0].startswith("line ")
+
+
+def test_contact_times_of_a_material_are_those_of_its_speeds():
+    time, height, speed, epsilon = track(np.random.default_rng(6), FLIGHTS["vacuum"], duration=0.008)
+    number = of_track(time, height, labels(time), Flight(), contact_time=0.008)
+    same = of_track(time, height, labels(time), Flight(), contact_time=lambda v, _: np.full_like(v, 0.008))
+    assert same.epsilon == pytest.approx(number.epsilon)
+    assert np.abs((same.epsilon - epsilon) / same.standard_errors).max() < 4
+    without = of_track(time, height, labels(time), Flight())
+    assert np.abs((without.epsilon - epsilon) / without.standard_errors).max() > 10
+    assert speed == pytest.approx(same.speed, abs=5e-3)
+
+
+def test_one_contact_is_enough():
+    time, height, speed, epsilon = track(np.random.default_rng(6), FLIGHTS["vacuum"])
+    some = time < 0.85  # the ball hits the plane at 0.65 s
+    found = of_track(time[some], height[some], labels(time[some]), Flight())
+    assert found.epsilon == pytest.approx(epsilon[:1], abs=4 * found.standard_errors[0])
+    assert found.speed == pytest.approx(speed[:1], abs=5e-3)
+
+
+def test_what_is_no_track_of_a_falling_ball_is_refused():
+    time, height, *_ = track(np.random.default_rng(6), FLIGHTS["vacuum"])
+    with pytest.raises(ValueError, match=r"the body falls with 9\.\d+e\+03 m/s\^2: expected 9.81; are the units"):
+        of_track(time, 1000 * height, labels(time), Flight())
+    with pytest.raises(ValueError, match="line 9: the time is not later than the one before"):
+        of_track(np.where(time == time[9], 0, time), height, labels(time), Flight())
+    with pytest.raises(TooFew, match="the track has 5 frames"):
+        of_track(time[:5], height[:5], labels(time[:5]), Flight())
+    with pytest.raises(TooFew, match="the track has 0 contacts"):
+        of_track(time[45:100], height[45:100], labels(time[45:100]), Flight())
+    text = "frame,y\n" + "\n".join(f"{k},{y}" for k, y in enumerate(height.tolist()))
+    with pytest.raises(ValueError, match="frames have no times: expected is --rate"):
+        read.recording([(text.encode(), "a.csv")])
+    with pytest.raises(ValueError, match="--rate is given: expected with it is a column frame"):
+        read.recording([(b"speed,epsilon\n1,0.9\n", "a.csv")], Options(rate=200.0))
