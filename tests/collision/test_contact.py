@@ -89,7 +89,7 @@ def test_power_laws_without_load_agree_with_the_exact_function(law):
         assert found.status == "sampled"
         assert found.epsilon == pytest.approx(true["epsilon"], rel=1e-12, abs=1e-14)
         assert found.depth == pytest.approx(true["x_max"], rel=1e-12)
-        assert found.duration == pytest.approx(true["tau_c"], rel=1e-11)
+        assert found.duration == pytest.approx(true["tau_c"], rel=1e-9)
         assert found.least == found.largest == found.epsilon
 
 
@@ -443,7 +443,7 @@ def test_an_eps_that_no_damping_gives():
         (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[2]), "phases is 2.0"),
         (
             lambda: Contact(lambda x, v: 0 * x).collide(),
-            "force stops no body of mass 1 at speed 1: expected one",
+            "force stops no body of mass 1 at speed 1: expected a function",
         ),
         (lambda: Contact(lambda x, v: x, load=1e300).collide(1e-3), "force"),
         (lambda: Contact(lambda x, v: np.where(x < 0.5, x, np.nan)).collide(), "force"),

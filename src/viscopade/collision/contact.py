@@ -55,6 +55,7 @@ _ESCAPES = 1e6  # in units of the speed of impact: a piece that cannot be solved
 _ROUNDING, _ROUNDED = 4e-16, 2e-14  # of a number, and of the error of a piece
 _NEWTON = 20  # steps to solve a piece, at most
 _PIECES = 1000  # of one collision, at most
+_EXPECTED = "expected a function of compression and rate that pushes bodies apart"
 _CREEP = 1e-12  # of the speed of impact: slower bodies that slow down do not part
 _NUDGE = 1e-7  # for derivatives of the force
 _EDGE = 1e-3  # of the part of a piece without nodes
