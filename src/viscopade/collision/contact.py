@@ -509,16 +509,14 @@ def _length(contact: Contact, speed: float) -> float:
             lengths = np.logspace(low, high, 41)
             with np.errstate(all="ignore"):
                 force = np.asarray(contact.force(lengths, np.full(41, rate)), float) - contact.load
-                stops = force * lengths >= contact.mass * speed**2
+                stops = np.isfinite(force) & (force * lengths >= contact.mass * speed**2)
             if not stops.any():
                 break
             i = max(int(np.argmax(stops)), 1)
             low, high = np.log10(lengths[i - 1]), np.log10(lengths[i])
         else:
             return float(lengths[i])
-    raise ValueError(
-        f"force stops no body of mass {contact.mass:g} at speed {speed:g}: expected one that pushes bodies apart"
-    )
+    raise ValueError(f"force stops no body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
 
 
 def _exact(contact: Contact, speed: float) -> SampledCollision:
