@@ -440,3 +440,20 @@ def test_settings_of_matplotlib_are_left_as_they_were():
         before = settings()
         render([NAME], ["svg"])
         assert settings() == before
+
+
+def test_weight(sheets):
+    """At G = 0.03 and 0.1 the values of section 2.11; and where viscoelastic bodies stay down."""
+    known = {
+        ("linear", "force"): (0.476, 0.411),
+        ("linear", "return"): (0.480, 0.427),
+        ("viscoelastic", "force"): (0.468, 0.380),
+    }
+    for (name, end), values in known.items():
+        shares, drawn_values = artist(sheets["weight"], f"{name}-{end}").get_data()
+        at = [load * law_of(name).contact_time for load in (0.03, 0.1)]
+        assert np.interp(at, shares, drawn_values) == pytest.approx(values, abs=1.5e-3)
+        assert drawn_values[-1] == 0 < drawn_values[-2]
+    shares, _ = artist(sheets["weight"], "viscoelastic-return").get_data()
+    assert shares[-2] < 0.255 * law_of("viscoelastic").contact_time
+    assert shares[-1] > 0.245 * law_of("viscoelastic").contact_time

@@ -3,6 +3,6 @@
 NAMES = (
     *("seriesDiverging", "seriesErrors", "tryingDifferentPade", "localSlope", "tryingDifferentPadeLin", "padeErrors"),
     *("polesAndZeros", "expVsAnaVsNum", "iceErrors", "minimaxErrors", "cooling"),
-    *("universalCurves", "dampingFormulas", "audit", "epsOverSpeed"),
+    *("universalCurves", "dampingFormulas", "audit", "epsOverSpeed", "weight"),
 )
 FORMATS = ("svg", "pdf", "png")

@@ -12,6 +12,7 @@ from viscopade import restitution
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import PHASES, Contact
 from viscopade.collision.spheres import beta_from_restitution
+from viscopade.collision.weight import loss_slope
 from viscopade.plots.sheet import (
     BLUE,
     DASH_DOT,
@@ -30,6 +31,7 @@ from viscopade.plots.sheet import (
 from viscopade.simulators import simulator_of
 from viscopade.simulators.formula import DampingFormula, wanted_kappa
 from viscopade.simulators.measured import measurements
+from viscopade.theory.law import law_of
 from viscopade_lab.figures.paper import Figure, figure
 
 if TYPE_CHECKING:
@@ -156,4 +158,43 @@ def _at_speeds(formula: DampingFormula, instead: bool) -> FloatArray:
     return np.array([float(formula.delivered(mp.mpf(float(kappa) * speed**power))) for speed in SPEEDS.tolist()])
 
 
-FIGURES: Mapping[str, Figure] = {"audit": _audit, "epsOverSpeed": _over_speed}
+SHARES = np.concatenate([np.geomspace(0.01, 0.4, 25), np.linspace(0.44, 1.4, 49)])
+"""g t_c/v, t_c being the duration of contact without damping."""
+WITH_WEIGHT: Mapping[str, tuple[str, str]] = {
+    "linear": ("linear", ORANGE),
+    "tsuji": ("Tsuji", BLUE),
+    "viscoelastic": ("viscoelastic", PURPLE),
+    "hunt-crossley:1": ("Hunt-Crossley", VERMILION),
+}
+
+
+@figure(
+    "eps with weight over g t_c/v, of four laws of contact that are made for 0.5 without weight",
+    r"""$\varepsilon$ of a body that falls on a plane, over $g t_c/v$: acceleration times duration of the undamped
+    contact over the impact speed. Without weight all contacts deliver 0.5. Solid: contact ends where the force
+    vanishes; dashed: at $x = 0$. A Hunt-Crossley contact has one end. Where a curve meets 0 the body stays down.
+    Dash-dotted: the loss 0.5 times $1 + 0.539 g t_c/v$, the rule of thumb for viscoelastic spheres, which is exact for
+    small losses.""",
+)
+def _weight() -> Sheet:
+    sheet, (axes,) = new_sheet(3.2)
+    label_axes(axes, "$g t_c / v$", EPSILON, (SHARES[0], SHARES[-1]), (0, CHOSEN + 0.02), "x")
+    rule = 1 - (1 - CHOSEN) * (1 + loss_slope(law_of("viscoelastic")) * SHARES)
+    draw_look(axes, Look(GREY, DASH_DOT), SHARES, rule, "rule")
+    for name, (_, color) in WITH_WEIGHT.items():
+        for end, look in (("force", Look(color)), ("return", Look(color, DASHED))):
+            law = law_of(name, end)
+            if end == "return" and law.nu <= 1:
+                continue
+            kappa = float(wanted_kappa(law, str(CHOSEN)))
+            values = []
+            for share in SHARES.tolist():
+                values.append(Contact.of_law(law, kappa, share / law.contact_time).collide().epsilon)
+                if values[-1] == 0:
+                    break
+            draw_look(axes, look, SHARES[: len(values)], np.array(values), f"{name}-{end}")
+    key_of(axes, [(words, Look(color)) for words, color in WITH_WEIGHT.values()], "lower left", 1)
+    return sheet
+
+
+FIGURES: Mapping[str, Figure] = {"audit": _audit, "epsOverSpeed": _over_speed, "weight": _weight}

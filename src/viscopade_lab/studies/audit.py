@@ -13,7 +13,9 @@ from pathlib import Path
 import click
 from mpmath import mp
 
+from viscopade.collision.contact import SampledCollision
 from viscopade.collision.schemes import IMPLICIT, RUNGE_KUTTA, SEMI_IMPLICIT, Scheme
+from viscopade.collision.weight import COUNTS, loaded, loss_slope
 from viscopade.simulators import simulator_of, simulators
 from viscopade.simulators.audit import ASKED, Audit, advised, audited
 from viscopade.simulators.formula import DampingFormula, stepped_collision, wanted_kappa
@@ -37,8 +39,7 @@ ENDS = {"force": "force = 0", "return": "$x = 0$"}
 
 HEAD = r"""# The $\varepsilon$ you asked for: what programs deliver
 
-You ask a program for $\varepsilon = 0.5$, and its bodies rebound with 0.55 or 0.62. There are six reasons.
-This page computes the first five:
+You ask a program for $\varepsilon = 0.5$, and its bodies rebound with 0.55 or 0.62. There are six reasons:
 
 - **other end.** The formula is made for contact that ends at $x = 0$, but the program ends it where the force
   vanishes, or the reverse;
@@ -47,7 +48,8 @@ This page computes the first five:
 - **time step.** The program computes forces at single moments, most programs with a velocity that is half a step old;
 - **approximate formula.** The formula is an approximation;
 - **weight.** A body that falls is pressed down while it is in contact, and loses more. A MuJoCo contact tuned to 0.5,
-  which lasts 31 ms, delivers 0.45 to a ball that falls with 1 m/s. All numbers of this page are without weight.
+  which lasts 31 ms, delivers 0.45 to a ball that falls with 1 m/s ([below](#weight)). All other numbers of this page
+  are without weight.
 
 `viscopade audit lammps --epsilon 0.5` prints the rows of
 this page for one program, with the reason and the number to write instead. With `--time-step` it computes the
@@ -109,9 +111,35 @@ AFTER_STEPS = r"""
   $\varepsilon$ = {highest} on average.
 - Another number than the one asked for makes up for the step, and this prints it:
   `viscopade audit lammps --epsilon 0.5 --time-step 0.02`.
-
-## What was read
 """
+SOURCES = "## What was read\n"
+
+WEIGHT = r"""## Weight
+
+A body that falls on a plane is pressed against it by its weight while it is in contact:
+$m \ddot{{\xi}} + k \xi^a + c \xi^b \dot{{\xi}} = m g$. Without damping this changes nothing: the body is back at
+$\xi = 0$ with the speed that it came with. But the weight makes the contact deeper and longer, so that any damping
+takes more. For small losses $1 - \varepsilon$ grows by the factor $1 + s g t_c/v$
+([derivation](../../derivations/16_load.py)), with the duration $t_c$ of the contact without damping and the impact
+speed $v$. So weight counts where contacts are long, as soft ones are, and where bodies are slow. Below the sticking
+speed a body does not leave the plane again: $\varepsilon = 0$.
+
+![eps of a body that falls, over its weight, for four laws and both ends of contact](../figures/weight.svg)
+
+The table is for contacts that are made for {chosen} without weight. The numbers are sampled
+([`viscopade.collision.contact`](../../src/viscopade/collision/contact.py)).
+"""
+
+AFTER_WEIGHT = r"""
+- `viscopade epsilon` and `invert` take `--gravity` or `--load`. `viscopade table` and `plot` take `--gravity`, and
+  `viscopade simulators --gravity` writes the damping that makes up for the weight.
+- Without it `viscopade simulators` and `viscopade scene` state $g t_c/v$ in their files. From {counts:g} on they
+  warn, with the $\varepsilon$ that a body gets which falls, and with its sticking speed.
+- MuJoCo's contacts carry a part of the weight, 0.9 of it with the `solimp` that we write, without a penetration: a
+  ball keeps 0.448 of 1 m/s in the contact of 31 ms, not 0.399 as a spring and a dashpot would leave it.
+- Two bodies that both fall have no weight on each other. The direction of impact is normal to the plane.
+"""
+SHARES = (0.02, 0.1, 0.3)  # g t_c/v
 
 BEGIN, END = "<!-- audit -->", "<!-- end of the audit -->"
 SECTION = r"""
@@ -219,6 +247,27 @@ def _steps(law: Law, name: str, words: str, scheme: Scheme = SEMI_IMPLICIT) -> l
     return [words, contact_ends, f"{advice.slope:.3f}", *values, f"{1 / advice.largest_step:.0f}"]
 
 
+def weight_table() -> str:
+    """Return the table of weight: s of the factor, eps at `SHARES`, and g t_c/v from which on bodies stay down."""
+    head = ["law", "contact ends at", "$s$", *(f"$g t_c/v = {share:g}$" for share in SHARES), "stays down from"]
+    return markdown(head, (_weight(law, name.partition(":")[0]) for name in LAWS for law in _with_ends(name)))
+
+
+def _weight(law: Law, words: str) -> list[str]:
+    kappa = float(wanted_kappa(law, CHOSEN))
+
+    def fall(share: float) -> SampledCollision:
+        return loaded(law, kappa, share / law.contact_time).collide()
+
+    parts, stays = 0.0, 10.0
+    while stays - parts > 1e-4:
+        between = (parts + stays) / 2
+        parts, stays = (between, stays) if fall(between).parts else (parts, between)
+    contact_ends = ENDS[law.end] if law.nu > 1 else "both"
+    values = (f"{fall(share).epsilon:.4f}" for share in SHARES)
+    return [words, contact_ends, f"{loss_slope(law):.3f}", *values, f"{stays:.3f}"]
+
+
 def sources_table() -> str:
     """Return the table of files and versions."""
     rows = (
@@ -259,6 +308,10 @@ def parts() -> Iterator[str]:
     yield STEPS_TEXT.format(chosen=rf"$\varepsilon = {CHOSEN}$", error="1 %")
     yield steps_table()
     yield AFTER_STEPS.format(highest=f"{highest_epsilon():.2f}")
+    yield WEIGHT.format(chosen=rf"$\varepsilon = {CHOSEN}$")
+    yield weight_table()
+    yield AFTER_WEIGHT.format(counts=COUNTS)
+    yield SOURCES
     yield f"{sources_table()}\n\n{runs_table()}"
 
 
