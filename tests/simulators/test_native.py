@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from mpmath import mp
 
+from viscopade.collision import tsuji
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.simulators import simulator_of
+from viscopade.simulators.formula import tsuji_kappa
 from viscopade.simulators.native import Impact, Native, Parameter, delivery
 from viscopade.simulators.typed_force import force
 from viscopade.simulators.typed_force import native as typed
@@ -205,6 +207,13 @@ DEM = {
         {"law": law, "YOUNG_MODULUS": "1e6", "POISSON_RATIO": "0.3", "COEFFICIENT_OF_RESTITUTION": "0.6"}
         for law in ("DEM_D_Hertz_viscous_Coulomb", "DEM_D_Linear_viscous_Coulomb")
     ],
+    "mercurydpm": [
+        {"species": "LinearViscoelastic", "stiffness": "1e4", "dissipation": "1"},
+        {"species": "HertzianBSHPViscoelastic", "effectiveElasticModulus": "1e6", "dissipation": "1e-4"},
+        {"species": "HertzianViscoelastic", "effectiveElasticModulus": "1e6", "restitutionCoefficient": "0.7"},
+    ],
+    "chrono": [{"young_modulus": "1e6"}, {"use_material_properties": "false", "contact_force_model": "Hooke"}],
+    "jaxdem": [{"young": "1e6", "e": "0.7"}],
 }
 
 
@@ -214,6 +223,120 @@ def test_what_is_written_instead_delivers_the_wanted_eps_in_dem_programs(program
     instead = delivered(program, given, 2.0, epsilon=0.45, **hit).instead
     found = delivered(program, given | instead, 2.0, **hit)
     assert found.collision.epsilon == pytest.approx(0.45, abs=1e-6)
+
+
+MERCURY, MATERIAL = {"species": "LinearViscoelastic", "restitutionCoefficient": "0.5"}, {"restitution": "0.5"}
+TIMED = {"collisionTime": "1e-2", "particleMass": "0.02"}
+HERTZ = {"effectiveElasticModulus": "1e6", "species": "HertzianViscoelastic"}
+WITHOUT = {"use_material_properties": "false"}
+ZETA = float(tsuji_kappa(mp.mpf("0.5"))) / np.sqrt(5)
+FORCE, LIGHTER = (np.exp(-2 * zeta * np.arccos(zeta) / np.sqrt(1 - zeta**2)) for zeta in (ZETA, ZETA / np.sqrt(2)))
+AT_WALL = np.exp(-np.pi * ZETA / np.sqrt(2 - ZETA**2))
+
+
+@pytest.mark.parametrize(
+    ("program", "given", "epsilon"),
+    [
+        ("mercurydpm", MERCURY | TIMED, 0.5),
+        ("mercurydpm", MERCURY | {"stiffness": "1e4", "particleMass": "0.02"}, 0.5),
+        ("mercurydpm", MERCURY | TIMED | {"particleMass": "0.01"}, AT_WALL),  # made for half of the effective mass
+        ("mercurydpm", HERTZ | {"restitutionCoefficient": "0.5"}, 0.5),
+        ("mercurydpm", HERTZ | {"dissipation": repr(float(tsuji_kappa(mp.mpf("0.5"))))}, 0.5),
+        ("chrono", MATERIAL, FORCE),
+        ("chrono", MATERIAL | {"contact_force_model": "PlainCoulomb"}, FORCE),
+        ("chrono", MATERIAL | {"contact_force_model": "Hooke"}, FORCE),
+        ("chrono", MATERIAL | {"restitution": "0.5 0.9", "contact_force_model": "Flores"}, FORCE),
+        ("chrono", MATERIAL | {"fixed_body_mass": "1e9"}, FORCE),
+        ("chrono", MATERIAL | {"fixed_body_mass": "0.01"}, LIGHTER),  # c knows half of the mass
+        (
+            "chrono",
+            WITHOUT | {"contact_force_model": "Hooke", "kn": "100", "gn": repr(200 * tsuji.damping_ratio(0.5))},
+            0.5,
+        ),
+        ("jaxdem", {"young": "1e6 3e6", "e": "0.5 0.7"}, FORCE),
+    ],
+)
+def test_what_the_source_says(program, given, epsilon):
+    """Programs that were not run."""
+    found = delivered(program, given, 2.0, 0.01, radius=0.02).collision
+    assert found.epsilon == pytest.approx(epsilon, abs=1e-8)
+
+
+def test_parameters_of_dem_programs_mean_what_they_say():
+    viscoelastic = {"species": "HertzianBSHPViscoelastic", "effectiveElasticModulus": "1e6", "dissipation": "1e-3"}
+    bshp = delivered("mercurydpm", viscoelastic, 2.0, 0.01, radius=0.02).collision
+    kn, eta = 4e6 / 3, 2 * 1e-3 * 1e6 / 0.01
+    line = {"normal": "hertz", "coefficients": f"{kn!r} {eta!r}", "limit_damping": "yes"}
+    assert delivered("lammps", line, 2.0, 0.01, radius=0.02).collision.epsilon == pytest.approx(bshp.epsilon, abs=1e-9)
+    stiffness = {"model": "hertz/stiffness", "kn": repr(kn), "gamman": repr(eta), "limitForce": "on"}
+    found = delivered("liggghts", stiffness, 2.0, 0.01, radius=0.02).collision
+    assert (found.epsilon, found.depth) == pytest.approx((bshp.epsilon, bshp.depth), rel=1e-9)
+    cgs = {**line, "units": "cgs", "coefficients": f"{10 * kn!r} {eta / 100!r}"}
+    found = delivered("lammps", cgs, 2.0, 0.01, radius=0.02)
+    assert (found.collision.epsilon, found.collision.depth) == pytest.approx((bshp.epsilon, 100 * bshp.depth), rel=1e-9)
+    assert found.units.length == "cm"
+    assert not delivered("lammps", line, 0.01, 0.01, radius=0.02).warnings  # lj: nothing is known of weight
+    k = 4 * 0.02 / (1 / 1e6 + 1 / 3e6)
+    found = delivered("jaxdem", {"young": "1e6 3e6", "e": "1"}, 2.0, 0.01, radius=0.02).collision
+    assert found.depth == pytest.approx(2 * np.sqrt(0.01 / k), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("program", "given", "message"),
+    [
+        (
+            "lammps",
+            {"normal": "hertz", "coefficients": "1e5 1 0.3"},
+            "coefficients is 3 numbers: accepted for hertz is k_n",
+        ),
+        (
+            "lammps",
+            {"normal": "hertz/material", "coefficients": "1 1"},
+            "hertz/material is E, damping coefficient and nu",
+        ),
+        ("lammps", {"normal": "hooke", "coefficients": "1e5 1.5", "damping": "tsuji"}, "an eps > 0 and <= 1"),
+        ("lammps", {"normal": "hertz/material", "coefficients": "1e5 1 0.6"}, "a nu up to 1/2"),
+        ("lammps", {"coefficients": "1e5 1"}, "normal is not set"),
+        (
+            "lammps",
+            {"normal": "jkr", "coefficients": "1e5 1"},
+            "normal is 'jkr': accepted is hooke, hertz, hertz/material",
+        ),
+        ("liggghts", {"model": "hertz", "coefficientRestitution": "0.05"}, "a number > 0.05 and <= 1"),
+        ("yade", {"physics": "MindlinPhys", "young": "1e6", "poisson": "0.3"}, "en and betan: expected one of them"),
+        ("mercurydpm", MERCURY | {"dissipation": "1"}, "expected one of them"),
+        ("mercurydpm", MERCURY, "particleMass is not set"),
+        ("kratos", {"law": "DEM_D_JKR"}, "law is 'DEM_D_JKR': accepted is DEM_D_Hertz"),
+        ("jaxdem", {"young": "0", "e": "0.5"}, "young is '0': accepted is a number > 0, in Pa"),
+        ("chrono", {"poisson_ratio": "0.6"}, "poisson_ratio is '0.6': accepted is from -1 to 1/2"),
+        ("rebound", {"coefficient_of_restitution": "1.1"}, "accepted is a number > 0 and <= 1"),
+    ],
+)
+def test_wrong_parameters_of_dem_programs(program, given, message):
+    with pytest.raises(ValueError) as error:
+        delivered(program, given, mass=0.01, radius=0.02)
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(("rate", "e", "speed"), [(0, 0.5, 1.0), (300, 0.5, 1.0), (1000, 0.5, 1.0), (1000, 0.9, 0.1)])
+def test_the_rule_of_rebound(rate, e, speed):
+    """A rate times the overlap at the end of a step: it may add much energy."""
+    given = {"coefficient_of_restitution": str(e), "minimum_collision_velocity": str(rate), "integrator": "leapfrog"}
+    native, step, phases = simulator_of("rebound").native, 0.01, np.array([0.125, 0.375, 0.625, 0.875])
+    found = native.contact(native.values(given), Impact(speed, None, 0.5, step=step)).epsilon(phases)
+    assert found == pytest.approx(np.maximum(e, rate * step * (1 - phases) - 1))
+    with pytest.raises(ValueError, match="REBOUND has no walls"):
+        delivered("rebound", given, gravity=EARTH)
+    rebound = pytest.importorskip("rebound")
+    for phase, epsilon in zip(phases, found, strict=True):
+        sim = rebound.Simulation()
+        sim.G, sim.dt, sim.integrator, sim.collision = 0, step, "leapfrog", "direct"
+        sim.collision_resolve, sim.minimum_collision_velocity = "hardsphere", rate
+        sim.coefficient_of_restitution = lambda *_: e
+        for side in (-1, 1):
+            sim.add(m=1, r=1, x=side * (1 + phase * step * speed / 2), vx=-side * speed / 2)
+        sim.steps(2)
+        assert (sim.particles[1].vx - sim.particles[0].vx) / speed == pytest.approx(epsilon, rel=1e-9)
 
 
 def test_newton_damps_the_approach():

@@ -3,18 +3,31 @@
 Read in src/chrono/physics/ChContactSMC.cpp of projectchrono/chrono at commit 2b57579, `CalculateForceTorque`:
 
 - Hooke: c from the damping ratio for contact that ends at x = 0. Hertz: Tsuji's damping with the same ratio.
-- A force that would pull is 0, without adhesion. Flores counts as Hooke.
+- A force that would pull is 0, without adhesion. Flores counts as Hooke. PlainCoulomb is Hertz with the radius 1.
+- Without material properties: k = kn and c = m_eff gn (Hooke), with R_eff sqrt(x) times both (Hertz), or k = kn and
+  c = gn times sqrt(x) (PlainCoulomb).
+- m_eff counts the mass of a fixed body, too. Forces are computed once in a step, when collisions are found.
 
 The default time stepper is `ChTimestepperEulerImplicitLinearized` of src/chrono/timestepper/ChTimestepperImplicit.cpp
 (commit 071a3d8). It takes contact forces from the start of the step, unless contacts are set to be stiff, and moves
-with the new velocity: semi-implicit Euler's method.
+with the new velocity: semi-implicit Euler's method. In ChTimestepperExplicit.cpp (commit 071a3d8) EULER_EXPLICIT moves
+with the old velocity, HEUN and RUNGEKUTTA45 with the mean of both: the contact force is the same in all their stages.
 """
 
 from __future__ import annotations
 
+import math
+
+from mpmath import mp
+
+from viscopade.collision.contact import Contact
+from viscopade.collision.schemes import FORWARD, SEMI_IMPLICIT, TAYLOR
+from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, TSUJI, DampingFormula, linear_kappa, tsuji_kappa
 from viscopade.simulators.simulator import OwnLaw, Simulator
+from viscopade.theory.law import VISCOELASTIC
 
+_LINEAR = "Hooke", "Flores"
 _E, _ACCEPTED, _SOURCE = "cr_eff", ("1e-15", "1"), "src/chrono/physics/ChContactSMC.cpp"
 
 _TEXT = """\
@@ -60,6 +73,57 @@ contact.stiffness if contact.stiffness is not none else 0 }});
 }  // namespace viscopade
 """
 
+
+def _contact(values: native.Values, impact: native.Impact) -> Contact:
+    """Return the contact of a force model, by the effective mass that the program takes."""
+    model, radius, mass = values["contact_force_model"], 1.0, impact.effective_mass
+    if "fixed_body_mass" in values:
+        mass = 1 / (1 / mass + 1 / values["fixed_body_mass"])
+    if model == "Hertz" or (model in _LINEAR and values["use_material_properties"] == "true"):
+        radius = impact.effective_radius
+    if values["use_material_properties"] == "false":
+        k, c = sum(values["kn"]) / 2, sum(values["gn"]) / 2
+        c *= mass if model != "PlainCoulomb" else 1.0
+        return native.law_contact(LINEAR if model in _LINEAR else VISCOELASTIC, k * radius, c * radius, impact)
+    law, kappa = (LINEAR, linear_kappa) if model in _LINEAR else (TSUJI, tsuji_kappa)
+    modulus = native.effective_modulus(values["young_modulus"], values["poisson_ratio"])
+    k = (16 / 15 if model in _LINEAR else 4 / 3) * modulus * math.sqrt(radius)
+    if model in _LINEAR:
+        k *= (mass * values["characteristic_velocity"] ** 2 / k) ** 0.2
+    c = float(kappa(mp.mpf(min(values["restitution"])))) * math.sqrt(mass * k)
+    return native.law_contact(law, k, c, impact)
+
+
+def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, tuple[float, float]]:
+    """Return another restitution or gn of both materials."""
+    if values["use_material_properties"] == "true":
+        return {"restitution": (max(math.exp(-damping), float(_ACCEPTED[0])),) * 2}
+    return {"gn": (damping * math.sqrt(values["kn"][0] / impact.effective_mass),) * 2}
+
+
+_NATIVE = native.Native(
+    (
+        native.Parameter("contact_force_model", default="Hertz", words=("Hertz", *_LINEAR, "PlainCoulomb")),
+        native.Parameter("use_material_properties", default="true", words=("true", "false")),
+        native.positive("young_modulus", "Pa", "2e5", both=True),
+        native.poisson_ratios("poisson_ratio", "0.3"),
+        native.restitution("restitution", default="0.4", both=True),
+        native.positive("characteristic_velocity", "m/s", "1"),
+        native.positive("kn", "", "2e5", both=True),
+        native.Parameter("gn", "", "40", both=True),
+        native.positive("fixed_body_mass", "kg"),
+    ),
+    _contact,
+    _SOURCE,
+    schemes={
+        **dict.fromkeys(("EULER_IMPLICIT_LINEARIZED", "EULER_IMPLICIT_PROJECTED", "EULER_IMPLICIT"), SEMI_IMPLICIT),
+        "EULER_EXPLICIT": FORWARD,
+        **dict.fromkeys(("HEUN", "RUNGEKUTTA45"), TAYLOR),
+    },
+    integrator="timestepper",
+    damped=_damped,
+)
+
 SIMULATOR = Simulator(
     "chrono",
     "Chrono",
@@ -70,4 +134,5 @@ SIMULATOR = Simulator(
     ),
     texts={"chrono": OwnLaw("SMC, Hertz", "restitution", _TEXT)},
     lines={"any": "material->SetRestitution({parameter}f);"},
+    native=_NATIVE,
 )

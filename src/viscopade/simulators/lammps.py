@@ -708,9 +708,7 @@ def _damped(values: native.Values, damping: float, impact: native.Impact) -> dic
     if values["damping"] in _OF_EPSILON:
         return {"coefficients": (first, max(math.exp(-damping), float(_EPSILON[0])), *rest)}
     one = native.Values({**values, "coefficients": (first, 1.0, *rest)})
-    law, k, c = _constants(one, impact)
-    wanted = law.damping_constant(damping, impact.speed, k=k, mass=impact.effective_mass)
-    return {"coefficients": (first, wanted / c, *rest)}
+    return {"coefficients": (first, native.number_for(damping, *_constants(one, impact), impact), *rest)}
 
 
 def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:

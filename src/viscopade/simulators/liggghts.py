@@ -389,8 +389,8 @@ def _damped(values: native.Values, damping: float, impact: native.Impact) -> dic
     """Return another coefficientRestitution, or gamman."""
     if values["model"] != "hertz/stiffness":
         return {_E: max(math.exp(-damping), float(_LEAST_COEFFICIENT))}
-    law, k, one = _constants(native.Values({**values, "gamman": 1.0}), impact)
-    return {"gamman": law.damping_constant(damping, impact.speed, k=k, mass=impact.effective_mass) / one}
+    one = native.Values({**values, "gamman": 1.0})
+    return {"gamman": native.number_for(damping, *_constants(one, impact), impact)}
 
 
 _NATIVE = native.Native(

@@ -31,13 +31,16 @@ before.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 
 from mpmath import mp
 
+from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Sphere
 from viscopade.generated import written_template
+from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR_RETURN,
     TSUJI_RETURN,
@@ -49,7 +52,7 @@ from viscopade.simulators.formula import (
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Simulator
 from viscopade.simulators.stated import ConstantEpsilon, common, constant, facts
-from viscopade.theory.law import VISCOELASTIC
+from viscopade.theory.law import VISCOELASTIC, Law
 
 
 @dataclass(frozen=True)
@@ -206,6 +209,59 @@ _FOLDER = "Kernel/Species/NormalForceSpecies"
 _LINEAR = f"{_FOLDER}/LinearViscoelasticNormalSpecies.cc"
 
 
+_SPECIES = "LinearViscoelastic", "HertzianViscoelastic", "HertzianBSHPViscoelastic"
+
+
+def _constants(values: native.Values, impact: native.Impact) -> tuple[Law, float, float]:
+    """Return the law of a species, k and c.
+
+    Raises
+    ------
+    ValueError
+        If both dissipation and restitutionCoefficient are given.
+    """
+    linear, hertz, _ = _SPECIES
+    given = "dissipation" in values
+    if given and "restitutionCoefficient" in values:
+        raise ValueError("dissipation and restitutionCoefficient: expected one of them")
+    if values["species"] == linear:
+        if given:
+            return LINEAR_RETURN, values["stiffness"], values["dissipation"]
+        e, half = values["restitutionCoefficient"], values["particleMass"] / 2
+        by_time = "stiffness" not in values
+        k = half * (math.pi**2 + math.log(e) ** 2) / values["collisionTime"] ** 2 if by_time else values["stiffness"]
+        return LINEAR_RETURN, k, float(linear_kappa(mp.mpf(e))) * math.sqrt(half * k)
+    k = 4 / 3 * values["effectiveElasticModulus"] * math.sqrt(impact.effective_radius)
+    if values["species"] == hertz:
+        kappa = values["dissipation"] if given else float(tsuji_kappa(mp.mpf(values["restitutionCoefficient"])))
+        return TSUJI_RETURN, k, kappa * math.sqrt(impact.effective_mass * k)
+    return VISCOELASTIC, k, 1.5 * values["dissipation"] * k
+
+
+def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, float]:
+    """Return another dissipation, or restitutionCoefficient."""
+    if "restitutionCoefficient" in values:
+        return {"restitutionCoefficient": max(math.exp(-damping), float(_ACCEPTED[0]))}
+    one = native.Values({**values, "dissipation": 1.0})
+    return {"dissipation": native.number_for(damping, *_constants(one, impact), impact)}
+
+
+_NATIVE = native.Native(
+    (
+        native.Parameter("species", words=_SPECIES),
+        native.positive("stiffness", "N/m"),
+        native.Parameter("dissipation"),
+        native.positive("effectiveElasticModulus", "Pa"),
+        native.positive("collisionTime", "s"),
+        native.restitution("restitutionCoefficient"),
+        native.positive("particleMass", "kg"),
+    ),
+    lambda values, impact: native.law_contact(*_constants(values, impact), impact),
+    _LINEAR,
+    schemes={"velocity Verlet": SEMI_IMPLICIT},
+    damped=_damped,
+)
+
 SIMULATOR = Simulator(
     "mercurydpm",
     "MercuryDPM",
@@ -258,4 +314,5 @@ SIMULATOR = Simulator(
         "species.setEffectiveElasticModulus({E_eff});\n"
         "species.setDissipation({A});"
     },
+    native=_NATIVE,
 )

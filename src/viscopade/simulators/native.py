@@ -186,6 +186,11 @@ def law_contact(law: Law, k: float, c: float, impact: Impact) -> Contact:
     return Contact(lambda x, v: k * x**a + c * x**b * v, mass, mass * impact.gravity, law.end)
 
 
+def number_for(kappa: float, law: Law, k: float, c: float, impact: Impact) -> float:
+    """Return the number of a file that gives a law this kappa; c is that of the number 1, and in proportion to it."""
+    return law.damping_constant(kappa, impact.speed, k=k, mass=impact.effective_mass) / c
+
+
 def effective_modulus(young: Iterable[float], poisson: Iterable[float]) -> float:
     """Return E_eff of Hertz' contact, from Young moduli and Poisson ratios of both bodies."""
     return 1 / sum((1 - nu**2) / modulus for modulus, nu in zip(young, poisson, strict=True))

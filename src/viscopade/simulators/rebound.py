@@ -19,11 +19,15 @@ the generated module hands over.
 
 For the audit: `reb_collision_resolve_hardsphere` multiplies the normal component of the relative velocity by -eps,
 whatever eps is. There is no force, and no time step in a collision. A constant eps is that of a law with nu = 2.
+`minimum_collision_velocity` is a rate, not a velocity: the change of velocity is at least the rate times the overlap,
+which counts up to the larger radius. The overlap is that at the end of a step.
 """
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from textwrap import wrap
@@ -33,11 +37,13 @@ from mpmath import mp
 
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.checked import FloatArray
+from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair
 from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, written_template
 from viscopade.kernels import names, prove_lacunary
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.targets import speed
+from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, DampingFormula, viscoelastic_kappa, wanted_kappa
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Simulator
@@ -500,8 +506,47 @@ def _install_python(sim, contact, by_pair):
     sim.coefficient_of_restitution = callback
 '''
 
-_SOURCE = "src/collision.c"
+_SOURCE, _E = "src/collision.c", "coefficient_of_restitution"
 
+
+_FIXED = "leapfrog", "sei", "whfast"
+
+
+def _impulse(values: native.Values, impact: native.Impact) -> native.Impulse:
+    """Return the collision at the end of the step in which the spheres overlap.
+
+    Raises
+    ------
+    ValueError
+        If there is gravity.
+    """
+    if impact.gravity:
+        raise ValueError("gravity is given: REBOUND has no walls on which bodies fall")
+    e, rate, deepest = values[_E], values["minimum_collision_velocity"], math.inf
+    if impact.radius is not None:
+        deepest = 2 * impact.radius  # the radius of both spheres
+
+    def epsilon(phases: FloatArray) -> FloatArray:
+        overlap = (1 - phases) * (impact.step or 0.0) * impact.speed
+        return np.asarray(np.maximum(e, rate * np.minimum(overlap, deepest) / impact.speed - 1))
+
+    return native.Impulse(epsilon)
+
+
+def _warnings(values: native.Values, impact: native.Impact) -> Iterator[str]:
+    if values["minimum_collision_velocity"] and impact.step is None:
+        yield "minimum_collision_velocity acts on spheres that overlap: give --time-step, and --scheme leapfrog"
+
+
+_NATIVE = native.Native(
+    (native.restitution(_E, default="1"), native.Parameter("minimum_collision_velocity", "1/s", "0")),
+    _impulse,
+    _SOURCE,
+    schemes={"ias15": None, **dict.fromkeys(_FIXED, SEMI_IMPLICIT)},
+    integrator="integrator",
+    damped=lambda values, damping, impact: {_E: math.exp(-damping)},
+    warnings=_warnings,
+)
 
 SIMULATOR = Simulator(
     "rebound",
@@ -534,4 +579,5 @@ SIMULATOR = Simulator(
     ),
     texts={"rebound-c": partial(render, language="c"), "rebound-python": partial(render, language="python")},
     walls=False,
+    native=_NATIVE,
 )
