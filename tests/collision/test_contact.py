@@ -3,6 +3,7 @@
 import math
 import random
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -454,3 +455,15 @@ def test_refusals(make, message):
         make()
     with pytest.raises(TypeError, match="force is 3: accepted is a function"):
         Contact(3)
+
+
+def test_bodies_that_stay_are_seen_to_stay_before_long():
+    """With 2000 steps in a contact: a body that oscillates, and one that creeps."""
+    counted = []
+    scheme = replace(SEMI_IMPLICIT, step=lambda *state: counted.append(1) or SEMI_IMPLICIT.step(*state))
+    for damping, most in ((20, 12_000), (2000, 200_000)):
+        contact = Contact(lambda x, v, c=damping: 1e5 * x + c * v, load=1e3)
+        counted.clear()
+        found = contact.collide(0.05, step=5e-6, scheme=scheme)
+        assert (found.epsilon, found.parts) == (0, False)
+        assert len(counted) < most

@@ -28,6 +28,8 @@ State = tuple[FloatArray, FloatArray, FloatArray]
 
 _SECANTS, _SOLVED = 60, 4e-15  # to solve an implicit step, at most, and up to which error
 _NEARBY = 1e-6  # of the first secant
+_TURNS = 3  # a body that turns back before x = 0 stays, unless its scheme adds energy: it is given a second chance
+_CREEP = 1e-10  # of the speed of impact: a body that is slower in two steps stays
 _PATH = np.linspace(0, 1, 65)
 
 
@@ -163,23 +165,27 @@ def rebounds(
     h, phase : array
         Time steps, and where in the first step contact begins, from 0 to 1.
     longest : float
-        Time after which bodies that still touch do not part.
+        Time after which bodies that still touch do not part. Those that turn back twice, or creep, do not either.
     """
     before = phase * h if g <= 0 else np.minimum(phase * h, speed / g)  # the time in free flight, before first contact
     x, v = -before * speed + g / 2 * before**2, speed - g * before + scheme.lead * g * h
     epsilon, deepest, depth = np.zeros_like(h), np.zeros_like(h), np.zeros_like(h)
     duration, touches = np.full_like(h, math.inf), np.ones(h.shape, bool)
+    turns, stays = np.zeros(h.shape, int), np.zeros(h.shape, bool)
     with np.errstate(over="ignore", invalid="ignore"):  # steps that are far too long
         for i in range(1, math.ceil(longest / float(h.min())) + 3):
+            was = v
             x, v, newest = scheme.step(x, v, h, acceleration)
+            turns += was * v < 0
+            stays |= (turns > _TURNS) | (np.maximum(np.abs(was), np.abs(v)) < _CREEP * speed)
             deepest = np.maximum(deepest, x)
-            left = touches & (newest == g) & (v < 0)
+            left = touches & ~stays & (newest == g) & (v < 0)
             if left.any():
                 left &= _flies(acceleration, g, x, v)
                 at = v - scheme.lead * g * h  # at the end of this step; between it and x = 0 the flight is free
                 epsilon = np.where(left, np.sqrt(np.maximum(at * at - 2 * g * x, 0)) / speed, epsilon)
                 depth, duration = np.where(left, deepest, depth), np.where(left, i * h - before, duration)
                 touches &= ~left
-                if not touches.any():
-                    break
+            if not (touches & ~stays).any():
+                break
     return Rebounds(epsilon, np.where(touches, deepest, depth), duration)
