@@ -17,6 +17,8 @@ from viscopade_lab.runs import simulators
 FILES = verification.verification_files("viscopade verification lammps")
 CASES = {case["name"]: case for case in json.loads(FILES[verification.JSON])["cases"]}
 
+ON_PLANE = {case["name"]: case for case in json.loads(FILES[verification.JSON])["on_a_plane"]}
+
 
 def block(text, key):
     """Lines of a block of the YAML file."""
@@ -32,8 +34,9 @@ def variables(text):
 
 
 def test_the_files_are_the_cases():
-    assert set(FILES) == {f"{name}.yaml" for name in CASES} | {verification.JSON}
-    assert len(CASES) == 12
+    scripts = {f"in.{name}" for name in ON_PLANE}
+    assert set(FILES) == {f"{name}.yaml" for name in CASES} | scripts | {verification.JSON}
+    assert (len(CASES), len(ON_PLANE)) == (12, 6)
     for name, case in CASES.items():
         text = FILES[f"{name}.yaml"]
         assert value(text, "analytic_model") == "collision_restitution"
@@ -141,3 +144,74 @@ def test_the_tolerance_finds_the_other_end_and_another_mass(name):
     for damping, wrong in ((kappa, other), (kappa / 2, law)):
         found = exact.collision(kappa=damping, law=wrong, digits=12).floats()["epsilon"]
         assert abs(found / wanted - 1) > 10 * tolerance
+
+
+# --- a sphere and a plane ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ON_PLANE)
+def test_a_sphere_on_a_plane_by_integration_in_time(name):
+    """Newton's equations with weight and Coulomb's friction, along the plane and for the spin, too."""
+    case = ON_PLANE[name]
+    radius, mass, g, mu = case["diameter"] / 2, case["mass"], case["gravity"], case["friction"]
+    assert mass == pytest.approx(4 / 3 * math.pi * radius**3 * case["density"], rel=1e-14)
+    k = 4 / 3 * case["young_modulus"] / (2 * (1 - case["poisson_ratio"] ** 2)) * math.sqrt(radius)
+    c = case["eta_n0"] * mass * math.sqrt(radius)
+
+    def force(x, v):
+        found = k * max(x, 0) ** 1.5 + c * math.sqrt(max(x, 0)) * v
+        return max(found, 0) if case["end"] == "force" else found
+
+    def motion(_, y):  # overlap and its rate, speed along the plane, spin times radius
+        normal = force(y[0], y[1])
+        return [y[1], g - normal / mass, -mu * normal / mass, 5 / 2 * mu * normal / mass]
+
+    back = lambda _, y: y[0]  # noqa: E731
+    back.terminal, back.direction = True, -1
+    begin = (0, case["speed"], case["speed_along"], 0)
+    longest, step = 5 * float(case["contact_time"]["value"]), case["time_step"] / 4
+    found = solve_ivp(motion, (0, longest), begin, "DOP853", events=back, rtol=1e-11, atol=1e-16, max_step=step)
+    x, v, along, spin = found.y
+    assert not mu or along.min() > spin.max()  # it slides all the time
+    expected = {"epsilon": -v[-1] / case["speed"], "peak_overlap": x.max()}
+    expected |= {"change_along": case["speed_along"] - along[-1], "surface_spin": spin[-1]}
+    for what, number in expected.items():
+        assert float(case[what]["value"]) == pytest.approx(number, rel=2e-6), what
+    lost = (1 + float(case["epsilon"]["value"])) * case["speed"] * mu
+    assert float(case["change_along"]["value"]) == pytest.approx(lost, rel=1e-10)
+
+
+def test_weight_takes_more_than_the_tolerance():
+    for name, case in ON_PLANE.items():
+        if case["gravity"]:
+            without = float(f"0.{name.split('-')[1][2:]}")
+            assert without - float(case["epsilon"]["value"]) > 10 * float(case["epsilon"]["tolerance"])
+
+
+@pytest.fixture(scope="module")
+def falls():
+    """What LAMMPS prints for each input."""
+    need("lammps")
+    return {name: simulators.lammps(FILES[f"in.{name}"]) for name in ON_PLANE}
+
+
+@pytest.mark.parametrize("name", ON_PLANE)
+def test_lammps_delivers_a_sphere_on_a_plane(falls, name):
+    case, printed = ON_PLANE[name], falls[name]
+    rows = re.findall(r"^ *(\d+) +(\S+) +(\S+) *$", printed, re.MULTILINE)
+    step, overlap, force = np.array([[float(cell) for cell in row] for row in rows]).T
+    touched = np.flatnonzero(overlap > 0)
+    over = next(i for i in range(len(step)) if i > touched[0] and (abs(force[i]) < 1e-12 or overlap[i] <= 0))
+    begin = step[touched[0]] - overlap[touched[0]] / (case["speed"] * case["time_step"])
+    words = {
+        "epsilon": "epsilon",
+        "change_along": "change of the speed along the plane",
+        "surface_spin": "spin times radius",
+    }
+    found = {
+        what: float(re.search(rf"^{text} (\S+) expected", printed, re.MULTILINE)[1]) for what, text in words.items()
+    }
+    found |= {"peak_overlap": overlap.max(), "contact_time": (step[over] - begin) * case["time_step"]}
+    for what, number in found.items():
+        expected, tolerance = float(case[what]["value"]), float(case[what]["tolerance"])
+        assert abs(number - expected) <= tolerance * expected, what

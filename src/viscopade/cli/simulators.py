@@ -244,8 +244,9 @@ def verification(program: str, out: Path) -> None:
     """Write collisions with known results, to verify a program with.
 
     Two spheres collide with viscoelastic damping. The expected eps, peak overlap and contact time are exact, and the
-    tolerances are those of the time step. For LAMMPS the cases are YAML files in the form of its granular unit tests;
-    one JSON file has them for any program.
+    tolerances are those of the time step. Further cases are a sphere that falls on a plane, with its weight, and one
+    that slides over it. For LAMMPS the cases are YAML files in the form of its granular unit tests, and inputs; one
+    JSON file has them for any program.
     """
     from viscopade.simulators.verification import verification_files
 

@@ -1,12 +1,17 @@
-"""Cases that verify another program: two spheres collide, with the exact eps, peak overlap and contact time.
+"""Cases that verify another program: spheres collide, with a known eps, peak overlap and contact time.
 
 The YAML files have the form of LAMMPS's granular unit tests (unittest/granular of lammps/lammps, pull requests 5008,
 5110 and 5113 of 2026, read at commits 10e220f and 027c2f9): its driver test_dem_01 reads them, with the analytic model
 `collision_restitution`. No case with `damping viscoelastic` was found there. The JSON file has the same cases for any
 program.
 
-Expected numbers are proven digits of the equation of motion. Tolerances are those of the time step: 1.5 times the
-largest error over where in a step contact begins, of the steps that LAMMPS takes (`viscopade.collision.schemes`).
+Three more cases are a sphere that falls on a plane, and three one that slides over it with Coulomb's friction: inputs
+of LAMMPS, and entries of the JSON file. Friction takes the speed mu (1 + eps) v_n along the plane from a sphere that
+slides, and gives it the spin R omega = 5/2 of that.
+
+Expected numbers are proven digits of the equation of motion; with a weight they are sampled. Tolerances are those of
+the time step: 1.5 times the largest error over where in a step contact begins, of the steps that LAMMPS takes
+(`viscopade.collision.schemes`).
 """
 
 from __future__ import annotations
@@ -21,6 +26,7 @@ import numpy as np
 from viscopade.collision import exact
 from viscopade.collision.contact import PHASES, Contact
 from viscopade.collision.spheres import Pair, Sphere
+from viscopade.collision.weight import EARTH
 from viscopade.generated import marker_line, written_template
 from viscopade.simulators.lammps import hertz_material
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
@@ -134,12 +140,126 @@ def _case(name: str, radii: tuple[float, float], epsilon: str, law: Law) -> Veri
     )
 
 
-def _errors(law: Law, kappa: float, h: float, scaled: dict[str, float]) -> tuple[list[float], float]:
+# --- a sphere and a plane ---------------------------------------------------------------------------------------------
+
+FALLS = (("0.9", "force"), ("0.5", "force"), ("0.5", "return"))
+"""Eps without weight, and the end of contact."""
+SLIDES = (("0.95", 0.1), ("0.5", 0.3), ("0.1", 0.5))
+"""Eps, and the friction coefficient."""
+_SLOW, _ALONG = 0.02, 5.0  # m/s: speed of the falls, and speed along the plane that no friction here uses up
+
+
+@dataclass(frozen=True)
+class PlaneCase:
+    """A sphere that hits a plane of its material at z = 0, in SI units; the fields of the JSON file.
+
+    Attributes
+    ----------
+    name, title, end : str
+        As in `VerificationCase`.
+    diameter, mass, density, young_modulus, poisson_ratio, dissipative_constant, eta_n0 : float
+    gravity, friction : float
+        Acceleration towards the plane, and the coefficient of Coulomb's friction.
+    speed, speed_along : float
+        Velocity at first contact, towards the plane and along it.
+    height, start_speed : float
+        Of the centre at the beginning, and the speed towards the plane there.
+    time_step : float
+    steps : int
+        After so many the sphere has left.
+    epsilon, peak_overlap, contact_time : Expected
+        Eps is the speed at which the sphere is back at the height of first contact, over `speed`; contact time is from
+        overlap 0 to the last moment of a force.
+    change_along, surface_spin : Expected
+        The speed along the plane that is lost, and the radius times the angular velocity that is gained.
+    """
+
+    name: str
+    title: str
+    end: str
+    diameter: float
+    mass: float
+    density: float
+    young_modulus: float
+    poisson_ratio: float
+    dissipative_constant: float
+    eta_n0: float
+    gravity: float
+    friction: float
+    speed: float
+    speed_along: float
+    height: float
+    start_speed: float
+    time_step: float
+    steps: int
+    epsilon: Expected
+    peak_overlap: Expected
+    contact_time: Expected
+    change_along: Expected
+    surface_spin: Expected
+
+
+def plane_cases() -> Iterator[PlaneCase]:
+    """Yield the cases of a sphere and a plane: those that fall, and those that slide."""
+    for epsilon, end in FALLS:
+        name = f"fall-e{epsilon.replace('.', '')}-{end}"
+        yield _plane_case(name, "a sphere falls on a plane", epsilon, law_of(VISCOELASTIC, end), _SLOW, EARTH, 0.0)
+    for epsilon, friction in SLIDES:
+        name = f"slide-e{epsilon.replace('.', '')}-mu{f'{friction:g}'.replace('.', '')}"
+        yield _plane_case(name, "a sphere slides over a plane", epsilon, VISCOELASTIC, _SPEED, 0.0, friction)
+
+
+def _plane_case(
+    name: str, title: str, epsilon: str, law: Law, speed: float, gravity: float, friction: float
+) -> PlaneCase:
+    material = {"young_modulus": _YOUNG_MODULUS, "poisson_ratio": _POISSON_RATIO, "dissipative_constant": 0.0}
+    radius, along = RADII["twosphere"][0], _ALONG if friction else 0.0
+    elastic = Pair(Sphere(radius=radius, density=_DENSITY, **material), Sphere.wall(**material))
+    length, time = float(elastic.length_scale(speed)), float(elastic.time_scale(speed))
+    proven = exact.invert(epsilon, _DIGITS, law=law)
+    kappa = float(proven.mpf()["v_star"] ** law.d)
+    pair = elastic.damped(float(elastic.dissipative_constant(kappa * speed**-0.2)))
+    load = gravity * time / speed
+    scaled = proven.floats()
+    if load:
+        fall = Contact.of_law(law, kappa, load).collide()
+        scaled = {"epsilon": fall.epsilon, "x_max": fall.depth, "tau_c": fall.duration}
+    h = law.contact_time / STEPS
+    errors, contact = _errors(law, kappa, h, scaled, load)
+    change = friction * (1 + scaled["epsilon"]) * speed
+    values = scaled["epsilon"], scaled["x_max"] * length, scaled["tau_c"] * time, change, 2.5 * change
+    errors += [errors[0] * scaled["epsilon"] / (1 + scaled["epsilon"])] * 2
+    expected = [Expected(f"{value:.12g}", f"{MARGIN * error:.1e}") for value, error in zip(values, errors, strict=True)]
+    gap = _GAP * h * time * speed
+    return PlaneCase(
+        name,
+        f"{title}, damping viscoelastic, contact that ends {'at zero force' if law.end == 'force' else 'at x = 0'}",
+        law.end,
+        2 * radius,
+        pair.first.mass,
+        _DENSITY,
+        _YOUNG_MODULUS,
+        _POISSON_RATIO,
+        pair.A,
+        hertz_material(pair).eta_n0,
+        gravity,
+        friction,
+        speed,
+        along,
+        radius + gap,
+        math.sqrt(speed**2 - 2 * gravity * gap),
+        h * time,
+        math.ceil(_GAP + 1.2 * contact / h),
+        *expected,
+    )
+
+
+def _errors(law: Law, kappa: float, h: float, scaled: dict[str, float], load: float = 0.0) -> tuple[list[float], float]:
     """Return the largest relative errors of eps, x_max and tau_c by time steps, and the longest contact.
 
     The overlap is seen at the end of each step, and contact ends with the step in which the force vanishes.
     """
-    rebounds = Contact.of_law(law, kappa).rebounds(1.0, h, PHASES)
+    rebounds = Contact.of_law(law, kappa, load).rebounds(1.0, h, PHASES)
     names = {"epsilon": "epsilon", "depth": "x_max", "duration": "tau_c"}
     errors = [float(np.abs(getattr(rebounds, ours) / scaled[name] - 1).max()) for ours, name in names.items()]
     apart = kappa if law.delayed else 0.0  # after contact: the compression kappa eps at the speed eps
@@ -214,14 +334,63 @@ analytic_only: yes
 """
 
 
+_PLANE = """\
+# {{ marker }}
+# {{ case.title }}
+{% if case.friction %}
+# The sphere slides all the time, as the viscous limit of linear_nohistory, with the factor 1e6, is never reached.
+{% endif %}
+units si
+dimension 3
+boundary f f f
+atom_style sphere
+atom_modify map array
+region box block -1 1 -1 1 -0.1 1 units box
+create_box 1 box
+create_atoms 1 single 0 0 {{ case.height }} units box
+set atom 1 diameter {{ case.diameter }} density {{ case.density }}
+velocity all set {{ case.speed_along }} 0 -{{ case.start_speed }}
+comm_modify vel yes
+neighbor 0.01 bin
+timestep {{ case.time_step }}
+variable contact string "hertz/material {{ case.young_modulus }} {{ case.eta_n0 }} {{ case.poisson_ratio
+}} tangential linear_nohistory {{ "1e6" if case.friction else "0" }} {{ case.friction }} damping viscoelastic{{
+" limit_damping" if case.end == "force" }}"
+pair_style granular
+pair_coeff * * ${contact}
+fix plane all wall/gran granular ${contact} zplane 0 NULL
+{% if case.gravity %}
+fix weight all gravity {{ case.gravity }} vector 0 0 -1
+{% endif %}
+fix motion all nve/sphere
+compute each all property/atom omegay
+compute spin all reduce sum c_each
+variable overlap equal {{ case.diameter / 2 }}-z[1]
+variable force equal fz[1]+mass(all)*{{ case.gravity }}
+thermo 1
+thermo_style custom step v_overlap v_force
+thermo_modify format float %.12g
+run {{ case.steps }}
+variable epsilon equal sqrt(vz[1]^2-2*{{ case.gravity }}*v_overlap)/{{ case.speed }}
+variable change equal {{ case.speed_along }}-vx[1]
+variable spin equal {{ case.diameter / 2 }}*c_spin
+print "epsilon $(v_epsilon:%.12g) expected {{ case.epsilon.value }}, within {{ case.epsilon.tolerance }} of it"
+print "change of the speed along the plane $(v_change:%.12g) expected {{ case.change_along.value }}"
+print "spin times radius $(v_spin:%.12g) expected {{ case.surface_spin.value }}"
+"""
+
+
 def verification_files(command: str) -> dict[str, str]:
-    """Return file names and texts: a YAML file for each case, and all of them in one JSON file."""
+    """Return file names and texts: a YAML file or an input for each case, and all of them in one JSON file."""
     made, yaml = list(cases()), written_template(_YAML)
     texts = {f"{case.name}.yaml": yaml.render(marker=marker_line(command), case=case) for case in made}
+    on_plane, script = list(plane_cases()), written_template(_PLANE)
+    texts |= {f"in.{case.name}": script.render(marker=marker_line(command), case=case) for case in on_plane}
     whole = {
         "generated_by": marker_line(command),
         "law": "m x'' = -k x^(3/2) - c x^(1/2) x', k = 4/3 E_eff sqrt(R_eff), c = 3/2 A k; m, R_eff effective",
         "units": "SI",
         "cases": [asdict(case) for case in made],
+        "on_a_plane": [asdict(case) for case in on_plane],
     }
     return {**texts, JSON: json.dumps(whole, indent=2) + "\n"}
