@@ -257,9 +257,20 @@ AT_WALL = np.exp(-np.pi * ZETA / np.sqrt(2 - ZETA**2))
     ],
 )
 def test_what_the_source_says(program, given, epsilon):
-    """Programs that were not run."""
     found = delivered(program, given, 2.0, 0.01, radius=0.02).collision
     assert found.epsilon == pytest.approx(epsilon, abs=1e-8)
+
+
+@pytest.mark.parametrize("integrator", ["verlet", "euler"])
+def test_jaxdem_in_time_steps(integrator):
+    """Measured in JaxDEM at commit 5d9c13a, in double precision: mean, least and largest of eight phases."""
+    native = simulator_of("jaxdem").native
+    values = native.values({"young": "1e6", "e": "0.5", "linear_integrator_type": integrator})
+    contact = native.contact(values, Impact(1.0, 0.01, 0.01, step=1e-4))
+    scheme = native.schemes[integrator]
+    found = contact.collide(1.0, step=1e-4, scheme=scheme, phases=(np.arange(8) + 0.5) / 8)
+    measured = (0.5461662605438579, 0.5316468671435074, 0.56209597255386)
+    assert (found.epsilon, found.least, found.largest) == pytest.approx(measured, abs=1e-12)
 
 
 def test_parameters_of_dem_programs_mean_what_they_say():

@@ -90,7 +90,7 @@ def _contact(values: native.Values, impact: native.Impact) -> Contact:
     k = (16 / 15 if model in _LINEAR else 4 / 3) * modulus * math.sqrt(radius)
     if model in _LINEAR:
         k *= (mass * values["characteristic_velocity"] ** 2 / k) ** 0.2
-    c = float(kappa(mp.mpf(min(values["restitution"])))) * math.sqrt(mass * k)
+    c = float(kappa(mp.mpf(max(min(values["restitution"]), float(_ACCEPTED[0]))))) * math.sqrt(mass * k)
     return native.law_contact(law, k, c, impact)
 
 

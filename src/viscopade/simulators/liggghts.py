@@ -401,7 +401,7 @@ _NATIVE = native.Native(
         native.restitution(_E, float(_LEAST_COEFFICIENT)),
         native.positive("characteristicVelocity", "m/s"),
         native.positive("kn", "Pa"),
-        native.Parameter("gamman", "1/(m s)"),
+        native.Parameter("gamman", "m^-1 s^-1"),
         native.Parameter("limitForce", default="off", words=("off", "on")),
     ),
     lambda values, impact: native.law_contact(*_constants(values, impact), impact),
