@@ -261,7 +261,7 @@ BAD = [
     (("audit", "mujoco", "--speed", "1", "--end", "force"), "--end is given for a simulator"),
     (("audit", "mujoco", "--mass", "1"), "--mass is given without --speed"),
     (("audit", "--speed", "1"), "expected is either a simulator, such as mujoco, or --force"),
-    (("audit", "textbook", "--speed", "1"), "Textbook has no contact of native parameters here: accepted is mujoco"),
+    (("audit", "textbook", "--speed", "1"), "Textbook has no contact of native parameters here: accepted is lammps"),
     (("audit", "--force", "1e5*x", "--speed", "1"), "mass is missing: expected --mass"),
     (("audit", "--force", "1e5*y", "--speed", "1", "--mass", "1"), "force has 'y': accepted is numbers, x, v"),
     (("audit", "--force", "-x", "--speed", "1", "--mass", "1"), "force stops no body of mass 1 at speed 1"),
