@@ -105,6 +105,25 @@ def test_lines_are_left_out_if_asked(data):
     assert len(found["points"]) == 10
 
 
+def test_several_files_of_which_one_has_an_echo(tmp_path):
+    clean, echo = tmp_path / "clean.csv", tmp_path / "echo.csv"
+    instants = np.append(0, np.cumsum(0.6 * 0.85 ** np.arange(6))).tolist()
+    clean.write_text("\n".join(["time (s)", *map(repr, instants)]))
+    echo.write_text("\n".join(["time (s)", *map(repr, sorted([*instants, instants[2] + 0.08]))]))
+    found = json_of("fit", clean, echo)
+    assert found["sheets"] == [{"sheet": "clean.csv", "points": 5}, {"sheet": "echo.csv", "points": 5}]
+    assert found["left_out"] == [{"line": "echo.csv, line 5", "why": "an echo or another sound"}]
+    text = printed("fit", clean, echo, "--without", "echo.csv:5")
+    assert "echo.csv: 5 points" in text
+    assert "left out" not in text
+
+
+def test_an_eps_of_0_has_no_beta_in_json(tmp_path):
+    file = tmp_path / "stuck.csv"
+    file.write_text("speed,epsilon\n.1,.6\n1,.4\n10,.2\n100,0\n")
+    assert [point["beta"] is None for point in json_of("fit", file)["points"]] == [False, False, False, True]
+
+
 def test_bounces_in_air_with_their_contacts(tmp_path):
     """A ball's instants, from flights in air and the law; the true beta comes back."""
     wall = Pair(BALL, Sphere.wall(young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=5e-7))

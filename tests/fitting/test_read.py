@@ -95,7 +95,7 @@ def test_errors_that_leave_points_without_one_are_scatter_or_refused():
     assert vp.fit(points(text)).beta > 0
     with pytest.raises(ValueError, match=r"eps has no standard errors|a combination of points without any"):
         vp.fit(points(text, scatter=False))
-    with pytest.raises(ValueError, match="line 3: sigma is -1"):
+    with pytest.raises(ValueError, match="line 3: sigma is '-1': accepted is a number >= 0"):
         points("time,sigma\n0,0\n1,-1\n1.9,.001\n")
 
 
@@ -138,13 +138,13 @@ def test_the_acoustic_stopwatch_has_its_instants_in_three_sheets():
     pytest.importorskip("python_calamine")
     found = recording(STOPWATCH.read_bytes(), "stopwatch.xls")
     assert dict(found.sheets) == {
-        "stopwatch.xls, sheet Simple": "all in sheet Multiple and All",
-        "stopwatch.xls, sheet Multiple": "all in sheet All",
+        "stopwatch.xls, sheet Simple": "its instants are in other sheets",
+        "stopwatch.xls, sheet Multiple": "its instants are in other sheets",
         "stopwatch.xls, sheet All": 7,
         "stopwatch.xls, sheet Metadata Device": "no columns of data",
         "stopwatch.xls, sheet Metadata Time": "no columns of data",
     }
-    assert found.left_out == (("stopwatch.xls, sheet All, line 6", "an echo or another sound"),)
+    assert found.left_out == (("line 6", "an echo or another sound"),)
     assert found.points.epsilon == pytest.approx(0.87, abs=0.01)
     multiple = recording(STOPWATCH.read_bytes(), "stopwatch.xls", sheets=["Multiple"])
     assert [label for label, _ in multiple.left_out] == ["line 2, bounce 4"]
@@ -206,6 +206,8 @@ def test_speeds_before_and_after_have_their_errors():
 def test_lines_are_left_out_before_they_are_looked_at():
     text = "speed,epsilon\n1,0.9\n2,broken\n3,0.8\n4,-1\n"
     assert points(text, without=["3", "5"]).speed.tolist() == [1, 3]
+    with pytest.raises(ValueError, match="there is no point 'line last'"):
+        points(text, without=["3", "5", "last"])
     with pytest.raises(ValueError, match="there is no line 9 with data: expected are 2 to 5"):
         points(text, without=["9"])
 
@@ -247,10 +249,10 @@ def test_encodings(wide):
         ("speed,epsilon\n1,0.9\n2,-0.01\n3,0.8\n", "line 3: eps is -0.01: expected 0 to 2"),
         (
             "speed,epsilon,sigma_epsilon\n1,0.9,.01\n2,1.06,.01\n3,0.8,.01\n",
-            "line 3: eps is 1.06: expected 0 to 1.05, 1 and",
+            "line 3: eps is 1.06: expected 0 to 1.05 .1 and 5 standard errors",
         ),
-        ("speed,speed_out\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is 0: accepted is a number > 0"),
-        ("speed,epsilon\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is 0: accepted is a number > 0"),
+        ("speed,speed_out\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is '0': accepted is a number > 0"),
+        ("speed,epsilon\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is '0': accepted is a number > 0"),
         ("speed,epsilon\n1,0.9\nnan,0.8\n3,0.8\n", "line 3: speed is 'nan': accepted is a number"),
         ("speed,epsilon\n1,0.9\n2\n3,0.8\n", "line 3: epsilon is '': accepted is a number"),
         ("speed (kg),epsilon\n1,0.9\n2,0.8\n", "the unit of speed is 'kg'"),
@@ -260,6 +262,11 @@ def test_encodings(wide):
             "time\n1\n2\n4\n",
             "three bounces in succession: .* line 3: ambiguous: an echo or another sound, or the bounce after it",
         ),
+        ("t,x\n0,1\n0.1,2\n0.2,2\n0.3,1\n0.4,1\n0.5,1\n", "the times are evenly spaced, as in a recording"),
+        ("speed,epsilon\n,\n,\n", "it has no rows with data"),
+        ("bounce 0,bounce 1,bounce 2\nNaN,NaN,NaN\n1,2,\n", "no drop has three bounces in succession"),
+        ("impact_time,release_time\n0,0.1\n1,0.9\n1.9,2\n", "line 3: the release_time is before the impact"),
+        ("time,sigma\n0,1e300\n1,1e300\n1.9,1e300\n", "line 3: the standard error of eps is"),
         ("interval\n1\n-1\n0.9\n", "line 3: the bounce is at 0: accepted is later than the one before"),
         ("time\n1\n2\n", "no drop has three bounces"),
         ("height\n1\n-2\n", "line 3: the height is -2: accepted is a number > 0"),
@@ -327,5 +334,5 @@ def test_a_file_of_many_rows_is_read():
     rows = "\n".join(f"{1 + i / 1e5:.6f},0.9" for i in range(50_000))
     assert len(points(f"speed,epsilon\n{rows}\n")) == 50_000
     many = "\n".join(map(str, range(20_001)))
-    with pytest.raises(ValueError, match="there are 20001 rows: accepted are up to 20000 bounces"):
+    with pytest.raises(ValueError, match="there are 20001 instants: accepted are up to 20000"):
         points(f"time\n{many}\n")

@@ -138,5 +138,7 @@ def test_what_is_no_track_of_a_falling_ball_is_refused():
     text = "frame,y\n" + "\n".join(f"{k},{y}" for k, y in enumerate(height.tolist()))
     with pytest.raises(ValueError, match="frames have no times: expected is --rate"):
         read.recording([(text.encode(), "a.csv")])
+    with pytest.raises(ValueError, match="--rate is 0: expected a number > 0"):
+        read.recording([(text.encode(), "a.csv")], Options(rate=0.0))
     with pytest.raises(ValueError, match="--rate is given: expected with it is a column frame"):
         read.recording([(b"speed,epsilon\n1,0.9\n", "a.csv")], Options(rate=200.0))

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 40
 """Of points in a table for people."""
 _UNIT = "(s/m)^(1/5)"
+_BETAS = f"beta_i {_UNIT}"
 
 
 class Assignment(click.ParamType):  # type: ignore[type-arg]
@@ -300,7 +301,7 @@ def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:
         ("point", found.points.labels),
         ("speed (m/s)", found.points.speed.tolist()),
         ("eps", found.points.epsilon.tolist()),
-        (f"beta_i {_UNIT}", found.betas.tolist()),
+        (_BETAS, found.betas.tolist()),
         ("residual", main.residuals.tolist()),
         ("in standard errors", (main.residuals / main.standard_errors).tolist()),
     ]
@@ -323,7 +324,7 @@ def _sentences(found: DampingFit) -> list[str]:
 def fit_json(recording: Recording, found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, Any]:
     """Return a fit as JSON-able data, in SI units."""
     free = next((fit for fit in found.laws if fit.model.exponent is None), None)
-    columns = dict(_columns(found))
+    columns = dict(_columns(found)) | {_BETAS: _finite(found.betas.tolist())}
     value, error = found.epsilon(found.main.middle)
     return {
         "beta": found.beta,

@@ -74,6 +74,8 @@ def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]]
         The other sounds, except for the first and the last one of all, and why they are left out.
     """
     n, r = len(instants), _RATIOS
+    if n < 3:
+        return [], []
     padded = np.concatenate([[math.nan] * 2, instants, [math.nan] * 2])
     last, first = (np.where(_MISSED, part / (1 + r), 1.0) for part in (r, np.ones_like(r)))
     kinds = np.arange(4)
@@ -82,7 +84,13 @@ def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]]
         """Return the costs at sound j by the kind of interval before it, the kind after it, and r."""
         before = 1 / ((padded[j + 2] - padded[j + 2 - _STEP])[:, None] * last)[:, None]
         after = 1 / ((padded[j + 2 + _STEP] - padded[j + 2])[:, None] * first)
-        errors = _VARIATION**2 + sigma**2 * (before**2 + after**2 + (before + after) ** 2)
+        with np.errstate(over="ignore"):
+            errors = (
+                _VARIATION**2
+                + np.square(sigma * before)
+                + np.square(sigma * after)
+                + np.square(sigma * (before + after))
+            )
         return np.asarray(np.log(before / (after * r)) ** 2 / errors)
 
     until = np.full((n + 2, 4, len(r)), math.inf)  # least cost up to a sound, by the kind of interval before it

@@ -69,8 +69,8 @@ class Points:
         largest = 1 + _ABOVE * self.standard_errors if self.known else np.full(len(self.epsilon), _LARGEST)
         if (bad := ~((self.epsilon >= 0) & (self.epsilon <= largest))).any():
             i = int(np.argmax(bad))
-            why = f"1 and {_ABOVE:g} standard errors" if self.known else f"{_LARGEST:g}"
-            raise ValueError(f"{self.labels[i]}: eps is {self.epsilon[i]:.6g}: expected 0 to {largest[i]:.6g}, {why}")
+            why = f" (1 and {_ABOVE:g} standard errors)" if self.known else ""
+            raise ValueError(f"{self.labels[i]}: eps is {self.epsilon[i]:.6g}: expected 0 to {largest[i]:.6g}{why}")
 
     def __len__(self) -> int:
         """Return the number of points."""

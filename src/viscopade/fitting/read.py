@@ -18,15 +18,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import PurePath
+from typing import NamedTuple
 
 import numpy as np
 
-from viscopade import files
 from viscopade.arrays.checked import FloatArray
 from viscopade.fitting import bounces, tracks
 from viscopade.fitting.bounces import ContactTime
@@ -67,6 +66,7 @@ _NAMES = {also: name for name, (_, every) in COLUMNS.items() for also in every}
 _NAMES |= {"start": "bounce_0", "stop": "bounce_1"}  # of phyphox, as are bounce_K and stop_K
 _BOUNCE = re.compile(r"(?:bounce|stop)_([0-9]{1,3})")
 _IN_VACUUM = Flight()
+_EVEN = 4, 1e-3  # intervals, and their relative range: eps of bounces is less alike, and less than 1
 _SAME = 6  # decimals of instants, in seconds, that are equal in two sheets
 
 
@@ -135,44 +135,56 @@ class Recording:
 def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -> Recording:
     """Return the points in files, given by their contents and names.
 
-    In each file, all sheets of the same kind as the first one are read: speeds, instants, or heights. A sheet whose
-    instants are all in another one is not.
+    In each file, all sheets of the same kind as the first one are read: speeds, instants, heights, or positions. A
+    sheet whose instants are all in other sheets is not.
 
     Raises
     ------
     ValueError
         One line that names the file, the line in it, what is there and what is expected.
     """
-    notes: list[tuple[str, int | str]] = []
     readers: list[_Reader] = []
+    unread: list[tuple[str, str]] = []
     for content, source in contents:
-        readers += _of_file(content, source, options, notes)
+        readers += _of_file(content, source, options, unread)
+    first = readers[0]
     for reader in readers:
-        if reader.form.kind != readers[0].form.kind:
-            kinds = f"{reader.form.kind}, {readers[0].sheet.file} has {readers[0].form.kind}"
+        if reader.form.kind != first.form.kind:
+            kinds = f"{reader.form.kind}, {first.sheet.file} has {first.form.kind}"
             raise ValueError(f"{reader.sheet.file}: the file has {kinds}: expected files of one kind")
-        reader.prefix = f"{reader.sheet.name}, " * (len(readers) > 1)
     for name in (*options.columns, *options.units):
         if not any(name in reader.known for reader in readers):
-            raise _no_column(readers[0].sheet, options, name)
+            raise _no_column(first.sheet, options, name)
+    if (cells := sum(reader.counted for reader in readers)) > bounces.MOST_INSTANTS:
+        text = f"there are {cells} {first.form.kind}: accepted are up to {bounces.MOST_INSTANTS}"
+        raise ValueError(f"{first.sheet.file}: {text}")
+    for reader in _twice(readers):
+        unread.append((reader.sheet.name, "its instants are in other sheets"))
+        readers.remove(reader)
     labels = _leave_out(readers, options.without)
+    read: list[tuple[str, int]] = []
     parts: list[Points] = []
     for reader in readers:
-        with _place(reader):
-            whole = [other.sheet.sheet for other in readers if reader.is_part_of(other)]
-            made = f"all in sheet {' and '.join(whole)}" if whole else reader.points()
-        notes.append((reader.sheet.name, made if isinstance(made, str) else len(made)))
-        parts += [] if isinstance(made, str) else [made]
+        reader.prefix = f"{reader.sheet.name}, " * (len(readers) > 1)
+        try:
+            parts.append(reader.points())
+            read.append((reader.sheet.name, len(parts[-1])))
+        except bounces.TooFew as error:
+            unread.append((reader.sheet.name, str(error)))
+        except ValueError as error:
+            message = str(error)
+            named = message.startswith(reader.sheet.file)
+            raise ValueError(message if named else f"{reader.sheet.source}: {message}") from None
     if not parts:
-        raise ValueError(f"{readers[0].sheet.source}: {notes[-len(readers)][1]}")
+        raise ValueError(f"{readers[-1].sheet.source}: {unread[-1][1]}")
     points = parts[0] if len(parts) == 1 else bounces.together(parts)
     points = points.without(labels) if labels else points
     points = points.without_scatter() if options.scatter is False else points
-    return Recording(points, tuple(notes), tuple(each for reader in readers for each in reader.left_out))
+    return Recording(points, (*read, *unread), tuple(each for reader in readers for each in reader.left_out))
 
 
-def _of_file(content: bytes, source: str, options: Options, notes: list[tuple[str, int | str]]) -> list[_Reader]:
-    """Return the readers of the sheets of a file; `notes` gets those that are not read."""
+def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[str, str]]) -> list[_Reader]:
+    """Return the readers of the sheets of a file; `unread` gets those without data, or with others than the first."""
     readers: list[_Reader] = []
     found = sheets(content, source, lambda header: _form(_columns(header, options)) is not None)
     chosen = [sheet for sheet in found if not options.sheets or sheet.sheet in options.sheets]
@@ -182,12 +194,28 @@ def _of_file(content: bytes, source: str, options: Options, notes: list[tuple[st
     for sheet in chosen:
         form = _form(_columns(sheet.header, options))
         if form and (not readers or form.kind == readers[0].form.kind):
-            readers.append(_Reader(sheet, form, options, len(readers)))
+            readers.append(_Reader(sheet, form, options))
         else:
-            notes.append((sheet.name, f"has {form.kind}, not {readers[0].form.kind}" if form else "no columns of data"))
+            unread.append((sheet.name, f"{form.kind} beside others" if form else "no columns of data"))
     if not readers:
         raise _no_column(chosen[0], options)
     return readers
+
+
+def _twice(readers: Sequence[_Reader]) -> list[_Reader]:
+    """Return the sheets of instants that larger sheets of their file have, too; unreadable ones are looked at later."""
+    every: list[tuple[_Reader, set[float]]] = []
+    for reader in readers if len(readers) > 1 else ():
+        with suppress(ValueError):
+            if reader.form.kind == "instants":
+                every.append((reader, {round(t, _SAME) for drop in reader.instants() for t in drop.instants.tolist()}))
+    seen: dict[str, set[float]] = {}
+    twice = []
+    for reader, mine in sorted(every, key=lambda each: -len(each[1])):
+        others = seen.setdefault(reader.sheet.file, set())
+        twice += [reader] if mine <= others else []
+        others |= mine
+    return twice
 
 
 def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
@@ -203,34 +231,22 @@ def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
     )
 
 
-@contextmanager
-def _place(reader: _Reader) -> Iterator[None]:
-    """Name the file and the sheet in errors."""
-    try:
-        yield
-    except ValueError as error:
-        message = str(error)
-        named = message.startswith(reader.sheet.file)
-        raise type(error)(message if named else f"{reader.sheet.source}: {message}") from None
-
-
 def _leave_out(readers: Sequence[_Reader], without: Sequence[str]) -> list[str]:
     """Take lines out; return the labels of points among `without`."""
     labels = []
-    for text in without:
+    for text in dict.fromkeys(without):
         name, _, line = text.rpartition(":")
-        places = [
-            each for each in readers if name in ("", each.sheet.name, PurePath(each.sheet.file).name, each.sheet.sheet)
-        ]
-        places = [each for each in places if line.isdecimal() and int(line) in each.lines]
+        with_line = [reader for reader in readers if line.isdecimal() and int(line) in reader.lines]
+        places = [each for each in with_line if name in ("", each.sheet.sheet, PurePath(each.sheet.file).name)]
         if len(places) > 1:
             raise ValueError(f"line {line} is in {len(places)} sheets or files: expected NAME:{line}")
-        if not places and line.strip().isdecimal():
-            ends = f"{readers[0].lines[0]} to {readers[0].lines[-1]}"
+        if places:
+            places[0].leave_out(int(line))
+        elif line.isdecimal():
+            ends = " to ".join(map(str, readers[0].lines[:1] + readers[0].lines[-1:])) or "none"
             raise ValueError(f"{readers[0].sheet.source}: there is no line {text} with data: expected are {ends}")
-        for reader in places:
-            reader.leave_out(int(line))
-        labels += [] if places else [f"line {text}"]
+        else:
+            labels.append("line " + text.removeprefix("line "))
     return labels
 
 
@@ -268,8 +284,8 @@ def _columns(header: Sequence[str], options: Options) -> dict[str, list[int]]:
 class _Reader:
     """A sheet whose columns are numbers in SI units."""
 
-    def __init__(self, sheet: Sheet, form: Form, options: Options, rank: int) -> None:
-        self.sheet, self.form, self.options, self.rank = sheet, form, options, rank
+    def __init__(self, sheet: Sheet, form: Form, options: Options) -> None:
+        self.sheet, self.form, self.options = sheet, form, options
         self.known = _columns(sheet.header, options)
         self.rows, self.lines = sheet.rows, list(sheet.lines)
         self.prefix = ""
@@ -284,13 +300,15 @@ class _Reader:
         """Skip rows that are blank in all known columns, and lines between the header and the first number."""
         every = {name: i for name, places in self.known.items() if name != "drop" for i in places}
         full = [k for k, row in enumerate(self.rows) if any(i < len(row) and row[i].strip() for i in every.values())]
-        while full and not any(map(self._is_number, (self.rows[full[0]][i : i + 1] for i in every.values()))):
-            first = self.rows[full.pop(0)]
-            self._second |= {name: first[i].strip("()[] ") for name, i in every.items() if i < len(first)}
+        while full:
+            first = {
+                name: self.rows[full[0]][i].strip("()[] ") for name, i in every.items() if i < len(self.rows[full[0]])
+            }
+            if any(cell.lower() == "nan" or not math.isnan(self._number(cell)) for cell in first.values()):
+                break
+            self._second |= first
+            full.pop(0)
         self.rows, self.lines = [self.rows[k] for k in full], [self.lines[k] for k in full]
-
-    def _is_number(self, cells: list[str]) -> bool:
-        return any(cell.strip().lower() == "nan" or not math.isnan(self._number(cell)) for cell in cells)
 
     def leave_out(self, line: int) -> None:
         """Take out a line of the file."""
@@ -314,20 +332,20 @@ class _Reader:
         column = self.column(name)
         return [row[column].strip() if column < len(row) else "" for row in self.rows]
 
-    def numbers(self, name: str, dimension: str | None = None, *, blank: bool = False) -> FloatArray:
-        """Return a column; a blank cell is NaN if that is accepted."""
+    def numbers(self, name: str, dimension: str = "", *, blank: bool = False, least: str = "") -> FloatArray:
+        """Return a column; a blank cell is NaN if that is accepted, and `least` is the condition > 0 or >= 0."""
         cells = self.cells(name)
         try:
             found = np.array(cells, dtype=np.float64)
         except ValueError:
             found = np.array([self._number(cell) for cell in cells])
-        bad = ~np.isfinite(found)
+        bad = ~np.isfinite(found) | ((found < 0) if least else False) | ((found == 0) if least == " > 0" else False)
         if blank:
             bad &= np.array([cell.lower() not in ("", "nan") for cell in cells], dtype=bool)
         if bad.any():
             i = int(np.argmax(bad))
-            raise ValueError(f"{self.labels[i]}: {name} is {cells[i]!r}: accepted is a number")
-        return found * self._unit(name, COLUMNS[name][0] if dimension is None else dimension)
+            raise ValueError(f"{self.labels[i]}: {name} is {cells[i]!r}: accepted is a number{least}")
+        return found * self._unit(name, dimension or COLUMNS[name][0])
 
     def _number(self, cell: str) -> float:
         try:
@@ -357,27 +375,26 @@ class _Reader:
         if "sigma" in self.known:
             if given is not None:
                 raise ValueError("there is a column of standard errors: accepted is no --resolution besides")
-            found = self.numbers("sigma", dimension)
-            if (found < 0).any():
-                i = int(np.argmax(found < 0))
-                raise ValueError(f"{self.labels[i]}: sigma is {found[i]:g}: accepted is a number >= 0")
-            return found
+            return self.numbers("sigma", dimension, least=" >= 0")
         plain = math.nan if given is None else self._number(given)
         node = Node(self.sheet.source, "resolution", given if math.isnan(plain) else plain)
         return np.full(len(self.rows), 0.0 if given is None else quantity(node, dimension))
 
-    def drops(self, most: int = bounces.MOST_INSTANTS) -> list[list[int]]:
+    @property
+    def counted(self) -> int:
+        """Number of cells with instants or heights of bounces."""
+        each = max(1, sum(name.startswith("bounce_") for name in self.known))
+        return len(self.rows) * each if self.form.kind in ("instants", "heights") else 0
+
+    def drops(self) -> list[list[int]]:
         """Return the rows of each drop."""
-        if len(self.rows) > most:
-            raise ValueError(f"there are {len(self.rows)} rows: accepted are up to {most} bounces")
         rows: dict[str, list[int]] = {}
         for i, key in enumerate(self.cells("drop") if "drop" in self.known else [""] * len(self.rows)):
             rows.setdefault(key, []).append(i)
         return list(rows.values())
 
-    @cached_property
     def instants(self) -> list[Drop]:
-        """The drops of a sheet of instants."""
+        """Return the drops of a sheet of instants."""
         if "bounce_0" in self.form.needed:
             names = sorted((name for name in self.known if name.startswith("bounce_")), key=lambda name: int(name[7:]))
             every, sigma = np.array([self.numbers(name, "time", blank=True) for name in names]).T, self.sigma("time")
@@ -391,6 +408,10 @@ class _Reader:
         times = self.numbers(self.form.needed[0], blank=of_intervals)
         release = self.numbers("release_time") if "release_time" in self.known else None
         sigma, labels, drops = self.sigma("time"), self.labels, []
+        if release is not None and (bad := release < times).any():
+            raise ValueError(
+                f"{labels[int(np.argmax(bad))]}: the release_time is before the impact: expected later ones"
+            )
         for rows in self.drops():
             of = [i for i in rows if math.isfinite(times[i])]
             made = Drop(
@@ -402,36 +423,28 @@ class _Reader:
             drops.append(made)
         return drops
 
-    @cached_property
-    def _seconds(self) -> frozenset[float]:
-        return frozenset(round(t, _SAME) for drop in self.instants for t in drop.instants.tolist())
-
-    def is_part_of(self, other: _Reader) -> bool:
-        """Whether all instants are in another sheet of the file, or in one before it that has no more."""
-        if self is other or self.form.kind != "instants" or self.sheet.file != other.sheet.file:
-            return False
-        return self._seconds < other._seconds or (self._seconds == other._seconds and self.rank > other.rank)
-
-    def points(self) -> Points | str:
-        """Return the points, or why there are none."""
+    def points(self) -> Points:
+        """Return the points."""
         options, form = self.options, self.form
         if form.kind == "speeds" and options.flight != _IN_VACUUM:
             raise ValueError("gravity or drag is given: accepted with speed and epsilon are no options of a flight")
         if form.kind in ("speeds", "heights") and options.contact_time and not callable(options.contact_time):
             raise ValueError("a contact time is given: accepted is it with instants of bounces or positions over time")
         for name, column in (("rate", "frame"), ("length_per_unit", "position")):
-            if getattr(options, name) is not None and column not in form.needed:
-                raise ValueError(f"--{name.replace('_', '-')} is given: expected with it is a column {column}")
+            value, flag = getattr(options, name), "--" + name.replace("_", "-")
+            if value is not None and column not in form.needed:
+                raise ValueError(f"{flag} is given: expected with it is a column {column}")
+            if value is not None and not 0 < value < math.inf:
+                raise ValueError(f"{flag} is {value:g}: expected a number > 0")
+        if not self.rows:
+            raise bounces.TooFew("it has no rows with data")
         if self.sheet.comma:
             text = "".join(cell for name in self.known if name != "drop" for cell in self.cells(name))
             if "," in text and "." in text:
                 raise ValueError(
                     "numbers have decimal commas and decimal points: accepted is one of them, and no thousands"
                 )
-        try:
-            made = form.points(self)
-        except bounces.TooFew as error:
-            return str(error)
+        made = form.points(self)
         _require_sense(made, form.kind != "speeds")
         return made
 
@@ -455,24 +468,21 @@ def _require_sense(made: Points, falls: bool) -> None:
 
 
 def _pairs(reader: _Reader) -> Points:
-    known, options = reader.known, reader.options
-    speed = reader.numbers("speed")
-    sigma = reader.numbers("sigma_speed") if "sigma_speed" in known else 0.0
-    if "epsilon" in known and options.resolution is not None:
+    if "epsilon" in reader.known and reader.options.resolution is not None:
         raise ValueError("--resolution is given: accepted with speed and epsilon is a column sigma_epsilon")
-    if (bad := speed <= 0).any():
-        i = int(np.argmax(bad))
-        raise ValueError(f"{reader.labels[i]}: speed is {speed[i]:.6g}: accepted is a number > 0")
-    if "epsilon" not in known:
-        sigma = sigma if "sigma_speed" in known else reader.sigma("speed")
-        return bounces.of_speeds(speed, reader.numbers("speed_out"), sigma=sigma, labels=reader.labels)
+    speed = reader.numbers("speed", least=" > 0")
+    others = ("sigma_epsilon", "sigma_speed", "contact_time")
+    sigma, sigma_speed, times = (reader.numbers(name) if name in reader.known else None for name in others)
+    if "epsilon" not in reader.known:
+        sigma_speed = reader.sigma("speed") if sigma_speed is None else sigma_speed
+        return bounces.of_speeds(speed, reader.numbers("speed_out"), sigma=sigma_speed, labels=reader.labels)
     return Points.measured(
         speed,
         reader.numbers("epsilon"),
-        sigma_epsilon=reader.numbers("sigma_epsilon") if "sigma_epsilon" in known else None,
-        sigma_speed=sigma,
-        contact_time=reader.numbers("contact_time") if "contact_time" in known else None,
-        scatter=options.scatter,
+        sigma_epsilon=sigma,
+        sigma_speed=0.0 if sigma_speed is None else sigma_speed,
+        contact_time=times,
+        scatter=reader.options.scatter,
         labels=reader.labels,
     )
 
@@ -480,9 +490,14 @@ def _pairs(reader: _Reader) -> Points:
 def _instants(reader: _Reader) -> Points:
     """Return the points of the bounces among instants; the reader keeps what is left out, and why."""
     runs: list[Drop] = []
-    for drop in reader.instants:
+    for drop in filter(len, reader.instants()):
         bounces.require_ascending(drop.instants, drop.labels)
-        sigma = math.sqrt(float(np.mean(drop.sigma**2))) if drop.sigma.any() else bounces.HEARING
+        spans = np.diff(drop.instants)
+        if len(spans) > _EVEN[0] and np.ptp(spans) <= _EVEN[1] * spans[0]:
+            raise ValueError(
+                "the times are evenly spaced, as in a recording: expected are those of bounces, or a column position"
+            )
+        sigma = float(np.mean(drop.sigma)) or bounces.HEARING
         found, left_out = bounces.heard(drop.instants, sigma)
         reader.left_out += [(drop.labels[i], why) for i, why in left_out]
         runs += [drop.part(of) for of in found]
@@ -507,7 +522,7 @@ def _positions(reader: _Reader) -> Points:
     times = reader.numbers(first, blank=True) / (options.rate if first == "frame" and options.rate else 1.0)
     positions, sigma, labels = reader.numbers("position", blank=True), reader.sigma("length"), reader.labels
     made = []
-    for rows in reader.drops(files.MOST_CELLS):
+    for rows in reader.drops():
         of = [i for i in rows if math.isfinite(times[i]) and math.isfinite(positions[i])]
         kept, contact = [labels[i] for i in of], options.contact_time
         made.append(
@@ -525,7 +540,6 @@ def _heights(reader: _Reader) -> Points:
 
 def _height_pairs(reader: _Reader) -> Points:
     pairs = np.array([reader.numbers("drop_height"), reader.numbers("rebound_height")]).T
-    reader.drops()  # bounds the number of rows
     drops = [(pair, [label] * 2) for pair, label in zip(pairs, reader.labels, strict=True)]
     return bounces.of_heights(drops, reader.options.flight, sigma=[np.full(2, s) for s in reader.sigma("length")])
 
@@ -539,24 +553,18 @@ class Drop:
     sigma: FloatArray
     durations: FloatArray | None = None
 
+    def __len__(self) -> int:
+        """Return the number of instants."""
+        return len(self.instants)
+
     def part(self, of: list[int]) -> Drop:
         """Return some of the bounces."""
         durations = None if self.durations is None else self.durations[of]
         return Drop(self.instants[of], [self.labels[i] for i in of], self.sigma[of], durations)
 
 
-@dataclass(frozen=True)
-class Form:
-    """A set of columns that gives points.
-
-    Attributes
-    ----------
-    kind : str
-        What is measured.
-    needed : tuple of str
-        Names of columns.
-    points : callable
-    """
+class Form(NamedTuple):
+    """A set of columns: what is measured, the names of the columns, and how they become points."""
 
     kind: str
     needed: tuple[str, ...]

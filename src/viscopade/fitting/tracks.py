@@ -16,7 +16,7 @@ import numpy as np
 from scipy import signal, sparse
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.fitting.bounces import LEAST_EPSILON, ContactTime, TooFew
+from viscopade.fitting.bounces import LEAST_EPSILON, MOST_INSTANTS, ContactTime, TooFew
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 
@@ -85,6 +85,8 @@ def of_track(
     height = _upward(time, position, flight, noise)
     rise = max(_CLEAR * noise, _LEAST_RISE * float(np.ptp(height)))
     contacts = signal.find_peaks(-height, prominence=rise)[0]
+    if len(contacts) > MOST_INSTANTS:
+        raise ValueError(f"the track has {len(contacts)} contacts: expected up to {MOST_INSTANTS}")
     tops = np.array([height[i:j].max() for i, j in pairwise([0, *contacts])])
     if callable(contact_time):
         lasting = contact_time(
