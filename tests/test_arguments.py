@@ -47,6 +47,14 @@ def points(name):
     return of
 
 
+def linear(c):
+    return lambda x, v: 1e5 * x + c * v
+
+
+def damped(c):
+    return vp.Contact(linear(c))
+
+
 ACCELERATION, STIFFNESS, DAMPING = "m/s^2", "N/m^(3/2)", "N s/m^(3/2)"
 # Of functions of arrays: the function of one argument, the argument's name, and a number that is accepted.
 ARRAYS = {
@@ -101,6 +109,19 @@ NUMBERS = {
     "DampingFit.epsilon": (FIT.epsilon, "speed", 0.5),
     "series": (lambda x: vp.series(x).order, "order", 4),
     "pade, m": (lambda x: vp.pade(x, 6).m, "m", 3),
+    "Contact, mass": (lambda x: vp.Contact(linear(100.0), mass=x).collide(0.5).epsilon, "mass", 2.0),
+    "Contact, load": (lambda x: vp.Contact(linear(100.0), load=x).collide(0.5).epsilon, "load", 9.8),
+    "Contact.collide": (lambda x: vp.Contact(linear(100.0), load=9.8).collide(x).epsilon, "speed", 0.5),
+    "Contact.collide, step": (lambda x: vp.Contact(linear(100.0)).collide(0.5, step=x).epsilon, "step", 1e-3),
+    "Contact.collide, phase": (
+        lambda x: vp.Contact(linear(100.0)).collide(0.5, step=1e-3, phases=x).epsilon,
+        "phases",
+        0.5,
+    ),
+    "Contact.of_law, kappa": (lambda x: vp.Contact.of_law("linear", x).collide().epsilon, "kappa", 0.5),
+    "Contact.of_law, load": (lambda x: vp.Contact.of_law("linear", 0.5, x).collide().epsilon, "load", 0.1),
+    "contact.damping_factor": (lambda x: vp.contact.damping_factor(damped, x, near=100.0), "epsilon", 0.5),
+    "contact.damping_factor, near": (lambda x: vp.contact.damping_factor(damped, 0.5, near=x), "near", 100.0),
     "tsuji.epsilon": (tsuji.epsilon, "damping_ratio", 0.5),
 }
 DROP, NAMES = np.array([0.0, 0.6, 1.1, 1.5]), ["1", "2", "3", "4"]
@@ -136,7 +157,7 @@ def test_every_public_callable_is_among_them():
     called = {re.split(r"[.,]", label)[0] for label in CALLS}
     public = {name for name in vp.__all__ if callable(getattr(vp, name))}
     assert public - WITHOUT_NUMBERS <= called
-    for name in ("double", "exact"):
+    for name in ("contact", "double", "exact"):
         page = Path(__file__).parents[1] / "docs" / "reference" / "python-api.md"
         listed = re.findall(rf"`vp\.({name}\.[a-z_]+)`", page.read_text())
         assert listed
@@ -191,6 +212,13 @@ def test_another_dimension_is_refused(quantity, call):
 def test_a_number_without_a_dimension_passes(quantity, call):
     for values in values_of(call):
         np.testing.assert_allclose(CALLS[call][0](quantity(values, "", "")), CALLS[call][0](values), rtol=1e-14)
+
+
+def test_a_force_with_a_unit_is_refused(quantity):
+    contact = vp.Contact(lambda x, v: quantity(1e5 * x, "N", "kN"))
+    for step in (None, 1e-3):
+        with pytest.raises(TypeError, match=r"^force is .*: accepted is a number without a dimension$"):
+            contact.collide(1.0, step=step)
 
 
 def test_percent_is_a_number(quantity):

@@ -442,6 +442,10 @@ def test_an_eps_that_no_damping_gives():
         (lambda: Contact(lambda x, v: x).collide(0), "speed is 0.*a finite number > 0"),
         (lambda: Contact(lambda x, v: x).collide(step=math.nan), "step is nan"),
         (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[2]), "phases is 2.0"),
+        (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[]), "phases has no number"),
+        (lambda: Contact(lambda x, v: x).collide(step=0.1, substeps=0), "substeps is 0.*an integer from 1"),
+        (lambda: damping_factor(lambda c: Contact.of_law("linear", c), 1.0, near=0.1), "epsilon is 1.0.*> 0 and < 1"),
+        (lambda: damping_factor(lambda c: Contact.of_law("linear", c), 0.5, near=0), "near is 0.*finite number > 0"),
         (
             lambda: Contact(lambda x, v: 0 * x).collide(),
             "force stops no body of mass 1 at speed 1: expected a function",
@@ -455,6 +459,10 @@ def test_refusals(make, message):
         make()
     with pytest.raises(TypeError, match="force is 3: accepted is a function"):
         Contact(3)
+    with pytest.raises(TypeError, match="scheme is 'verlet': accepted is a Scheme, such as SCHEMES"):
+        Contact(lambda x, v: x).collide(step=0.1, scheme="verlet")
+    with pytest.raises(TypeError, match=r"substeps is 2\.5: accepted is an integer"):
+        Contact(lambda x, v: x).collide(step=0.1, substeps=2.5)
 
 
 def test_bodies_that_stay_are_seen_to_stay_before_long():

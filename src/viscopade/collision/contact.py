@@ -36,6 +36,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
+from viscopade.arguments import integer, without_unit
 from viscopade.arrays import checked
 from viscopade.arrays.checked import Accepted, FloatArray
 from viscopade.collision.schemes import SCHEMES, SEMI_IMPLICIT, Rebounds, Scheme, rebounds
@@ -55,6 +56,7 @@ _ESCAPES = 1e6  # in units of the speed of impact: a piece that cannot be solved
 _ROUNDING, _ROUNDED = 4e-16, 2e-14  # of a number, and of the error of a piece
 _NEWTON = 20  # steps to solve a piece, at most
 _PIECES = 1000  # of one collision, at most
+_SUBSTEPS = 1_000_000  # of a time step, at most
 _EXPECTED = "expected a function of compression and rate that pushes bodies apart"
 _CREEP = 1e-12  # of the speed of impact: slower bodies that slow down do not part
 _NUDGE = 1e-7  # for derivatives of the force
@@ -65,6 +67,7 @@ _CLOSE = 1e-13  # of a damping factor
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _FINITE = Accepted("a finite number", lambda x: abs(x) < math.inf)
+_RESTITUTION = Accepted("a number > 0 and < 1", lambda x: (x > 0) & (x < 1))
 PHASE = Accepted("a number from 0 to 1", lambda x: (x >= 0) & (x <= 1))
 
 
@@ -142,8 +145,8 @@ class Contact:
     def __post_init__(self) -> None:
         if not callable(self.force):
             raise TypeError(checked.refusal("force", self.force, "a function of compression and rate"))
-        checked.number("mass", self.mass, _POSITIVE)
-        checked.number("load", self.load, _FINITE)
+        object.__setattr__(self, "mass", checked.number("mass", self.mass, _POSITIVE))
+        object.__setattr__(self, "load", checked.number("load", self.load, _FINITE))
         if self.end not in ENDS:
             raise ValueError(f"end is {self.end!r}: accepted is 'force' or 'return'")
 
@@ -161,7 +164,7 @@ class Contact:
             G of the scaled equation (section 2.11).
         """
         of = law_of(law)
-        a, b, damping = float(of.elastic), float(of.damping), np.asarray(kappa, float)
+        a, b, damping = float(of.elastic), float(of.damping), checked.array("kappa", kappa, _FINITE)
         return cls(lambda x, v: x**a + damping * x**b * v, load=load, end=of.end)
 
     def collide(
@@ -196,8 +199,12 @@ class Contact:
         v = checked.number("speed", speed, _POSITIVE)
         if step is None:
             return _exact(self, v)
-        h = checked.number("step", step, _POSITIVE) / checked.number("substeps", substeps, _POSITIVE)
+        h = checked.number("step", step, _POSITIVE) / integer("substeps", substeps, 1, _SUBSTEPS)
         begins = checked.array("phases", phases, PHASE).ravel()
+        if not begins.size:
+            raise ValueError("phases has no number: accepted is at least one number from 0 to 1")
+        if not isinstance(scheme, Scheme):
+            raise TypeError(checked.refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
         found = self.rebounds(v, h, begins, scheme)
         mean, errors = {}, {}
         for name, values in found._asdict().items():
@@ -270,8 +277,8 @@ def damping_factor(
 
     Raises
     ------
-    ValueError
-        If no damping factor gives this eps.
+    TypeError, ValueError
+        If an argument is not such a number, or no damping factor gives this eps.
 
     Examples
     --------
@@ -280,13 +287,13 @@ def damping_factor(
     '149.3849'
     """
     tried: list[float] = []
+    wanted, start = checked.number("epsilon", epsilon, _RESTITUTION), math.log(checked.number("near", near, _POSITIVE))
 
     def excess(log_c: float) -> float:
         contact = family(math.exp(log_c))
         tried.append(contact.collide(speed, step=step, scheme=scheme, phases=phases).epsilon)
-        return tried[-1] - epsilon
+        return tried[-1] - wanted
 
-    start = math.log(near)
     first = low = high = excess(start)
     a = b = start
     for i in range(_WIDEST + 1):
@@ -299,7 +306,7 @@ def damping_factor(
             b, high, a = a, low, a - _NEAR * 2**i
             low = excess(a)
     accepted = f"at least {min(tried):.4g}" if first > 0 else f"at most {max(tried):.4g}"
-    raise ValueError(f"epsilon is {epsilon:g}: accepted is {accepted}, which this damping gives")
+    raise ValueError(f"epsilon is {wanted:g}: accepted is {accepted}, which this damping gives")
 
 
 def _root(function: Callable[[float], float], one: tuple[float, float], other: tuple[float, float]) -> float:
@@ -508,7 +515,9 @@ def _length(contact: Contact, speed: float) -> float:
         for _ in range(3):
             lengths = np.logspace(low, high, 41)
             with np.errstate(all="ignore"):
-                force = np.asarray(contact.force(lengths, np.full(41, rate)), float) - contact.load
+                force = (
+                    np.asarray(without_unit("force", contact.force(lengths, np.full(41, rate))), float) - contact.load
+                )
                 stops = np.isfinite(force) & (force * lengths >= contact.mass * speed**2)
             if not stops.any():
                 break
