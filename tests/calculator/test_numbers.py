@@ -19,7 +19,8 @@ from tests.patience import HANGS
 from tools import calculator_tables
 from viscopade import quantity
 from viscopade.calculator import page, tables
-from viscopade.collision import exact, limits
+from viscopade.collision import exact, limits, weight
+from viscopade.collision.contact import Contact
 from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.simulators import TARGETS
 
@@ -220,6 +221,32 @@ def test_bodies_and_warnings(run):
         assert answer["warnings"] == warnings
         said |= {name for name, text in limits.SENTENCES.items() for w in warnings if text.split("}")[-1] in w}
     assert said == {*limits.SENTENCES}
+
+
+@pytest.mark.parametrize(("name", "law"), LAWS)
+def test_weight(run, name, law):
+    """eps with a load, as the page integrates it, against the collision of the package; 0 where bodies stay down."""
+    kappa = float(exact.invert("0.6", law=law, digits=12).mpf()["v_star"] ** law.d)
+    loads = [0.0, 1e-3, 0.05, 0.2, 0.35, 1.0, 5.0]
+    text = "page.withLoad(FACTS.laws.find(({ name }) => name === x[0]), x[1], x[2], x[3])"
+    found = run(text, [(name, law.end, kappa, load) for load in loads])
+    true = [Contact.of_law(law, kappa, load).collide().epsilon for load in loads]
+    assert found == pytest.approx(true, abs=1e-7)
+    assert true[-1] == 0
+
+
+def test_a_sphere_that_falls(run):
+    given = of(speed=0.05, at=0.05, damping=0.7, bodies=[GLASS | {"young": 1e7}] * 2, gravity=9.81)
+    assert "fall" not in run("calculate(x)", [given])[0]
+    wall = given["bodies"][0] | {"radius": "Infinity", "density": "NaN"}
+    (found,) = run("calculate(x)", [given | {"bodies": [given["bodies"][0], wall]}])
+    material = {"young_modulus": 1e7, "poisson_ratio": 0.22, "dissipative_constant": found["A"]}
+    pair = vp.Pair(vp.Sphere(radius=0.01, density=2500, **material), vp.Sphere.wall(**material))
+    body = weight.falling(pair, 0.05, 9.81)
+    assert found["fall"]["epsilon"] == pytest.approx(pair.epsilon(0.05, gravity=9.81), abs=1e-7)
+    assert found["epsilon"] == pytest.approx(0.7, rel=1e-7)
+    assert found["fall"]["share"] == pytest.approx(body.share(0.05), rel=1e-9)
+    assert found["fall"]["sticking"] == pytest.approx(body.sticking_speed, rel=1e-3)
 
 
 # --- text ---------------------------------------------------------------------------------------------------------

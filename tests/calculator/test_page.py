@@ -269,3 +269,25 @@ def test_hostile_addresses(browser, url, fragment):
     assert browser.errors == []
     assert "NaN" not in browser.evaluate("document.getElementById('right').innerText").replace('"NaN"', "")
     assert browser.evaluate("document.querySelectorAll('img').length") == 0
+
+
+def test_a_ball_that_falls(tab):
+    """Gravity is asked for at walls, in the chosen units, and the numbers with weight are shown."""
+    names = ["eps with weight, if it falls", "g t_c / v", "Stays down below"]
+    shown = f"return {names}.map((name) => row(name)?.textContent);"
+    put(tab, young="1e7", speed="0.05", at="0.05", damping="0.7")
+    assert tab.evaluate(js(shown)) == [None, None, None]
+    put(tab, kind="wall")
+    eps, share, sticking = tab.evaluate(js(shown))
+    glass = {"young_modulus": 1e7, "poisson_ratio": 0.22, "dissipative_constant": 0}
+    pair = vp.Pair(vp.Sphere(radius=0.01, density=2500, **glass), vp.Sphere.wall(**glass)).calibrated(0.05, 0.7)
+    assert float(eps) == pytest.approx(pair.epsilon(0.05, gravity=9.81), abs=1e-6)
+    assert float(share) == pytest.approx(9.81 * pair.damped(0).contact_time(0.05) / 0.05, rel=2e-3)
+    assert sticking.endswith(" m/s")
+    put(tab, system="CGS (cm, g, s)")
+    assert tab.evaluate('document.getElementById("gravity").value') == "981"
+    assert tab.evaluate(js(shown)) == [eps, share, f"{float(sticking.split()[0]) * 100:.3g} cm/s"]
+    put(tab, speed="1e-2")
+    assert tab.evaluate(js(shown))[0] == "0: it stays down"
+    put(tab, gravity="0")
+    assert tab.evaluate(js(shown)) == [None, None, None]

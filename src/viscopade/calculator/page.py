@@ -28,13 +28,14 @@ _UNITS = {
     "pressure": ("Pa", "kPa", "MPa", "GPa", "dyn/cm^2", "pg/um/us^2"),
     "density": ("kg/m^3", "g/cm^3", "t/mm^3", "pg/um^3"),
     "time": ("s", "ms", "us", "ns", "h"),
+    "acceleration": ("m/s^2", "cm/s^2", "mm/s^2", "um/us^2"),
 }
 """The units that the page's fields accept, a few of those that the command line does."""
 _SYSTEMS = {
-    "SI (m, kg, s)": ("m", "m/s", "Pa", "kg/m^3", "s"),
-    "CGS (cm, g, s)": ("cm", "cm/s", "dyn/cm^2", "g/cm^3", "s"),
-    "mm, t, s (MPa)": ("mm", "mm/s", "MPa", "t/mm^3", "s"),
-    "um, pg, us": ("um", "um/us", "pg/um/us^2", "pg/um^3", "us"),
+    "SI (m, kg, s)": ("m", "m/s", "Pa", "kg/m^3", "s", "m/s^2"),
+    "CGS (cm, g, s)": ("cm", "cm/s", "dyn/cm^2", "g/cm^3", "s", "cm/s^2"),
+    "mm, t, s (MPa)": ("mm", "mm/s", "MPa", "t/mm^3", "s", "mm/s^2"),
+    "um, pg, us": ("um", "um/us", "pg/um/us^2", "pg/um^3", "us", "um/us^2"),
 }
 """Consistent units of plain numbers, in the order of `_UNITS`."""
 
@@ -126,6 +127,8 @@ def _about(law: Law) -> dict[str, Any]:
         "elastic": str(law.elastic),
         "damping": str(law.damping),
         "a": float(law.elastic),
+        "b": float(law.damping),
+        "contactTime": law.contact_time,
         "power": float(2 * law.c),
         "d": law.n_a - law.n_b if law.nu > 1 else 1,
         "equation": law.equation,

@@ -136,6 +136,64 @@ function kappaFrom(law, end, epsilon) {
   return Math.exp((low + high) / 2);
 }
 
+// --- weight ------------------------------------------------------------------------------------------------------
+
+// eps of the scaled contact with a load G, 0 if the body stays down: the classical Runge-Kutta method in the variables
+// of `viscopade.collision.contact`, x = s^4 and dt = 4 s^3 dsigma. Null where the damping is too strong for its steps.
+function withLoad(law, end, kappa, G) {
+  const force = (s, v) => s ** (4 * law.a) + kappa * s ** (4 * law.b) * v;
+  const rates = ([s, v]) => [v, 4 * s ** 3 * (G - force(s, v))];
+  const step = ([s, v], h) => {
+    const [s1, v1] = rates([s, v]);
+    const [s2, v2] = rates([s + (h / 2) * s1, v + (h / 2) * v1]);
+    const [s3, v3] = rates([s + (h / 2) * s2, v + (h / 2) * v2]);
+    const [s4, v4] = rates([s + h * s3, v + h * v3]);
+    return [s + (h / 6) * (s1 + 2 * s2 + 2 * s3 + s4), v + (h / 6) * (v1 + 2 * v2 + 2 * v3 + v4)];
+  };
+  const over = ([s, v]) => v < 0 && (s <= 0 || (end === "force" && force(s, v) <= 0));
+  let state = [0, 1];
+  for (let i = 0; i < 1e5; i += 1) {
+    const next = step(state, FALL_STEP);
+    if (!Number.isFinite(next[1]) || next[0] > 100) return null;
+    if (over(next)) {
+      let [low, high] = [0, FALL_STEP];
+      for (let k = 0; k < 40; k += 1) {
+        const middle = (low + high) / 2;
+        if (over(step(state, middle))) high = middle;
+        else low = middle;
+      }
+      const [s, v] = step(state, high);
+      return Math.sqrt(Math.max(v * v - 2 * G * Math.max(s, 0) ** 4, 0)); // it rises to x = 0 against its weight
+    }
+    if ((state[1] < 0 && next[1] >= 0) || Math.abs(next[1]) < 1e-12) return 0; // it turns back, or creeps to its rest
+    state = next;
+  }
+  return null;
+}
+
+const FALL_STEP = 1 / 256;
+
+// What weight does to a body that falls on a wall: g t_c/v, eps, and the speed below which it stays down (null: none).
+function fallOf(law, end, kappa, gravity, time, speed) {
+  const at = (v) => {
+    const ratio = v / speed;
+    return [kappa * ratio ** law.power, ((gravity * time) / speed) * ratio ** ((-2 * law.a) / (law.a + 1))];
+  };
+  const epsilonAt = (v) => withLoad(law, end, ...at(v));
+  const found = { share: (gravity * time * law.contactTime) / speed, epsilon: epsilonAt(speed), sticking: null };
+  if (!kappa || !gravity || found.epsilon === null) return found;
+  let [low, high] = [speed, speed];
+  for (let i = 0; i < 40 && epsilonAt(low) > 0; i += 1) [low, high] = [low / 4, low];
+  for (let i = 0; i < 40 && !(epsilonAt(high) > 0); i += 1) [low, high] = [high, high * 4];
+  if (epsilonAt(low) !== 0 || !(epsilonAt(high) > 0)) return found;
+  for (let i = 0; i < 14; i += 1) {
+    const middle = Math.sqrt(low * high);
+    if (epsilonAt(middle) > 0) high = middle;
+    else low = middle;
+  }
+  return { ...found, sticking: high };
+}
+
 // eps of a Padé approximant of the paper's law at v*.
 function approximant(pade, vStar) {
   const sum = (terms) => terms.reduceRight((total, c) => total * vStar + c, 0);
@@ -181,7 +239,8 @@ function meanOfA(pair, first, second) {
 }
 
 // All that the page says of a collision. `input` has law, end, speed, by, damping, at, second (the A of the other
-// body, or null), bodies (null, or [first, second]), strength (or null), and system for the sentences.
+// body, or null), bodies (null, or [first, second]), strength (or null), gravity (of a body that falls on a wall, or
+// null), and system for the sentences.
 function calculate(input) {
   const law = lawOf(input.law);
   const pair = input.bodies && pairOf(...input.bodies);
@@ -204,6 +263,10 @@ function calculate(input) {
     answer.compression = (scaled.compression * input.speed ** 0.8) / pair.stiffness;
     answer.contactTime = (scaled.duration * input.speed ** -0.2) / pair.stiffness;
     answer.overlap = answer.compression / Math.min(pair.first.radius, pair.second.radius);
+  }
+  if (pair && pair.second.radius === Infinity && law.a === 1.5 && input.gravity > 0) {
+    const time = input.speed ** -0.2 / pair.stiffness;
+    answer.fall = fallOf(law, input.end, kappa, input.gravity, time, input.speed);
   }
   answer.warnings = warningsOf(answer, input);
   return answer;

@@ -3,7 +3,7 @@
 const $ = (id) => document.getElementById(id);
 const STATE = [
   ...["law", "end", "system", "speed", "by", "damping", "at", "bodies", "radius", "density", "young", "poisson"],
-  ...["strength", "kind", "radius2", "density2", "young2", "poisson2", "second", "from", "to", "logarithmic", "vertical"],
+  ...["strength", "kind", "radius2", "density2", "young2", "poisson2", "second", "gravity", "from", "to", "logarithmic", "vertical"],
   ...["program", "language"],
 ];
 const FIELDS = {
@@ -19,6 +19,7 @@ const FIELDS = {
   young2: ["the other Young modulus", "pressure"],
   poisson2: ["the other Poisson ratio", ""],
   second: ["the other A", "time"],
+  gravity: ["gravity", "acceleration"],
   from: ["the slowest speed", "speed"],
   to: ["the fastest speed", "speed"],
 };
@@ -101,6 +102,8 @@ function read() {
   const filledIn = (id) => found.bodies && $(id).value.trim() !== "";
   found.strength = filledIn("strength") ? positive("strength") : null;
   const other = by === "A" && ["sphere", "otherwall"].includes($("kind").value);
+  const walls = found.bodies && ["wall", "otherwall"].includes($("kind").value);
+  found.gravity = walls && filledIn("gravity") ? number("gravity", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
   found.second = other && filledIn("second") ? number("second", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
   return found;
 }
@@ -161,6 +164,13 @@ function rows() {
     found.push(["Largest overlap", `${general(scaled.compression, DIGITS)} ${k}^${power(scale)}${v(2 / (law.a + 1))}`]);
   } else {
     found.push(["Contact time", "beyond the table: viscopade epsilon has it"]);
+  }
+  const { fall } = answer;
+  if (fall) {
+    const heavy = fall.epsilon === null ? "too strong a damping for this page" : fall.epsilon ? general(fall.epsilon, 6) : "0: it stays down";
+    found.push(["eps with weight, if it falls", heavy, fall.epsilon]);
+    found.push(["g t_c / v", general(fall.share, 3), fall.share]);
+    if (fall.sticking !== null) found.push(["Stays down below", `${general(inUnit(fall.sticking, "speed", input.system), 3)} ${unitOf("speed", input.system)}`, fall.sticking]);
   }
   if (paper) found.push(["v*", general(answer.vStar, DIGITS)]);
   found.push(["kappa", general(answer.kappa, DIGITS), answer.kappa]);
@@ -465,6 +475,7 @@ function arrange() {
   $("of-other").classList.toggle("hidden", kind === "same" || kind === "wall");
   const used = { radius2: ["size", "sphere"], density2: ["sphere"], young2: ["sphere", "otherwall"], poisson2: ["sphere", "otherwall"] };
   for (const [id, kinds] of Object.entries(used)) $(`row-${id}`).classList.toggle("hidden", !kinds.includes(kind));
+  $("row-gravity").classList.toggle("hidden", !["wall", "otherwall"].includes(kind));
   $("row-second").classList.toggle("hidden", by !== "A" || !used.young2.includes(kind));
 }
 
