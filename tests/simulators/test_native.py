@@ -261,6 +261,24 @@ def test_what_the_source_says(program, given, epsilon):
     assert found.epsilon == pytest.approx(epsilon, abs=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("law", "scheme", "measured"),
+    [
+        ("Hertz", "Forward_Euler", (0.553259899, 0.551701171, 0.555933646, 0.0046666542)),
+        ("Linear", "Symplectic_Euler", (0.494215095, 0.476677597, 0.514146961, 0.0013899181)),
+        ("Linear", "Forward_Euler", (0.649436101, 0.627953185, 0.673173145, 0.0016605098)),
+    ],
+)
+def test_kratos_at_a_wall(law, scheme, measured):
+    """Measured in Kratos 10.4.4: mean, least and largest of eight phases, and the mean depth."""
+    native = simulator_of("kratos").native
+    given = {"YOUNG_MODULUS": "1e6", "POISSON_RATIO": "0", "COEFFICIENT_OF_RESTITUTION": "0.5", "other": "wall"}
+    values = native.values({**given, "law": f"DEM_D_{law}_viscous_Coulomb"})
+    contact = native.contact(values, Impact(1.0, 1.0, 0.5, step=3.26e-4))
+    found = contact.collide(1.0, step=3.26e-4, scheme=native.schemes[scheme], phases=(np.arange(8) + 0.5) / 8)
+    assert (found.epsilon, found.least, found.largest, found.depth) == pytest.approx(measured, abs=2e-5, rel=1e-5)
+
+
 @pytest.mark.parametrize("integrator", ["verlet", "euler"])
 def test_jaxdem_in_time_steps(integrator):
     """Measured in JaxDEM at commit 5d9c13a, in double precision: mean, least and largest of eight phases."""
