@@ -200,8 +200,8 @@ DEM = {
     "yade": [
         {"physics": "MindlinPhys", "young": "1e6", "poisson": "0.3", "en": "0.6"},
         {"physics": "MindlinPhys", "young": "1e6", "poisson": "0.3", "en": "0.6", "vn": "2", "damping": "0"},
-        {"physics": "MindlinPhys", "young": "1e6", "poisson": "0.3", "betan": "0.1", "other": "facet"},
-        {"physics": "ViscElPhys", "tc": "0.01", "en": "0.6"},
+        {"physics": "MindlinPhys", "young": "1e6", "poisson": "0.3", "betan": "0.1", "other": "facet", "damping": "0"},
+        {"physics": "ViscElPhys", "tc": "0.01", "en": "0.6", "damping": "0"},
     ],
     "kratos": [
         {"law": law, "YOUNG_MODULUS": "1e6", "POISSON_RATIO": "0.3", "COEFFICIENT_OF_RESTITUTION": "0.6"}
