@@ -10,8 +10,8 @@ import pytest
 
 import viscopade as vp
 from viscopade.fitting import read
+from viscopade.fitting.columns import Options
 from viscopade.fitting.flight import Flight
-from viscopade.fitting.read import Options
 
 PHYPHOX = Path(__file__).with_name("phyphox.xls")
 """Made with xlwt: the sheet "Energy" of phyphox's "(In)elastic collision" with invented instants, and two others."""

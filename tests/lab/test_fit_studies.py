@@ -9,6 +9,7 @@ from tests.simulators.two_balls import need
 from viscopade import Points
 from viscopade.arrays import double
 from viscopade.fitting import read
+from viscopade.fitting.columns import Options
 from viscopade_lab.runs import fit_data
 from viscopade_lab.studies import coverage
 
@@ -65,6 +66,6 @@ def test_the_drop_has_the_true_beta_within_its_error():
     ball = coverage._ball()
     wall = vp.Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
     contact = bounces.contact_time_of(vp.Pair(ball, wall))
-    options = read.Options(flight=Flight(fit_data.GRAVITY), resolution="0.5 ms", contact_time=contact)
+    options = Options(flight=Flight(fit_data.GRAVITY), resolution="0.5 ms", contact_time=contact)
     found = vp.fit(read.recording([((ROOT / "examples" / "drop.csv").read_bytes(), "drop.csv")], options).points)
     assert abs(found.beta - fit_data.WALL_BETA) < 3 * found.beta_standard_error

@@ -36,7 +36,7 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
         """Parse a name of a column, and what belongs to it."""
-        from viscopade.fitting.read import COLUMNS
+        from viscopade.fitting.columns import COLUMNS
 
         name, equals, rest = value.partition("=")
         if not equals or name.strip() not in COLUMNS or not rest.strip():
@@ -137,7 +137,7 @@ def _fitted(
 
     from viscopade import files
     from viscopade.collision.spheres import Pair, Sphere
-    from viscopade.fitting import bounces, damping, read
+    from viscopade.fitting import bounces, columns, damping, read
 
     names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
     body = {name: options.pop(name) for name in names}
@@ -150,7 +150,7 @@ def _fitted(
         contact = bounces.contact_time_of(pair) if given is None else contact
     recording = read.recording(
         [(files.content(each, "CSV or a spreadsheet"), str(each)) for each in data],
-        read.Options(
+        columns.Options(
             dict(options.pop("columns")),
             dict(options.pop("units")),
             _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),

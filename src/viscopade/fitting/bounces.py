@@ -271,7 +271,7 @@ def of_speeds(speed: FloatArray, after: FloatArray, *, sigma: float | FloatArray
 
 def _errors(sigma: float | Sequence[FloatArray], drop: int, values: FloatArray, unit: str) -> FloatArray:
     """Return the standard errors of a drop's values."""
-    given = without_unit("sigma", sigma, unit)
+    given = sigma if isinstance(sigma, list | tuple) else without_unit("sigma", sigma, unit)
     of_drop = given[drop] if isinstance(given, Sequence) or np.ndim(given) else given
     return np.broadcast_to(array("sigma", without_unit("sigma", of_drop, unit), _ERRORS), values.shape)
 
