@@ -254,8 +254,10 @@ def _show(recording: Recording, found: DampingFit, constants: Mapping[str, Const
         say(f"  {reason}", 2)
     for name, made in recording.sheets if len(recording.sheets) > 1 else ():
         say(f"  {name}: {made} points" if isinstance(made, int) else f"  {name} is not read: {made}", 2)
-    for label, why in recording.left_out:
+    for label, why in recording.left_out[:MOST_ROWS]:
         say(f"  {label} is left out: {why}", 2)
+    if (more := len(recording.left_out) - MOST_ROWS) > 0:
+        say(f"  and {more} more; --format json lists all", 2)
     for label, off in found.outliers:
         advice = "" if found.main.robust else "; --without leaves a line out, --robust counts outliers less"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
