@@ -115,7 +115,7 @@ def read(text: str) -> Header:
     """Read a header's text."""
     comment = re.sub(r"\s*\n \* *", " ", text[: text.index("*/")])
     table = re.search(
-        r"static const (double|float) viscopade_table_(\w+)\[([0-9]+)\]\[([0-9]+)\] = \{\n(.*?)\n\};", text, re.S
+        r"VISCOPADE_TABLE (double|float) viscopade_table_(\w+)\[([0-9]+)\]\[([0-9]+)\] = \{\n(.*?)\n\};", text, re.S
     )
     if not table:
         raise Wrong("there is no table in the header")

@@ -128,7 +128,7 @@ def test_texts_that_do_not_fit_are_refused():
     for changed, message in (
         (text[:first] + text[end + 1 :], "has not 128 octaves of 64 rows"),
         (text.replace("for each e from", "for"), "the comment has no"),
-        (text.replace("static const float viscopade_table_", "static float viscopade_"), "there is no table"),
+        (text.replace("VISCOPADE_TABLE float viscopade_table_", "static float viscopade_"), "there is no table"),
         (text[:first] + "    {1.5, 0x1p+0f}," + text[end:], "no hexadecimal constant"),
         (text[:first] + "    {0x1.00000001p+0f, 0x1p+0f}," + text[end:], "no normal number of type float"),
     ):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -41,6 +42,7 @@ COMPARED_DIGITS = 20
 _IN_DOUBLES = 15  # digits of numbers that follow from doubles
 STIFFNESS = click.option("--stiffness", help="Constant k of the force k x^A, in N/m^A.")
 MASS = click.option("--mass", help="Effective mass, m1 m2/(m1 + m2), or that of a body on a plane.")
+_SAMPLED, _LEAST_SAMPLED = 10, 1e-12  # digits of sampled numbers, and the least error that is stated of one
 _LOAD = click.option(
     "--load", type=Real("load"), help="The load G of the scaled equation, x'' + … = G; with --kappa or --v-star."
 )
@@ -513,7 +515,7 @@ def _falling(
         "contact_time": found.duration * time,
         "epsilon_without_weight": without,
     }
-    texts = {name: repr(float(value)) for name, value in numbers.items()}
+    texts = {name: f"{value:.{_SAMPLED}g}" for name, value in numbers.items()}
     return texts, _sampled_json(found, "x_max", "tau_c"), _weight_line(found, without)
 
 
@@ -521,8 +523,8 @@ def _weight_line(found: SampledCollision, without: float) -> str:
     """Return the sentence on a collision with weight."""
     if not found.parts:
         return f"Sampled: with the weight the bodies do not part, eps is 0; without it eps is {without:.6g}."
-    error = found.errors["epsilon"]
-    return f"Sampled, with an error of some {error:.0e}: eps with the weight. Without it eps is {without:.6g}."
+    error = 10.0 ** math.ceil(math.log10(max(found.errors["epsilon"], _LEAST_SAMPLED)))
+    return f"Sampled, with an error below {error:.0e}: eps with the weight. Without it eps is {without:.6g}."
 
 
 def _show_load(
@@ -543,7 +545,7 @@ def _show_load(
         "tau_c": found.duration,
         "epsilon_without_load": without["epsilon"],
     }
-    shown = {name: repr(float(value)) for name, value in numbers.items()}
+    shown = {name: f"{value:.{_SAMPLED}g}" for name, value in numbers.items()}
     further = _sampled_json(found, "x_max", "tau_c")
     _show_numbers(shown, {}, context, style, line, _weight_line(found, without["epsilon"]), **further)
 
