@@ -42,7 +42,7 @@ COMPARED_DIGITS = 20
 _IN_DOUBLES = 15  # digits of numbers that follow from doubles
 STIFFNESS = click.option("--stiffness", help="Constant k of the force k x^A, in N/m^A.")
 MASS = click.option("--mass", help="Effective mass, m1 m2/(m1 + m2), or that of a body on a plane.")
-_SAMPLED, _LEAST_SAMPLED = 10, 1e-12  # digits of sampled numbers, and the least error that is stated of one
+_SAMPLED, _LEAST_SAMPLED = 12, 1e-12  # digits of sampled numbers, and the least error that is stated of one
 _LOAD = click.option(
     "--load", type=Real("load"), help="The load G of the scaled equation, x'' + … = G; with --kappa or --v-star."
 )
