@@ -45,7 +45,7 @@ def archive(members):
     return made.getvalue()
 
 
-def xlsx(cells):
+def xlsx(cells, shared="<sst/>"):
     relations = '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">{}</Relationships>'
     relation = f'<Relationship Id="r1" Type="{RELATIONS}/{{}}" Target="{{}}"/>'
     workbook = (
@@ -57,7 +57,11 @@ def xlsx(cells):
             "[Content_Types].xml": "<Types/>",
             "_rels/.rels": relations.format(relation.format("officeDocument", "xl/workbook.xml")),
             "xl/workbook.xml": workbook,
-            "xl/_rels/workbook.xml.rels": relations.format(relation.format("worksheet", "worksheets/sheet1.xml")),
+            "xl/_rels/workbook.xml.rels": relations.format(
+                relation.format("worksheet", "worksheets/sheet1.xml")
+                + relation.format("sharedStrings", "sharedStrings.xml").replace("r1", "r2")
+            ),
+            "xl/sharedStrings.xml": shared,
             "xl/worksheets/sheet1.xml": SHEET.format(cells),
         }
     )
@@ -67,6 +71,18 @@ def ods(rows):
     kind = "application/vnd.oasis.opendocument.spreadsheet"
     manifest = "<manifest:manifest xmlns:manifest='urn:oasis:names:tc:opendocument:xmlns:manifest:1.0'/>"
     return archive({"mimetype": kind, "META-INF/manifest.xml": manifest, "content.xml": ODS.format(rows)})
+
+
+def text_row(text, repeated="1"):
+    cell = f'<table:table-cell office:value-type="string"><text:p>{text}</text:p></table:table-cell>'
+    return f'<table:table-row table:number-rows-repeated="{repeated}">{cell}</table:table-row>'
+
+
+def shared_xlsx():
+    """Many cells that name one long text: some 15 kB."""
+    text = f"<sst><si><t>{'x' * 10_000_000}</t></si></sst>"
+    cells = "".join(f'<row r="{i}"><c r="A{i}" t="s"><v>0</v></c></row>' for i in range(3, 300))
+    return xlsx(CELLS + cells, text)
 
 
 def far_xls():
@@ -90,6 +106,10 @@ HOSTILE = {
         "more than 8388608 cells",
     ),
     "far.ods": (lambda: ods(EMPTY + FAR), "more than 8388608 cells"),
+    "shared.xlsx": (shared_xlsx, "more than 134217728 bytes"),
+    "texts.ods": (lambda: ods(text_row("x" * 100_000, "100000")), "more than 134217728 bytes"),
+    "blanks.ods": (lambda: ods(text_row('<text:s text:c="2000000000"/>')), "more than 134217728 bytes"),
+    "word.ods": (lambda: ods(text_row("x", "many")), "the spreadsheet cannot be read"),
     "far.xls": (far_xls, "more than 8388608 cells"),
     "cells.csv": (lambda: ROWS + "," * 9_000_000, "more than 8388608 cells"),
     "lines.csv": (lambda: ROWS + "\n" * 9_000_000, "more than 8388608 cells"),

@@ -1,4 +1,4 @@
-"""Sheets of a spreadsheet (XLS, XLSX, ODS); how far their cells reach is looked at first.
+"""Sheets of a spreadsheet (XLS, XLSX, ODS); how far cells reach and how long texts are is looked at first.
 
 The parser makes a table that reaches from the first cell to the last, whatever lies between them.
 """
@@ -10,6 +10,7 @@ import re
 import struct
 import zipfile
 from collections.abc import Iterator
+from typing import NamedTuple
 from xml.parsers import expat
 
 from viscopade import files
@@ -59,9 +60,12 @@ def _checked_archive(content: bytes, source: str) -> bytes:
     parts = files.members(content, source)
     kept = {name: part for name, part in parts.items() if name.endswith((".xml", ".rels")) or name == "mimetype"}
     try:
-        files.require_cells(source, sum(_reach_of_xml(part) for name, part in kept.items() if name != "mimetype"))
-    except expat.ExpatError as error:
+        extents = [_extent_of_xml(part) for name, part in kept.items() if name != "mimetype"]
+    except (expat.ExpatError, ValueError) as error:
         raise ValueError(f"{source}: the spreadsheet cannot be read: {error}") from None
+    files.require_cells(source, sum(extent.cells for extent in extents))
+    longest = max((extent.longest for extent in extents), default=0)
+    files.require_size(source, sum(extent.characters + extent.sharing * longest for extent in extents))
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         for name, part in kept.items():
@@ -69,16 +73,36 @@ def _checked_archive(content: bytes, source: str) -> bytes:
     return packed.getvalue()
 
 
-def _reach_of_xml(text: bytes) -> int:
-    """Return the number of cells between the first one and the last one of all tables in an XML file."""
-    total = row = column = rows = columns = 0
+class _Extent(NamedTuple):
+    """What the tables in an XML file unpack to.
+
+    Attributes
+    ----------
+    cells : int
+        Between the first one and the last one of all tables.
+    characters : int
+        In these cells, without those of shared texts.
+    sharing : int
+        Number of cells that name a shared text.
+    longest : int
+        Characters of the longest shared text.
+    """
+
+    cells: int
+    characters: int
+    sharing: int
+    longest: int
+
+
+def _extent_of_xml(text: bytes) -> _Extent:
+    cells = row = column = rows = columns = characters = sharing = longest = length = across = down = 0
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal total, row, column, rows, columns
+        nonlocal cells, row, column, rows, columns, sharing, length, across, down
         kind = tag.rpartition(":")[2]
         if kind in ("worksheet", "table"):
-            total, row, rows, columns = total + rows * columns, 0, 0, 0
-        elif kind == "row":  # of XLSX, as is "c"
+            cells, row, rows, columns = cells + rows * columns, 0, 0, 0
+        elif kind == "row":  # of XLSX, as are "c" and "si"
             row, column = int(attributes.get("r", row + 1)), 0
         elif kind == "c":
             column += 1
@@ -87,17 +111,39 @@ def _reach_of_xml(text: bytes) -> int:
                 for letter in reference[1].upper():
                     column = 26 * column + ord(letter) - 64
             rows, columns = max(rows, row), max(columns, column)
-        elif kind == "table-row":  # of ODS, as is "table-cell"
-            row, column = row + int(attributes.get("table:number-rows-repeated", 1)), 0
+            sharing, length, across, down = sharing + (attributes.get("t") == "s"), 0, 1, 1
+        elif kind == "si":
+            length = 0
+        elif kind == "table-row":  # of ODS, as are "table-cell" and "s"
+            down, column = int(attributes.get("table:number-rows-repeated", 1)), 0
+            row += down
         elif kind in ("table-cell", "covered-table-cell"):
-            column += int(attributes.get("table:number-columns-repeated", 1))
+            length, across = 0, int(attributes.get("table:number-columns-repeated", 1))
+            column += across
             if any(name.startswith("office:") for name in attributes):  # it has a value
                 rows, columns = max(rows, row), max(columns, column)
+            else:
+                across = 0
+        elif kind == "s":  # blanks
+            length += int(attributes.get("text:c", 1))
+
+    def data(piece: str) -> None:
+        nonlocal length
+        length += len(piece)
+
+    def end(tag: str) -> None:
+        nonlocal characters, longest
+        kind = tag.rpartition(":")[2]
+        if kind in ("c", "table-cell", "covered-table-cell"):
+            characters += length * across * down
+        elif kind == "si":
+            longest = max(longest, length)
 
     parser = expat.ParserCreate()
-    parser.StartElementHandler = start
+    parser.buffer_text = True
+    parser.StartElementHandler, parser.CharacterDataHandler, parser.EndElementHandler = start, data, end
     parser.Parse(text, True)
-    return total + rows * columns
+    return _Extent(cells + rows * columns, characters, sharing, longest)
 
 
 def _reach_of_xls(content: bytes, source: str) -> int:
