@@ -1,5 +1,17 @@
-"""Entry point of `python -m viscopade`: the command line."""
+"""Entry point of the command line, also of `python -m viscopade`. It answers Ctrl-C while modules are imported."""
 
-from viscopade.cli.main import main
+import sys
 
-main()
+
+def main() -> None:
+    """Run the command line."""
+    try:
+        from viscopade.cli import main
+    except KeyboardInterrupt:
+        sys.stderr.write("\nviscopade: interrupted\n")
+        sys.exit(130)
+    main.main()
+
+
+if __name__ == "__main__":
+    main()

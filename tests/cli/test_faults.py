@@ -25,6 +25,7 @@ from viscopade.kernels import requests
 from viscopade.theory.paper import TABLE
 from viscopade_lab.figures import registry as figures
 
+ROOT = Path(__file__).parents[2]
 NOWHERE = f"{__file__}/nowhere"
 """A place that cannot be made, not even by root: its parent is a file."""
 NUMBERS = ("epsilon", "--v-star", "1.5", "--digits", "25")
@@ -89,6 +90,24 @@ def test_the_reader_of_a_pipe_goes():
 def test_an_interruption_is_one_line(monkeypatch):
     monkeypatch.setattr(requests, "render_series", lambda *_: os.kill(os.getpid(), signal.SIGINT))
     ended = called("export", "series-json")
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "\nviscopade: interrupted\n")
+
+
+def test_an_interruption_while_modules_are_imported_is_one_line():
+    """By the entry point that is installed."""
+    entry = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]["viscopade"]
+    module, _, function = entry.partition(":")
+    code = f"""
+import os, signal, sys
+from {module} import {function}
+class Interrupting:
+    def find_spec(self, name, *_):
+        if name == "viscopade.cli.derive":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupting())
+{function}()
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANGS)
     assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "\nviscopade: interrupted\n")
 
 
@@ -158,7 +177,7 @@ def test_public_functions_say_what_to_install(monkeypatch):
 
 
 def test_extras_bring_what_they_are_said_to():
-    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text("utf-8"))["project"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     for package, extra in EXTRAS.items():
         brought = project["optional-dependencies"][extra]
         assert any(line.startswith(f"{package.replace('_', '-')}>=") for line in brought), package
