@@ -175,7 +175,7 @@ BAD = [
         ),
         "accepted with it are the sphere's radius",
     ),
-    (("fit", "data.csv", "--without", "99"), "there is no point 'line 99': accepted are line 2 to line 13"),
+    (("fit", "data.csv", "--without", "99"), "there is no line 99 with data: expected are 2 to 13"),
     (("fit", "data.csv", "--law", "nothing"), "law is 'nothing'"),
     (("fit", "data.csv", "--column", "speed"), "is no NAME=HEADER"),
     (("fit", "data.csv", "--unit", "speed=m/s"), "has the unit 'cm/s' in its header"),
