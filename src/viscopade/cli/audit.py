@@ -141,14 +141,14 @@ def _show_delivery(
     numbers: Any = {
         name: None
         if text is None
-        else float(arguments.exact_number(name, text, "a number > 0", lambda x: 0 < x < 10**300))
+        else float(arguments.exact_number(name, text, "a number > 0 and < 1e300", lambda x: 0 < x < 10**300))
         for name, text in quantities.items()
         if name != "gravity"
     }
     if numbers["speed"] is None:
         raise click.UsageError("--speed is missing: expected with it is the impact speed")
     weight = quantities["gravity"] or "0"
-    gravity = float(arguments.exact_number("gravity", weight, "a number >= 0", lambda g: 0 <= g < 10**300))
+    gravity = float(arguments.exact_number("gravity", weight, "a number >= 0 and < 1e300", lambda g: 0 <= g < 10**300))
     wanted = epsilon and float(arguments.exact_number("epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
     found = delivery(native, given, Impact(**numbers, gravity=gravity), wanted or None)
     collision, units = found.collision, found.units

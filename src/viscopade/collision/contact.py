@@ -57,6 +57,7 @@ _ROUNDING, _ROUNDED = 4e-16, 2e-14  # of a number, and of the error of a piece
 _NEWTON = 20  # steps to solve a piece, at most
 _PIECES = 1000  # of one collision, at most
 _SUBSTEPS = 1_000_000  # of a time step, at most
+_STEPS = 100_000  # in a contact, or so, at most
 _EXPECTED = "expected a function of compression and rate that pushes bodies apart"
 _CREEP = 1e-12  # of the speed of impact: slower bodies that slow down do not part
 _NUDGE = 1e-7  # for derivatives of the force
@@ -194,12 +195,20 @@ class Contact:
         Raises
         ------
         TypeError, ValueError
-            If an argument is not such a number, the force is not finite, or no force stops the bodies.
+            If an argument is not such a number, a step is below 1e-5 of a contact or so, the force is not finite, or
+            no force stops the bodies.
         """
         v = checked.number("speed", speed, _POSITIVE)
         if step is None:
             return _exact(self, v)
         h = checked.number("step", step, _POSITIVE) / integer("substeps", substeps, 1, _SUBSTEPS)
+        length = _length(self, v)
+        shortest = math.pi * length / _fastest(self, v, length) / _STEPS
+        if h < shortest:
+            raise ValueError(
+                f"step is {h:g}: accepted is a number >= {shortest:.3g}, {_STEPS} steps in a contact; without one, "
+                "steps are infinitely fine"
+            )
         begins = checked.array("phases", phases, PHASE).ravel()
         if not begins.size:
             raise ValueError("phases has no number: accepted is at least one number from 0 to 1")
@@ -387,7 +396,7 @@ class _Motion:
 
     def __init__(self, contact: Contact, speed: float, nodes: int, tolerance: float) -> None:
         self.length, self.of = _length(contact, speed), contact.force
-        self.speed = math.sqrt(speed**2 + max(contact.load, 0) / contact.mass * self.length)
+        self.speed = _fastest(contact, speed, self.length)
         self.unit, self.start = contact.mass * self.speed**2 / self.length, speed / self.speed
         self.load, self.pushes = contact.load / self.unit, contact.end == "force"
         self.rule, self.tolerance = _rule(nodes), tolerance
@@ -510,6 +519,10 @@ class _Motion:
 
 def _length(contact: Contact, speed: float) -> float:
     """Return a length on which the force stops the bodies, at rest if it does, else at the speed of impact."""
+    if not (0 < speed * speed < math.inf and 0 < contact.mass * speed * speed < math.inf):
+        raise ValueError(
+            f"speed is {speed:g}, mass {contact.mass:g}: accepted are numbers whose m v^2 is a positive double"
+        )
     for rate in (0.0, speed):
         low, high = -40.0, 40.0
         for _ in range(3):
@@ -526,6 +539,11 @@ def _length(contact: Contact, speed: float) -> float:
         else:
             return float(lengths[i])
     raise ValueError(f"force stops no body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
+
+
+def _fastest(contact: Contact, speed: float, length: float) -> float:
+    """Return about the largest speed of a body that the load takes on over a length."""
+    return math.sqrt(speed**2 + max(contact.load, 0) / contact.mass * length)
 
 
 def _exact(contact: Contact, speed: float) -> SampledCollision:

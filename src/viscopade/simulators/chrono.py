@@ -28,6 +28,8 @@ from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import VISCOELASTIC
 
 _LINEAR = "Hooke", "Flores"
+_KN = "N/m if Hooke or Flores, N/m^(5/2) if Hertz, N/m^(3/2) if PlainCoulomb"
+_GN = "1/s if Hooke or Flores, 1/(s m^(3/2)) if Hertz, N s/m^(3/2) if PlainCoulomb"
 _E, _ACCEPTED, _SOURCE = "cr_eff", ("1e-15", "1"), "src/chrono/physics/ChContactSMC.cpp"
 
 _TEXT = """\
@@ -109,8 +111,8 @@ _NATIVE = native.Native(
         native.poisson_ratios("poisson_ratio", "0.3"),
         native.restitution("restitution", default="0.4", both=True),
         native.positive("characteristic_velocity", "m/s", "1"),
-        native.positive("kn", "", "2e5", both=True),
-        native.Parameter("gn", "", "40", both=True),
+        native.Parameter("kn", "", "2e5", f"a number > 0: in {_KN}", lambda pair: min(pair) > 0, both=True),
+        native.Parameter("gn", "", "40", f"a number >= 0: in {_GN}", both=True),
         native.positive("fixed_body_mass", "kg"),
     ),
     _contact,

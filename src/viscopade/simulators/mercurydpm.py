@@ -250,7 +250,10 @@ _NATIVE = native.Native(
     (
         native.Parameter("species", words=_SPECIES),
         native.positive("stiffness", "N/m"),
-        native.Parameter("dissipation"),
+        native.Parameter(
+            "dissipation",
+            accepted=f"a number >= 0: in N s/m if {_SPECIES[0]}, without unit if {_SPECIES[1]}, in s if {_SPECIES[2]}",
+        ),
         native.positive("effectiveElasticModulus", "Pa"),
         native.positive("collisionTime", "s"),
         native.restitution("restitutionCoefficient"),
