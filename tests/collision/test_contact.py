@@ -447,6 +447,7 @@ def test_an_eps_that_no_damping_gives():
         (lambda: Contact(lambda x, v: x).collide(step=math.nan), "step is nan"),
         (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[2]), "phases is 2.0"),
         (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[]), "phases has no number"),
+        (lambda: Contact(lambda x, v: 1e300 * x).collide(step=1e300), r"step is 1e\+300: accepted is one with which"),
         (lambda: Contact(lambda x, v: x).collide(step=0.1, substeps=0), "substeps is 0.*an integer from 1"),
         (lambda: damping_factor(lambda c: Contact.of_law("linear", c), 1.0, near=0.1), "epsilon is 1.0.*> 0 and < 1"),
         (lambda: damping_factor(lambda c: Contact.of_law("linear", c), 0.5, near=0), "near is 0.*finite number > 0"),

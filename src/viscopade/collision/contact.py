@@ -214,7 +214,12 @@ class Contact:
             raise ValueError("phases has no number: accepted is at least one number from 0 to 1")
         if not isinstance(scheme, Scheme):
             raise TypeError(checked.refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
-        found = self.rebounds(v, h, begins, scheme)
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = self.rebounds(v, h, begins, scheme)
+        if not np.isfinite(found.epsilon).all():
+            raise ValueError(
+                f"step is {step:g}: accepted is one with which no speed leaves the range of double precision"
+            )
         mean, errors = {}, {}
         for name, values in found._asdict().items():
             mean[name] = float(values.mean())
