@@ -9,6 +9,7 @@ HARD = (
     "*" * 99 + "*/" + "/" * 30,
     '"""quotes""" #= -- !$omp <!-- ${x} {{ y }} %s $(rm) `ls`',
     'four """" and five """"" and one "',
+    'three """ that nothing ends',
     "three --- and more ---> <!---- ]]> -",
     "coding: utf-16, coding=latin-1",
     "Kugeln \u00e4 \u4e16\u754c \U0001f600",

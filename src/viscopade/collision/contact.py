@@ -216,7 +216,7 @@ class Contact:
             raise TypeError(checked.refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
         with np.errstate(over="ignore", invalid="ignore"):
             found = self.rebounds(v, h, begins, scheme)
-        if not np.isfinite(found.epsilon).all():
+        if not (np.isfinite(found.epsilon) & np.isfinite(found.depth)).all():
             raise ValueError(
                 f"step is {step:g}: accepted is one with which no speed leaves the range of double precision"
             )
