@@ -21,7 +21,6 @@ BAD = [
     (["coefficients", "--order", "-1"], "order is -1: accepted is an integer from 0 to 1000"),
     (["coefficients", "--digits", "٣"], "accepted is an integer"),
     (["coefficients", "--order", "1000", "--digits", "5000"], "GB of memory: accepted is what needs at most 4 GB, to"),
-    (["coefficients", "--order", "1000", "--digits", "5000"], "GB of memory: accepted is what needs at most 4 GB, to"),
     (["coefficients", "--format", "xml"], "'xml' is not one of 'text', 'json', 'csv'"),
     (["coefficients", "extra"], "extra"),
     (["pade", "-1", "3"], "m is -1: accepted is an integer from 0 to 200"),
