@@ -72,11 +72,16 @@ def test_the_checker_of_tables_says_what_holds():
 
 
 def test_the_checker_of_records_says_what_holds_and_what_is_wrong(tmp_path):
-    name = "of_w-double.json"
+    name = "w_rounding-double.json"
     text = (ROOT / "src" / "viscopade" / "data" / "kernels" / name).read_text()
     for given, status, printed, said in (
-        (text, 0, "of_w double holds\n", ""),
-        (text.replace('"of_w"', '"of_x"'), 1, "", f"wrong: {name}: no check knows a record of 'of_x'\n"),
+        (text, 0, "w_rounding double holds\n", ""),
+        (
+            text.replace('"w_rounding"', '"x_rounding"'),
+            1,
+            "",
+            f"wrong: {name}: no check knows a record of 'x_rounding'\n",
+        ),
     ):
         (tmp_path / name).write_text(given)
         done = run("record_checker.py", tmp_path, "--every", "10", "--start", "3")

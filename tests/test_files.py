@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import HANGS
 from viscopade import files
 from viscopade.fitting import read
 from viscopade.scene.read import from_toml
@@ -149,7 +150,7 @@ def test_hostile_files_are_refused_in_little_memory(name):
         preexec_fn=partial(resource.setrlimit, resource.RLIMIT_AS, (MEMORY, MEMORY)),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=HANGS,
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.startswith(f"{name}: ")
