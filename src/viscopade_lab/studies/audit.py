@@ -126,6 +126,9 @@ speed a body does not leave the plane again: $\varepsilon = 0$.
 
 ![eps of a body that falls, over its weight, for four laws and both ends of contact](../figures/weight.svg)
 
+*Solid: contact ends where the force vanishes; dashed: at $x = 0$; dash-dotted: the factor above, for viscoelastic
+spheres.*
+
 The table is for contacts that are made for {chosen} without weight. The numbers are sampled
 ([`viscopade.collision.contact`](../../src/viscopade/collision/contact.py)).
 """
