@@ -12,7 +12,7 @@ from viscopade.approximation import half_line, inverse, lawson
 from viscopade.approximation.lacunary import Powers
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.kernels.expressions import Arithmetic, Run, evaluate
+from viscopade.kernels.expressions import Reading, Run, evaluate
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.registry_arrays import half_line_values
 
@@ -28,7 +28,7 @@ class Kernel:
 
     def of_portions(self, epsilon, loss):
         powers, numbers = self.quotient.powers, (tuple(map(float, part)) for part in (self.quotient.a, self.quotient.b))
-        arrays = Arithmetic(float, {"sqrt": np.sqrt, "pow": np.power})
+        arrays = Reading(float, {"sqrt": np.sqrt, "pow": np.power})
         given = {"epsilon": epsilon, "loss": loss, **formulas.constants(powers, *numbers)}
         with np.errstate(all="ignore"):
             near, *far = (

@@ -22,7 +22,7 @@ from viscopade.arithmetic.formats import DOUBLE, exponent
 from viscopade.arrays import panels
 from viscopade.collision import exact
 from viscopade.generated import END_CONDITION
-from viscopade.kernels.expressions import Arithmetic, Name, Run, Statement, evaluate, in_pairs
+from viscopade.kernels.expressions import Name, Reading, Run, Statement, evaluate, in_pairs
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.rounding import arithmetic
 from viscopade.kernels.targets import last_place as header
@@ -192,8 +192,8 @@ def test_bounds_of_rounding_errors_hold():
             rounding, numbers = arithmetic(DOUBLE), last_place._numbers(names, a, t=last_place._between(low, high))
             rounded = evaluate(total, Run(program, numbers, rounding), rounding)
             error = Fraction(last_place.exact_middle(rounded.absolute))
-        values = Run(program, dict(zip(names, a, strict=True)) | {"t": t}, Arithmetic(float))
-        found = abs(Fraction(evaluate(total, values, Arithmetic(float))) - exactly)
+        values = Run(program, dict(zip(names, a, strict=True)) | {"t": t}, Reading(float))
+        found = abs(Fraction(evaluate(total, values, Reading(float))) - exactly)
         assert found <= error
         largest = max(largest, float(found / error) if error else 0.0)
     assert largest > 0.1

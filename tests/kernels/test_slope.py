@@ -8,7 +8,7 @@ import pytest
 
 from viscopade.arrays import double
 from viscopade.kernels import requests
-from viscopade.kernels.expressions import Arithmetic, Run
+from viscopade.kernels.expressions import Reading, Run
 from viscopade.kernels.forms.formulas import constants
 from viscopade.kernels.targets import slope
 
@@ -23,6 +23,6 @@ def test_derivatives_of_the_formula(kernel, stated):
     variant = kernel.variants[0]
     given = constants(kernel.powers, variant.a, variant.b)
     given |= slope.slope_constants(kernel.powers, variant.a, variant.b, variant.form)
-    found = Run(slope.slope_program(kernel.powers), given | {"y": np.cbrt(v_star)}, Arithmetic(float))["slope"]
+    found = Run(slope.slope_program(kernel.powers), given | {"y": np.cbrt(v_star)}, Reading(float))["slope"]
     true = double.epsilon(v_star) * double.slope(v_star) / v_star**2  # double.slope is d ln eps/d ln v*
     assert 0.9 * stated < np.abs(-found / 3 / true - 1).max() <= stated

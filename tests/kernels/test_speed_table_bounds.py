@@ -10,7 +10,7 @@ from tests.kernels.contracted import Contracted
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
-from viscopade.kernels.expressions import Arithmetic, Run
+from viscopade.kernels.expressions import Reading, Run
 from viscopade.kernels.forms import rounding_bounds, speed_table, speed_table_last_place
 from viscopade.kernels.forms.speed_table import MantissaPiece, Table
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
@@ -147,7 +147,7 @@ def sums(table, row, x, kind, contracted):
     wrap = Contracted if contracted else (lambda number: number)
     given = {name: wrap(kind(c)) for name, c in zip(names, row, strict=True)}
     variable, result = ("t", "rest") if table is FULL else ("m", "p")
-    found = Run(table.sums(names).program, {**given, variable: wrap(x)}, Arithmetic(kind))[result]
+    found = Run(table.sums(names).program, {**given, variable: wrap(x)}, Reading(kind))[result]
     return found.value if contracted else found
 
 

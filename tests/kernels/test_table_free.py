@@ -64,7 +64,7 @@ def test_the_program_is_the_formula():
         eps = d / (d + y**6 * n)
         own = table_free.table_free_program(kernel.powers)
         given = {k: Fraction(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, DOUBLE).items()}
-        exactly = expressions.Arithmetic(Fraction)
+        exactly = expressions.Reading(Fraction)
         values = expressions.Run((*own.common, own.inverse), given | {"y": y, "speed": speed}, exactly)
         found = {name: expressions.evaluate(e, values, exactly) for name, e in own.results.items()}
         assert found == {"restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps**2}
@@ -72,7 +72,7 @@ def test_the_program_is_the_formula():
 
 def test_w():
     given = {"beta": Fraction(3), "speed": Fraction(5, 2)}
-    values = expressions.Run(formulas.w_program(), given, expressions.Arithmetic(Fraction))
+    values = expressions.Run(formulas.w_program(), given, expressions.Reading(Fraction))
     assert values["w"] == 3**5 * Fraction(5, 2)
 
 
@@ -106,7 +106,7 @@ def emulated(kernel, machine, generator, w):
     own = table_free.table_free_program(kernel.powers, table_free.called)
     given = {k: f32(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, FLOAT).items()}
     given |= {"w": w, "speed": np.ones(len(w), f32)}
-    machine_numbers = expressions.Arithmetic(f32, functions)
+    machine_numbers = expressions.Reading(f32, functions)
     values = expressions.Run((*own.common, own.inverse), given, machine_numbers)
     return {name: expressions.evaluate(e, values, machine_numbers) for name, e in own.results.items()}
 

@@ -10,7 +10,7 @@ from flint import arb, arb_poly, arb_series, fmpq_poly
 
 from viscopade.arithmetic.balls import ball_of
 from viscopade.arithmetic.chebyshev import to_fmpq
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate, read
+from viscopade.kernels.expressions import CodeBranch, Reading, Run, evaluate, read
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,5 +114,5 @@ def _literal(text: str) -> arb_series:
     return arb_series([ball_of(Fraction(text))])
 
 
-_SERIES = Arithmetic(_literal, polynomial=_of_series, operations={"/": quotient})
-_POLYNOMIALS = Arithmetic(lambda text: fmpq_poly([to_fmpq(Fraction(text))]))
+_SERIES = Reading(_literal, polynomial=_of_series, operations={"/": quotient})
+_POLYNOMIALS = Reading(lambda text: fmpq_poly([to_fmpq(Fraction(text))]))

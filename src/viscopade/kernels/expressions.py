@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import operator as op
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import count as numbers
@@ -182,10 +182,31 @@ def bare(expression: Expression) -> Expression:
     return expression
 
 
+def names_in(expression: Expression) -> Iterator[str]:
+    """Yield the names that an expression reads; those of tables, too."""
+    match bare(expression):
+        case Name(name):
+            yield name
+        case Operation(_, left, right):
+            yield from names_in(left)
+            yield from names_in(right)
+        case Negation(_, operand):
+            yield from names_in(operand)
+        case Select(condition, met, otherwise):
+            for part in (condition, met, otherwise):
+                yield from names_in(part)
+        case TableRow(table, index):
+            yield table
+            yield from names_in(index)
+        case Call(_, arguments):
+            for part in arguments:
+                yield from names_in(part)
+
+
 # --- readings ---------------------------------------------------------------------------------------------------------
 
 
-class Arithmetic(NamedTuple):
+class Reading(NamedTuple):
     """How a program is read with numbers of some kind, which can be added, subtracted, multiplied and divided.
 
     Attributes
@@ -219,7 +240,7 @@ class Arithmetic(NamedTuple):
 class Run(dict[str, Any]):
     """The values of a program by name, each computed when it is first asked for."""
 
-    def __init__(self, program: Program, given: Mapping[str, Any], arithmetic: Arithmetic) -> None:
+    def __init__(self, program: Program, given: Mapping[str, Any], arithmetic: Reading) -> None:
         super().__init__(given)
         self.program, self.arithmetic = {s.name: s.expression for s in program}, arithmetic
 
@@ -255,12 +276,12 @@ equal, unequal, both = map(_operator, ("==", "!=", AND))
 """Conditions: two words, or two conditions, are equal or differ; both of two conditions hold."""
 
 
-def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arithmetic) -> Any:
+def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Reading) -> Any:
     """Return the value of an expression, given those of its names."""
     return function_of(expression, arithmetic)(values)
 
 
-def function_of(expression: Expression, arithmetic: Arithmetic) -> Function:
+def function_of(expression: Expression, arithmetic: Reading) -> Function:
     """Return an expression as a function of the values of its names."""
     match expression:
         case Prepared(function):
@@ -316,7 +337,7 @@ def _summed(polynomial: Callable[[Any, Any], Any], terms: Terms, variable: str) 
     return lambda values: polynomial([(exponent, values[name]) for exponent, name in terms], values[variable])
 
 
-def prepared(branch: CodeBranch, arithmetic: Arithmetic) -> CodeBranch:
+def prepared(branch: CodeBranch, arithmetic: Reading) -> CodeBranch:
     """Return a branch to be read with this arithmetic many times: what is to be done is found once."""
 
     def of(expression: Expression) -> Prepared:
@@ -329,7 +350,7 @@ def prepared(branch: CodeBranch, arithmetic: Arithmetic) -> CodeBranch:
     )
 
 
-def read(branch: CodeBranch, names: Iterable[str], given: Mapping[str, Any], arithmetic: Arithmetic) -> dict[str, Any]:
+def read(branch: CodeBranch, names: Iterable[str], given: Mapping[str, Any], arithmetic: Reading) -> dict[str, Any]:
     """Return results or variables of a branch by name, given its inputs and constants."""
     values, results = Run(branch.program, given, arithmetic), branch.results
     return {name: evaluate(results[name], values, arithmetic) if name in results else values[name] for name in names}

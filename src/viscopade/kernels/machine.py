@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, read
+from viscopade.kernels.expressions import CodeBranch, Reading, Run, read
 
 TYPES: Mapping[str, Any] = {DOUBLE.name: np.float64, FLOAT.name: np.float32}
 """NumPy's type of numbers by the name of a format."""
@@ -18,7 +18,7 @@ _WORDS: Mapping[str, Any] = {DOUBLE.name: np.uint64, FLOAT.name: np.uint32}
 
 
 @cache
-def machine_arithmetic(form: Format) -> Arithmetic:
+def machine_arithmetic(form: Format) -> Reading:
     """Return how arrays of numbers of a format are computed with, and words as long as these."""
     functions: dict[str, Any] = {
         "cbrt": np.cbrt,
@@ -33,7 +33,7 @@ def machine_arithmetic(form: Format) -> Arithmetic:
             f"bits{size}": lambda x, kind=TYPES[name], word=word: np.asarray(x, kind).view(word),
             f"from_bits{size}": lambda x, kind=TYPES[name], word=word: np.asarray(x, word).view(kind),
         }
-    return Arithmetic(TYPES[form.name], functions, word=_WORDS[form.name], choose=np.where, row=_rows_at)
+    return Reading(TYPES[form.name], functions, word=_WORDS[form.name], choose=np.where, row=_rows_at)
 
 
 def _power(x: Any, p: Any) -> Any:
@@ -52,7 +52,7 @@ def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Fo
     return read(branch, [result], given, machine_arithmetic(form))[result]
 
 
-def run_on_row(branch: CodeBranch, names: Sequence[str], given: Mapping[str, Any], by: Arithmetic) -> Run:
+def run_on_row(branch: CodeBranch, names: Sequence[str], given: Mapping[str, Any], by: Reading) -> Run:
     """Return the values of a branch that assigns a row of a table to "row", given the names of the row's numbers."""
     run = Run(branch.program, given, by)
     run.update({name: run["row"][..., n] for n, name in enumerate(names)})

@@ -22,7 +22,7 @@ from flint import arb
 
 from viscopade.arithmetic.balls import ball_of
 from viscopade.arithmetic.formats import Format
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
+from viscopade.kernels.expressions import CodeBranch, Reading, read
 
 _NOTHING, _INFINITE = arb(0), arb.pos_inf()
 
@@ -233,14 +233,14 @@ def _above(ball: arb) -> arb:
 # --- programs ---------------------------------------------------------------------------------------------------------
 
 
-def arithmetic(form: Format, **functions: Callable[..., Rounded]) -> Arithmetic:
+def arithmetic(form: Format, **functions: Callable[..., Rounded]) -> Reading:
     """Return how programs are read with rounded numbers of a type; `functions` are those that they call."""
 
     def literal(text: str) -> Rounded:
         return Rounded(arb(form.nearest(Fraction(text))), form)
 
     exactly = {"+": Rounded.plus, "*": Rounded.times, "/": Rounded.over}
-    return Arithmetic(literal, functions, exactly=exactly)
+    return Reading(literal, functions, exactly=exactly)
 
 
 def of_branch(

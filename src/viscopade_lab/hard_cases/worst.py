@@ -20,7 +20,7 @@ from viscopade.approximation.inverse import WHOLE_FORM
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.kernels import prove_lacunary, requests, truth
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
+from viscopade.kernels.expressions import CodeBranch, Reading, read
 from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.forms.speed_kernel import TABLES
@@ -107,7 +107,7 @@ def worst(function: Function, number: int, rounds: int) -> Worst:
 # --- functions --------------------------------------------------------------------------------------------------------
 
 
-def _machine(form: Format) -> Arithmetic:
+def _machine(form: Format) -> Reading:
     """Return the arithmetic of a type; functions of the library are rounded once, from type double."""
     kind = TYPES[form.name]
     roots = {"sqrt": np.sqrt, "cbrt": np.cbrt, "pow": np.power, "log2": np.log2, "exp2": np.exp2}
@@ -115,10 +115,10 @@ def _machine(form: Format) -> Arithmetic:
     def rounded(root: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *x: root(*(np.asarray(z, np.float64) for z in x)).astype(kind)
 
-    return Arithmetic(kind, {name: rounded(root) for name, root in roots.items()})
+    return Reading(kind, {name: rounded(root) for name, root in roots.items()})
 
 
-_EXACTLY = Arithmetic(
+_EXACTLY = Reading(
     lambda text: ball_of(Fraction(text)),
     {
         "sqrt": arb.sqrt,

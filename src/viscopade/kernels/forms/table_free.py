@@ -32,13 +32,13 @@ from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.enclosure import exactly
 from viscopade.kernels.expressions import (
-    Arithmetic,
     Call,
     CodeBranch,
     Expression,
     Literal,
     Name,
     Program,
+    Reading,
     Run,
     Statement,
     by_powers,
@@ -132,7 +132,7 @@ _SHADER_MODEL = Format("shader", "", FLOAT.precision - 1, 104, FLOAT.digits)
 SHADER = MachineArithmetic(
     FLOAT, _SHADER_MODEL, Fraction(3), Fraction(3), Fraction(5, 2), Fraction(1, 2**21), exp2_slope=Fraction(2)
 )
-"""Arithmetic that Vulkan and WGSL guarantee."""
+"""Reading that Vulkan and WGSL guarantee."""
 
 
 class TableFreeKernel(NamedTuple):
@@ -222,7 +222,7 @@ def check_formula(form: Powers, a: Values, b: Values) -> None:
         own = exactly(CodeBranch(None, program.common, {}), name, given, coefficients)
         if own != exactly(proven, name, given, coefficients):
             raise ArithmeticError(f"{name} of the program is not that of the proven formula")
-    by = Arithmetic(Fraction)
+    by = Reading(Fraction)
     for speed, beta in product((Fraction(3), Fraction(5)), repeat=2):
         if Run(w_program(), {"speed": speed, "beta": beta}, by)["w"] != beta**5 * speed:
             raise ArithmeticError("w of the program is not beta^5 speed")

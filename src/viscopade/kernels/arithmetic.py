@@ -1,0 +1,80 @@
+"""What is assumed of a machine's arithmetic in a format: operations, and the functions of its library.
+
+A rounding bound holds for one `Arithmetic`. Errors are in units in the last place (ulp) of the result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+
+ULPS = Fraction(4)
+"""Assumed of log2, exp2, cbrt and pow on a host: glibc's manual knows of no larger error, in type float neither."""
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """Arithmetic of a machine in a format.
+
+    Attributes
+    ----------
+    place : str
+        "host", "device" (CUDA) or "shader".
+    form : Format
+        The type of all numbers.
+    model : Format
+        A format in which rounding to nearest is at least as bad as the machine's rounding and underflow.
+    library : Fraction
+        Largest error of log2, exp2, cbrt and pow; sqrt rounds correctly.
+    quotient : Fraction
+        Largest error of a division.
+    log2_absolute : Fraction
+        An absolute error of log2, besides.
+    exp2_slope : Fraction
+        exp2(x) may be off by another exp2_slope |x| ulp.
+    least : Fraction
+        Numbers below may be replaced by 0: compact kernels take w < least for 0.
+    """
+
+    place: str
+    form: Format
+    model: Format
+    library: Fraction = ULPS
+    quotient: Fraction = Fraction(1, 2)
+    log2_absolute: Fraction = Fraction(0)
+    exp2_slope: Fraction = Fraction(0)
+    least: Fraction = Fraction(0)
+
+    @property
+    def name(self) -> str:
+        """The key of its bounds, "host double"."""
+        return f"{self.place} {self.form.name}"
+
+    @property
+    def ulp(self) -> Fraction:
+        """The largest size of a unit in the last place, relative to the number."""
+        return Fraction(2) ** (1 - self.form.precision)
+
+
+HOST = Arithmetic("host", DOUBLE, DOUBLE)
+HOST_FLOAT = Arithmetic("host", FLOAT, FLOAT)
+"""Arithmetic of IEEE 754 with the usual library of functions; logarithm and exponential may have any one base."""
+
+# The CUDA programming guide counts from the correctly rounded result, which adds half an ulp to its 2 ulp, and to its
+# 2^-22 in [1/2, 2].
+DEVICE = Arithmetic(
+    "device", FLOAT, FLOAT, Fraction(5, 2), Fraction(5, 2), log2_absolute=Fraction(1, 2**22) + Fraction(1, 2**25)
+)
+"""CUDA's __log2f, exp2f and __fdividef, and arithmetic of IEEE 754."""
+
+# Sums and products are one of the two neighbours, that is rounded to nearest with a bit less; and results below
+# 2^-126 may be replaced by 0, as if they were rounded to multiples of 2^-125.
+SHADER = Arithmetic(
+    "shader", FLOAT, Format("shader", "", FLOAT.precision - 1, 104, FLOAT.digits), Fraction(3), Fraction(5, 2),
+    Fraction(1, 2**21), Fraction(2), FLOAT.least,
+)  # fmt: skip
+"""Arithmetic that Vulkan and WGSL guarantee."""
+
+ARITHMETICS = {found.name: found for found in (HOST, HOST_FLOAT, DEVICE, SHADER)}

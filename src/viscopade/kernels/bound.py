@@ -1,0 +1,89 @@
+"""The one type of a proven error: how far a computed result may be from the exact one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from viscopade.kernels.arithmetic import HOST, Arithmetic
+
+End = Fraction | float
+"""Of a range; the float is infinity."""
+RelativeTo = Literal["smaller", "value"]
+
+
+@dataclass(frozen=True)
+class ErrorBound:
+    """Bound of the error of one result on one range, in one arithmetic.
+
+    With smaller = min(eps, 1 - eps) and value = the exact result,
+
+        |computed - exact| <= (formula + rounding) * reference + last * |value| + ulps * ulp(value) + absolute * tiny,
+
+    where the reference is `smaller` or |value|, and tiny the smallest positive number of the format. All numbers are
+    exact; a file rounds them up.
+
+    Attributes
+    ----------
+    result : str
+        "epsilon", "one_minus_epsilon", "restitution", "rebound", "dissipation", "v_star" or "beta".
+    low, high : Fraction, or infinity as a float
+        The range of v*.
+    relative_to : str
+        What `formula` and `rounding` are relative to: "smaller" or "value". (For rebound both are times the speed.)
+    formula : Fraction
+        Of the formula with its coefficients, evaluated exactly.
+    rounding, last, ulps, absolute : Fraction
+        What rounding adds.
+    arithmetic : Arithmetic
+    speeds : pair of Fraction, or None
+        The range of speeds, if the bound is only for some.
+    proven : bool
+        False: sampled.
+    """
+
+    result: str
+    low: Fraction
+    high: End
+    relative_to: RelativeTo
+    formula: Fraction
+    rounding: Fraction = Fraction(0)
+    last: Fraction = Fraction(0)
+    ulps: Fraction = Fraction(0)
+    absolute: Fraction = Fraction(0)
+    arithmetic: Arithmetic = HOST
+    speeds: tuple[Fraction, Fraction] | None = None
+    proven: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.low < self.high:
+            raise ValueError(f"the range is [{self.low}, {self.high}]: expected 0 <= low < high")
+        sizes = self.formula, self.rounding, self.last, self.ulps, self.absolute
+        if any(not isinstance(size, Fraction) or size < 0 for size in sizes):
+            raise ValueError("the parts of a bound must be fractions >= 0")
+
+    @property
+    def relative(self) -> Fraction:
+        """What the error is relative to the reference, without `last`, `ulps` and `absolute`."""
+        return self.formula + self.rounding
+
+    def holds_at(self, v_star: Fraction, speed: Fraction | None = None) -> bool:
+        """Return whether the bound is stated for this argument."""
+        fast = self.speeds is None or (speed is not None and self.speeds[0] <= speed <= self.speeds[1])
+        return self.low <= v_star <= self.high and fast
+
+    def allowed(self, value: Fraction, smaller: Fraction) -> Fraction:
+        """Return the largest error, given upper bounds of |exact result| and of min(eps, 1 - eps)."""
+        form = self.arithmetic.form
+        reference = value if self.relative_to == "value" else smaller
+        last = self.ulps * form.ulp(value) if self.ulps else Fraction(0)
+        return (self.formula + self.rounding) * reference + self.last * value + last + self.absolute * form.smallest
+
+    def on(self, low: Fraction, high: End) -> bool:
+        """Return whether the bound covers a range of v*."""
+        return self.low <= low and high <= self.high
+
+
+INFINITY = math.inf

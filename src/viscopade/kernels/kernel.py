@@ -1,0 +1,203 @@
+"""The one type of a kernel: functions as programs, constants in each format, tables, and proven bounds.
+
+Quotients, compact and inverse kernels, speed tables and the functions of full accuracy are kernels that functions build
+from a record or a fit. The writer (`kernels.write`) writes every kernel in every language; it does not know which
+is which.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from viscopade.arithmetic.formats import FORMATS
+from viscopade.kernels import expressions
+from viscopade.kernels.bound import ErrorBound
+from viscopade.kernels.expressions import CodeBranch, Expression, Program, Statement, names_in
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of numbers of one format, which programs read by rows (`expressions.TableRow`)."""
+
+    name: str
+    form: str
+    rows: tuple[tuple[float, ...], ...]
+
+    @property
+    def bytes(self) -> int:
+        """Size in memory."""
+        return len(self.rows) * len(self.rows[0]) * FORMATS[self.form].bytes
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of a kernel: a program from its arguments to one number.
+
+    Where `domain` does not hold, and where no branch's guard does, the result is NaN.
+
+    Attributes
+    ----------
+    name : str
+        The beginning of its name in code: "epsilon", "restitution", …
+    arguments : tuple of str
+    meaning : str
+        What it returns, for the reader.
+    domain : Expression or None
+        The condition on the arguments under which `start` can be computed; None: always.
+    start : Program
+        From the arguments to what the branches take.
+    branches : tuple of CodeBranch
+        The first one whose guard holds is computed.
+    result : str
+        The name of the result in every branch.
+    """
+
+    name: str
+    arguments: tuple[str, ...]
+    meaning: str
+    domain: Expression | None
+    start: Program
+    branches: tuple[CodeBranch, ...]
+    result: str
+
+    def pruned(self) -> Function:
+        """Return the function without the statements that its result does not need."""
+        branches = tuple(_pruned(branch, self.result) for branch in self.branches)
+        wanted = {name for branch in branches for name in names_of(branch)}
+        return Function(
+            self.name, self.arguments, self.meaning, self.domain, _needed(self.start, wanted), branches, self.result
+        )
+
+    @property
+    def names(self) -> set[str]:
+        """All names that are read."""
+        found = {name for branch in self.branches for name in names_of(branch)}
+        found |= {name for statement in self.start for name in names_in(statement.expression)}
+        return found | (set() if self.domain is None else set(names_in(self.domain)))
+
+    @property
+    def assigned(self) -> set[str]:
+        """All names that are assigned."""
+        return {s.name for program in (self.start, *(b.program for b in self.branches)) for s in program}
+
+    def operations(self) -> Counter[str]:
+        """Return how often each operation and function occurs in the costliest branch, by symbol or name."""
+        counts = (
+            expressions.operations((*self.start, *branch.program), branch.results[self.result])
+            for branch in self.branches
+        )
+        return max(counts, key=Counter.total)
+
+
+def names_of(branch: CodeBranch) -> Iterator[str]:
+    """Yield the names that a branch reads."""
+    for expression in (*(s.expression for s in branch.program), *branch.results.values()):
+        yield from names_in(expression)
+    if branch.guard is not None:
+        yield from names_in(branch.guard)
+
+
+def _needed(program: Program, wanted: Iterable[str]) -> Program:
+    """Return the statements of a program that lead to the wanted names."""
+    known, kept = set(wanted), list[Statement]()
+    for statement in reversed(program):
+        if statement.name in known:
+            known |= set(names_in(statement.expression))
+            kept.append(statement)
+    return tuple(reversed(kept))
+
+
+def _pruned(branch: CodeBranch, result: str) -> CodeBranch:
+    value = branch.results[result]
+    return CodeBranch(branch.guard, _needed(branch.program, names_in(value)), {result: value})
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A kernel: formulas of eps or of v* with proven errors.
+
+    Attributes
+    ----------
+    name : str
+        The end of the functions' names, which lasts: it says what was asked for, "pade_3_6", "compact_1em5".
+    label : str
+        The name for the reader, "[3/6]".
+    argument : str
+        What its functions take: "v_star", "speed" (and beta) or "epsilon".
+    formula, source, domain : str
+        What is computed, where the coefficients come from, and for which arguments, for the reader.
+    functions : tuple of Function
+    constants : mapping
+        By name of a format and name of a constant; a format without constants has an entry, too.
+    bounds : tuple of ErrorBound
+    tables : tuple of Table
+    missing : mapping
+        Why a format is left out, by its name.
+
+    Raises
+    ------
+    ValueError
+        If a program reads a name that is neither given nor computed, a constant is no number of its format, or a bound
+        is one of a function or a format that the kernel does not have.
+    """
+
+    name: str
+    label: str
+    argument: str
+    formula: str
+    source: str
+    domain: str
+    functions: tuple[Function, ...]
+    constants: Mapping[str, Mapping[str, float]]
+    bounds: tuple[ErrorBound, ...] = ()
+    tables: tuple[Table, ...] = ()
+    missing: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for form, constants in self.constants.items():
+            for name, value in constants.items():
+                if FORMATS[form].rounded(Fraction(value)) != value:
+                    raise ValueError(f"{self.name}: {name} is no number of type {form}")
+            rows = {name for table in self.tables for name in (table.name, *_columns(table))}
+            for function in (whole.pruned() for whole in self.functions):
+                unknown = function.names - function.assigned - set(function.arguments) - set(constants) - rows - MACHINE
+                if unknown:
+                    raise ValueError(
+                        f"{self.name}: {function.name} reads {', '.join(sorted(unknown))}, which nothing gives"
+                    )
+        known = {function.name for function in self.functions}
+        for bound in self.bounds:
+            if bound.result not in known or bound.arithmetic.form.name not in self.constants:
+                raise ValueError(f"{self.name}: there is no {bound.result} in type {bound.arithmetic.form.name}")
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        """Names of the formats."""
+        return tuple(self.constants)
+
+    def function(self, name: str) -> Function:
+        """Return the function of a name."""
+        return next(function for function in self.functions if function.name == name)
+
+    def bound(self, result: str, place: str, form: str) -> list[ErrorBound]:
+        """Return the bounds of a result in an arithmetic, those of the narrowest range first."""
+        found = [
+            b for b in self.bounds if (b.result, b.arithmetic.place, b.arithmetic.form.name) == (result, place, form)
+        ]
+        return sorted(found, key=lambda b: (b.high - b.low, b.speeds is None))
+
+    @property
+    def bytes(self) -> int:
+        """Size of the tables in memory."""
+        return sum(table.bytes for table in self.tables)
+
+
+MACHINE = frozenset({"least"})
+"""Names of constants that the arithmetic gives: its `least`."""
+
+
+def _columns(table: Table) -> Iterator[str]:
+    yield from (f"a[{n}]" for n in range(len(table.rows[0])))

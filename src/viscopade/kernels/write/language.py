@@ -1,0 +1,152 @@
+"""What the writer knows of a language: one object of data, in a module of `kernels.write.languages`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from viscopade.kernels.arithmetic import Arithmetic
+
+
+def shortest(arithmetic: Arithmetic, pattern: str = "{}") -> Callable[[float], str]:
+    """Return how literals of a format are written: the shortest decimal that rounds to the number, with a point."""
+    form = arithmetic.form
+
+    def literal(value: float) -> str:
+        for digits in range(1, form.digits + 1):
+            written = format(value, f".{digits}g")
+            with suppress(ValueError):  # below the smallest normal number
+                if form.nearest(Fraction(written)) == form.rounded(Fraction(value)):
+                    break
+        mantissa, e, exponent = written.replace("e+", "e").partition("e")
+        return pattern.format(f"{mantissa if '.' in mantissa else mantissa + '.0'}{e}{exponent}")
+
+    return literal
+
+
+@dataclass(frozen=True)
+class Number:
+    """A language's numbers of one format: the type, its literals, and the functions of its library.
+
+    Attributes
+    ----------
+    arithmetics : tuple of Arithmetic
+        Where the functions run, and what is assumed there.
+    type : str
+    literal : callable
+        From a number of the format to its text; integers of the program's text are numbers, too.
+    suffix : str
+        Of functions' names.
+    functions : str
+        Pattern of a library function's name, of {name}: "sqrt" in C.
+    renamed : mapping
+        Names of library functions that differ; log2 and exp2 may be those of any one base.
+    nan : str
+    power : str
+        Pattern of pow, of {base} and {p}; "": as other functions.
+    coefficient : callable or None
+        The text of a kernel's constants, if they are written in another way than literals.
+    """
+
+    arithmetics: tuple[Arithmetic, ...]
+    type: str
+    literal: Callable[[float], str]
+    suffix: str = ""
+    functions: str = "{name}"
+    renamed: Mapping[str, str] = field(default_factory=dict)
+    nan: str = "nan"
+    power: str = ""
+    coefficient: Callable[[float], str] | None = None
+
+    @property
+    def form(self) -> str:
+        """Name of the format."""
+        return self.arithmetics[0].form.name
+
+    def constant(self, value: float) -> str:
+        """Return the text of a kernel's constant."""
+        return (self.coefficient or self.literal)(value)
+
+
+@dataclass(frozen=True)
+class Language:
+    """A language, as patterns whose words in braces are replaced; a doubled brace is one brace.
+
+    Attributes
+    ----------
+    name, ending, comment : str
+        In commands; of files; what begins a line of comment.
+    numbers : tuple of Number
+    begin, argument, close : str
+        Of a function: {name}, {arguments}, {type}, {suffix}, {nan}; of each argument {argument}, {type}.
+    constant, assign, condition, result : str
+        Statements: {name}, {value}, {type}; {value}.
+    unless, when, end : str
+        The line before a return of NaN where a {condition} does not hold, the line before statements for which it does,
+        and the line after either; "" where indentation ends them.
+    otherwise : str
+        Between the two halves of a choice that is written as statements.
+    select : str
+        A choice as an expression: {condition}, {met}, {otherwise}; "": choices are written as statements.
+    declare, set : str
+        A variable that such statements assign: {name}, {type}; {name}, {value}.
+    locals : str
+        The declaration of all variables, {names} and {type}, where it stands before the statements.
+    both, neither : str
+        Of conditions: "and"; "not", of {condition}.
+    absent : str
+        The condition that an {argument} is no number, where a language takes what is none for one.
+    continued : str
+        What stands at the end of a line that goes on in the next.
+    file : str
+        {head}, {prelude}, {functions}, {module}.
+    kernel : str
+        The functions of one kernel: {guard}, {identity}, {functions}, {macros}.
+    prelude : str
+        Name of the file with what functions need besides, in `preludes`.
+    call : str
+        A call in examples: {name}, {arguments}.
+    use : str
+        A line of use, of {call}.
+    """
+
+    name: str
+    ending: str
+    comment: str
+    numbers: tuple[Number, ...]
+    begin: str
+    argument: str
+    assign: str
+    result: str
+    unless: str
+    when: str
+    constant: str = ""
+    close: str = ""
+    end: str = ""
+    otherwise: str = ""
+    select: str = "{condition} ? {met} : {otherwise}"
+    declare: str = ""
+    set: str = "{name} = {value};"
+    condition: str = ""
+    locals: str = ""
+    both: str = "&&"
+    absent: str = ""
+    either: str = "||"
+    continued: str = ""
+    file: str = "{head}\n\n{functions}\n"
+    kernel: str = "{functions}"
+    apart: int = 1
+    prelude: str = ""
+    call: str = "{name}({arguments})"
+    stem: str = "viscopade"
+
+    def number(self, form: str) -> Number:
+        """Return the numbers of a format, by its name."""
+        return next(number for number in self.numbers if number.form == form)
+
+    @property
+    def forms(self) -> tuple[str, ...]:
+        """Names of the formats."""
+        return tuple(number.form for number in self.numbers)

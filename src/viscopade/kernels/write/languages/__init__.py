@@ -1,0 +1,29 @@
+"""The languages of generated code. To add one is to write its module here, with one object LANGUAGE, and to list it."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from viscopade.kernels.write.language import Language
+
+__all__: list[str] = []
+
+NAMES = ("c", "python", "rust", "fortran", "javascript")
+
+
+@cache
+def language(name: str) -> Language:
+    """Return the language of a name.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    if name not in NAMES:
+        raise ValueError(f"language is {name!r}: expected {', '.join(NAMES)}")
+    found: Language = import_module(f"{__name__}.{name}").LANGUAGE
+    return found

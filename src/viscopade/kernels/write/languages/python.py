@@ -1,0 +1,24 @@
+"""Python: functions of numbers with the module math, which Numba compiles as they are."""
+
+from viscopade.kernels.arithmetic import HOST
+from viscopade.kernels.write.language import Language, Number, shortest
+
+LANGUAGE = Language(
+    name="python",
+    ending=".py",
+    comment="#",
+    numbers=(
+        Number((HOST,), "float", shortest(HOST), functions="math.{name}", nan="math.nan",
+               renamed={"log2": "math.log", "exp2": "math.exp"}),
+    ),
+    begin="def {name}({arguments}):",
+    argument="{argument}",
+    constant="{name} = {value}",
+    assign="{name} = {value}",
+    result="return {value}",
+    unless="if not ({condition}):",
+    when="if {condition}:",
+    select="{met} if {condition} else {otherwise}",
+    both="and",
+    continued=" \\",
+)  # fmt: skip

@@ -1,0 +1,259 @@
+"""The one writer of functions: it walks a kernel and a language.
+
+Expressions are written with the same order of evaluation. Choices are expressions where a language has such, and
+statements elsewhere. Every function stands alone: it can be copied without the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from textwrap import indent, wrap
+
+from viscopade.generated import WIDTH
+from viscopade.kernels.expressions import (
+    AND,
+    Call,
+    CodeBranch,
+    Expression,
+    Literal,
+    Name,
+    Negation,
+    Operation,
+    Program,
+    Select,
+    Statement,
+    TableRow,
+    Word,
+    bare,
+)
+from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.write.language import Language, Number
+
+_TAB = " " * 4
+_COLUMNS = WIDTH - 24  # of an expression
+_CONDITIONS = ("<", "<=", ">", ">=", "==", "!=", AND)
+
+
+def function_text(kernel: Kernel, function: Function, language: Language, number: Number) -> str:
+    """Return the text of a function in a format of the kernel and the language."""
+    return _Writer(kernel, function.pruned(), language, number).text()
+
+
+class _Writer:
+    """Writer of one function in one format."""
+
+    def __init__(self, kernel: Kernel, function: Function, language: Language, number: Number) -> None:
+        self.kernel, self.function, self.language, self.number = kernel, function, language, number
+        self.words = {"type": number.type, "suffix": number.suffix, "nan": number.nan}
+        self.variables: list[str] = []
+        self.kinds = {s.name: _kind(s.expression) for s in self._statements()}
+
+    def _statements(self) -> Iterator[Statement]:
+        yield from self.function.start
+        for branch in self.function.branches:
+            yield from branch.program
+
+    def text(self) -> str:
+        """Return the whole text."""
+        language, function, given = self.language, self.function, ", ".join(self._arguments())
+        body = [*self._absent(), *self._unless(function.domain), *self._program(function.start), *self._branches()]
+        constants, head = list(self._constants()), []
+        if language.locals and self.variables:
+            head = self._line(language.locals, names=", ".join(dict.fromkeys(self.variables)))
+        words = {"name": f"{function.name}_{self.kernel.name}", "function": function.name, "arguments": given}
+        lines = [*constants, *head, *([""] if constants or head else []), *body]
+        if language.end == "" and not language.close:
+            lines = [line for line in lines if line]
+        begin = language.begin.format(**self.words, **words, names=", ".join(function.arguments))
+        close = language.close.format(**self.words, **words)
+        return "\n".join(filter(None, (begin, indent("\n".join(lines), _TAB), close)))
+
+    def _arguments(self) -> Iterator[str]:
+        for argument in self.function.arguments:
+            yield self.language.argument.format(argument=argument, **self.words)
+
+    def _line(self, pattern: str, **words: str) -> list[str]:
+        return pattern.format(**self.words, **words).splitlines() if pattern else []
+
+    def _constants(self) -> Iterator[str]:
+        known, read = dict(self.kernel.constants[self.number.form]), self.function.names
+        known["least"] = float(self.number.arithmetics[-1].least)
+        for name, value in known.items():
+            if name in read:
+                yield from self._line(self.language.constant, name=name, value=self.number.constant(value))
+
+    def _absent(self) -> list[str]:
+        if not self.language.absent:
+            return []
+        each = [self.language.absent.format(argument=argument) for argument in self.function.arguments]
+        return self._when(
+            f" {self.language.either} ".join(each), self._line(self.language.result, value=self.number.nan)
+        )
+
+    def _unless(self, condition: Expression | None) -> list[str]:
+        if condition is None:
+            return []
+        first = self._line(self.language.unless, condition=self.expression(condition))
+        nan = self._line(self.language.result, value=self.number.nan)
+        return [*first, *(_TAB + line for line in nan), *self._line(self.language.end)]
+
+    def _when(self, condition: str, lines: list[str]) -> list[str]:
+        return [
+            *self._line(self.language.when, condition=condition),
+            *(_TAB + line if line else line for line in lines),
+            *self._line(self.language.end),
+        ]
+
+    def _branches(self) -> list[str]:
+        *first, last = self.function.branches
+        lines = list[str]()
+        for branch in first:
+            assert branch.guard is not None
+            lines += self._when(self.expression(branch.guard), self._branch(branch))
+        return [*lines, *self._unless(last.guard), *self._branch(last)]
+
+    def _branch(self, branch: CodeBranch) -> list[str]:
+        lines = self._program(branch.program)
+        before, value = self._lowered(branch.results[self.function.result], "chosen")
+        return [*lines, *self._program(before), *self._wrapped(self.language.result, value)]
+
+    def _program(self, program: Program) -> list[str]:
+        lines = list[str]()
+        for name, expression in program:
+            before, value = self._lowered(expression, name)
+            lines += self._program(before)
+            if isinstance(value, Select) and not self.language.select:
+                lines += self._choice(name, value)
+            else:
+                self.variables.append(name)
+                kind = _kind(value, self.kinds)
+                pattern = (
+                    self.language.condition if kind == "condition" and self.language.condition else self.language.assign
+                )
+                lines += self._wrapped(pattern, value, name=name)
+        return lines
+
+    def _choice(self, name: str, value: Select) -> list[str]:
+        """Return a choice as statements."""
+        self.variables.append(name)
+        met, otherwise = (
+            [_TAB + line for line in self._wrapped(self.language.set, part, name=name)]
+            for part in (value.met, value.otherwise)
+        )
+        return [
+            *self._line(self.language.declare, name=name),
+            *self._line(self.language.when, condition=self.expression(value.condition)),
+            *met,
+            *self._line(self.language.otherwise),
+            *otherwise,
+            *self._line(self.language.end),
+        ]
+
+    def _lowered(self, expression: Expression, name: str) -> tuple[Program, Expression]:
+        """Return the assignments of choices within an expression, and the expression that reads them."""
+        if self.language.select:
+            return (), expression
+        before = list[Statement]()
+
+        def lower(part: Expression, top: bool = False) -> Expression:
+            match bare(part):
+                case Select(condition, met, otherwise) as choice:
+                    choice = Select(lower(condition), lower(met), lower(otherwise))
+                    if top:
+                        return choice
+                    inner = f"{name}{len(before) + 1}"
+                    before.append(Statement(inner, choice))
+                    return Name(inner)
+                case Operation(symbol, left, right):
+                    return Operation(symbol, lower(left), lower(right))
+                case Negation(symbol, operand):
+                    return Negation(symbol, lower(operand))
+                case Call(function, arguments):
+                    return Call(function, tuple(map(lower, arguments)))
+                case other:
+                    return other
+
+        lowered = lower(expression, name != "chosen")
+        return tuple(before), lowered
+
+    def _wrapped(self, pattern: str, value: Expression, **words: str) -> list[str]:
+        lines = wrap(self.expression(value), _COLUMNS)
+        text = f"{self.language.continued}\n{_TAB * 2}".join(lines)
+        return self._line(pattern, value=text, **words)
+
+    # --- expressions ------------------------------------------------------------------------------------------------
+
+    def expression(self, expression: Expression) -> str:
+        """Return the expression as text, with the same order of evaluation."""
+        language, number = self.language, self.number
+        match bare(expression):
+            case Name(name):
+                return name
+            case Literal(text):
+                return number.literal(float(text))
+            case Call("pow", (base, p)) if number.power:
+                return number.power.format(base=self.expression(base), p=self.expression(p))
+            case Call("divide", (top, bottom)) if "divide" not in number.renamed:
+                return self.expression(top / bottom)
+            case Call(function, arguments):
+                name = number.renamed.get(function) or number.functions.format(name=function)
+                return f"{name}({', '.join(map(self.expression, arguments))})"
+            case Word(value, pattern):
+                return hex(value) if pattern else str(value)
+            case Negation(symbol, operand):
+                return f"{symbol}{self._in_parentheses(operand)}"
+            case Select(condition, met, otherwise):
+                return language.select.format(
+                    condition=self._chosen(condition), met=self._chosen(met), otherwise=self.expression(otherwise)
+                )
+            case TableRow(table, index):
+                return f"{table}[{self.expression(index)}]"
+            case Operation(symbol, left, right):
+                written = {AND: language.both, "//": "/"}.get(symbol, symbol)
+                return f"{self._operand(left, symbol, 0)} {written} {self._operand(right, symbol, 1)}"
+        raise TypeError(f"{expression!r} is no expression")
+
+    def _chosen(self, part: Expression) -> str:
+        return self._in_parentheses(part) if isinstance(bare(part), Select) else self.expression(part)
+
+    def _operand(self, expression: Expression, symbol: str, side: int) -> str:
+        own = bare(expression)
+        if isinstance(own, Call) and own.function == "divide" and "divide" not in self.number.renamed:
+            own = own.arguments[0] / own.arguments[1]
+        if not isinstance(own, Operation):
+            return self._in_parentheses(own) if isinstance(own, Select) else self.expression(own)
+        # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
+        # Operations on bits have all of theirs in parentheses, and comparisons those on bits and other comparisons:
+        # languages differ in which of them bind more tightly.
+        binding, outer = _BINDING[own.symbol], _BINDING[symbol]
+        loose = (
+            outer == _BITS or (symbol, self.language.both) == (AND, "&") or (outer == _COMPARISON and binding <= _BITS)
+        )
+        loose = loose or binding < outer + (side or binding == _SUM)
+        written = self.expression(own)  # no deeper than needed: polynomials may be of degree 200
+        return f"({written})" if loose else written
+
+    def _in_parentheses(self, expression: Expression) -> str:
+        written = self.expression(expression)
+        own = isinstance(bare(expression), Operation | Select | Negation) or written.startswith("-")
+        return f"({written})" if own else written
+
+
+_COMPARISON, _BITS, _SUM, _PRODUCT = 2, 3, 4, 5
+_BINDING = {
+    AND: 1,
+    **dict.fromkeys(("<", "<=", ">", ">=", "==", "!="), _COMPARISON),
+    **dict.fromkeys(("&", "|", "^", "<<", ">>"), _BITS),
+    **dict.fromkeys("+-", _SUM),
+    **dict.fromkeys(("*", "/", "//"), _PRODUCT),
+}
+
+
+def _kind(expression: Expression, known: Mapping[str, str] | None = None) -> str:
+    """Return what an expression is: a "number" or a "condition"."""
+    match bare(expression):
+        case Operation(symbol, _, _) if symbol in _CONDITIONS:
+            return "condition"
+        case Name(name) if known:
+            return known.get(name, "number")
+    return "number"
