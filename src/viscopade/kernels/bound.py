@@ -28,9 +28,10 @@ class ErrorBound:
     Attributes
     ----------
     result : str
-        "epsilon", "one_minus_epsilon", "restitution", "rebound", "dissipation", "v_star" or "beta".
+        The name of a function of the kernel: "epsilon", "restitution", "rebound", "dissipation", "v_star", …
     low, high : Fraction, or infinity as a float
-        The range of v*.
+        The range of the exact v*. A bound of a function that computes v* from the speed ends a little before the end of
+        the formula's range, beyond which the computed v* might be.
     relative_to : str
         What `formula` and `rounding` are relative to: "smaller" or "value". (For rebound both are times the speed.)
     formula : Fraction

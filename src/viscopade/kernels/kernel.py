@@ -11,9 +11,11 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any
 
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels import expressions
+from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Expression, Program, Statement, names_in
 
@@ -136,6 +138,10 @@ class Kernel:
     tables : tuple of Table
     missing : mapping
         Why a format is left out, by its name.
+    record : mapping
+        The formula for tables, as JSON-able data: coefficients as decimals, domain, measure, …
+    proofs : tuple of mapping
+        What independent checkers need to check the bounds, as JSON-able data.
 
     Raises
     ------
@@ -155,6 +161,8 @@ class Kernel:
     bounds: tuple[ErrorBound, ...] = ()
     tables: tuple[Table, ...] = ()
     missing: Mapping[str, str] = field(default_factory=dict)
+    record: Mapping[str, Any] = field(default_factory=dict)
+    proofs: tuple[Mapping[str, Any], ...] = ()
 
     def __post_init__(self) -> None:
         for form, constants in self.constants.items():
@@ -188,6 +196,19 @@ class Kernel:
             b for b in self.bounds if (b.result, b.arithmetic.place, b.arithmetic.form.name) == (result, place, form)
         ]
         return sorted(found, key=lambda b: (b.high - b.low, b.speeds is None))
+
+    def allowed(
+        self,
+        function: str,
+        arithmetic: Arithmetic,
+        v_star: Fraction,
+        value: Fraction,
+        smaller: Fraction,
+        speed: Fraction | None = None,
+    ) -> Fraction | None:
+        """Return the least of the largest errors that bounds allow; None where none holds. See `ErrorBound.allowed`."""
+        found = self.bound(function, arithmetic.place, arithmetic.form.name)
+        return min((b.allowed(value, smaller) for b in found if b.holds_at(v_star, speed)), default=None)
 
     @property
     def bytes(self) -> int:
