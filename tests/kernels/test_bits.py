@@ -7,12 +7,12 @@ import pytest
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.kernels.expressions import (
-    Arithmetic,
     Call,
     CodeBranch,
     Literal,
     Name,
     Negation,
+    Reading,
     Run,
     Select,
     Statement,
@@ -150,7 +150,7 @@ def test_conditions_of_arrays_are_in_parentheses():
 
 def test_a_prepared_branch_is_read_like_the_branch():
     """Of a choice, one part is computed: the other would divide by 0."""
-    chosen, exactly = Select(x <= n, x * n, n / (x - n)), Arithmetic(Fraction)
+    chosen, exactly = Select(x <= n, x * n, n / (x - n)), Reading(Fraction)
     branch = CodeBranch(
         x < n, (Statement("y", chosen), Statement("unused", n / (x - x))), {"z": Name("y") + Literal("0.5")}
     )

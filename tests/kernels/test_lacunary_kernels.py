@@ -22,9 +22,9 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels import expressions, prove_lacunary
 from viscopade.kernels.expressions import (
-    Arithmetic,
     Literal,
     Name,
+    Reading,
     Run,
     Select,
     both,
@@ -121,7 +121,7 @@ def test_text_keeps_the_order_of_evaluation():
 
     for _ in range(300):
         made = expression(4)
-        value = expressions.evaluate(made, names, Arithmetic(float))
+        value = expressions.evaluate(made, names, Reading(float))
         assert eval(text(made, MATH_MODULE), dict(names)) == value
         assert eval(text(made, of_c(DOUBLE)), dict(names)) == value
 
@@ -136,7 +136,7 @@ def test_choices_in_python_within_each_other(parts):
         Select(Select(x, y, z), one, two) + three,
         Select(both(both(x, y), z), one, two),
     ):
-        assert eval(text(made, MATH_MODULE), dict(given)) == expressions.evaluate(made, given, Arithmetic(float))
+        assert eval(text(made, MATH_MODULE), dict(given)) == expressions.evaluate(made, given, Reading(float))
 
 
 def test_horner_with_gaps():
@@ -144,7 +144,7 @@ def test_horner_with_gaps():
     assert text(by_powers("y", formulas.named("a", (0, 1, 3))), MATH_MODULE) == "a0 + y * (a1 + y2 * a3)"
     assert text(by_horner("v", formulas.named("a", (0, 1, 3))), MATH_MODULE) == "a0 + v * (a1 + v * (v * a3))"
     assert text(in_pairs("m", "mm", "abcde"), MATH_MODULE) == "(a + m * b) + mm * ((c + m * d) + mm * e)"
-    values = Run(powers("y", {3, 5}), {"y": Fraction(2)}, Arithmetic(Fraction))
+    values = Run(powers("y", {3, 5}), {"y": Fraction(2)}, Reading(Fraction))
     assert (values["y3"], values["y5"]) == (8, 32)
 
 
@@ -158,8 +158,8 @@ def test_programs_are_the_formulas():
         for variable, branch in zip("yu", kernel.branches, strict=False):
             at = y if variable == "y" else 1 / y
             given = {**numbers, variable: y, "v_star": at**3}
-            values = Run(branch.program, given, Arithmetic(Fraction))
-            found = {k: expressions.evaluate(e, values, Arithmetic(Fraction)) for k, e in branch.results.items()}
+            values = Run(branch.program, given, Reading(Fraction))
+            found = {k: expressions.evaluate(e, values, Reading(Fraction)) for k, e in branch.results.items()}
             n, d = (sum(Fraction(c) * at**k for k, c in zip(*part, strict=True)) for part in parts)
             if isinstance(kernel, HalfLineKernel):
                 assert found["epsilon"] == d / (d + at**6 * n) == found.get("limit", 0) / at**10 or "limit" not in found
@@ -199,8 +199,8 @@ def test_bounds_of_rounding_errors_hold():
             found, true = (
                 expressions.evaluate(
                     branch.results["result"],
-                    Run(program_, {k: kind(v) for k, v in inputs.items()}, Arithmetic(kind)),
-                    Arithmetic(kind),
+                    Run(program_, {k: kind(v) for k, v in inputs.items()}, Reading(kind)),
+                    Reading(kind),
                 )
                 for kind in (np.float32, Fraction)
             )
