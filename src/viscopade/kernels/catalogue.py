@@ -1,0 +1,109 @@
+"""The catalogue: the one list of the kernels that stand ready, each with a key of its own.
+
+Exports, scenes, the benchmark, the calculator and the docs read it. What a kernel says of itself (coefficients, bounds,
+operations, size of its table) is in its `Kernel`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+from viscopade.theory.paper import TABLE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from viscopade.kernels.kernel import Kernel
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A ready kernel.
+
+    Attributes
+    ----------
+    key : str
+        "compact 1e-5": the group, and what was asked for.
+    options : mapping
+        The options of `viscopade export` that ask for it, as `requests.Request` has them.
+    make : callable
+        Reads the kernel's records.
+    """
+
+    key: str
+    options: Mapping[str, Any]
+    make: Callable[[], Kernel]
+
+    @property
+    def group(self) -> str:
+        """The first word of the key: "pade", "minimax", "compact", "inverse", "full" or "speed"."""
+        return self.key.partition(" ")[0]
+
+    @cached_property
+    def kernel(self) -> Kernel:
+        """The kernel."""
+        return self.make()
+
+
+# Makers import what they need when they are called: the command line reads the keys, and nothing else.
+
+
+def _pade(m: int, n: int) -> Kernel:
+    from viscopade.kernels import build, prove_rational
+
+    return build.quotient(prove_rational.of_pade(m, n))
+
+
+def _minimax(accuracy: str, v_star_max: str) -> Kernel:
+    from viscopade.kernels import build, prove_rational
+
+    return build.quotient(prove_rational.accurate(accuracy, v_star_max))
+
+
+def _compact(accuracy: str) -> Kernel:
+    from viscopade.kernels import build, prove_lacunary
+
+    return build.compact(prove_lacunary.half_line_kernel(accuracy))
+
+
+def _inverse(accuracy: str) -> Kernel:
+    from viscopade.kernels import build, prove_lacunary
+
+    return build.inverse(prove_lacunary.inverse_kernel(accuracy))
+
+
+def _entries() -> Iterator[Entry]:
+    for m, n in TABLE:  # the paper's
+        yield Entry(f"pade {m}/{n}", {"pade": ((m, n),)}, partial(_pade, m, n))
+    for accuracy in ("1e-3", "1e-5", "1e-8"):
+        options = {"accuracy": (accuracy,), "v_star_max": "5"}
+        yield Entry(f"minimax {accuracy} v5", options, partial(_minimax, accuracy, "5"))
+    for accuracy in ("1e-3", "1e-5", "1e-7"):
+        yield Entry(f"compact {accuracy}", {"accuracy": (accuracy,)}, partial(_compact, accuracy))
+    for accuracy in ("1e-3", "1e-5"):
+        yield Entry(f"inverse {accuracy}", {"inverse": (accuracy,)}, partial(_inverse, accuracy))
+
+
+CATALOGUE: Mapping[str, Entry] = {entry.key: entry for entry in _entries()}
+"""All ready kernels by their keys."""
+
+
+def group(name: str) -> tuple[Entry, ...]:
+    """Return the entries of a group, in order."""
+    return tuple(entry for entry in CATALOGUE.values() if entry.group == name)
+
+
+def kernel(key: str) -> Kernel:
+    """Return the kernel of a key.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    if key not in CATALOGUE:
+        raise ValueError(f"the kernel asked for is {key!r}: expected {', '.join(CATALOGUE)}")
+    return CATALOGUE[key].kernel
