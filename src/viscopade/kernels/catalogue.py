@@ -52,27 +52,27 @@ class Entry:
 
 
 def _pade(m: int, n: int) -> Kernel:
-    from viscopade.kernels import build, prove_rational
+    from viscopade.kernels import quotient
 
-    return build.quotient(prove_rational.of_pade(m, n))
+    return quotient.pade(m, n)
 
 
 def _minimax(accuracy: str, v_star_max: str) -> Kernel:
-    from viscopade.kernels import build, prove_rational
+    from viscopade.kernels import quotient
 
-    return build.quotient(prove_rational.accurate(accuracy, v_star_max))
+    return quotient.accurate(accuracy, v_star_max)
 
 
 def _compact(accuracy: str) -> Kernel:
-    from viscopade.kernels import build, prove_lacunary
+    from viscopade.kernels import compact
 
-    return build.compact(prove_lacunary.half_line_kernel(accuracy))
+    return compact.compact(accuracy)
 
 
 def _inverse(accuracy: str) -> Kernel:
-    from viscopade.kernels import build, prove_lacunary
+    from viscopade.kernels import inverse
 
-    return build.inverse(prove_lacunary.inverse_kernel(accuracy))
+    return inverse.inverse(accuracy)
 
 
 def _entries() -> Iterator[Entry]:
