@@ -18,6 +18,10 @@ END_CONDITION = (
     "not when the compression x returns to 0"
 )
 
+END_CONDITION_WITHOUT_DELAY = (
+    "contact ends when the force vanishes, which by this law is where the compression x returns to 0"
+)
+
 WIDTH = 100  # columns of generated text, where it can be wrapped
 
 
@@ -58,6 +62,12 @@ def generated_by() -> str:
     return f"{MARKER} {__version__}"
 
 
+def version_number() -> int:
+    """Return 10000 major + 100 minor + patch."""
+    major, minor, patch = map(int, re.findall(r"\d+", __version__)[:3])  # of "0.2.0rc1", too
+    return 10000 * major + 100 * minor + patch
+
+
 def marker_line(command: str) -> str:
     """Return the first line of every generated file: the marker, the version and the command that made it."""
     return harmless(f"{generated_by()}: {command}")
@@ -74,8 +84,7 @@ def environment(module: str | None = None) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    major, minor, patch = map(int, re.findall(r"\d+", __version__)[:3])  # of "0.2.0rc1", too
-    made.globals |= {"version": __version__, "version_number": 10000 * major + 100 * minor + patch}
+    made.globals |= {"version": __version__, "version_number": version_number()}
     made.filters |= {"lines": _lines, "xml_comment": xml_comment, "string": string}
     return made
 

@@ -71,7 +71,7 @@ def quotient(kernel: Quotient) -> Kernel:
     return Kernel(
         kernel.name, kernel.label, "v_star", quotient_text(coefficients), kernel.source, kernel.domain, functions,
         constants, tuple(_quotient_bounds(kernel, constants)), missing=missing, record=kernel.record(),
-        proofs=tuple(kernel.certificates()),
+        proofs=tuple(kernel.certificates()), law=kernel.law,
     )  # fmt: skip
 
 

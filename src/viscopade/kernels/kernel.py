@@ -18,6 +18,7 @@ from viscopade.kernels import expressions
 from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Expression, Program, Statement, names_in
+from viscopade.theory.law import VISCOELASTIC, Law
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,7 @@ class Kernel:
         The formula for tables, as JSON-able data: coefficients as decimals, domain, measure, …
     proofs : tuple of mapping
         What independent checkers need to check the bounds, as JSON-able data.
+    law : Law
 
     Raises
     ------
@@ -163,6 +165,7 @@ class Kernel:
     missing: Mapping[str, str] = field(default_factory=dict)
     record: Mapping[str, Any] = field(default_factory=dict)
     proofs: tuple[Mapping[str, Any], ...] = ()
+    law: Law = VISCOELASTIC
 
     def __post_init__(self) -> None:
         for form, constants in self.constants.items():

@@ -7,7 +7,7 @@ from textwrap import wrap
 from typing import Any, TypeVar
 
 from viscopade.arithmetic.formats import Format
-from viscopade.generated import END_CONDITION, WIDTH, marker_line
+from viscopade.generated import END_CONDITION, END_CONDITION_WITHOUT_DELAY, WIDTH, marker_line
 from viscopade.kernels.forms.kernel import Kernel
 from viscopade.kernels.forms.lacunary_kernels import SPELLING, InverseKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
@@ -180,6 +180,4 @@ def variable(law: Law) -> str:
 
 def end_condition(law: Law) -> str:
     """Return the end condition of a law as a sentence."""
-    if law.delayed:
-        return END_CONDITION
-    return "contact ends when the force vanishes, which by this law is where the compression x returns to 0"
+    return END_CONDITION if law.delayed else END_CONDITION_WITHOUT_DELAY

@@ -100,16 +100,26 @@ class Language:
         The condition that an {argument} is no number, where a language takes what is none for one.
     continued : str
         What stands at the end of a line that goes on in the next.
+    block : str
+        A comment, of {lines}.
     file : str
-        {head}, {prelude}, {functions}, {module}.
+        {head}, {version}, {prelude}, {functions}, {module}, {Module}: the module's name, and with a capital.
+    version : str
+        Constants, of {version} and {number}.
     kernel : str
-        The functions of one kernel: {guard}, {identity}, {functions}, {macros}.
+        The functions of one kernel: {functions}, {name}, {GUARD}, {identity}.
+    macro : str
+        The line that defines a function's error: {NAME}, {SUFFIX}, {error}, {rest}: its first number, and the rest.
+    apart : int
+        Lines between functions.
     prelude : str
         Name of the file with what functions need besides, in `preludes`.
     call : str
-        A call in examples: {name}, {arguments}.
+        A call: {name}, {suffix}, {arguments}.
     use : str
-        A line of use, of {call}.
+        A line of use, of {call}, {type} and {result}: a name for the value.
+    stem : str
+        The usual name of a module.
     """
 
     name: str
@@ -135,11 +145,15 @@ class Language:
     absent: str = ""
     either: str = "||"
     continued: str = ""
-    file: str = "{head}\n\n{functions}\n"
+    block: str = "{lines}"
+    file: str = "{head}\n\n{version}\n\n{functions}\n"
+    version: str = ""
     kernel: str = "{functions}"
+    macro: str = ""
     apart: int = 1
     prelude: str = ""
-    call: str = "{name}({arguments})"
+    call: str = "{name}{suffix}({arguments})"
+    use: str = "{call}"
     stem: str = "viscopade"
 
     def number(self, form: str) -> Number:

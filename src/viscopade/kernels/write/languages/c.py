@@ -30,4 +30,15 @@ LANGUAGE = Language(
     when="if ({condition}) {{",
     end="}}",
     close="}}",
+    block="/*\n{lines}\n */",
+    version="#ifndef VISCOPADE_VERSION\n#define VISCOPADE_VERSION \"{version}\"\n"
+    "#define VISCOPADE_VERSION_NUMBER {number} /* 10000 major + 100 minor + patch */\n#endif",
+    file="{head}\n{version}\n\n{prelude}\n\n#ifdef VISCOPADE_INLINE\n\n{functions}\n\n#endif\n",
+    kernel="#ifndef {GUARD}\n#define {GUARD} {identity}\n\nVISCOPADE_KERNEL({identity})\n\n{functions}\n\n"
+    "VISCOPADE_KERNEL_END\n\n#elif {GUARD} != {identity}\n"
+    '#error "viscopade: two headers have different kernels of one name"\n#endif',
+    macro="#define VISCOPADE_{NAME}_ERROR{SUFFIX} {error} /* {rest} */",
+    prelude="c.h",
+    call="viscopade_{name}{suffix}({arguments})",
+    use="{type} {result} = {call};",
 )  # fmt: skip

@@ -1,0 +1,255 @@
+"""The file around the functions of kernels: head, version, prelude, and for each kernel its guard and identity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from decimal import Decimal
+from fractions import Fraction
+from importlib.resources import files
+from itertools import zip_longest
+from textwrap import wrap
+from zlib import crc32
+
+from viscopade.arithmetic.decimals import at_least, at_most
+from viscopade.generated import (
+    END_CONDITION,
+    END_CONDITION_WITHOUT_DELAY,
+    WIDTH,
+    __version__,
+    comment,
+    marker_line,
+    version_number,
+)
+from viscopade.kernels.arithmetic import Arithmetic
+from viscopade.kernels.bound import INFINITY, End, ErrorBound
+from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.write.language import Language, Number
+from viscopade.kernels.write.writer import function_text
+from viscopade.theory.law import VISCOELASTIC, Law
+
+HEAD = 25
+"""Lines at the beginning of a file, with those that begin and end the comment."""
+PAGE = "docs/usage/kernels.md"
+"""The generated page: what is assumed, special values, monotonicity."""
+
+_DIGITS = 2  # of a printed bound
+_COLUMNS = 116  # of the head
+_OF_RANGES = 6  # digits of a range
+_LONG = 8  # signs of a number that is written with an exponent
+_EXAMPLES = {"speed": 2.0, "beta": 1.307, "v_star": 0.5, "epsilon": 0.995, "one_minus_epsilon": 0.005}
+_OF_EXAMPLES = {
+    "restitution": "the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s",
+    "beta": "a material whose eps is 0.995 at a speed of 2",
+}
+_SPHERES = (
+    "eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact "
+    "velocity; beta = 3/2 A (rho/m_eff)^(2/5) (eq:betadef), unit (time/length)^(1/5), in the units of speed; "
+    "v_star = v* = beta^(1/2) speed^(1/10)."
+)
+_LEGEND = (
+    "E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return "
+    f"NaN outside the domain. Assumptions, special values, monotonicity: {PAGE}"
+)
+_CITE = (
+    "Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade "
+    f"{__version__}."
+)
+
+
+def file_text(kernels: Sequence[Kernel], language: Language, command: str, module: str | None = None) -> str:
+    """Return the text of a file with the functions of kernels.
+
+    Parameters
+    ----------
+    kernels : sequence of Kernel
+        At least one, no two of the same name, of one law.
+    language : Language
+    command : str
+        The command line that makes the file.
+    module : str or None
+        The module's name, where the language has modules; None: that of the language.
+    """
+    name = module or language.stem
+    lines = head(kernels, language, command)
+    return language.file.format(
+        head=language.block.format(lines=comment(lines, language.comment)),
+        version=language.version.format(version=__version__, number=version_number()),
+        prelude=prelude(language),
+        functions=("\n" * (language.apart + 1)).join(kernel_text(kernel, language) for kernel in kernels),
+        module=name,
+        Module=name.title().replace("_", ""),
+    )
+
+
+def prelude(language: Language) -> str:
+    """Return what a file needs before its functions."""
+    if not language.prelude:
+        return ""
+    return (files(__package__) / "preludes" / language.prelude).read_text(encoding="utf-8").rstrip("\n")
+
+
+def kernel_text(kernel: Kernel, language: Language) -> str:
+    """Return the functions of a kernel, each after what is proven of it."""
+    code, texts = list[str](), list[str]()
+    for function in kernel.functions:
+        for number in numbers_of(kernel, language):
+            code.append(function_text(kernel, function, language, number))
+            texts.append("\n".join([*_comment(kernel, function, language, number), code[-1]]))
+    for form in (number.form for number in language.numbers if number.form not in kernel.formats):
+        lines = wrap(f"There are no functions of type {form}: {kernel.missing.get(form, 'nothing is proven')}.", WIDTH)
+        texts.append(language.block.format(lines=comment(lines, language.comment)))
+    return language.kernel.format(
+        functions=("\n" * (language.apart + 1)).join(texts),
+        name=kernel.name,
+        GUARD=f"VISCOPADE_{kernel.name.upper()}",
+        identity=f"{crc32(''.join(code).encode()):#010x}",
+    )
+
+
+def numbers_of(kernel: Kernel, language: Language) -> list[Number]:
+    """Return the numbers of a language for which a kernel has constants."""
+    return [number for number in language.numbers if number.form in kernel.formats]
+
+
+def call(kernel: Kernel, function: Function, language: Language, arguments: Sequence[str], number: Number) -> str:
+    """Return a call of a function."""
+    name = f"{function.name}_{kernel.name}"
+    return language.call.format(name=name, suffix=number.suffix, arguments=", ".join(arguments))
+
+
+# --- what is proven ---------------------------------------------------------------------------------------------------
+
+
+def error_text(bound: ErrorBound) -> str:
+    """Return an error as text, rounded up: E m + R r."""
+    by_m, by_r = bound.relative, bound.last
+    if bound.relative_to == "value":
+        by_m, by_r = Fraction(0), by_r + by_m
+    sizes = (by_m, "m"), (by_r, "r"), (bound.ulps, "ulp")
+    return " + ".join(f"{at_most(size, _DIGITS)} {unit}" for size, unit in sizes if size) or "0"
+
+
+def stated(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> list[ErrorBound]:
+    """Return the bounds of a function in an arithmetic, the narrowest range first: the best one of each range."""
+    bounds = kernel.bound(function.name, arithmetic.place, arithmetic.form.name)
+    best = dict[str, ErrorBound]()
+    for bound in bounds:
+        text = range_text(bound)
+        best[text] = min(best.get(text, bound), bound, key=lambda b: b.relative + b.last)
+    return list(best.values())
+
+
+def range_text(bound: ErrorBound) -> str:
+    """Return the range of a bound, rounded inwards."""
+    low, high = bound.low, bound.high
+    text = _between("v*", low, high) if low or high != INFINITY else "all v*"
+    if bound.speeds is not None:
+        text += f", {_between('speed', *bound.speeds)}"
+    return text if bound.proven else f"{text} (sampled)"
+
+
+def _between(name: str, low: Fraction, high: End) -> str:
+    least, most = (
+        text if len(text) < _LONG else f"{Decimal(text).normalize():e}"
+        for text in (at_most(low, _OF_RANGES) if low else "", at_least(high, _OF_RANGES) if high != INFINITY else "")
+    )
+    return f"{least} <= " * bool(least) + name + f" <= {most}" * bool(most)
+
+
+def _comment(kernel: Kernel, function: Function, language: Language, number: Number) -> Iterator[str]:
+    lines = [f"{function.meaning}."]
+    for arithmetic in number.arithmetics:
+        bounds = stated(kernel, function, arithmetic)
+        if bounds:
+            place = f" on the {arithmetic.place}" if len(number.arithmetics) > 1 else ""
+            each = "; ".join(f"{error_text(bound)} for {range_text(bound)}" for bound in bounds)
+            lines += wrap(f"Error{place} <= {each}.", WIDTH)
+    yield language.block.format(lines=comment(lines, language.comment))
+    widest = stated(kernel, function, number.arithmetics[-1])[-1:]
+    for bound in widest if language.macro else ():
+        first, _, rest = error_text(bound).partition(" ")
+        yield language.macro.format(
+            NAME=f"{function.name}_{kernel.name}".upper(),
+            SUFFIX=number.suffix.upper(),
+            error=first,
+            rest=f"{rest} for {range_text(bound)}",
+        )
+
+
+# --- the head ---------------------------------------------------------------------------------------------------------
+
+
+def head(kernels: Sequence[Kernel], language: Language, command: str) -> list[str]:
+    """Return the lines at the head of a file, without comment marks."""
+    law = kernels[0].law
+    subject = _SPHERES if law == VISCOELASTIC else _law_text(law)
+    end = END_CONDITION if law.delayed else END_CONDITION_WITHOUT_DELAY
+    before = [
+        marker_line(command),
+        "SPDX-License-Identifier: MIT",
+        "",
+        *wrap(subject, _COLUMNS),
+        *wrap(f"End condition: {end}.", _COLUMNS),
+        "",
+    ]
+    after = [*wrap(_LEGEND, _COLUMNS), "", _example(kernels[-1], language), *wrap(_CITE, _COLUMNS)]
+    room = HEAD - 2 - len(before) - len(after)
+    table = next((table for table in _tables(kernels, language) if len(table) <= room), None)
+    if table is None:
+        table = [*list(_tables(kernels, language))[-1][: room - 1], "(and others, see below)"]
+    return [*before, *table, *after]
+
+
+def _law_text(law: Law) -> str:
+    return (
+        f"eps: coefficient of normal restitution of the law of contact m xi'' + k xi^a + c xi^b xi' = 0, "
+        f"a = {law.elastic}, b = {law.damping}, with the effective mass m and the normal component v of the impact "
+        f"velocity. v_star = v* = {'kappa' if law.d == 1 else f'kappa^(1/{law.d})'}, kappa = {law.kappa_text}."
+    )
+
+
+def _example(kernel: Kernel, language: Language) -> str:
+    known = {function.name: function for function in kernel.functions}
+    function = next((known[name] for name in ("restitution", "beta") if name in known), kernel.functions[0])
+    number = numbers_of(kernel, language)[0]
+    given = [number.literal(_EXAMPLES[argument]) for argument in function.arguments]
+    result = "eps" if function.result == "epsilon" or function.name == "restitution" else function.result
+    line = language.use.format(
+        call=call(kernel, function, language, given, number), type=number.type, result=result, name=function.name
+    )
+    why = _OF_EXAMPLES.get(function.name)
+    return f"Example{f' ({why})' if why else ''}: {line}"
+
+
+def _tables(kernels: Sequence[Kernel], language: Language) -> Iterator[list[str]]:
+    """Yield tables of the proven errors: of every range, of the widest, and of one function of each kernel."""
+    yield _table(kernels, language, slice(None), slice(None))
+    yield _table(kernels, language, slice(None), slice(-1, None))
+    yield _table(kernels, language, slice(1), slice(-1, None))
+
+
+def _table(kernels: Sequence[Kernel], language: Language, functions: slice, ranges: slice) -> list[str]:
+    rows = [("function", "range", *(f"error, {number.form}" for number in language.numbers))]
+    for kernel in kernels:
+        for function in kernel.functions[functions]:
+            rows += _rows(kernel, function, language, ranges)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+
+
+def _rows(kernel: Kernel, function: Function, language: Language, ranges: slice) -> Iterator[tuple[str, ...]]:
+    """Yield rows: a range, and the error in each format, with its range if that is another one."""
+    name = call(kernel, function, language, function.arguments, language.numbers[0])
+    columns = {
+        number.form: stated(kernel, function, number.arithmetics[-1])[ranges] for number in numbers_of(kernel, language)
+    }
+    if not any(columns.values()):
+        yield (name, kernel.domain, *("not proven" for _ in language.numbers))
+    for row in zip_longest(*(columns.get(number.form, ()) for number in language.numbers)):
+        texts = [range_text(bound) if bound else "" for bound in row]
+        first = next(filter(None, texts))
+        cells = (
+            error_text(bound) + f" ({text})" * (text != first) if bound else "-"
+            for bound, text in zip(row, texts, strict=True)
+        )
+        yield name, first, *cells

@@ -1,0 +1,36 @@
+#ifndef VISCOPADE_INLINE
+#if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "viscopade: expected C99 or later (GNU's C89, -std=gnu89, is accepted, too)"
+#elif defined(__SIZEOF_DOUBLE__) && __SIZEOF_DOUBLE__ != 8
+#error "viscopade: expected a double of 64 bits, for which the errors are proven (on AVR: -mdouble=64)"
+#else
+#include <math.h>
+
+/* Not with -fsingle-precision-constant: it would break the bounds. */
+typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : -1];
+
+/*
+ * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
+ * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * in namespaces of their own, as two translation units may have one each.
+ */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
+#define VISCOPADE_KERNEL(identity) inline namespace viscopade_##identity {
+#define VISCOPADE_KERNEL_END }
+#else
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
+#define VISCOPADE_KERNEL(identity)
+#define VISCOPADE_KERNEL_END
+#endif
+
+/* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
+#if defined(__cplusplus) && __cplusplus < 201703L
+#define VISCOPADE_CONSTANT(hexadecimal, decimal) (decimal)
+#else
+#define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
+#endif
+#endif
+#endif
