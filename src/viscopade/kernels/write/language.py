@@ -41,11 +41,10 @@ class Number:
         Of functions' names.
     functions : str
         Pattern of a library function's name, of {name}: "sqrt" in C.
-    renamed : mapping
-        Names of library functions that differ; log2 and exp2 may be those of any one base.
+    calls : mapping
+        Patterns of the calls that differ, of {0} and {1}; log2 and exp2 may be those of any one base. "divide": of a
+        quotient, where its operator is not to be used.
     nan : str
-    power : str
-        Pattern of pow, of {base} and {p}; "": as other functions.
     coefficient : callable or None
         The text of a kernel's constants, if they are written in another way than literals.
     """
@@ -55,9 +54,8 @@ class Number:
     literal: Callable[[float], str]
     suffix: str = ""
     functions: str = "{name}"
-    renamed: Mapping[str, str] = field(default_factory=dict)
+    calls: Mapping[str, str] = field(default_factory=dict)
     nan: str = "nan"
-    power: str = ""
     coefficient: Callable[[float], str] | None = None
 
     @property
@@ -80,9 +78,14 @@ class Language:
         In commands; of files; what begins a line of comment.
     numbers : tuple of Number
     begin, argument, close : str
-        Of a function: {name}, {arguments}, {type}, {suffix}, {nan}; of each argument {argument}, {type}.
+        Of a function: {name}, {Name}, which begins with a capital, {arguments}, {names}, which are the arguments
+        without types, {type}, {suffix}; of each argument {argument}, {type}.
     constant, assign, condition, result : str
         Statements: {name}, {value}, {type}; {value}.
+    last : str
+        The result at the end of a function, if it is written in another way.
+    generic : str
+        The one function for all types, {name} or {Name}, of {names} and {procedures}, the functions of each type.
     unless, when, end : str
         The line before a return of NaN where a {condition} does not hold, the line before statements for which it does,
         and the line after either; "" where indentation ends them.
@@ -94,8 +97,8 @@ class Language:
         A variable that such statements assign: {name}, {type}; {name}, {value}.
     locals : str
         The declaration of all variables, {names} and {type}, where it stands before the statements.
-    both, neither : str
-        Of conditions: "and"; "not", of {condition}.
+    both, either : str
+        Between conditions: "and", "or".
     absent : str
         The condition that an {argument} is no number, where a language takes what is none for one.
     continued : str
@@ -133,6 +136,8 @@ class Language:
     unless: str
     when: str
     constant: str = ""
+    last: str = ""
+    generic: str = ""
     close: str = ""
     end: str = ""
     otherwise: str = ""
@@ -142,8 +147,8 @@ class Language:
     condition: str = ""
     locals: str = ""
     both: str = "&&"
-    absent: str = ""
     either: str = "||"
+    absent: str = ""
     continued: str = ""
     block: str = "{lines}"
     file: str = "{head}\n\n{version}\n\n{functions}\n"

@@ -6,8 +6,9 @@ statements elsewhere. Every function stands alone: it can be copied without the 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
-from textwrap import indent, wrap
+from textwrap import TextWrapper, indent
 
 from viscopade.generated import WIDTH
 from viscopade.kernels.expressions import (
@@ -30,7 +31,8 @@ from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.write.language import Language, Number
 
 _TAB = " " * 4
-_COLUMNS = WIDTH - 24  # of an expression
+_LINES = TextWrapper(WIDTH - 24, break_long_words=False, break_on_hyphens=False)  # of an expression
+_OPERATOR = re.compile(r" (?=(?:\W{1,2}|and|or|else|if) )")
 _CONDITIONS = ("<", "<=", ">", ">=", "==", "!=", AND)
 
 
@@ -39,12 +41,25 @@ def function_text(kernel: Kernel, function: Function, language: Language, number
     return _Writer(kernel, function.pruned(), language, number).text()
 
 
+def generic_text(kernel: Kernel, function: Function, language: Language) -> str:
+    """Return the text that makes one function of those for each type; "" where the language has none."""
+    words = _names(kernel, function)
+    each = [f"{words['name']}{number.suffix}" for number in language.numbers if number.form in kernel.constants]
+    return language.generic.format(**words, procedures=", ".join(each))
+
+
+def _names(kernel: Kernel, function: Function) -> dict[str, str]:
+    name = f"{function.name}_{kernel.name}"
+    return {"name": name, "Name": name[0].upper() + name[1:], "names": ", ".join(function.arguments)}
+
+
 class _Writer:
     """Writer of one function in one format."""
 
     def __init__(self, kernel: Kernel, function: Function, language: Language, number: Number) -> None:
         self.kernel, self.function, self.language, self.number = kernel, function, language, number
         self.words = {"type": number.type, "suffix": number.suffix, "nan": number.nan}
+        self.least = number.arithmetics[-1].least
         self.variables: list[str] = []
         self.kinds = {s.name: _kind(s.expression) for s in self._statements()}
 
@@ -60,11 +75,11 @@ class _Writer:
         constants, head = list(self._constants()), []
         if language.locals and self.variables:
             head = self._line(language.locals, names=", ".join(dict.fromkeys(self.variables)))
-        words = {"name": f"{function.name}_{self.kernel.name}", "function": function.name, "arguments": given}
+        words = {**_names(self.kernel, function), "arguments": given}
         lines = [*constants, *head, *([""] if constants or head else []), *body]
         if language.end == "" and not language.close:
             lines = [line for line in lines if line]
-        begin = language.begin.format(**self.words, **words, names=", ".join(function.arguments))
+        begin = language.begin.format(**self.words, **words)
         close = language.close.format(**self.words, **words)
         return "\n".join(filter(None, (begin, indent("\n".join(lines), _TAB), close)))
 
@@ -77,7 +92,7 @@ class _Writer:
 
     def _constants(self) -> Iterator[str]:
         known, read = dict(self.kernel.constants[self.number.form]), self.function.names
-        known["least"] = float(self.number.arithmetics[-1].least)
+        known |= {"least": float(self.least)} if self.least else {}
         for name, value in known.items():
             if name in read:
                 yield from self._line(self.language.constant, name=name, value=self.number.constant(value))
@@ -109,13 +124,13 @@ class _Writer:
         lines = list[str]()
         for branch in first:
             assert branch.guard is not None
-            lines += self._when(self.expression(branch.guard), self._branch(branch))
-        return [*lines, *self._unless(last.guard), *self._branch(last)]
+            lines += self._when(self.expression(branch.guard), self._branch(branch, self.language.result))
+        return [*lines, *self._unless(last.guard), *self._branch(last, self.language.last or self.language.result)]
 
-    def _branch(self, branch: CodeBranch) -> list[str]:
+    def _branch(self, branch: CodeBranch, result: str) -> list[str]:
         lines = self._program(branch.program)
         before, value = self._lowered(branch.results[self.function.result], "chosen")
-        return [*lines, *self._program(before), *self._wrapped(self.language.result, value)]
+        return [*lines, *self._program(before), *self._wrapped(result, value)]
 
     def _program(self, program: Program) -> list[str]:
         lines = list[str]()
@@ -177,9 +192,10 @@ class _Writer:
         return tuple(before), lowered
 
     def _wrapped(self, pattern: str, value: Expression, **words: str) -> list[str]:
-        lines = wrap(self.expression(value), _COLUMNS)
-        text = f"{self.language.continued}\n{_TAB * 2}".join(lines)
-        return self._line(pattern, value=text, **words)
+        """Return a statement; lines break after operators, where every language knows that the next line goes on."""
+        kept = _OPERATOR.sub("\N{NO-BREAK SPACE}", self.expression(value))
+        text = f"{self.language.continued}\n{_TAB * 2}".join(_LINES.wrap(kept))
+        return self._line(pattern, value=text.replace("\N{NO-BREAK SPACE}", " "), **words)
 
     # --- expressions ------------------------------------------------------------------------------------------------
 
@@ -187,17 +203,19 @@ class _Writer:
         """Return the expression as text, with the same order of evaluation."""
         language, number = self.language, self.number
         match bare(expression):
+            case Name("least") if not self.least:
+                return number.literal(0.0)
             case Name(name):
                 return name
             case Literal(text):
                 return number.literal(float(text))
-            case Call("pow", (base, p)) if number.power:
-                return number.power.format(base=self.expression(base), p=self.expression(p))
-            case Call("divide", (top, bottom)) if "divide" not in number.renamed:
+            case Call("divide", (top, bottom)) if "divide" not in number.calls:
                 return self.expression(top / bottom)
             case Call(function, arguments):
-                name = number.renamed.get(function) or number.functions.format(name=function)
-                return f"{name}({', '.join(map(self.expression, arguments))})"
+                parts = [self.expression(argument) for argument in arguments]
+                if function in number.calls:
+                    return number.calls[function].format(*parts)
+                return f"{number.functions.format(name=function)}({', '.join(parts)})"
             case Word(value, pattern):
                 return hex(value) if pattern else str(value)
             case Negation(symbol, operand):
@@ -218,7 +236,7 @@ class _Writer:
 
     def _operand(self, expression: Expression, symbol: str, side: int) -> str:
         own = bare(expression)
-        if isinstance(own, Call) and own.function == "divide" and "divide" not in self.number.renamed:
+        if isinstance(own, Call) and own.function == "divide" and "divide" not in self.number.calls:
             own = own.arguments[0] / own.arguments[1]
         if not isinstance(own, Operation):
             return self._in_parentheses(own) if isinstance(own, Select) else self.expression(own)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 __all__: list[str] = []
 
-NAMES = ("c", "python", "rust", "fortran", "javascript")
+NAMES = ("c", "python", "fortran", "rust", "julia", "javascript", "glsl", "wgsl", "warp")
 
 
 @cache

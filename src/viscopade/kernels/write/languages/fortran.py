@@ -1,28 +1,27 @@
-"""Fortran."""
+"""Fortran: a module of pure elemental functions, of either type by one name."""
 
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
 from viscopade.kernels.write.language import Language, Number, shortest
-
-_NAMES = {"log2": "log", "exp2": "exp"}
-_NAN = "ieee_value(1.0_{}, ieee_quiet_nan)"
 
 LANGUAGE = Language(
     name="fortran",
     ending=".f90",
     comment="!",
-    numbers=(
-        Number((HOST,), "real64", shortest(HOST, "{}_real64"), "_r64", renamed=_NAMES, nan=_NAN.format("real64"),
-               power="({base})**{p}"),
-        Number((HOST_FLOAT,), "real32", shortest(HOST_FLOAT, "{}_real32"), "_r32", renamed=_NAMES,
-               nan=_NAN.format("real32"), power="({base})**{p}"),
+    numbers=tuple(
+        Number((a,), kind, shortest(a, "{}_" + kind), suffix,
+               calls={"log2": "log({0})", "exp2": "exp({0})", "pow": "({0})**{1}"},
+               nan=f"ieee_value(1.0_{kind}, ieee_quiet_nan)")
+        for a, kind, suffix in ((HOST, "real64", "_r64"), (HOST_FLOAT, "real32", "_r32"))
     ),
-    begin="pure elemental real({type}) function {name}{suffix}({names}) result(value)",
+    begin="pure elemental real({type}) function {name}{suffix}({names}) result(value)\n"
+    "    real({type}), intent(in) :: {names}",
     argument="",
     constant="real({type}), parameter :: {name} = {value}",
     locals="real({type}) :: {names}",
     assign="{name} = {value}",
     set="{name} = {value}",
     result="value = {value}\nreturn",
+    last="value = {value}",
     unless="if (.not. ({condition})) then",
     when="if ({condition}) then",
     end="end if",
@@ -31,4 +30,5 @@ LANGUAGE = Language(
     select="",
     both=".and.",
     continued=" &",
+    generic="interface {name}\n    module procedure {procedures}\nend interface\npublic :: {name}",
 )  # fmt: skip

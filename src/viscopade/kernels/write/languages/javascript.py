@@ -8,8 +8,8 @@ LANGUAGE = Language(
     ending=".mjs",
     comment="//",
     numbers=(
-        Number((HOST,), "number", shortest(HOST), functions="Math.{name}", nan="NaN", power="Math.pow({base}, {p})",
-               renamed={"exp2": "exp2"}),
+        Number((HOST,), "number", shortest(HOST), functions="Math.{name}", calls={"exp2": "Math.pow(2.0, {0})"},
+               nan="NaN"),
     ),
     begin="export function {name}({arguments}) {{",
     argument="{argument}",

@@ -9,7 +9,7 @@ LANGUAGE = Language(
     comment="#",
     numbers=(
         Number((HOST,), "float", shortest(HOST), functions="math.{name}", nan="math.nan",
-               renamed={"log2": "math.log", "exp2": "math.exp"}),
+               calls={"log2": "math.log({0})", "exp2": "math.exp({0})"}),
     ),
     begin="def {name}({arguments}):",
     argument="{argument}",

@@ -1,4 +1,4 @@
-"""Rust."""
+"""Rust: a module."""
 
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
 from viscopade.kernels.write.language import Language, Number, shortest
@@ -7,19 +7,19 @@ LANGUAGE = Language(
     name="rust",
     ending=".rs",
     comment="//",
-    numbers=(
-        Number((HOST,), "f64", shortest(HOST), functions="f64::{name}", nan="f64::NAN", power="f64::powf({base}, {p})"),
-        Number((HOST_FLOAT,), "f32", shortest(HOST_FLOAT), "_f32", "f32::{name}", nan="f32::NAN",
-               power="f32::powf({base}, {p})"),
+    numbers=tuple(
+        Number((a,), kind, shortest(a), suffix, kind + "::{name}", {"pow": kind + "::powf({0}, {1})"}, kind + "::NAN")
+        for a, kind, suffix in ((HOST, "f64", ""), (HOST_FLOAT, "f32", "_f32"))
     ),
     begin="pub fn {name}{suffix}({arguments}) -> {type} {{",
     argument="{argument}: {type}",
     constant="let {name}: {type} = {value};",
     assign="let {name} = {value};",
     result="return {value};",
+    last="{value}",
     unless="if !({condition}) {{",
     when="if {condition} {{",
     end="}}",
     close="}}",
     select="if {condition} {{ {met} }} else {{ {otherwise} }}",
-)  # fmt: skip
+)

@@ -1,0 +1,31 @@
+"""Julia: a module of functions for Float64 and Float32; other real numbers become Float64."""
+
+from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
+from viscopade.kernels.write.language import Language, Number, shortest
+
+_OF_FLOAT = shortest(HOST_FLOAT)
+
+
+def _float(value: float) -> str:
+    return written.replace("e", "f") if "e" in (written := _OF_FLOAT(value)) else f"{written}f0"
+
+
+LANGUAGE = Language(
+    name="julia",
+    ending=".jl",
+    comment="#",
+    numbers=tuple(
+        Number((a,), kind, literal, calls={"pow": "({0})^{1}"}, nan=f"{kind}(NaN)")
+        for a, kind, literal in ((HOST, "Float64", shortest(HOST)), (HOST_FLOAT, "Float32", _float))
+    ),
+    begin="function {name}({arguments})",
+    argument="{argument}::{type}",
+    constant="{name} = {value}",
+    assign="{name} = {value}",
+    result="return {value}",
+    unless="if !({condition})",
+    when="if {condition}",
+    end="end",
+    close="end",
+    generic="export {name}\n{name}({names}) = {name}(Float64.(({names},))...)",
+)

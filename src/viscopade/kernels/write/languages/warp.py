@@ -1,0 +1,27 @@
+"""NVIDIA Warp: functions for its kernels, on CPUs and GPUs."""
+
+from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
+from viscopade.kernels.write.language import Language, Number, shortest
+
+LANGUAGE = Language(
+    name="warp",
+    ending=".py",
+    comment="#",
+    numbers=tuple(
+        Number((a,), kind, shortest(a, kind + "({})"), suffix, "wp.{name}",
+               {"log2": "wp.log({0})", "exp2": "wp.exp({0})"}, kind + "(wp.nan)")
+        for a, kind, suffix in ((HOST, "wp.float64", ""), (HOST_FLOAT, "wp.float32", "_f32"))
+    ),
+    begin="@wp.func\ndef {name}{suffix}({arguments}):",
+    argument="{argument}: {type}",
+    constant="{name} = {value}",
+    assign="{name} = {value}",
+    result="return {value}",
+    unless="if not ({condition}):",
+    when="if {condition}:",
+    select="{met} if {condition} else {otherwise}",
+    both="and",
+    either="or",
+    continued=" \\",
+    stem="viscopade_warp",
+)  # fmt: skip
