@@ -94,6 +94,12 @@ class Function:
         )
         return max(counts, key=Counter.total)
 
+    def calls(self, index: int) -> set[str]:
+        """Return the names of the functions that a branch calls for its result."""
+        branch = self.branches[index]
+        found = expressions.operations((*self.start, *branch.program), branch.results[self.result])
+        return {name for name in found if name.isalnum()}
+
 
 def names_of(branch: CodeBranch) -> Iterator[str]:
     """Yield the names that a branch reads."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache
 from typing import Any
@@ -10,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.kernels.expressions import CodeBranch, Reading, Run, read
+from viscopade.kernels.expressions import CodeBranch, Reading, Run, Select, evaluate, read
+from viscopade.kernels.kernel import Function, Kernel
 
 TYPES: Mapping[str, Any] = {DOUBLE.name: np.float64, FLOAT.name: np.float32}
 """NumPy's type of numbers by the name of a format."""
@@ -24,6 +26,9 @@ def machine_arithmetic(form: Format) -> Reading:
         "cbrt": np.cbrt,
         "sqrt": np.sqrt,
         "pow": _power,
+        "log2": np.log2,
+        "exp2": np.exp2,
+        "divide": operator.truediv,
         "index": np.asarray,
     }
     for name, word in _WORDS.items():
@@ -63,3 +68,81 @@ def run_on_row(branch: CodeBranch, names: Sequence[str], given: Mapping[str, Any
 def rows_of(table: Any, form: Format) -> Any:
     """Return the rows of a table, which has the attribute `rows`, as an array of numbers of a format."""
     return np.array(table.rows, TYPES[form.name])
+
+
+# --- functions of kernels ---------------------------------------------------------------------------------------------
+
+
+def _given(kernel: Kernel, function: Function, arguments: Sequence[Any], form: Format) -> dict[str, Any]:
+    """Return the arguments, the constants and the tables by name."""
+    kind = TYPES[form.name]
+    constants = {name: kind(value) for name, value in kernel.constants[form.name].items()}
+    tables = {table.name: rows_of(table, FORMATS[table.form]) for table in kernel.tables}
+    values = np.broadcast_arrays(*(np.asarray(x, kind) for x in arguments))
+    return {"least": kind(0), **constants, **tables, **dict(zip(function.arguments, values, strict=True))}
+
+
+def located(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> tuple[Any, Any]:
+    """Return a function's results on numbers or arrays, and the index of the branch that gives each.
+
+    Outside the domain, and where no guard holds, they are NaN and -1.
+    """
+    function, by = kernel.function(name).pruned(), machine_arithmetic(form)
+    given = _given(kernel, function, arguments, form)
+    shape = given[function.arguments[0]].shape
+    found, taken = np.full(shape, math.nan, TYPES[form.name]), np.full(shape, -1)
+    with np.errstate(all="ignore"):
+        rest = np.full(shape, True)
+        if function.domain is not None:
+            rest = rest & evaluate(function.domain, given, by)
+        for index, branch in enumerate(function.branches):
+            inner = given | {argument: given[argument][rest] for argument in function.arguments}
+            run = Run(function.start, inner, by)
+            here = np.zeros(shape, bool)
+            here[rest] = True if branch.guard is None else evaluate(branch.guard, run, by)
+            inner = given | {argument: given[argument][here] for argument in function.arguments}
+            run = Run((*function.start, *branch.program), inner, by)
+            found[here], taken[here] = evaluate(branch.results[function.result], run, by), index
+            rest = rest & ~here
+    return found, taken
+
+
+def evaluated(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> Any:
+    """Return a function's results on numbers or arrays, operation by operation as code computes; NaN outside."""
+    return located(kernel, name, *arguments, form=form)[0]
+
+
+def is_normal(kernel: Kernel, name: str, *arguments: float, form: Format = DOUBLE) -> bool:
+    """Return whether nothing overflows or underflows in what a function computes before its branches."""
+    function = kernel.function(name).pruned()
+    given = {key: value[()] for key, value in _given(kernel, function, arguments, form).items()}
+    run = Run(function.start, given, machine_arithmetic(form))
+    try:
+        with np.errstate(over="raise", under="raise"):
+            return all(run[statement.name] is not None for statement in function.start)
+    except FloatingPointError:
+        return False
+
+
+def borders(kernel: Kernel, name: str, form: Format = DOUBLE) -> list[float]:
+    """Return the largest first arguments, the others being 1, before a condition of the function changes."""
+    function, by = kernel.function(name).pruned(), machine_arithmetic(form)
+    guards = (branch.guard for branch in function.branches)
+    choices = (s.expression.condition for s in function.start if isinstance(s.expression, Select))
+    conditions = [c for c in (function.domain, *guards, *choices) if c is not None]
+
+    def states(x: Any) -> Any:
+        given = _given(kernel, function, (x, *(1.0 for _ in function.arguments[1:])), form)
+        run = Run(function.start, given, by)
+        return np.array([np.broadcast_to(evaluate(condition, run, by), np.shape(x)) for condition in conditions])
+
+    found = []
+    x = np.ldexp(TYPES[form.name](1), np.arange(1 - form.largest, form.largest + 1))
+    with np.errstate(all="ignore"):
+        known = states(x)
+        for i in np.flatnonzero((known[:, 1:] != known[:, :-1]).any(axis=0)):
+            low, high = x[i], x[i + 1]
+            while (middle := low + (high - low) / 2) not in (low, high):
+                low, high = (middle, high) if (states(middle) == known[:, i]).all() else (low, middle)
+            found.append(float(low))
+    return found
