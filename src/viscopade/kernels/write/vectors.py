@@ -173,9 +173,9 @@ def _exact(name: str, given: Arguments, at: Any) -> Exact:
     """Return the exact result of a function at arguments inside its domain."""
     first = Fraction(given[0])
     if name in ("v_star", "v_star_from_loss", "beta"):
-        v_star = truth.exact_v_star(1 - first if name == "v_star_from_loss" else first)
-        value = v_star**2 / ball_of(Fraction(given[1])).root(5) if name == "beta" else v_star
-        return Exact(value, _above(v_star))
+        ball = truth.exact_v_star(1 - first if name == "v_star_from_loss" else first)
+        value = ball**2 / ball_of(Fraction(given[1])).root(5) if name == "beta" else ball
+        return Exact(value, _above(ball))
     w = first**10 if len(given) == 1 else first * Fraction(given[1]) ** 5
     portions: Portions = at(w)
     values = {
@@ -218,8 +218,8 @@ def hard_arguments() -> dict[tuple[str, str], list[Arguments]]:
 def points(kernel: Kernel, function: Function, form: Format) -> list[Arguments]:
     """Return special and simple arguments, and both sides of the borders of the domain and of branches."""
     tiny, smallest = 2.0 ** (1 - form.largest), float(form.smallest)
-    extremes = (0.0, -0.0, smallest, 0.75 * tiny, tiny, (2 - form.epsilon) * 2.0**form.largest)
-    extremes += (_INF, _NAN, -1.0, -smallest, -_INF)
+    largest = (2 - form.epsilon) * 2.0**form.largest
+    extremes = (0.0, -0.0, smallest, 0.75 * tiny, tiny, largest, _INF, _NAN, -1.0, -smallest, -_INF)
     borders = [y for x in machine.borders(kernel, function.name, form) for y in _beside(x, form)]
     ranges = ((b.low, b.high) for b in kernel.bound(function.name, "host", form.name))
     ends = [float(end) for low, high in ranges for end in (low, high) if 0 < end < _INF]
