@@ -16,7 +16,8 @@ from viscopade.fitting.points import Points
 from viscopade.fitting.scene_text import scene_text
 from viscopade.fitting.verdict import MODELS, Verdict
 from viscopade.quantity import uncertain
-from viscopade.scene import read, units
+from viscopade.scene import read
+from viscopade.scene.setup import setup
 
 BALL = vp.Sphere(radius=0.005, density=2500, young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=5e-7)
 PAIR = vp.Pair(BALL, BALL)
@@ -98,7 +99,7 @@ def test_a_scene_has_the_fit_back(wall):
     assert scene.pair(meeting).epsilon(speed) == pytest.approx(found.epsilon(speed)[0], rel=1e-9)
     assert scene.relative_error(meeting) == pytest.approx(found.beta_standard_error / found.beta, rel=1e-2)
     assert scene.tolerance.absolute == pytest.approx(error / 10, rel=0.5)
-    notes = units.setup(scene).notes
+    notes = setup(scene).notes
     assert f"eps at {speed:.3g} m/s is {uncertain(epsilon, error)}" in notes[-1]
     assert not any("is enough" in note for note in notes)
 

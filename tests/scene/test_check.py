@@ -17,7 +17,6 @@ from viscopade.scene import read, runners
 from viscopade.scene.check import SceneCheck, check_code
 from viscopade.scene.choice import choose
 from viscopade.scene.render import file_name, render
-from viscopade.scene.units import Scale
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 SHADERS = tuple(each.name for each in targets() if each.place == "shader")
@@ -259,7 +258,7 @@ def test_a_wrong_dissipation_is_found_without_a_tolerance(few):
 @pytest.mark.parametrize("units", ["", '[units]\nlength = "um"\nmass = "mg"\ntime = "ms"'])
 def test_collisions_are_all_over_the_scene(few, units):
     made = chosen(scene("fortran", "float", end=units))
-    scale, given = Scale(*made.scene.scale), checks._collisions(made)
+    scale, given = made.scene.scale, checks._collisions(made)
     assert given.speed.dtype == given.beta.dtype == np.float32
     for index, encounter in enumerate(made.encounters):
         speed, beta = (values[given.pair == index] for values in (given.speed, given.beta))

@@ -21,8 +21,9 @@ from viscopade.scene import candidate
 from viscopade.scene.candidate import BestApproximant, PairConstant, RegistryKernel, in_format, interval, uncovered
 from viscopade.scene.choice import AS_CHEAP, Choice, choose
 from viscopade.scene.cost import Operations
-from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, SpeedLimits, Tolerance
+from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, Speeds, Tolerance
 from viscopade.scene.encounter import encounters
+from viscopade.scene.units import Scale
 
 SIZE = Sizes(0.01, 0.01, 0.01)
 
@@ -37,7 +38,7 @@ def _scene(speeds, tolerance, code, materials) -> Scene:
     names = [f"m{i}" for i in range(len(materials))]
     return Scene(
         "s.toml", "s", "s", dict(zip(names, materials, strict=True)), {n: Body(n, SIZE) for n in names},
-        tuple(Meeting(n, n, SpeedLimits(*s)) for n, s in zip(names, speeds, strict=True)), tolerance, code,
+        tuple(Meeting(n, n, Speeds.between(*s)) for n, s in zip(names, speeds, strict=True)), tolerance, code,
     )  # fmt: skip
 
 
@@ -166,8 +167,8 @@ def test_compiled_quotients_keep_their_errors(form: str, argument: str, tmp_path
     suffix, kind = ("f", np.float32) if form == "float" else ("", np.float64)
     library = build(tmp_path, [found.request().render("c")])
     random = np.random.default_rng(2)
-    speed = np.exp(random.uniform(math.log(met.speeds[0]), math.log(met.speeds[2]), 2000))
-    speed = np.array([met.speeds[0], met.speeds[2], *speed]).astype(kind)
+    speed = np.exp(random.uniform(math.log(met.speeds.slowest), math.log(met.speeds.fastest), 2000))
+    speed = np.array([met.speeds.slowest, met.speeds.fastest, *speed]).astype(kind)
     beta = kind(met.pair.beta)
     if argument == "speed":
         restitution = library[f"restitution_{found.name}{suffix}"]
@@ -283,7 +284,7 @@ def test_compact_kernels_of_type_float_are_not_offered_beyond_their_domain(ends,
 def test_compact_kernels_need_a_beta_whose_fifth_power_is_normal() -> None:
     asked = scene((0.5, 1.0), code=ready("glsl", "float"), epsilon=1e-3)
     assert uncovered(asked, encounters(asked)) is None
-    units = Scene(**{**vars(asked), "scale": (1.0, 1.0, 1e45)})
+    units = Scene(**{**vars(asked), "scale": Scale(time=1e45)})
     assert "beta is from" in str(uncovered(units, encounters(units)))
     assert uncovered(Scene(**{**vars(units), "code": ready()}), encounters(units)) is None
 

@@ -16,8 +16,9 @@ import viscopade as vp
 from viscopade import Pair, Sphere
 from viscopade.collision import limits
 from viscopade.scene import encounter, read, sense
-from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, SpeedLimits, Temperature, Tolerance
-from viscopade.scene.units import setup
+from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, Speeds, Tolerance
+from viscopade.scene.setup import setup
+from viscopade.scene.units import Scale
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
@@ -34,7 +35,7 @@ def scene_of(first, second=None, speeds=None, *, sizes=((1e-3, 2e-3, 4e-3), (1e-
         bodies["two"] = Body("b", None)
     elif second is not None:
         bodies["two"] = Body("b", Sizes(*sizes[1]))
-    meeting = Meeting("one", list(bodies)[-1], speeds or SpeedLimits(0.01, 1.0))
+    meeting = Meeting("one", list(bodies)[-1], speeds or Speeds.between(0.01, 1.0))
     return Scene("s.toml", "s", "s", materials, bodies, (meeting,), Tolerance(epsilon=1e-3), Code(), phi)
 
 
@@ -148,25 +149,19 @@ def test_speeds_of_a_temperature_are_those_of_impacts(kind):
     velocity = rng.normal(0, math.sqrt(temperature), (2, count))
     normal = np.abs(velocity[0] if kind == "wall" else velocity[0] - velocity[1])
     speeds = rng.choice(normal, count, p=normal / normal.sum())
-    slowest, mean, fastest = Temperature(temperature, tail).of(kind == "wall")
-    assert (speeds < slowest).mean() == pytest.approx(tail, rel=0.1)
-    assert (speeds > fastest).mean() == pytest.approx(tail, rel=0.1)
-    assert speeds.mean() == pytest.approx(mean, rel=0.01)
+    found = Speeds.thermal(temperature, tail, kind == "wall")
+    assert (speeds < found.slowest).mean() == pytest.approx(tail, rel=0.1)
+    assert (speeds > found.fastest).mean() == pytest.approx(tail, rel=0.1)
+    assert speeds.mean() == pytest.approx(found.typical, rel=0.01)
 
 
 @pytest.mark.parametrize("tail", [1e-300, 0.4999])
 def test_tails_of_a_temperature(tail):
     s = math.sqrt(2 * 0.7)
-    slowest, mean, fastest = Temperature(0.7, tail).of(wall=False)
-    assert math.exp(-(fastest**2) / (2 * s**2)) == pytest.approx(tail, rel=1e-12, abs=0)
-    assert -math.expm1(-(slowest**2) / (2 * s**2)) == pytest.approx(tail, rel=1e-12, abs=0)
-    assert slowest < mean < fastest or tail > 0.4
-
-
-def test_speeds_of_an_encounter_depend_on_the_wall():
-    speeds = Temperature(0.01, 1e-6)
-    spheres, wall = met(scene_of(GLASS, speeds=speeds)), met(scene_of(GLASS, wall=GLASS, speeds=speeds))
-    assert spheres.speeds == pytest.approx([math.sqrt(2) * v for v in wall.speeds])
+    found = Speeds.thermal(0.7, tail, wall=False)
+    assert math.exp(-(found.fastest**2) / (2 * s**2)) == pytest.approx(tail, rel=1e-12, abs=0)
+    assert -math.expm1(-(found.slowest**2) / (2 * s**2)) == pytest.approx(tail, rel=1e-12, abs=0)
+    assert found.slowest < found.typical < found.fastest or tail > 0.4
 
 
 def test_v_star_beyond_all_reason_is_refused():
@@ -221,7 +216,7 @@ def test_duration_and_depth_of_contact(scene):
 def test_mean_free_time_of_a_gas_counted():
     """Count collisions of test particles with scatterers in a dilute box, by volumes swept: rate = n pi d^2 <v_rel>."""
     temperature, phi, radius = 0.04, 1e-6, 2e-3
-    scene = scene_of(GLASS, speeds=Temperature(temperature, 1e-6), sizes=((radius,) * 3,), phi=phi)
+    scene = scene_of(GLASS, speeds=Speeds.thermal(temperature, 1e-6, False), sizes=((radius,) * 3,), phi=phi)
     rng = np.random.default_rng(3)
     relative = rng.normal(0, math.sqrt(2 * temperature), (400_000, 3))
     n = phi / (4 / 3 * math.pi * radius**3)
@@ -232,7 +227,7 @@ def test_mean_free_time_of_a_gas_counted():
 @pytest.mark.parametrize("phi", [0.01, 0.2, 0.5])
 def test_mean_free_time_of_a_dense_gas(phi):
     """By the equation of state of Carnahan and Starling: Z = 1 + 4 phi g."""
-    thin, dense = (scene_of(GLASS, speeds=Temperature(1.0, 1e-6), phi=p) for p in (1e-9, phi))
+    thin, dense = (scene_of(GLASS, speeds=Speeds.thermal(1.0, 1e-6, False), phi=p) for p in (1e-9, phi))
     z = (1 + phi + phi**2 - phi**3) / (1 - phi) ** 3
     ratio = encounter.mean_free_time(thin, met(thin)) / encounter.mean_free_time(dense, met(dense))
     assert ratio == pytest.approx(phi / 1e-9 * (z - 1) / (4 * phi), rel=1e-7)
@@ -276,7 +271,7 @@ def warned(scene):
     return {kind for kind in kinds if any(kind in text for text in found)}
 
 
-SLOW = SpeedLimits(1e-3, 1e-2)
+SLOW = Speeds.between(1e-3, 1e-2)
 
 
 def test_nothing_is_warned_of():
@@ -305,7 +300,7 @@ def test_contacts_that_last_long():
 
 def test_deep_contacts():
     def make(fastest):
-        return scene_of(replace(GLASS, young_modulus=1e7), speeds=SpeedLimits(1e-3, fastest))
+        return scene_of(replace(GLASS, young_modulus=1e7), speeds=Speeds.between(1e-3, fastest))
 
     fastest = around(DEPTH, make, 1e-2, 10)
     assert law(met(make(1.0)).pair, fastest)[1] / 2e-3 == pytest.approx(limits.LARGEST_OVERLAP, rel=1e-6)
@@ -313,7 +308,7 @@ def test_deep_contacts():
 
 def test_yielding():
     def make(fastest):
-        return scene_of(replace(GLASS, yield_strength=1e9), speeds=SpeedLimits(1e-3, fastest))
+        return scene_of(replace(GLASS, yield_strength=1e9), speeds=Speeds.between(1e-3, fastest))
 
     fastest = around(YIELDING, make, 1e-2, 10)
     limit = limits.yield_speed(met(make(1.0)).pair, 1e9)
@@ -333,7 +328,7 @@ def test_the_weaker_material_yields_wherever_it_is():
 
 def test_sound():
     def make(fastest):
-        return scene_of(GLASS, speeds=SpeedLimits(1e-3, fastest))
+        return scene_of(GLASS, speeds=Speeds.between(1e-3, fastest))
 
     fastest = around(SOUND, make, 1e-2, 1e4)
     crossing = 2 * 2e-3 / math.sqrt(70e9 / 2500)
@@ -368,7 +363,7 @@ def test_the_typical_speed_is_that_at_which_eps_is_known(known, typical):
 
 
 def test_units_of_simulators():
-    scene = replace(scene_of(GLASS), scale=(0.01, 1e-3, 1e-6))
+    scene = replace(scene_of(GLASS), scale=Scale(0.01, 1e-3, 1e-6))
     contact, si = setup(scene).contacts[0], met(scene).contact()
     assert contact.pair.first.density == pytest.approx(2.5)
     assert contact.pair.first.dissipative_constant == pytest.approx(1e6 * GLASS.dissipative_constant)

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from viscopade import Pair, Sphere
 from viscopade.scene import description, read
-from viscopade.scene.description import Code, Sizes, SpeedLimits, Tolerance
+from viscopade.scene.description import Code, Sizes, Speeds, Tolerance
+from viscopade.scene.units import Scale
 from viscopade.simulators.setup import Units
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -106,7 +107,7 @@ def test_code_gas_and_units():
     scene = parsed(("code", code), ("gas.volume_fraction", 0.3), ("units", units))
     assert scene.code == Code("python", "double", "batch", "v_star", 4096)
     assert scene.volume_fraction == 0.3
-    assert (scene.units, scene.scale) == (Units("cm", "g", "us"), (0.01, 0.001, 1e-6))
+    assert (scene.units, scene.scale) == (Units("cm", "g", "us"), Scale(0.01, 0.001, 1e-6))
 
 
 def test_bodies():
@@ -123,7 +124,7 @@ def test_defaults():
     assert (scene.source, scene.name, scene.title) == (FILE, "box", FILE)
     assert scene.code == Code("c", "double", "scalar", "speed", None)
     assert scene.volume_fraction is None
-    assert (scene.units, scene.scale) == (Units("m", "kg", "s"), (1.0, 1.0, 1.0))
+    assert (scene.units, scene.scale) == (Units("m", "kg", "s"), Scale())
 
 
 @pytest.mark.parametrize(
@@ -145,7 +146,7 @@ def test_all_pairs_meet_but_for_walls():
     assert [m.name for m in scene.meetings] == [
         "bead-bead", "bead-ball", "ball-ball", "bead-floor", "bead-lid", "ball-floor", "ball-lid",
     ]  # fmt: skip
-    assert {m.speeds for m in scene.meetings} == {SpeedLimits(0.01, 2.0)}
+    assert {m.speeds for m in scene.meetings} == {Speeds.between(0.01, 2.0)}
     assert {(m.dissipative_constant, m.known_at) for m in scene.meetings} == {(None, None)}
 
 
@@ -154,9 +155,9 @@ def test_contacts_that_are_listed_are_all():
     scene = parsed(("contact", [own, {"between": ["bead", "bead"]}]))
     first, second = scene.meetings
     assert (first.first, first.second) == ("ball", "floor")
+    assert first.speeds == Speeds.thermal(first.speeds.temperature, 1e-9, wall=True)
     assert first.speeds.temperature == pytest.approx(4e-4, rel=1e-15, abs=0)
-    assert first.speeds.tail == 1e-9
-    assert (second.name, second.speeds) == ("bead-bead", SpeedLimits(0.01, 2.0))
+    assert (second.name, second.speeds) == ("bead-bead", Speeds.between(0.01, 2.0))
 
 
 @pytest.mark.parametrize("values", [{"epsilon": 1e-3}, {"dissipation": 1e-4, "absolute": 0.5}])
@@ -477,7 +478,8 @@ def test_ends_may_be_equal(size):
     found = read.from_toml(text(edited(*changes)), "scene.toml")
     sizes = found.bodies["bead"].sizes
     assert sizes.least == sizes.typical == sizes.largest
-    assert len(set(found.meetings[0].speeds.of(False))) == 1
+    speeds = found.meetings[0].speeds
+    assert speeds.slowest == speeds.typical == speeds.fastest
 
 
 def test_impossible_physics_names_the_key():

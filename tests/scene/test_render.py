@@ -21,7 +21,7 @@ from viscopade.kernels.targets.languages import target, targets
 from viscopade.scene import read
 from viscopade.scene.candidate import BestApproximant, PairConstant, RegistryKernel, candidates
 from viscopade.scene.choice import Choice, Offer
-from viscopade.scene.description import Meeting, SpeedLimits
+from viscopade.scene.description import Meeting, Speeds
 from viscopade.scene.encounter import encounters
 from viscopade.scene.render import file_name, names, prefix, render
 from viscopade.scene.runners import find_tool
@@ -226,7 +226,7 @@ def test_beta_of_given_radii(tmp_path, unit, form):
     call = ctypes.CDLL(str(tmp_path / "call.so")).call
     real = ctypes.c_double if form == "double" else ctypes.c_float
     call.argtypes, call.restype = [ctypes.c_int, real, real], real
-    scale = Scale(*given.scale)
+    scale = given.scale
     for index, encounter in enumerate(made.encounters):
         for r1 in (1e-9, 1e-6, 3e-3, 1.0, 1e3):
             for r2 in (1e-9, 5e-3, 1e4):
@@ -309,12 +309,12 @@ def test_modules_of_python_define_what_they_use(language, form, constant):
 def test_numbers_that_float_does_not_have_are_refused():
     made = choice("rust", "float")
     with pytest.raises(ValueError, match=r"^some/where/tiny.toml: units: beta, or beta times a radius, is .* float$"):
-        render(replace(made, scene=replace(made.scene, scale=(1e-55, 1.0, 1.0))), COMMAND)
+        render(replace(made, scene=replace(made.scene, scale=Scale(1e-55))), COMMAND)
 
 
 BETAS = {
-    "a-b": scene("c").pair(Meeting("a", "b", SpeedLimits(1.0, 1.0)), (0.02, 0.005)).beta,
-    "a-wall": scene("c").pair(Meeting("a", "wall", SpeedLimits(1.0, 1.0)), (0.01, None)).beta,
+    "a-b": scene("c").pair(Meeting("a", "b", Speeds.between(1.0, 1.0)), (0.02, 0.005)).beta,
+    "a-wall": scene("c").pair(Meeting("a", "wall", Speeds.between(1.0, 1.0)), (0.01, None)).beta,
 }
 
 # --- compilers, with warnings -----------------------------------------------------------------------------------------

@@ -121,7 +121,7 @@ def _given(
     yield_strength: str | None,
     **options: Any,
 ) -> _Given:
-    from viscopade.scene import units
+    from viscopade.scene.setup import setup
 
     if gravity is not None and not gravity > 0:
         raise ValueError(f"gravity is {gravity:g}: accepted is a number > 0")
@@ -134,7 +134,7 @@ def _given(
                 "a scene and a material are given: accepted is either a scene or a material with --speed"
             )
         scene = read_scene(file)
-        return _Given(units.setup(scene, gravity), scene)
+        return _Given(setup(scene, gravity), scene)
     if (epsilon is None) == (constant is None):
         given = "neither" if constant is None else "both"
         raise click.UsageError(
@@ -176,6 +176,7 @@ def _setup_of_material(
 
 
 def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> str:
+    from viscopade.scene.units import Scale
     from viscopade.simulators.setup import SI
     from viscopade.simulators.soft import STEP_ERROR, Softness, Wanted
     from viscopade.simulators.text import render_own_law
@@ -190,14 +191,14 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     error = STEP_ERROR if soft["step_error"] is None else soft["step_error"]
     if not 1e-8 <= error <= 1:
         raise ValueError(f"step-error is {error:.4g}: accepted is 1e-08 to 1")
-    units_length, _, units_time = (1.0, 1.0, 1.0) if found.scene is None else found.scene.scale
+    scale = Scale() if found.scene is None else found.scene.scale
     if soft["stiffness"] is not None and found.setup is not None and found.setup.units != SI:
         raise click.UsageError(
             "--stiffness is in SI units and the scene is not: accepted is --contact-time or --penetration"
         )
     time, length, step = (
         None if value is None else value / unit
-        for value, unit in ((time, units_time), (length, units_length), (step, units_time))
+        for value, unit in ((time, scale.time), (length, scale.length), (step, scale.time))
     )
     softness = Softness(soft["stiffness"], time, length)
     if found.setup is None:

@@ -294,12 +294,12 @@ def _of_scene(
     if falling:
         met = [(meeting, pair) for meeting, pair in met if pair.second.is_wall] or met
     pairs = [pair for _, pair in met]
-    speeds = [meeting.speeds.of(pair.second.is_wall) for meeting, pair in met]
+    speeds = [meeting.speeds for meeting, _ in met]
     found: list[tuple[str, float | Pair]] = [(meeting.name, pair) for meeting, pair in met]
-    slowest, fastest = min(speed[0] for speed in speeds), max(speed[2] for speed in speeds)
+    slowest, fastest = min(speed.slowest for speed in speeds), max(speed.fastest for speed in speeds)
     if slowest == fastest:
         slowest, fastest = slowest / 10, fastest * 10
-    return found, pairs[0] if len(pairs) == 1 else None, (slowest, fastest, met[0][0].known_at or speeds[0][1])
+    return found, pairs[0] if len(pairs) == 1 else None, (slowest, fastest, met[0][0].known_at or speeds[0].typical)
 
 
 def _in_si(beta: str) -> float:

@@ -6,6 +6,7 @@ __all__ = [
     "description",
     "read",
     "render",
+    "setup",
     "tables",
     "units",
 ]

@@ -27,7 +27,6 @@ from viscopade.scene.cost import Operations
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval
 from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
-from viscopade.scene.units import Scale
 
 LARGEST_V_STAR = Fraction(1000)  # of quotients of polynomials
 STEEPEST = 4  # |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| are less: 10/3 at most
@@ -382,7 +381,7 @@ def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
             f"v* is from {float(low):.3g} to {float(high):.3g}: accepted for {code.language} ({code.format}) is "
             f"{float(least):.3g} to {float(largest):.3g}"
         )
-    scale = Scale(*scene.scale)
+    scale = scene.scale
     betas = [scale.beta(pair.beta) for e in encounters for pair in (e.weakest, e.strongest)]
     # beta^2, beta^4 and beta^5 must be normal numbers.
     exponent = (FORMATS[code.format].largest - 2) / 5

@@ -19,7 +19,6 @@ from viscopade.scene import runners
 from viscopade.scene.candidate import PairConstant
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.render import file_name, layout
-from viscopade.scene.units import Scale
 
 SPEEDS = 20_000  # for each pair
 COLLISIONS = 1_000_000  # of all pairs, about
@@ -156,11 +155,11 @@ def _collisions(choice: Choice) -> Collisions:
 
 def _of_pair(choice: Choice, pair: int, size: int) -> tuple[Array, Array]:
     """Return speeds and betas of a pair."""
-    encounter, scale = choice.encounters[pair], Scale(*choice.scene.scale)
+    encounter, scale = choice.encounters[pair], choice.scene.scale
     kind = np.float32 if choice.scene.code.format == "float" else np.float64
     random = np.random.default_rng((_SEED, pair)).random((2, size))
     random[:, :2] = [0, 1], [0, 1]  # the ends
-    slowest, _, fastest = (v / scale.speed for v in encounter.speeds)
+    slowest, fastest = (v / scale.speed for v in (encounter.speeds.slowest, encounter.speeds.fastest))
     weakest, strongest = (scale.beta(p.beta) for p in (encounter.weakest, encounter.strongest))
     return _between(slowest, fastest, random[0]).astype(kind), _between(weakest, strongest, random[1]).astype(kind)
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.kernels.targets.languages import LANGUAGES, target
+from viscopade.scene.units import Scale
 from viscopade.simulators.setup import SI, Units
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 FormatName = Literal["double", "float"]
 Use = Literal["scalar", "batch"]
 Argument = Literal["speed", "v_star"]
-
-_HALF_WAY = math.sqrt(math.pi / 2)
 
 
 @dataclass(frozen=True)
@@ -94,47 +93,36 @@ def geometric_mean(low: float, high: float) -> float:
 
 
 @dataclass(frozen=True)
-class SpeedLimits:
-    """Range of impact speeds from `slowest` to `fastest`."""
-
-    slowest: float
-    fastest: float
-
-    def of(self, wall: bool) -> tuple[float, float, float]:
-        """Return the slowest, a typical (the geometric mean) and the fastest speed."""
-        return self.slowest, geometric_mean(self.slowest, self.fastest), self.fastest
-
-
-@dataclass(frozen=True)
-class Temperature:
-    """Impact speeds in a gas in equilibrium, by its granular temperature.
-
-    The normal component of the impact velocity has the density v exp(-v^2/(2 s^2)), as faster pairs meet more often,
-    where s^2 is the variance of a component of the relative velocity.
+class Speeds:
+    """Impact speeds: the slowest, a typical and the fastest.
 
     Attributes
     ----------
-    temperature : float
-        Granular temperature: the variance of a component of a particle's velocity.
-    tail : float
-        Probability of an impact slower than the range, and of one faster.
+    slowest, typical, fastest : float
+    temperature : float or None
+        Granular temperature that they follow from: the variance of a component of a particle's velocity.
     """
 
-    temperature: float
-    tail: float
+    slowest: float
+    typical: float
+    fastest: float
+    temperature: float | None = None
 
-    def deviation(self, wall: bool) -> float:
-        """Return s, the standard deviation of a component of the relative velocity."""
-        return math.sqrt(self.temperature * (1 if wall else 2))
+    @classmethod
+    def between(cls, slowest: float, fastest: float) -> Speeds:
+        """Return a range of speeds, whose geometric mean is typical."""
+        return cls(slowest, geometric_mean(slowest, fastest), fastest)
 
-    def of(self, wall: bool) -> tuple[float, float, float]:
-        """Return the slowest, the mean and the fastest speed."""
-        s = self.deviation(wall)
-        slowest, fastest = (s * math.sqrt(-2 * x) for x in (math.log1p(-self.tail), math.log(self.tail)))
-        return slowest, s * _HALF_WAY, fastest
+    @classmethod
+    def thermal(cls, temperature: float, tail: float, wall: bool) -> Speeds:
+        """Return the speeds in a gas in equilibrium, without a probability `tail` of slower and of faster impacts.
 
-
-Speeds = SpeedLimits | Temperature
+        The normal component of the impact velocity has the density v exp(-v^2/(2 s^2)), as faster pairs meet more
+        often, where s^2 is the variance of a component of the relative velocity.
+        """
+        s = math.sqrt(temperature * (1 if wall else 2))
+        slowest, fastest = (s * math.sqrt(-2 * x) for x in (math.log1p(-tail), math.log(tail)))
+        return cls(slowest, s * math.sqrt(math.pi / 2), fastest, temperature)
 
 
 @dataclass(frozen=True)
@@ -145,7 +133,7 @@ class Meeting:
     ----------
     first, second : str
         The second may be a wall.
-    speeds : SpeedLimits or Temperature
+    speeds : Speeds
     dissipative_constant : float or None
         Of this pair, instead of what follows from the materials.
     known_at : float or None
@@ -236,8 +224,8 @@ class Scene:
         Of all spheres.
     units : Units
         Of the numbers in generated files.
-    scale : tuple of float
-        These units of length, mass and time in SI units.
+    scale : Scale
+        These units in SI units.
     """
 
     source: str
@@ -250,7 +238,7 @@ class Scene:
     code: Code
     volume_fraction: float | None = None
     units: Units = SI
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    scale: Scale = field(default_factory=Scale)
 
     def sphere(self, name: str, radius: float | None = None) -> Sphere:
         """Return a body; a sphere without a given radius has its typical one."""
@@ -263,7 +251,8 @@ class Scene:
     def pair(self, meeting: Meeting, radii: tuple[float | None, float | None] = (None, None)) -> Pair:
         """Return the pair of bodies that meet, with their typical radii unless radii are given."""
         spheres = [self.sphere(name, r) for name, r in zip((meeting.first, meeting.second), radii, strict=True)]
-        return with_constant(Pair(*spheres), meeting.dissipative_constant)
+        pair, constant = Pair(*spheres), meeting.dissipative_constant
+        return pair if constant is None else pair.damped(constant)
 
     def relative_error(self, meeting: Meeting) -> float | None:
         """Return the relative standard error of a pair's A, or None if none is known.
@@ -282,11 +271,3 @@ class Scene:
         if all(error is None for error, _ in known):
             return None
         return math.hypot(*((error or 0.0) * share for error, share in known)) / sum(shares.values())
-
-
-def with_constant(pair: Pair, dissipative_constant: float | None) -> Pair:
-    """Return the pair, with another A if one is given."""
-    if dissipative_constant is None:
-        return pair
-    first, second = (replace(s, dissipative_constant=dissipative_constant) for s in (pair.first, pair.second))
-    return Pair(first, second)

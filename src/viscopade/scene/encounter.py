@@ -12,7 +12,7 @@ import numpy as np
 
 from viscopade.collision import exact, limits
 from viscopade.collision.spheres import Pair
-from viscopade.scene.description import Meeting, Scene, Sizes, Temperature
+from viscopade.scene.description import Meeting, Scene, Sizes, Speeds
 from viscopade.simulators.setup import NamedContact
 
 DIGITS = 20
@@ -34,26 +34,28 @@ class Encounter:
         With typical radii.
     weakest, strongest : Pair
         With the radii that lead to the least and to the largest v* at a speed.
-    speeds : (float, float, float)
-        The slowest, a typical and the fastest impact.
     """
 
     meeting: Meeting
     pair: Pair
     weakest: Pair
     strongest: Pair
-    speeds: tuple[float, float, float]
 
     @property
     def name(self) -> str:
         """Names of both bodies."""
         return self.meeting.name
 
+    @property
+    def speeds(self) -> Speeds:
+        """The impact speeds."""
+        return self.meeting.speeds
+
     @cached_property
     def v_star(self) -> Interval:
         """The range of v*, rounded outwards."""
-        slowest, _, fastest = self.speeds
-        low, high = Fraction(self.weakest.v_star(slowest)), Fraction(self.strongest.v_star(fastest))
+        low = Fraction(self.weakest.v_star(self.speeds.slowest))
+        high = Fraction(self.strongest.v_star(self.speeds.fastest))
         return low * (1 - _PADDING), high * (1 + _PADDING)
 
     @cached_property
@@ -65,19 +67,19 @@ class Encounter:
     @property
     def contact_time(self) -> float:
         """Duration of a typical contact."""
-        return float(self.pair.contact_time(self.speeds[1]))
+        return float(self.pair.contact_time(self.speeds.typical))
 
     @property
     def overlap(self) -> float:
         """Maximal compression of typical bodies at the fastest impact, over the smaller radius."""
-        return limits.overlap(self.pair, self.speeds[2])
+        return limits.overlap(self.pair, self.speeds.fastest)
 
     def contact(self) -> NamedContact:
         """Return the contact for simulators."""
-        slowest, typical, fastest = self.speeds
+        slowest, fastest = self.speeds.slowest, self.speeds.fastest
         extremes = () if self.weakest == self.strongest else (self.weakest, self.strongest)
         known = self.meeting.known_at
-        at = typical if known is None else min(max(known, slowest), fastest)
+        at = self.speeds.typical if known is None else min(max(known, slowest), fastest)
         return NamedContact(self.meeting.first, self.meeting.second, self.pair, slowest, at, fastest, extremes)
 
 
@@ -110,7 +112,6 @@ def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
         pair,
         min(pairs, key=lambda p: p.beta),
         max(pairs, key=lambda p: p.beta),
-        meeting.speeds.of(pair.second.is_wall),
     )
     low, high = found.v_star
     if not 1e-30 <= low <= high <= 1e30:
@@ -167,7 +168,6 @@ def mean_free_time(scene: Scene, encounter: Encounter) -> float | None:
     radius = encounter.pair.R_eff * 2  # of equal spheres with this distance at contact, or about it
     g = (1 - phi / 2) / (1 - phi) ** 3
     volume = 4 / 3 * math.pi * radius**3 / phi  # for each sphere
-    speeds = encounter.meeting.speeds
-    if isinstance(speeds, Temperature):
-        return volume / (4 * (2 * radius) ** 2 * g * math.sqrt(math.pi * speeds.temperature))
-    return volume / (math.pi * (2 * radius) ** 2 * g * speeds.fastest)
+    temperature, fastest = encounter.speeds.temperature, encounter.speeds.fastest
+    rate = math.pi * fastest if temperature is None else 4 * math.sqrt(math.pi * temperature)
+    return volume / ((2 * radius) ** 2 * g * rate)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 from statistics import NormalDist
 from typing import TypeVar, cast, get_args
 
@@ -23,14 +23,12 @@ from viscopade.scene.description import (
     Meeting,
     Scene,
     Sizes,
-    SpeedLimits,
     Speeds,
-    Temperature,
     Tolerance,
     Use,
     geometric_mean,
-    with_constant,
 )
+from viscopade.scene.units import Scale
 from viscopade.simulators.setup import Units
 
 MOST_BODIES = 40
@@ -66,8 +64,7 @@ def from_toml(content: bytes | str, source: str) -> Scene:
     bodies = {
         name: _body(node, materials) for name, node in _named(whole.need("body", "one table or more, [body.NAME]"))
     }
-    default = None if (node := whole.get("speed")) is None else _speeds(node)
-    meetings = tuple(_meetings(whole, materials, bodies, default))
+    meetings = tuple(_meetings(whole, materials, bodies))
     (units, scale), title = _units(whole.get("units")), whole.get("title")
     found = Scene(
         source=whole.source,
@@ -211,7 +208,7 @@ def _body(node: Node, materials: Mapping[str, Material]) -> Body:
 
 
 def _sizes(node: Node) -> Sizes:
-    """Return the radii: one, or a range, or what a distribution has but for a tail on either side."""
+    """Return the radii: one, or a range, or those of a distribution without a tail on either side."""
     if not isinstance(node.value, Mapping):
         radius = quantity(node, "length")
         return Sizes(radius, radius, radius)
@@ -259,31 +256,31 @@ def _tail(node: Node) -> float:
 # --- what meets -------------------------------------------------------------------------------------------------------
 
 
-def _speeds(node: Node) -> Speeds:
-    """Return the impact speeds."""
+def _speeds(node: Node, wall: bool) -> Speeds:
+    """Return the impact speeds of two spheres, or of a sphere and a wall."""
     if node.has("granular_temperature"):
         node.only("granular_temperature", "tail")
-        return Temperature(_required(node, "granular_temperature", "squared speed"), _tail(node))
+        return Speeds.thermal(_required(node, "granular_temperature", "squared speed"), _tail(node), wall)
     if not (node.has("min") or node.has("max")):
         raise node.refuse("{min, max} or {granular_temperature}")
     node.only("min", "max")
     slowest, fastest = (_required(node, name, "speed") for name in ("min", "max"))
     if slowest > fastest:
         raise node.refuse("min <= max, or granular_temperature")
-    return SpeedLimits(slowest, fastest)
+    return Speeds.between(slowest, fastest)
 
 
-def _meetings(
-    whole: Node, materials: Mapping[str, Material], bodies: Mapping[str, Body], default: Speeds | None
-) -> Iterator[Meeting]:
-    listed = whole.get("contact")
+def _meetings(whole: Node, materials: Mapping[str, Material], bodies: Mapping[str, Body]) -> Iterator[Meeting]:
+    listed, default = whole.get("contact"), whole.get("speed")
+    if default is not None:
+        _speeds(default, False)
     if listed is None:
         if default is None:
             raise ValueError(f"{whole.source}: speed is missing: accepted is {{min, max}} or {{granular_temperature}}")
         pairs = list(_pairs(bodies))
         if not pairs:
             raise whole["body"].refuse("at least one sphere")
-        yield from (Meeting(*pair, default) for pair in pairs)
+        yield from (Meeting(*pair, _speeds(default, bodies[pair[1]].is_wall)) for pair in pairs)
         return
     seen: set[frozenset[str]] = set()
     if not listed.items():
@@ -298,11 +295,11 @@ def _meetings(
 
 
 def _pairs(bodies: Mapping[str, Body]) -> Iterator[tuple[str, str]]:
-    """Yield all pairs of bodies, but for those of walls; walls come second."""
+    """Yield all pairs of bodies, except for those of walls; walls come second."""
     spheres = [name for name, body in bodies.items() if not body.is_wall]
     walls = [name for name, body in bodies.items() if body.is_wall]
     yield from combinations_with_replacement(spheres, 2)
-    yield from ((sphere, wall) for sphere in spheres for wall in walls)
+    yield from product(spheres, walls)
 
 
 def _between(node: Node, bodies: Mapping[str, Body]) -> tuple[str, str]:
@@ -319,20 +316,17 @@ def _meeting(
     between: tuple[str, str],
     materials: Mapping[str, Material],
     bodies: Mapping[str, Body],
-    default: Speeds | None,
+    default: Node | None,
 ) -> Meeting:
-    speeds = default if (part := node.get("speed")) is None else _speeds(part)
-    if speeds is None:
-        raise ValueError(
-            f"{node.source}: {node.key}.speed is missing: accepted is a speed here, or one for the whole scene"
-        )
+    part = node.get("speed") or default or node.need("speed", "a speed here, or one for the whole scene")
+    speeds = _speeds(part, bodies[between[1]].is_wall)
     given = _optional(node, "dissipative_constant", "time", zero=True)
     known = node.get("restitution")
     known_at = relative_error = None
     if known is not None:
         known.only("epsilon", "one_minus_epsilon", "standard_error", "speed")
         bare = Scene("", "", "", materials, bodies, (), Tolerance(epsilon=1.0), Code())
-        pair = _checked(node, lambda: with_constant(bare.pair(Meeting(*between, speeds)), 0.0))
+        pair = _checked(node, lambda: bare.pair(Meeting(*between, speeds, 0.0)))
         given, known_at = _constant(node, pair, given, known), quantity(known["speed"], "speed")
         relative_error = _relative_error(known, pair, given)
     return Meeting(*between, speeds, given, known_at, relative_error)
@@ -400,14 +394,9 @@ def _volume_fraction(node: Node | None) -> float | None:
     return part.within(accepted, lambda phi: 0 < phi < 0.74)
 
 
-def _units(node: Node | None) -> tuple[Units, tuple[float, float, float]]:
+def _units(node: Node | None) -> tuple[Units, Scale]:
     """Return the units of generated files, and what they are in SI units."""
-    if node is None:
-        return Units(), (1.0, 1.0, 1.0)
-    node.only("length", "mass", "time")
-    found = {}
-    for name, default in (("length", "m"), ("mass", "kg"), ("time", "s")):
-        part = node.get(name)
-        found[name] = (default, 1.0) if part is None else factor(part, name)
-    length, mass, time = found.values()
-    return Units(length[0], mass[0], time[0]), (length[1], mass[1], time[1])
+    si = vars(Units())
+    given = {} if node is None else dict(node.only(*si).parts())
+    found = {name: factor(given[name], name) if name in given else (unit, 1.0) for name, unit in si.items()}
+    return Units(*(name for name, _ in found.values())), Scale(*(size for _, size in found.values()))

@@ -18,7 +18,6 @@ from viscopade.kernels.targets.syntax import text
 from viscopade.scene.candidate import Candidate, PairConstant, RegistryKernel
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
-from viscopade.scene.units import Scale
 
 _RESERVED = re.compile(r"gl_|webgl_|viscopade", re.IGNORECASE)  # beginnings of names that are not ours
 _IN_A_ROW = 3
@@ -160,7 +159,7 @@ def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
     """Return what the template needs of a pair."""
     scene, encounter, candidate = choice.scene, choice.encounters[index], choice.chosen.candidate
     values = candidate.values if isinstance(candidate, PairConstant) else None
-    pair = Scale(*scene.scale).pair(encounter.pair)
+    pair = scene.scale.pair(encounter.pair)
     # No power of a radius in the formula leaves the range of the format, whatever the units.
     first, second = (0.0 if s.is_wall else s.mass / s.radius**3 for s in (pair.first, pair.second))
     densities = first / second if second else 0.0
@@ -253,9 +252,9 @@ def qualifier_of(scene: Scene) -> str:
 def _lines(choice: Choice) -> Iterator[str]:
     """Yield a line for each pair, in the scene's units."""
     scene = choice.scene
-    scale = Scale(*scene.scale)
+    scale = scene.scale
     for encounter in choice.encounters:
-        slowest, _, fastest = (v / scale.speed for v in encounter.speeds)
+        slowest, fastest = (v / scale.speed for v in (encounter.speeds.slowest, encounter.speeds.fastest))
         (low, high), (least, most) = (tuple(map(float, ends)) for ends in (encounter.v_star, encounter.epsilon))
         yield (
             f"{encounter.name}: beta = {scale.beta(encounter.pair.beta):.10g}, speeds {slowest:.4g} to "

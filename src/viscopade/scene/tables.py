@@ -21,12 +21,11 @@ KERNELS = ("kernel", "cost", "table (bytes)", "of eps", "of 1 - eps^2", "absolut
 def pairs(choice: Choice) -> Iterator[tuple[str, ...]]:
     """Yield a row for each pair of bodies."""
     for encounter in choice.encounters:
-        slowest, _, fastest = encounter.speeds
         yield (
             encounter.name,
             f"{encounter.pair.A:.4g}",
             _span(float(encounter.weakest.beta), float(encounter.strongest.beta)),
-            _span(slowest, fastest),
+            _span(encounter.speeds.slowest, encounter.speeds.fastest),
             _span(*map(float, encounter.v_star)),
             _span(*map(float, encounter.epsilon)),
             f"{encounter.contact_time:.3g}",
@@ -97,12 +96,12 @@ def to_json(choice: Choice, found: SceneCheck | None) -> dict[str, Any]:
 
 
 def _pair(choice: Choice, encounter: Encounter) -> dict[str, Any]:
-    slowest, typical, fastest = encounter.speeds
+    speeds = encounter.speeds
     return {
         "pair": encounter.name,
         "dissipative_constant": encounter.pair.A,
         "beta": [encounter.weakest.beta, encounter.pair.beta, encounter.strongest.beta],
-        "speed": [slowest, typical, fastest],
+        "speed": [speeds.slowest, speeds.typical, speeds.fastest],
         "v_star": [float(v) for v in encounter.v_star],
         "epsilon": [float(e) for e in encounter.epsilon],
         "contact_time": encounter.contact_time,

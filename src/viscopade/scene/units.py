@@ -1,25 +1,22 @@
-"""Conversion of a scene from SI units to its own units, for simulators and generated files."""
+"""Conversion from SI units to the units of a scene, for simulators and generated files."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.collision.weight import EARTH
-from viscopade.scene import sense
-from viscopade.scene.description import Scene
-from viscopade.scene.encounter import encounters
-from viscopade.simulators.setup import NamedContact, Setup
+from viscopade.simulators.setup import NamedContact
 
 
 @dataclass(frozen=True)
 class Scale:
     """Units of length, mass and time, in SI units."""
 
-    length: float
-    mass: float
-    time: float
+    length: float = 1.0
+    mass: float = 1.0
+    time: float = 1.0
 
     @property
     def speed(self) -> float:
@@ -41,11 +38,10 @@ class Scale:
         )
 
     def _pressure(self, pressure: float) -> float:
-        """Return a pressure, from SI units: nothing but the result overflows or underflows."""
-        numbers = pressure, self.length, self.time, self.mass
-        (p, p2), (length, length2), (time, time2), (mass, mass2) = map(math.frexp, numbers)
+        """Return a pressure, from SI units: only the result may overflow or underflow."""
+        p, length, mass, time = map(Fraction, (pressure, self.length, self.mass, self.time))
         try:
-            return math.ldexp(p * length * (time * time) / mass, p2 + length2 + 2 * time2 - mass2)
+            return float(p * length * time**2 / mass)
         except OverflowError:
             return math.inf
 
@@ -64,15 +60,3 @@ class Scale:
             extremes=tuple(map(self.pair, contact.extremes)),
             gravity=contact.gravity * self.time**2 / self.length,
         )
-
-
-def setup(scene: Scene, gravity: float | None = None) -> Setup:
-    """Return the bodies and contacts of a scene in its units, with the warnings on it; gravity in SI units."""
-    scale = Scale(*scene.scale)
-    bodies = {name: scale.sphere(scene.sphere(name)) for name in scene.bodies}
-    met = encounters(scene)
-    g = EARTH if gravity is None else gravity
-    contacts = tuple(scale.contact(replace(encounter.contact(), gravity=g)) for encounter in met)
-    warnings = tuple(text for encounter in met for text in sense.warnings(scene, encounter))
-    notes = tuple(text for encounter in met for text in sense.notes(scene, encounter))
-    return Setup(scene.title, bodies, contacts, scene.units, warnings, notes, gravity is not None)
