@@ -24,7 +24,7 @@ from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import INFINITY, End, ErrorBound
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.write.language import Language, Number
-from viscopade.kernels.write.writer import function_text
+from viscopade.kernels.write.writer import function_text, generic_text
 from viscopade.theory.law import VISCOELASTIC, Law
 
 HEAD = 25
@@ -76,6 +76,12 @@ def file_text(kernels: Sequence[Kernel], language: Language, command: str, modul
         version=language.version.format(version=__version__, number=version_number()),
         prelude=prelude(language),
         functions=("\n" * (language.apart + 1)).join(kernel_text(kernel, language) for kernel in kernels),
+        generics="\n".join(
+            generic_text(kernel, function, language)
+            for kernel in kernels
+            for function in kernel.functions
+            if numbers_of(kernel, language)
+        ),
         module=name,
         Module=name.title().replace("_", ""),
     )

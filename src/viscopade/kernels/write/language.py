@@ -69,6 +69,30 @@ class Number:
 
 
 @dataclass(frozen=True)
+class Runner:
+    """How a program is built and run.
+
+    Attributes
+    ----------
+    driver : str
+        The name of its text in `drivers`, without ".jinja".
+    tools : tuple of str
+        Compilers or interpreters, of which the first that is there is taken; none: the interpreter that runs viscopade.
+    build, start : str
+        Commands, with the words {tool}, {driver}, {file} and {program} for names; "" if nothing is compiled, or run.
+    variable, package : str
+        In the environment, what names the tool; what the interpreter needs.
+    """
+
+    driver: str = ""
+    tools: tuple[str, ...] = ()
+    build: str = ""
+    start: str = ""
+    variable: str = ""
+    package: str = ""
+
+
+@dataclass(frozen=True)
 class Language:
     """A language, as patterns whose words in braces are replaced; a doubled brace is one brace.
 
@@ -106,7 +130,8 @@ class Language:
     block : str
         A comment, of {lines}.
     file : str
-        {head}, {version}, {prelude}, {functions}, {module}, {Module}: the module's name, and with a capital.
+        {head}, {version}, {prelude}, {functions}, {generics}, which are all `generic` texts, {module}, {Module}: the
+        module's name, and with a capital.
     version : str
         Constants, of {version} and {number}.
     kernel : str
@@ -123,6 +148,8 @@ class Language:
         A line of use, of {call}, {type} and {result}: a name for the value.
     stem : str
         The usual name of a module.
+    run : Runner
+        How a program that calls the functions is built and run.
     """
 
     name: str
@@ -160,6 +187,7 @@ class Language:
     call: str = "{name}{suffix}({arguments})"
     use: str = "{call}"
     stem: str = "viscopade"
+    run: Runner = Runner()
 
     def number(self, form: str) -> Number:
         """Return the numbers of a format, by its name."""

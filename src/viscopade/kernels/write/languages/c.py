@@ -3,7 +3,7 @@
 from functools import partial
 
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
-from viscopade.kernels.write.language import Language, Number, shortest
+from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 
 def _constant(value: float, arithmetic: object) -> str:
@@ -41,4 +41,5 @@ LANGUAGE = Language(
     prelude="c.h",
     call="viscopade_{name}{suffix}({arguments})",
     use="{type} {result} = {call};",
+    run=Runner("c.c", ("cc", "gcc", "clang"), "{tool} -O2 {driver} -o {program} -lm", "{program}", "CC"),
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """Fortran: a module of pure elemental functions, of either type by one name."""
 
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
-from viscopade.kernels.write.language import Language, Number, shortest
+from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 LANGUAGE = Language(
     name="fortran",
@@ -31,4 +31,12 @@ LANGUAGE = Language(
     both=".and.",
     continued=" &",
     generic="interface {name}\n    module procedure {procedures}\nend interface\npublic :: {name}",
+    version='character(*), parameter, public :: viscopade_version = "{version}"\n'
+    "integer, parameter, public :: viscopade_version_number = {number}  ! 10000 major + 100 minor + patch",
+    file="{head}\n\nmodule {module}\nuse, intrinsic :: iso_fortran_env, only: real32, real64\n"
+    "use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan\nimplicit none\nprivate\n\n{version}\n\n"
+    "{generics}\n\ncontains\n\n{functions}\n\nend module\n",
+    call="{name}({arguments})",
+    use="{result} = {call}",
+    run=Runner("fortran.f90", ("gfortran",), "{tool} -O2 {file} {driver} -o {program}", "{program}", "FC"),
 )  # fmt: skip

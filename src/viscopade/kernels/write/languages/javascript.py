@@ -1,7 +1,7 @@
 """JavaScript: an ES module."""
 
 from viscopade.kernels.arithmetic import HOST
-from viscopade.kernels.write.language import Language, Number, shortest
+from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 LANGUAGE = Language(
     name="javascript",
@@ -21,4 +21,9 @@ LANGUAGE = Language(
     end="}}",
     close="}}",
     absent="{argument} === null",
+    version='export const VERSION = "{version}";\n'
+    "export const VERSION_NUMBER = {number}; // 10000 major + 100 minor + patch",
+    call="viscopade.{name}({arguments})",
+    use="const {result} = {call};",
+    run=Runner("javascript.mjs", ("node",), "", "{tool} {driver}"),
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """Julia: a module of functions for Float64 and Float32; other real numbers become Float64."""
 
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
-from viscopade.kernels.write.language import Language, Number, shortest
+from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 _OF_FLOAT = shortest(HOST_FLOAT)
 
@@ -28,4 +28,9 @@ LANGUAGE = Language(
     end="end",
     close="end",
     generic="export {name}\n{name}({names}) = {name}(Float64.(({names},))...)",
-)
+    version='const VERSION = v"{version}"\nconst VERSION_NUMBER = {number}  # 10000 major + 100 minor + patch',
+    file="{head}\n\nmodule {Module}\n\n{version}\n\n{functions}\n\n{generics}\n\nend\n",
+    call="Viscopade.{name}({arguments})",
+    use="{result} = {call}",
+    run=Runner("julia.jl", ("julia",), "", "{tool} --startup-file=no {driver}"),
+)  # fmt: skip

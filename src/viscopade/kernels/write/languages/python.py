@@ -1,7 +1,7 @@
 """Python: functions of numbers with the module math, which Numba compiles as they are."""
 
 from viscopade.kernels.arithmetic import HOST
-from viscopade.kernels.write.language import Language, Number, shortest
+from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 LANGUAGE = Language(
     name="python",
@@ -21,4 +21,6 @@ LANGUAGE = Language(
     select="{met} if {condition} else {otherwise}",
     both="and",
     continued=" \\",
+    call="viscopade.{name}({arguments})",
+    run=Runner("python.py", (), "", "{tool} -P {driver}"),
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """Rust: a module."""
 
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
-from viscopade.kernels.write.language import Language, Number, shortest
+from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 LANGUAGE = Language(
     name="rust",
@@ -22,4 +22,9 @@ LANGUAGE = Language(
     end="}}",
     close="}}",
     select="if {condition} {{ {met} }} else {{ {otherwise} }}",
-)
+    version='pub const VERSION: &str = "{version}";\n'
+    "pub const VERSION_NUMBER: u32 = {number}; // 10000 major + 100 minor + patch",
+    call="viscopade::{name}{suffix}({arguments})",
+    use="let {result} = {call};",
+    run=Runner("rust.rs", ("rustc",), "{tool} --edition 2021 -O {driver} -o {program}", "{program}"),
+)  # fmt: skip

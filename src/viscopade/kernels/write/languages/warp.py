@@ -1,7 +1,7 @@
 """NVIDIA Warp: functions for its kernels, on CPUs and GPUs."""
 
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
-from viscopade.kernels.write.language import Language, Number, shortest
+from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 LANGUAGE = Language(
     name="warp",
@@ -24,4 +24,10 @@ LANGUAGE = Language(
     either="or",
     continued=" \\",
     stem="viscopade_warp",
+    version='VISCOPADE_VERSION = "{version}"\nVISCOPADE_VERSION_NUMBER = {number}  # 10000 major + 100 minor + patch',
+    file="{head}\n\nimport warp as wp\n\n{version}\n\n\n{functions}\n",
+    apart=2,
+    call="viscopade.{name}{suffix}({arguments})",
+    use="{result} = {call}",
+    run=Runner("warp.py", (), "", "{tool} -P {driver}", package="warp-lang"),
 )  # fmt: skip

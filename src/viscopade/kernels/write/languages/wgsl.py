@@ -1,7 +1,7 @@
 """WGSL: text for shaders of WebGPU."""
 
 from viscopade.kernels.arithmetic import SHADER
-from viscopade.kernels.write.language import Language, Number, shortest
+from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 LANGUAGE = Language(
     name="wgsl",
@@ -19,4 +19,8 @@ LANGUAGE = Language(
     end="}}",
     close="}}",
     select="select({otherwise}, {met}, {condition})",
-)
+    version="const VISCOPADE_VERSION_NUMBER = {number}; // 10000 major + 100 minor + patch",
+    call="viscopade_{name}({arguments})",
+    use="let {result} = {call};",
+    run=Runner("wgsl.wgsl", ("naga",), "{tool} {driver}"),
+)  # fmt: skip

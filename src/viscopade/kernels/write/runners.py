@@ -1,0 +1,217 @@
+"""Programs that call generated code: compilers and interpreters of all languages, and one driver for each.
+
+A driver reads rows of arguments, calls functions and writes rows of results; all numbers are of one type.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from viscopade.generated import environment
+from viscopade.kernels import toolchain
+from viscopade.kernels.toolchain import NoSuchToolError, ToolchainError
+from viscopade.kernels.write.language import Language, Number, Runner
+
+ARGUMENTS = ("x", "y", "z")
+"""Names of the arguments of calls."""
+_TIMEOUT = 300
+_ERROR = re.compile(r"error(\[\w+\])?:|undefined reference", re.IGNORECASE)
+_PROGRAM = "viscopade-driver.exe"  # no other file can have this name
+
+Array = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Tool:
+    """An installed tool: its command, and its version in its own words."""
+
+    words: tuple[str, ...]
+    version: str
+
+
+def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
+    """Return the requested tool, or the one named by the environment, or the first installed one.
+
+    Raises
+    ------
+    NoSuchToolError
+        If the tool that `command` or the environment names cannot be started.
+    ToolchainError
+        If the C compiler that is asked for does not work.
+    """
+    if not runner.tools:
+        return _interpreter(runner.package)
+    if command is not None:
+        compiler = toolchain.find_compiler(command)
+        return Tool(compiler.words, compiler.version)
+    named = os.environ.get(runner.variable) if runner.variable else None
+    for candidate in (named,) if named else runner.tools:
+        try:
+            words = tuple(shlex.split(candidate))
+        except ValueError:
+            continue
+        if words and shutil.which(words[0]) is not None and (known := _version(words)) is not None:
+            return Tool(words, known)
+    if named:
+        raise NoSuchToolError(f"{runner.variable} is {named!r}, which does not start: expected a compiler's name")
+    return None
+
+
+def _interpreter(package: str) -> Tool | None:
+    """Return this interpreter; None if a package that the program needs is not there."""
+    python = f"Python {platform.python_version()}"
+    try:
+        return Tool((sys.executable,), f"{package} {version(package)}, {python}" if package else python)
+    except PackageNotFoundError:
+        return None
+
+
+def missing(runner: Runner) -> str:
+    """Return the names of the tools in the search, for a message."""
+    return " or ".join(runner.tools) or f"Python package {runner.package}"
+
+
+def _version(words: Sequence[str]) -> str | None:
+    """Return the line that a tool prints of its version; None if it does not start."""
+    name = re.split(r"[/\\]", words[0])[-1]
+    try:
+        ran = _run((*words, "version" if name == "go" else "--version"), None)
+    except ToolchainError:
+        return None
+    if ran.returncode:
+        return None
+    line = next((line.strip() for line in ran.stdout.splitlines() if re.search(r"\d\.\d", line)), "")
+    return line if name.lower() in line.lower() else f"{name} {line}".strip()
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program that was built, or a driver that an interpreter runs.
+
+    Attributes
+    ----------
+    command : tuple of str
+        Empty if the code can only be compiled.
+    type : dtype
+        Of arguments and results.
+    calls : int
+        How many results there are for each row of arguments.
+    directory : Path
+    """
+
+    command: tuple[str, ...]
+    type: np.dtype[Any]
+    calls: int
+    directory: Path
+    environment: Mapping[str, str] = field(default_factory=dict)
+
+    def __call__(self, *arguments: Array) -> Array:
+        """Return the results of calls, a row for each, from arrays of one length.
+
+        Raises
+        ------
+        ToolchainError
+            If the program fails; one line.
+        """
+        rows = np.stack(arguments, 1).astype(self.type)
+        (self.directory / "in.bin").write_bytes(rows.tobytes())
+        _succeed(self.command, self.directory, self.environment)
+        results = np.frombuffer((self.directory / "out.bin").read_bytes(), self.type)
+        if results.size != len(rows) * self.calls:
+            raise ToolchainError(f"the program that runs the generated code writes {results.size} numbers")
+        return results.reshape(len(rows), self.calls).T
+
+
+def build(
+    language: Language,
+    number: Number,
+    file: tuple[str, str],
+    calls: Sequence[str],
+    tool: Tool,
+    directory: Path,
+    flags: Sequence[str] = (),
+) -> Program:
+    """Write a file of generated code and its driver, and compile them.
+
+    Parameters
+    ----------
+    language : Language
+    number : Number
+        What the calls take and return.
+    file : tuple of str
+        Name and text.
+    calls : sequence of str
+        Expressions in the language; their arguments are `ARGUMENTS`.
+    tool : Tool
+    directory : Path
+        Where all this is to be.
+    flags : sequence of str
+        More flags for the compiler.
+
+    Raises
+    ------
+    ToolchainError
+        If the tool fails; one line.
+    """
+    runner, (name, text) = language.run, file
+    arguments = [x for x in ARGUMENTS if any(re.search(rf"\b{x}\b", call) for call in calls)]
+    stem = name.rpartition(".")[0]
+    words = {
+        "file": name, "text": text, "stem": stem, "module": stem.title().replace("_", ""), "type": number.type,
+        "bytes": number.arithmetics[0].form.bytes, "arguments": arguments, "calls": calls,
+    }  # fmt: skip
+    source = (files(__package__) / "drivers" / f"{runner.driver}.jinja").read_text(encoding="utf-8")
+    driver = f"driver{Path(runner.driver).suffix}"
+    (directory / name).write_text(text, encoding="utf-8")
+    (directory / driver).write_text(environment().from_string(source).render(words), encoding="utf-8")
+    replaced = {"{tool}": (*tool.words, *flags), "{driver}": (driver,), "{file}": (name,), "{program}": (_PROGRAM,)}
+    compiled, command = (
+        tuple(word for part in line.split() for word in replaced.get(part, (part,)))
+        for line in (runner.build, runner.start)
+    )
+    if compiled:
+        _succeed(compiled, directory)
+    return Program(command, np.dtype(f"f{number.arithmetics[0].form.bytes}"), len(calls), directory)
+
+
+def _succeed(words: Sequence[str], directory: Path, more: Mapping[str, str] | None = None) -> None:
+    """Run a command; report its first error."""
+    name = re.split(r"[/\\]", words[0])[-1]
+    ran = _run(words, directory, more)
+    if ran.returncode == 0:
+        return
+    lines = [line.strip() for line in (ran.stderr + ran.stdout).splitlines() if line.strip()]
+    first = next(filter(_ERROR.search, lines), lines[0] if lines else f"exit status {ran.returncode}")
+    for place in (os.path.realpath(directory), str(directory)):
+        for written in (f"file://{place}{os.sep}", f"{place}{os.sep}", place):
+            first = first.replace(written, "")
+    raise ToolchainError(f"the generated code fails its check: {name}: {first[:300]}")
+
+
+def _run(
+    words: Sequence[str], directory: Path | None, more: Mapping[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
+    start = str(directory / words[0]) if directory is not None and words[0] == _PROGRAM else words[0]
+    try:
+        return subprocess.run(
+            (start, *words[1:]), cwd=directory, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT,
+            env={**os.environ, "LC_ALL": "C", **(more or {})}, stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired) as error:
+        reason = error.strerror if isinstance(error, OSError) else f"no answer in {_TIMEOUT} s"
+        raise ToolchainError(f"{words[0]} cannot be run: {reason}") from None
