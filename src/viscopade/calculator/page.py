@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from viscopade import generated, quantity
+from viscopade.arithmetic.decimals import at_most
 from viscopade.calculator import lines, tables
 from viscopade.collision import limits
 from viscopade.generated import marker_line
-from viscopade.kernels import registry, requests
+from viscopade.kernels import catalogue, requests
+from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.theory.law import Law
 from viscopade.theory.pade import pade
@@ -73,20 +75,25 @@ def _parts() -> dict[str, str]:
     if "</script" in text or "<!--" in text:
         raise ValueError(f"{KERNELS_FILE} cannot be part of a page")
     facts = json.dumps(_facts(), ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
-    names = (f"{entry.name}: [restitution_{entry.name}, dissipation_{entry.name}]" for entry in _kernels())
+    names = (f"{kernel.name}: [restitution_{kernel.name}, dissipation_{kernel.name}]" for kernel in _kernels())
     return {"kernels": text, "facts": facts, "names": ", ".join(names)}
 
 
-def _kernels() -> list[registry.Entry]:
-    """Return the entries of the export's kernels, the most accurate last."""
-    found = [e for e in registry.entries() if e.kind == "compact" and (e.place, e.format) == (registry.HOST, "double")]
-    return sorted(found, key=lambda entry: -float(entry.inside))
+def _kernels() -> list[Kernel]:
+    """Return the kernels of the export, the most accurate last."""
+    return [entry.kernel for entry in catalogue.group("compact")]
+
+
+def _bound(kernel: Kernel) -> str:
+    """Return the error of eps relative to the smaller one of eps and 1 - eps, but for half an ulp or two of eps."""
+    bound = min(kernel.bound("restitution", "host", "double"), key=lambda bound: bound.last)
+    return at_most(bound.relative, 3)
 
 
 def _facts() -> dict[str, Any]:
     """Return what the page is told."""
     return {
-        "kernels": [{"name": e.name, "bound": e.inside, "rounding": e.rounding} for e in _kernels()],
+        "kernels": [{"name": kernel.name, "bound": _bound(kernel)} for kernel in _kernels()],
         "tablesError": tables.ERROR,
         "laws": _laws(),
         "pade": [_pade(m, n) for m, n in (*TABLE, *_EXTRA)],
@@ -148,7 +155,7 @@ def _pade(m: int, n: int) -> dict[str, Any]:
 
 def _snippet(language: str) -> dict[str, str]:
     of = target(language)
-    kernels = [e.name for e in registry.entries() if e.kind == "compact" and e.format == of.formats[0]]
+    kernels = [kernel.name for kernel in _kernels() if of.formats[0] in kernel.formats]
     values = {"kernel": kernels[-1], "file": of.stem + of.suffix}
     return {"name": language, "text": _template(f"snippets/{language}.jinja", values)}
 

@@ -1,9 +1,11 @@
 """Proven kernels: formulas with certificates and rounding bounds, the registry of ready kernels, their code."""
 
 __all__ = [
+    "catalogue",
     "certificate",
     "enclosure",
     "expressions",
+    "kernel",
     "machine",
     "names",
     "native",
