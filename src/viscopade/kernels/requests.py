@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 
 from viscopade.approximation.measure import Measure
 from viscopade.generated import marker_line, template
-from viscopade.kernels import names, prove_lacunary, prove_rational
+from viscopade.kernels import catalogue, compact, inverse, prove_lacunary, prove_rational, quotient
+from viscopade.kernels.catalogue import Entry
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
 from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, TARGETS, TIERS
 from viscopade.kernels.targets import quotients, table_free, tables, vectors
 from viscopade.kernels.targets.language import Renderer, Target
@@ -19,10 +21,8 @@ from viscopade.kernels.targets.languages import LANGUAGES, targets
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, law_of
-from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
 
-PAPER_DEGREES = tuple(TABLE)
 MODULE = "viscopade"
 
 Degrees = Sequence[tuple[int, int]]
@@ -101,6 +101,36 @@ class Request:
         if len(self._kinds) > 1:
             kinds = " and ".join(kind.name for kind in self._kinds)
             raise ValueError(f"the request asks for {kinds}: accepted is one kind of kernels in a file")
+
+    @classmethod
+    def of(cls, entries: Sequence[Entry]) -> Request:
+        """Return the request for kernels of the catalogue, which have the same options but for the lists of kernels."""
+        options = dict[str, Any]()
+        for entry in entries:
+            for name, value in entry.options.items():
+                options[name] = (*options.get(name, ()), *value) if isinstance(value, tuple) else value
+        return cls(**options)
+
+    def kernels(self) -> list[Kernel]:
+        """Return the requested kernels.
+
+        Raises
+        ------
+        ValueError
+            If one does not exist, or cannot be as accurate as wanted.
+        """
+        law = law_of(self.law)
+        for m, n in self.pade:
+            if m + n < law.d:
+                raise ValueError(f"pade is {m}/{n}: expected m + n >= {law.d}, as 1 - eps begins with v*^{law.d}")
+        found = [quotient.pade(m, n, law) for m, n in self.pade]
+        if self.v_star_max is None:
+            found += [compact.compact(accuracy, self.measure) for accuracy in self.accuracy]
+        else:
+            ends = self.v_star_max, self.v_star_min, self.measure
+            found += [quotient.best(m, n, *ends) for m, n in self.minimax]
+            found += [quotient.accurate(accuracy, *ends) for accuracy in self.accuracy]
+        return [*found, *(inverse.inverse(accuracy, self.epsilon_min) for accuracy in self.inverse)]
 
     def prove(self) -> list[Any]:
         """Return the requested kernels, with their proofs; None stands for full accuracy. Errors as for `quotients`."""
@@ -249,11 +279,10 @@ KINDS = (
     ),
 )
 
-PAPER = Request(pade=PAPER_DEGREES)
-RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")
-
-WITHOUT_TABLES = Request(accuracy=names.COMPACT)
-INVERSE = Request(inverse=("1e-3", "1e-5"))
+PAPER, RECOMMENDED, WITHOUT_TABLES, INVERSE = (
+    Request.of(catalogue.group(name)) for name in ("pade", "minimax", "compact", "inverse")
+)
+PAPER_DEGREES = PAPER.pade
 
 
 def default(target: str) -> Request:
