@@ -35,7 +35,7 @@ PAGE = "docs/usage/kernels.md"
 _DIGITS = 2  # of a printed bound
 _COLUMNS = 116  # of the head
 _OF_RANGES = 6  # digits of a range
-_LONG = 8  # signs of a number that is written with an exponent
+_LONG = 6  # digits before the point; a longer number has an exponent
 _EXAMPLES = {"speed": 2.0, "beta": 1.307, "v_star": 0.5, "epsilon": 0.995, "one_minus_epsilon": 0.005}
 _OF_EXAMPLES = {
     "restitution": "the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s",
@@ -137,12 +137,15 @@ def error_text(bound: ErrorBound) -> str:
 
 def stated(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> list[ErrorBound]:
     """Return the bounds of a function in an arithmetic, the narrowest range first: the best one of each range."""
-    bounds = kernel.bound(function.name, arithmetic.place, arithmetic.form.name)
     best = dict[str, ErrorBound]()
-    for bound in bounds:
+    for bound in kernel.bound(function.name, arithmetic.place, arithmetic.form.name):
         text = range_text(bound)
         best[text] = min(best.get(text, bound), bound, key=lambda b: b.relative + b.last)
-    return list(best.values())
+    kept = list[ErrorBound]()
+    for bound in reversed(best.values()):  # a narrower range is of use if its error is a smaller one
+        if not kept or error_text(bound) != error_text(kept[-1]):
+            kept.append(bound)
+    return kept[::-1]
 
 
 def range_text(bound: ErrorBound) -> str:
@@ -155,9 +158,9 @@ def range_text(bound: ErrorBound) -> str:
 
 
 def _between(name: str, low: Fraction, high: End) -> str:
+    least, most = at_most(low, _OF_RANGES) if low else "", at_least(high, _OF_RANGES) if high != INFINITY else ""
     least, most = (
-        text if len(text) < _LONG else f"{Decimal(text).normalize():e}"
-        for text in (at_most(low, _OF_RANGES) if low else "", at_least(high, _OF_RANGES) if high != INFINITY else "")
+        f"{Decimal(text).normalize():e}" if len(text.partition(".")[0]) > _LONG else text for text in (least, most)
     )
     return f"{least} <= " * bool(least) + name + f" <= {most}" * bool(most)
 

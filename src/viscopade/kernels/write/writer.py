@@ -29,6 +29,7 @@ from viscopade.kernels.expressions import (
 )
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.write.language import Language, Number
+from viscopade.kernels.write.straight import straight
 
 _TAB = " " * 4
 _LINES = TextWrapper(WIDTH - 24, break_long_words=False, break_on_hyphens=False)  # of an expression
@@ -38,7 +39,8 @@ _CONDITIONS = ("<", "<=", ">", ">=", "==", "!=", AND)
 
 def function_text(kernel: Kernel, function: Function, language: Language, number: Number) -> str:
     """Return the text of a function in a format of the kernel and the language."""
-    return _Writer(kernel, function.pruned(), language, number).text()
+    pruned = function.pruned()
+    return _Writer(kernel, straight(pruned) if language.straight else pruned, language, number).text()
 
 
 def generic_text(kernel: Kernel, function: Function, language: Language) -> str:
@@ -50,7 +52,14 @@ def generic_text(kernel: Kernel, function: Function, language: Language) -> str:
 
 def _names(kernel: Kernel, function: Function) -> dict[str, str]:
     name = f"{function.name}_{kernel.name}"
-    return {"name": name, "Name": name[0].upper() + name[1:], "names": ", ".join(function.arguments)}
+    return {
+        "name": name,
+        "Name": name[0].upper() + name[1:],
+        "function": function.name,
+        "kernel": kernel.name,
+        "names": ", ".join(function.arguments),
+        "meaning": function.meaning,
+    }
 
 
 class _Writer:
@@ -232,7 +241,8 @@ class _Writer:
         raise TypeError(f"{expression!r} is no expression")
 
     def _chosen(self, part: Expression) -> str:
-        return self._in_parentheses(part) if isinstance(bare(part), Select) else self.expression(part)
+        nested = isinstance(bare(part), Select) and not self.language.straight  # which writes calls
+        return self._in_parentheses(part) if nested else self.expression(part)
 
     def _operand(self, expression: Expression, symbol: str, side: int) -> str:
         own = bare(expression)
