@@ -18,20 +18,20 @@ from viscopade.kernels.expressions import (
 )
 from viscopade.kernels.kernel import Function, names_of
 
-ONE, NAN = Literal("1.0"), Name("nan")
+SAFE, NAN = Literal("0.5"), Name("nan")
 
 
 def straight(function: Function) -> Function:
     """Return the function as one program.
 
-    A branch takes 1 for its arguments where it is not chosen: so nothing overflows or divides by 0 there, and the
+    A branch takes 0.5 for its arguments where it is not chosen: so nothing overflows or divides by 0 there, and the
     gradient of what is chosen is not multiplied with an infinite one.
     """
     program = list[Statement]()
     if function.domain is not None:
         program.append(Statement("inside", function.domain))
         program += (
-            Statement(name, Select(Name("inside"), Name(name), ONE))
+            Statement(name, Select(Name("inside"), Name(name), SAFE))
             for name in function.arguments
         )  # fmt: skip
     program += function.start
@@ -65,10 +65,10 @@ def _branch(
     read = sorted(given.intersection(names_of(inner)))
     names = {} if only else {name: f"{name}{number}" for name in read}
     for name, own in names.items():
-        safe: Expression = Name(name) if condition is None else Select(condition, Name(name), ONE)
+        safe: Expression = Name(name) if condition is None else Select(condition, Name(name), SAFE)
         for earlier, _ in reversed(chosen):
             assert earlier is not None
-            safe = Select(earlier, ONE, safe)
+            safe = Select(earlier, SAFE, safe)
         lines.append(Statement(own, safe))
     lines += (Statement(name, renamed(value, names)) for name, value in branch.program)
     value = renamed(branch.results[function.result], names)
