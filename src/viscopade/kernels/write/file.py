@@ -89,9 +89,9 @@ def file_text(kernels: Sequence[Kernel], language: Language, command: str, modul
 
 def prelude(language: Language) -> str:
     """Return what a file needs before its functions."""
-    if not language.prelude:
-        return ""
-    return (files(__package__) / "preludes" / language.prelude).read_text(encoding="utf-8").rstrip("\n")
+    folder = files(__package__) / "preludes"
+    texts = ((folder / name).read_text(encoding="utf-8") for name in language.prelude.split())
+    return "\n".join(texts).rstrip("\n")
 
 
 def kernel_text(kernel: Kernel, language: Language) -> str:

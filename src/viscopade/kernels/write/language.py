@@ -108,8 +108,9 @@ class Language:
         Statements: {name}, {value}, {type}; {value}.
     last : str
         The result at the end of a function, if it is written in another way.
-    generic : str
-        The one function for all types, {name} or {Name}, of {names} and {procedures}, the functions of each type.
+    generic, procedure : str
+        The one function for all types, {name} or {Name}, of {names} and {procedures}: for each type {name}, {suffix},
+        {type}.
     unless, when, end : str
         The line before a return of NaN where a {condition} does not hold, the line before statements for which it does,
         and the line after either; "" where indentation ends them.
@@ -143,7 +144,7 @@ class Language:
     apart : int
         Lines between functions.
     prelude : str
-        Name of the file with what functions need besides, in `preludes`.
+        Names of files with what functions need besides, in `preludes`.
     call : str
         A call: {name}, {suffix}, {arguments}.
     use : str
@@ -167,6 +168,7 @@ class Language:
     constant: str = ""
     last: str = ""
     generic: str = ""
+    procedure: str = "{name}{suffix}"
     close: str = ""
     end: str = ""
     otherwise: str = ""

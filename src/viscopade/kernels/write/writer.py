@@ -46,7 +46,11 @@ def function_text(kernel: Kernel, function: Function, language: Language, number
 def generic_text(kernel: Kernel, function: Function, language: Language) -> str:
     """Return the text that makes one function of those for each type; "" where the language has none."""
     words = _names(kernel, function)
-    each = [f"{words['name']}{number.suffix}" for number in language.numbers if number.form in kernel.constants]
+    each = [
+        language.procedure.format(**words, type=number.type, suffix=number.suffix)
+        for number in language.numbers
+        if number.form in kernel.constants
+    ]
     return language.generic.format(**words, procedures=", ".join(each))
 
 

@@ -1,0 +1,25 @@
+"""CUDA and HIP: one header for the device and the host, in C99 and C++ as well."""
+
+from dataclasses import replace
+
+from viscopade.kernels.arithmetic import DEVICE, HOST_FLOAT
+from viscopade.kernels.write.languages.c import LANGUAGE as C
+
+_DOUBLE, _FLOAT = C.numbers
+_CALLS = {"log2": "viscopade_log2f({0})", "divide": "viscopade_dividef({0}, {1})"}
+
+LANGUAGE = replace(
+    C,
+    name="cuda",
+    ending=".cuh",
+    numbers=(
+        _DOUBLE,
+        replace(_FLOAT, arithmetics=(HOST_FLOAT, DEVICE), calls=_CALLS),
+    ),
+    begin="VISCOPADE_FUNCTION {type} viscopade_{name}{suffix}({arguments})\n{{",
+    close="}}\nVISCOPADE_CALLED({function}, {kernel}, {type}, viscopade_{name}{suffix})",
+    generic="#ifdef VISCOPADE_RUNTIME\n"
+    "namespace viscopade_{kernel} {{ struct {function} : viscopade_all<{procedures}> {{}}; }}\n#endif",
+    procedure="{function}_{type}",
+    prelude="c.h cuda.h launch.h",
+)
