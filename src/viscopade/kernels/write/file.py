@@ -76,12 +76,7 @@ def file_text(kernels: Sequence[Kernel], language: Language, command: str, modul
         version=language.version.format(version=__version__, number=version_number()),
         prelude=prelude(language),
         functions=("\n" * (language.apart + 1)).join(kernel_text(kernel, language) for kernel in kernels),
-        generics="\n".join(
-            generic_text(kernel, function, language)
-            for kernel in kernels
-            for function in kernel.functions
-            if numbers_of(kernel, language)
-        ),
+        generics="\n".join(filter(None, (generics(kernel, language) for kernel in kernels))),
         module=name,
         Module=name.title().replace("_", ""),
     )
@@ -106,10 +101,18 @@ def kernel_text(kernel: Kernel, language: Language) -> str:
         texts.append(language.block.format(lines=comment(lines, language.comment)))
     return language.kernel.format(
         functions=("\n" * (language.apart + 1)).join(texts),
+        generics=generics(kernel, language),
         name=kernel.name,
         GUARD=f"VISCOPADE_{kernel.name.upper()}",
         identity=f"{crc32(''.join(code).encode()):#010x}",
     )
+
+
+def generics(kernel: Kernel, language: Language) -> str:
+    """Return the texts that make one function of those for each type."""
+    if not numbers_of(kernel, language) or not language.generic:
+        return ""
+    return "\n".join(generic_text(kernel, function, language) for function in kernel.functions)
 
 
 def numbers_of(kernel: Kernel, language: Language) -> list[Number]:

@@ -136,7 +136,7 @@ class Language:
     version : str
         Constants, of {version} and {number}.
     kernel : str
-        The functions of one kernel: {functions}, {name}, {GUARD}, {identity}.
+        The functions of one kernel: {functions}, {generics}, {name}, {GUARD}, {identity}.
     macro : str
         The line that defines a function's error: {NAME}, {SUFFIX}, {error}, {rest}: its first number, and the rest.
     straight : bool

@@ -18,8 +18,8 @@ LANGUAGE = replace(
     ),
     begin="VISCOPADE_FUNCTION {type} viscopade_{name}{suffix}({arguments})\n{{",
     close="}}\nVISCOPADE_CALLED({function}, {kernel}, {type}, viscopade_{name}{suffix})",
-    generic="#ifdef VISCOPADE_RUNTIME\n"
-    "namespace viscopade_{kernel} {{ struct {function} : viscopade_all<{procedures}> {{}}; }}\n#endif",
+    generic="namespace viscopade_{kernel} {{ struct {function} : viscopade_all<{procedures}> {{}}; }}",
+    kernel=C.kernel.replace("{functions}", "{functions}\n\n#ifdef VISCOPADE_RUNTIME\n{generics}\n#endif"),
     procedure="{function}_{type}",
     prelude="c.h cuda.h launch.h",
 )
