@@ -103,6 +103,14 @@ class TableRow(Expression):
 
 
 @dataclass(frozen=True)
+class Item(Expression):
+    """A number of a list of constants, by an argument that is a whole number."""
+
+    list: str
+    index: str
+
+
+@dataclass(frozen=True)
 class Exact(Expression):
     """One operation that does not round; the reason says why."""
 
@@ -195,6 +203,8 @@ def names_in(expression: Expression) -> Iterator[str]:
         case Select(condition, met, otherwise):
             for part in (condition, met, otherwise):
                 yield from names_in(part)
+        case Item(values, index):
+            yield from (values, index)
         case TableRow(table, index):
             yield table
             yield from names_in(index)
@@ -310,6 +320,8 @@ def function_of(expression: Expression, arithmetic: Reading) -> Function:
         case Select(condition, met, otherwise):
             parts = (function_of(part, arithmetic) for part in (condition, met, otherwise))
             return _chosen(*parts) if arithmetic.choose is None else _applied(arithmetic.choose, *parts)
+        case Item(values, place):
+            return lambda known: known[values][known[place]]
         case TableRow(table, index):
             return _applied(arithmetic.row, op.itemgetter(table), function_of(index, arithmetic))
     raise TypeError(f"{expression!r} is no expression")

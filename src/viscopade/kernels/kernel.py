@@ -17,7 +17,7 @@ from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels import expressions
 from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
-from viscopade.kernels.expressions import CodeBranch, Expression, Program, Statement, names_in
+from viscopade.kernels.expressions import CodeBranch, Expression, Item, Program, Statement, names_in
 from viscopade.theory.law import VISCOELASTIC, Law
 
 
@@ -73,6 +73,12 @@ class Function:
         return Function(
             self.name, self.arguments, self.meaning, self.domain, _needed(self.start, wanted), branches, self.result
         )
+
+    @property
+    def indices(self) -> set[str]:
+        """The arguments that are whole numbers."""
+        values = (*(s.expression for s in self.start), *(branch.results[self.result] for branch in self.branches))
+        return {value.index for value in values if isinstance(value, Item)}
 
     @property
     def names(self) -> set[str]:
@@ -143,6 +149,8 @@ class Kernel:
         By name of a format and name of a constant; a format without constants has an entry, too.
     bounds : tuple of ErrorBound
     tables : tuple of Table
+    lists : mapping
+        By name, constants that functions read by a whole number (`expressions.Item`), such as one for each pair.
     missing : mapping
         Why a format is left out, by its name.
     record : mapping
@@ -168,6 +176,7 @@ class Kernel:
     constants: Mapping[str, Mapping[str, float]]
     bounds: tuple[ErrorBound, ...] = ()
     tables: tuple[Table, ...] = ()
+    lists: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     missing: Mapping[str, str] = field(default_factory=dict)
     record: Mapping[str, Any] = field(default_factory=dict)
     proofs: tuple[Mapping[str, Any], ...] = ()
@@ -180,7 +189,15 @@ class Kernel:
                     raise ValueError(f"{self.name}: {name} is no number of type {form}")
             rows = {name for table in self.tables for name in (table.name, *_columns(table))}
             for function in (whole.pruned() for whole in self.functions):
-                unknown = function.names - function.assigned - set(function.arguments) - set(constants) - rows - MACHINE
+                unknown = (
+                    function.names
+                    - function.assigned
+                    - set(function.arguments)
+                    - set(constants)
+                    - rows
+                    - MACHINE
+                    - set(self.lists)
+                )
                 if unknown:
                     raise ValueError(
                         f"{self.name}: {function.name} reads {', '.join(sorted(unknown))}, which nothing gives"

@@ -104,6 +104,10 @@ class Language:
     begin, argument, close : str
         Of a function: {name}, {Name}, which begins with a capital, {arguments}, {names}, which are the arguments
         without types, {type}, {suffix}; of each argument {argument}, {type}.
+    index, between : str
+        An argument that is a whole number: {argument}; what stands between arguments.
+    list, item : str
+        A list of constants in a function, {name}, {type}, {values}, {count}; a number of it: {name}, {index}.
     constant, assign, condition, result : str
         Statements: {name}, {value}, {type}; {value}.
     last : str
@@ -165,6 +169,10 @@ class Language:
     result: str
     unless: str
     when: str
+    index: str = "{argument}"
+    between: str = ", "
+    list: str = "{name} = ({values},)"
+    item: str = "{name}[{index}]"
     constant: str = ""
     last: str = ""
     generic: str = ""

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from fractions import Fraction
 from textwrap import TextWrapper, indent
 
+from viscopade.arithmetic.formats import FORMATS
 from viscopade.generated import WIDTH
 from viscopade.kernels.expressions import (
     AND,
     Call,
     CodeBranch,
     Expression,
+    Item,
     Literal,
     Name,
     Negation,
@@ -83,7 +86,7 @@ class _Writer:
 
     def text(self) -> str:
         """Return the whole text."""
-        language, function, given = self.language, self.function, ", ".join(self._arguments())
+        language, function, given = self.language, self.function, self.language.between.join(self._arguments())
         body = [*self._absent(), *self._unless(function.domain), *self._program(function.start), *self._branches()]
         constants, head = list(self._constants()), []
         if language.locals and self.variables:
@@ -98,7 +101,8 @@ class _Writer:
 
     def _arguments(self) -> Iterator[str]:
         for argument in self.function.arguments:
-            yield self.language.argument.format(argument=argument, **self.words)
+            pattern = self.language.index if argument in self.function.indices else self.language.argument
+            yield pattern.format(argument=argument, **self.words)
 
     def _line(self, pattern: str, **words: str) -> list[str]:
         return pattern.format(**self.words, **words).splitlines() if pattern else []
@@ -109,6 +113,12 @@ class _Writer:
         for name, value in known.items():
             if name in read:
                 yield from self._line(self.language.constant, name=name, value=self.number.constant(value))
+        for name, numbers in self.kernel.lists.items():
+            if name in read:
+                form, literal = FORMATS[self.number.form], self.number.literal
+                values = [literal(float(form.nearest(Fraction(value)))) for value in numbers]
+                split = f"{self.language.continued}\n{_TAB * 2}".join(_LINES.wrap(", ".join(values)))
+                yield from self._line(self.language.list, name=name, values=split, count=str(len(values)))
 
     def _absent(self) -> list[str]:
         if not self.language.absent:
@@ -237,6 +247,8 @@ class _Writer:
                 return language.select.format(
                     condition=self._chosen(condition), met=self._chosen(met), otherwise=self.expression(otherwise)
                 )
+            case Item(values, place):
+                return language.item.format(name=values, index=place)
             case TableRow(table, index):
                 return f"{table}[{self.expression(index)}]"
             case Operation(symbol, left, right):

@@ -22,6 +22,8 @@ LANGUAGE = Language(
     ),
     begin="VISCOPADE_INLINE {type} viscopade_{name}{suffix}({arguments})\n{{",
     argument="{type} {argument}",
+    index="int {argument}",
+    list="static const {type} {name}[{count}] = {{{values}}};",
     constant="const {type} {name} = {value};",
     assign="const {type} {name} = {value};",
     condition="const int {name} = {value};",

@@ -14,8 +14,12 @@ LANGUAGE = Language(
         for a, kind, suffix in ((HOST, "real64", "_r64"), (HOST_FLOAT, "real32", "_r32"))
     ),
     begin="pure elemental real({type}) function {name}{suffix}({names}) result(value)\n"
-    "    real({type}), intent(in) :: {names}",
-    argument="",
+    "    {arguments}",
+    argument="real({type}), intent(in) :: {argument}",
+    index="integer, intent(in) :: {argument}",
+    between="\n    ",
+    list="real({type}), parameter :: {name}(0:*) = [{values}]",
+    item="{name}({index})",
     constant="real({type}), parameter :: {name} = {value}",
     locals="real({type}) :: {names}",
     assign="{name} = {value}",

@@ -10,6 +10,8 @@ LANGUAGE = Language(
     numbers=(Number((SHADER,), "highp float", shortest(SHADER), nan="uintBitsToFloat(0x7fc00000u)"),),
     begin="{type} viscopade_{name}({arguments})\n{{",
     argument="{type} {argument}",
+    index="int {argument}",
+    list="const float {name}[{count}] = float[{count}]({values});",
     constant="const {type} {name} = {value};",
     assign="VISCOPADE_FLOAT {name} = {value};",
     result="VISCOPADE_FLOAT result = {value};\nreturn result;",

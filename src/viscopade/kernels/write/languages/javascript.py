@@ -13,6 +13,7 @@ LANGUAGE = Language(
     ),
     begin="export function {name}({arguments}) {{",
     argument="{argument}",
+    list="const {name} = [{values}];",
     constant="const {name} = {value};",
     assign="const {name} = {value};",
     result="return {value};",

@@ -20,6 +20,8 @@ LANGUAGE = Language(
     ),
     begin="function {name}({arguments})",
     argument="{argument}::{type}",
+    index="{argument}::Real",
+    item="{name}[Int({index}) + 1]",
     constant="{name} = {value}",
     assign="{name} = {value}",
     result="return {value}",

@@ -13,6 +13,8 @@ LANGUAGE = Language(
     ),
     begin="pub fn {name}{suffix}({arguments}) -> {type} {{",
     argument="{argument}: {type}",
+    index="{argument}: usize",
+    list="let {name}: [{type}; {count}] = [{values}];",
     constant="let {name}: {type} = {value};",
     assign="let {name} = {value};",
     result="return {value};",

@@ -14,6 +14,8 @@ LANGUAGE = Language(
     ),
     begin="@wp.func\ndef {name}{suffix}({arguments}):",
     argument="{argument}: {type}",
+    index="{argument}: wp.int32",
+    list="{name} = wp.vector({values}, length={count}, dtype={type})",
     constant="{name} = {value}",
     assign="{name} = {value}",
     result="return {value}",

@@ -11,6 +11,8 @@ LANGUAGE = Language(
     # A constant expression may not be NaN; one that reads a variable may.
     begin="fn viscopade_{name}({arguments}) -> {type} {{\n    var nan = 0x7fc00000u;",
     argument="{argument}: {type}",
+    index="{argument}: u32",
+    list="var {name} = array<{type}, {count}>({values});",
     constant="const {name}: {type} = {value};",
     assign="let {name} = {value};",
     result="return {value};",
