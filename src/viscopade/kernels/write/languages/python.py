@@ -21,9 +21,10 @@ LANGUAGE = Language(
     select="{met} if {condition} else {otherwise}",
     both="and",
     continued=" \\",
-    run=Runner("python.py", (), "", "{tool} -P {driver}"),
     version='VISCOPADE_VERSION = "{version}"\nVISCOPADE_VERSION_NUMBER = {number}  # 10000 major + 100 minor + patch',
     file="{head}\n\nimport math\n\n{version}\n\n\n{functions}\n",
     apart=2,
     use="{result} = {call}",
+    call="viscopade.{name}({arguments})",
+    run=Runner("python.py", (), "", "{tool} {driver}"),
 )  # fmt: skip

@@ -8,11 +8,11 @@ LANGUAGE = Language(
     ending=".py",
     comment="#",
     numbers=tuple(
-        Number((a,), kind, shortest(a, kind + "({})"), suffix, "wp.{name}",
-               {"log2": "wp.log({0})", "exp2": "wp.exp({0})"}, kind + "(wp.nan)")
-        for a, kind, suffix in ((HOST, "wp.float64", ""), (HOST_FLOAT, "wp.float32", "_f32"))
+        Number((a,), kind, shortest(a, kind + "({})"), functions="wp.{name}", nan=kind + "(wp.nan)",
+               calls={"log2": "wp.log({0})", "exp2": "wp.exp({0})"})
+        for a, kind in ((HOST, "wp.float64"), (HOST_FLOAT, "wp.float32"))
     ),
-    begin="@wp.func\ndef {name}{suffix}({arguments}):",
+    begin="@wp.func\ndef {name}({arguments}):",
     argument="{argument}: {type}",
     index="{argument}: wp.int32",
     list="{name} = wp.vector({values}, length={count}, dtype={type})",
@@ -29,7 +29,7 @@ LANGUAGE = Language(
     version='VISCOPADE_VERSION = "{version}"\nVISCOPADE_VERSION_NUMBER = {number}  # 10000 major + 100 minor + patch',
     file="{head}\n\nimport warp as wp\n\n{version}\n\n\n{functions}\n",
     apart=2,
-    call="viscopade.{name}{suffix}({arguments})",
+    call="viscopade.{name}({arguments})",
     use="{result} = {call}",
-    run=Runner("warp.py", (), "", "{tool} -P {driver}", package="warp-lang"),
+    run=Runner("warp.py", (), "", "{tool} {driver}", package="warp-lang"),
 )  # fmt: skip
