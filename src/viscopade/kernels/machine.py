@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.kernels.expressions import CodeBranch, Reading, Run, Select, evaluate, read
+from viscopade.kernels.expressions import (
+    CodeBranch,
+    Expression,
+    Program,
+    Reading,
+    Run,
+    Select,
+    evaluate,
+    read,
+)
 from viscopade.kernels.kernel import Function, Kernel
 
 TYPES: Mapping[str, Any] = {DOUBLE.name: np.float64, FLOAT.name: np.float32}
@@ -127,14 +136,19 @@ def is_normal(kernel: Kernel, name: str, *arguments: float, form: Format = DOUBL
 def borders(kernel: Kernel, name: str, form: Format = DOUBLE) -> list[float]:
     """Return the largest first arguments, the others being 1, before a condition of the function changes."""
     function, by = kernel.function(name).pruned(), machine_arithmetic(form)
-    guards = (branch.guard for branch in function.branches)
-    choices = (s.expression.condition for s in function.start if isinstance(s.expression, Select))
-    conditions = [c for c in (function.domain, *guards, *choices) if c is not None]
+    programs = [(*function.start, *branch.program) for branch in function.branches]
+    conditions = [
+        (program, condition)
+        for program, branch in zip(programs, function.branches, strict=True)
+        for condition in (function.domain, branch.guard, *_choices(program))
+        if condition is not None
+    ]
 
     def states(x: Any) -> Any:
         given = _given(kernel, function, (x, *(1.0 for _ in function.arguments[1:])), form)
-        run = Run(function.start, given, by)
-        return np.array([np.broadcast_to(evaluate(condition, run, by), np.shape(x)) for condition in conditions])
+        return np.array(
+            [np.broadcast_to(evaluate(c, Run(program, given, by), by), np.shape(x)) for program, c in conditions]
+        )
 
     found = []
     x = np.ldexp(TYPES[form.name](1), np.arange(1 - form.largest, form.largest + 1))
@@ -146,3 +160,8 @@ def borders(kernel: Kernel, name: str, form: Format = DOUBLE) -> list[float]:
                 low, high = (middle, high) if (states(middle) == known[:, i]).all() else (low, middle)
             found.append(float(low))
     return found
+
+
+def _choices(program: Program) -> Iterator[Expression]:
+    """Yield the conditions of the choices that a program assigns."""
+    yield from (s.expression.condition for s in program if isinstance(s.expression, Select))

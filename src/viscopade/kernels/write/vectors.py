@@ -35,8 +35,8 @@ COLUMNS = ("function", "type", "x", "y", "exact", "nearest", "error", "least", "
 NOTHING = "-"
 DIGITS = 20
 """Of exact values, where the ball determines as many."""
-EXACT_OPERATIONS = frozenset(("sqrt", "divide"))
-"""Functions whose results IEEE 754 determines."""
+INEXACT = frozenset(("pow", "cbrt", "log2", "exp2"))
+"""Functions of the library whose results IEEE 754 does not determine."""
 
 SOURCE = (
     "the exact function, enclosed; a result passes if least <= result <= most, or if both are NaN. least and most are "
@@ -102,7 +102,7 @@ def vectors(kernel: Kernel, function: Function, form: Format, given: Iterable[Ar
 def _vector(kernel: Kernel, function: Function, form: Format, given: Arguments) -> list[str] | None:
     found, branch = machine.located(kernel, function.name, *given, form=form)
     computed, indices = float(found), range(len(function.branches)) if branch < 0 else (int(branch),)
-    called = any(function.calls(index) - EXACT_OPERATIONS for index in indices)
+    called = any(function.calls(index) & INEXACT for index in indices)
     answer = _answer(kernel, function, form, given, computed, called)
     if answer is None and called:
         return None
@@ -223,10 +223,12 @@ def points(kernel: Kernel, function: Function, form: Format) -> list[Arguments]:
     borders = [y for x in machine.borders(kernel, function.name, form) for y in _beside(x, form)]
     ranges = ((b.low, b.high) for b in kernel.bound(function.name, "host", form.name))
     ends = [float(end) for low, high in ranges for end in (low, high) if 0 < end < _INF]
+    octaves = _OCTAVES if kernel.tables else ()
+    in_rows = (y for e in octaves for y in (*_beside(2.0**e, form), 1.5 * 2.0**e))
     match function.arguments:
         case ("v_star",):
             near = (y for x in (float(double.v_star_from(0.5)), *ends) for y in _beside(x, form))
-            return [(x,) for x in (*extremes, *_SIMPLE, *near, *borders)]
+            return [(x,) for x in (*extremes, *_SIMPLE, *near, *borders, *in_rows)]
         case ("epsilon",) | ("one_minus_epsilon",):
             # Numbers of both types, of which 1 - eps is one, too: an exact v* takes long.
             inside = [2.0**-126, *_beside(0.5, form), *_beside(1.0, form), *_PORTIONS, *borders]
@@ -237,8 +239,6 @@ def points(kernel: Kernel, function: Function, form: Format) -> list[Arguments]:
             return [*_OF_BETA]
     special = product((0.0, -0.0, smallest, 1.0), (0.0, 1.0))
     infinite = ((_INF, 1.0), (1.0, _INF), (_INF, _INF))
-    octaves = _OCTAVES if kernel.tables else ()
-    in_rows = (y for e in octaves for y in (*_beside(2.0**e, form), 1.5 * 2.0**e))
     near = (x**10 * factor for x in ends for factor in (1 - 1e-3, 1 + 1e-3))
     speeds = (smallest, *_SPEEDS, *_beside(tiny, form), *borders, *near, *in_rows)
     return [*special, (1.0, -0.0), *infinite, *_REFUSED, *_PAIRS, *((x, 1.0) for x in speeds)]
