@@ -1,6 +1,6 @@
-"""Maker of the package's own records of kernels, from the equation of motion on: everything in exports/ is made anew.
+"""Maker of the package's own records, from the equation of motion on: the kernels of the catalogue are made anew.
 
-So are the small tables of speed, and the array tables of the named laws.
+So are the array tables of the named laws.
 
 python -m tools.kernel_records
 """
@@ -13,8 +13,7 @@ from pathlib import Path
 
 from viscopade import store
 from viscopade.collision.curve import curve_tables
-from viscopade.kernels import requests
-from viscopade.kernels.forms.speed_kernel import TABLES
+from viscopade.kernels.catalogue import CATALOGUE
 from viscopade.theory.law import ENDS, NAMED, law_of
 
 TARGET = Path(__file__).parents[1] / "src" / "viscopade" / store.FOLDER
@@ -23,9 +22,8 @@ TARGET = Path(__file__).parents[1] / "src" / "viscopade" / store.FOLDER
 def main() -> None:
     """Replace the records in the folder of the package."""
     with store.anew() as records:
-        requests.files()
-        for tier, size in TABLES:
-            requests.Request(from_speed=(tier,), size=size).render("c")
+        for entry in CATALOGUE.values():
+            entry.make()
         for name, end in product(NAMED, ENDS):
             curve_tables(law_of(name, end))
     TARGET.mkdir(exist_ok=True)
