@@ -1,0 +1,107 @@
+"""The catalogue of ready kernels: keys, requests, names in exported files, bounds, records."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from viscopade import store
+from viscopade.arithmetic.formats import FORMATS
+from viscopade.arrays import double
+from viscopade.kernels import catalogue, machine
+from viscopade.kernels.catalogue import CATALOGUE
+from viscopade.kernels.requests import Request
+
+EVERY = pytest.mark.parametrize("entry", CATALOGUE.values(), ids=CATALOGUE)
+FORWARD = [entry for entry in CATALOGUE.values() if entry.group != "inverse"]
+COMPACT = [entry.kernel for entry in catalogue.group("compact")]
+
+
+def test_keys_and_names_are_those_of_one_kernel() -> None:
+    assert all(entry.key == key for key, entry in CATALOGUE.items())
+    names = [entry.kernel.name for entry in CATALOGUE.values() if not entry.key.endswith(" small")]
+    assert len(set(names)) == len(names)
+    with pytest.raises(ValueError, match="the kernel asked for is 'compact 1e-4': expected pade 0/3, "):
+        catalogue.kernel("compact 1e-4")
+
+
+@EVERY
+def test_options_ask_for_the_kernel(entry) -> None:
+    (kernel,) = Request.of([entry]).kernels()
+    assert kernel == entry.kernel
+
+
+@EVERY
+def test_every_function_has_a_bound_in_every_format_on_the_host(entry) -> None:
+    for form in entry.kernel.formats:
+        for function in entry.kernel.functions:
+            assert entry.kernel.bound(function.name, "host", form)
+
+
+@pytest.mark.parametrize("entry", FORWARD, ids=lambda entry: entry.key)
+def test_formulas_are_as_far_off_as_the_bounds_say(entry) -> None:
+    """In double, of eps: nearly the whole bound is used somewhere, and nowhere more."""
+    kernel = entry.kernel
+    name = "epsilon" if kernel.argument == "v_star" else "restitution"
+    most = 0.0
+    for bound in kernel.bound(name, "host", "double"):
+        ends = max(float(bound.low), 1e-4), min(float(bound.high), 1e4)
+        v_star = np.geomspace(*ends, 20001)[1:-1]
+        given = (v_star,) if name == "epsilon" else (v_star**10, 1.0)
+        eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+        off = np.abs(machine.evaluated(kernel, name, *given) - eps) - 1e-14 * np.minimum(eps, loss)  # of w and double
+        allowed = float(bound.relative) * (np.minimum(eps, loss) if bound.relative_to == "smaller" else eps)
+        allowed += float(bound.last) * eps + float(bound.ulps) * np.spacing(eps)
+        assert (off <= allowed).all()
+        most = max(most, (off / allowed).max())
+    assert most > 0.9 or entry.key in ("full", "speed full")
+
+
+def test_kernels_on_arrays_have_their_shape_and_nan_outside() -> None:
+    v_star = np.array([[0.5, 1.0, 1.5], [2.0, 5.1, -1.0]])
+    found = machine.evaluated(catalogue.kernel("minimax 1e-5 v5"), "epsilon", v_star)
+    assert found.shape == v_star.shape
+    assert np.isnan(found[1, 1:]).all()
+    assert np.isfinite(found[0]).all()
+
+
+@pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
+def test_compact_kernels_cover_where_w_is_normal_and_not_cut_off(form) -> None:
+    cut = {"float": 120, "double": 900}[form.name]
+    for kernel in COMPACT:
+        for bound in kernel.bound("restitution", "host", form.name)[-1:]:
+            assert form.least < bound.low**10 < form.least * 2
+            assert Fraction(2) ** (cut - 1) < Fraction(bound.high) ** 10 < Fraction(2) ** cut
+
+
+def test_what_shaders_compute_is_bounded_no_tighter_than_on_the_host() -> None:
+    for kernel in COMPACT[:2]:
+        for result in ("restitution", "rebound", "dissipation"):
+            host, shader = (kernel.bound(result, at, "float") for at in ("host", "shader"))
+            pairs = zip(host, shader, strict=True)
+            assert all(one.relative + one.last <= other.relative + other.last for one, other in pairs)
+
+
+OPERATIONS = {
+    "minimax 1e-5 v5": {"+": 10, "*": 10, "/": 1},
+    "compact 1e-3": {"+": 5, "*": 15, ">": 3, "divide": 1, "log2": 1, "exp2": 1},
+    "inverse 1e-3": {"+": 3, "-": 1, "*": 10, "/": 2, "pow": 1},
+}
+
+
+@pytest.mark.parametrize("key", OPERATIONS)
+def test_operations_are_counted_with_divisions_powers_and_roots_apart(key) -> None:
+    assert catalogue.kernel(key).functions[0].operations() == OPERATIONS[key]
+
+
+@pytest.mark.slow
+def test_all_records_are_what_is_made() -> None:
+    """As `make reproduce` says too; every record belongs to a kernel of the catalogue."""
+    with store.anew() as records:
+        for entry in CATALOGUE.values():
+            entry.make()
+    folder = Path(store.__file__).parent / store.FOLDER
+    assert records == {
+        path.name: path.read_text() for path in folder.iterdir() if not path.name.startswith("curve_tables-")
+    }
