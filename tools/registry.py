@@ -159,7 +159,7 @@ def _of_compact(
     low, high = map(str, map(float, COMMON)) if variant.form == FLOAT else ("0", "inf")
     inside = common if variant.form == FLOAT else everywhere
     errors = [at_most(error, PLACES) for error in (inside, everywhere, of_epsilon, of_loss)]
-    texts = [low, high, *errors, given.bound.bound]
+    texts = [low, high, *errors, at_most(given.bound.bound)]
     return Entry("compact", accuracy, FAST, name_of(given), place, variant.form.name, 0, operations, *texts)
 
 

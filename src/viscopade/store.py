@@ -13,7 +13,7 @@ import json
 import math
 import pkgutil
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
 from fractions import Fraction
@@ -31,6 +31,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 _anew: dict[str, str] | None = None  # where everything is made anew: what was made, by file name
 _forget: list[Callable[[], None]] = []
+_named: dict[type, Mapping[str, Any]] = {Format: FORMATS}
 
 
 def recorded(name: str) -> Callable[[Function], Function]:
@@ -83,6 +84,12 @@ def anew() -> Iterator[dict[str, str]]:
         _clear()
 
 
+def by_name(kind: type, known: Mapping[str, Any]) -> None:
+    """Let records have the names of objects of a kind, which have the attribute `name`, in place of the objects."""
+    _named[kind] = known
+    _converter.cache_clear()
+
+
 def of_package(name: str) -> str | None:
     """Return the text of one of the package's records, or None."""
     try:
@@ -101,7 +108,7 @@ def _converter() -> Any:
     """Return the converter between objects and what JSON holds."""
     from cattrs import Converter  # imported when it is used: `import viscopade` stays cheap
 
-    converter = Converter(detailed_validation=False)
+    converter = Converter(detailed_validation=False, omit_if_default=True)
     for kind, write, read_text in (
         (float, float.hex, float.fromhex),
         (Fraction, str, Fraction),
@@ -110,9 +117,9 @@ def _converter() -> Any:
     ):
         converter.register_unstructure_hook(kind, write)
         converter.register_structure_hook(kind, lambda text, _, read_text=read_text: read_text(text))
-    converter.register_unstructure_hook(Format, lambda form: form.name)
-    converter.register_structure_hook(Format, lambda name, _: FORMATS[name])
-
+    for kind, known in _named.items():
+        converter.register_unstructure_hook(kind, lambda one: one.name)
+        converter.register_structure_hook(kind, lambda name, _, known=known: known[name])
     hints = lru_cache(get_type_hints)
 
     def written(value: Any) -> dict[str, Any]:

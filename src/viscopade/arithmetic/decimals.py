@@ -27,8 +27,8 @@ def _decimal(number: Fraction, rounding: str) -> str:
     return f"{value:f}" if -5 < value.adjusted() < 16 else f"{value:e}"
 
 
-def rounded_up(bound: arb, digits: int = DIGITS) -> str:
-    """Return a positive upper bound, rounded up to a short decimal number.
+def rounded_up(bound: arb, digits: int = DIGITS) -> Fraction:
+    """Return a positive upper bound, rounded up to a short decimal number, which it is as a fraction.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def rounded_up(bound: arb, digits: int = DIGITS) -> str:
     if not bound.is_finite():
         raise ArithmeticError(f"the bound is {bound}, which is no number")
     middle, radius, exponent = (int(part) for part in bound.abs_upper().mid_rad_10exp(digits + 20))
-    return at_most((middle + radius) * Fraction(10) ** exponent, digits)
+    return Fraction(_rounded((middle + radius) * Fraction(10) ** exponent, digits, ROUND_CEILING))
 
 
 def at_most(number: Fraction | float, digits: int = DIGITS) -> str:
@@ -54,9 +54,13 @@ def at_least(number: Fraction | float, digits: int = DIGITS) -> str:
 def _short(number: Fraction | float, digits: int, rounding: str) -> str:
     if number == math.inf:
         return "inf"
-    exact, context = Fraction(number), Context(prec=digits, rounding=rounding)
-    decimal = context.divide(Decimal(exact.numerator), Decimal(exact.denominator)).normalize(context)
+    decimal = _rounded(Fraction(number), digits, rounding)
     return f"{decimal:e}" if decimal.adjusted() < -3 else f"{decimal:f}"
+
+
+def _rounded(number: Fraction, digits: int, rounding: str) -> Decimal:
+    context = Context(prec=digits, rounding=rounding)
+    return context.divide(Decimal(number.numerator), Decimal(number.denominator)).normalize(context)
 
 
 def identifier(number: str) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+from viscopade import store
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 
 ULPS = Fraction(4)
@@ -78,3 +79,4 @@ SHADER = Arithmetic(
 """Arithmetic that Vulkan and WGSL guarantee."""
 
 ARITHMETICS = {found.name: found for found in (HOST, HOST_FLOAT, DEVICE, SHADER)}
+store.by_name(Arithmetic, ARITHMETICS)

@@ -21,7 +21,7 @@ from typing import Literal
 from flint import arb, arb_series
 
 from viscopade.arithmetic.balls import ball_of, power_of_series, rational_power, working
-from viscopade.arithmetic.decimals import rounded_up
+from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.collision import exact, panel_proof
 from viscopade.kernels import reference
 from viscopade.kernels.enclosure import Formula
@@ -51,8 +51,8 @@ class Certificate:
     low : Fraction
     high : Fraction, or infinity as a float
         Interval of v*.
-    bound : str
-        |R - eps| <= bound times what it is relative to; decimal, rounded up.
+    bound : Fraction
+        |R - eps| <= bound times what it is relative to; rounded up to few decimal digits.
     parts : tuple of (int, int)
         The panels that meet the interval, and into how many equal parts each was cut for the proof.
     """
@@ -60,7 +60,7 @@ class Certificate:
     measure: AnyMeasure
     low: Fraction
     high: End
-    bound: str
+    bound: Fraction
     parts: tuple[tuple[int, int], ...]
 
     def record(self) -> dict[str, object]:
@@ -69,7 +69,7 @@ class Certificate:
             "measure": self.measure,
             "v_star_min": str(self.low),
             "v_star_max": None if self.high == math.inf else str(self.high),
-            "bound": self.bound,
+            "bound": at_most(self.bound),
             **reference.record(),
             "parts": self.parts,
         }
@@ -210,7 +210,7 @@ class _Proof:
         beyond, _ = self._halved(1, bound, lambda _: message)
         if not beyond < 1:
             raise ArithmeticError(message)
-        return replace(found, high=math.inf, bound=max(found.bound, rounded_up(beyond), key=Fraction))
+        return replace(found, high=math.inf, bound=max(found.bound, rounded_up(beyond)))
 
     def _limit_ratio(self, true: arb) -> Functions:
         """Return the deviation for large v* as a function of u = 1/y, where eps v*^(10/3) is `true`."""

@@ -1,18 +1,558 @@
-"""Compact kernels: eps for all speeds by a lacunary quotient in a root of v*, without a table, with proofs."""
+r"""Compact kernels: eps for all speeds by a lacunary quotient in a root of v*, without tables or branches, with proofs.
+
+With w = beta^5 v = v*^10, y = v*^(1/3) = w^(1/30) = exp2(log2(w)/30), and N, D of `approximation.half_line`:
+
+    elastic = D(y),    lost = v*^2 N(y) = y^6 N(y),    eps = elastic/(elastic + lost),
+    1 - eps^2 = (1 - eps)(1 + eps),    1 - eps = lost/(elastic + lost),
+
+the last without cancellation. w is cut off at 2^120 in type float, 2^900 in type double, where no power of y overflows,
+and eps is below 2e-12 and 2e-90. `half_line` is the same formula as a function of v*, with cbrt and two branches.
+
+An error delta of ln y changes ln eps by d ln eps/d ln y times delta, which `rounding.Rounded` encloses. As
+ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is good to an absolute 2^-21 only, as shaders
+have it near w = 1, costs 1e-8.
+"""
 
 from __future__ import annotations
 
-from viscopade.approximation.measure import Measure
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from itertools import product
+from operator import itemgetter
+
+from flint import arb, fmpq_poly
+
+from viscopade.approximation import half_line as approximants
+from viscopade.approximation import remez
+from viscopade.approximation.half_line import BEST, DEGREES_MORE, SHIFT, require_half_line_degrees
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers
+from viscopade.approximation.lawson import LacunaryFit
+from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
+from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.decimals import at_most, rounded_up
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels import build, prove_lacunary
-from viscopade.kernels.kernel import Kernel
+from viscopade.kernels import certificate
+from viscopade.kernels.arithmetic import ARITHMETICS, Arithmetic
+from viscopade.kernels.bound import ErrorBound
+from viscopade.kernels.coefficients import (
+    Coefficients,
+    Fitted,
+    accuracy_name,
+    accuracy_of,
+    in_formats,
+    measure_name,
+    relative_to,
+)
+from viscopade.kernels.enclosure import Formula, exactly
+from viscopade.kernels.expressions import (
+    Call,
+    CodeBranch,
+    Expression,
+    Name,
+    Reading,
+    Run,
+    Select,
+    Statement,
+    by_powers,
+    evaluate,
+    gaps,
+    powers,
+    read,
+)
+from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms.formulas import ONE, W_ACCEPTED, W_CUT, ZERO, constants, half_line_branches, named, within
+from viscopade.kernels.forms.rounding_bounds import (
+    BITS,
+    DIGITS,
+    Found,
+    Part,
+    Values,
+    _log_error,
+    _on_parts,
+    _uniform,
+    largest,
+    of_powers,
+    refined,
+    rounding_of_w,
+)
+from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.quotient import of_computed_v_star, restitution
+from viscopade.kernels.rounding import Rounded, arithmetic
+from viscopade.store import recorded
+
+ROOT = 30  # y = w^(1/ROOT)
+LARGEST = {DOUBLE.name: 900, FLOAT.name: 120}
+"""w is cut off at 2 to this power."""
+COMMON = (Fraction(1, 1000), Fraction(10))
+"""The v* for which bounds of type float are given, too, besides those for all: they are smaller there."""
+MEANINGS = {
+    "restitution": "eps",
+    "rebound": "eps speed, the speed after the collision",
+    "dissipation": "1 - eps^2",
+}
+DOMAIN = (
+    "all speeds and betas >= 0 but for 0 and infinity together. The bounds hold where beta^2, beta^4, beta^5 and w as "
+    "computed are normal numbers; for smaller w eps is 1 but for less than the type can tell, and w is cut off "
+    "beyond 2^900 (2^120 in type float), so that eps stays positive"
+)
+OF_V_STAR = ("epsilon", "one_minus_epsilon")
+"""Functions of `half_line` kernels."""
+
+_COMMON_Y = (Fraction(1, 10), Fraction(2155, 1000))  # cube roots of `COMMON`, rounded outwards
+_TINY = Fraction(1, 2**40)
+_WIDER = Fraction(1, 2**16)  # more than what balls add to an interval of y
+_PARTS = 4, 32  # of an octave of y below 1 and beyond, at first: there powers of y vary more, and outweigh the rest
+_SECOND_ORDER = 1 + Fraction(1, 1 << 10)  # products of roundings are less
+
+
+# --- kernels ----------------------------------------------------------------------------------------------------------
 
 
 def compact(accuracy: Exact, measure: Measure = "both") -> Kernel:
-    """Return the kernel of speed and beta with the fewest coefficients and a proven error within the accuracy."""
-    return build.compact(prove_lacunary.half_line_kernel(accuracy, measure))
+    """Return the kernel of speed and beta with the fewest coefficients and a proven error within the accuracy.
+
+    Parameters
+    ----------
+    accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
+        From 1e-15 to 0.99, for type double and with rounding.
+    measure : "both" or "relative"
+        What the error is relative to: the smaller of eps and 1 - eps, or eps.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not accepted, or none of the known kernels is accurate enough.
+    """
+    name, form, fitted = _chosen(accuracy, measure)
+    functions = tuple(
+        Function(result, ("speed", "beta"), meaning, W_ACCEPTED, start(), (body(form),), result)
+        for result, meaning in MEANINGS.items()
+    )
+    more = {
+        v.form.name: {"thirtieth": thirtieth(v.form), "largest": 2.0 ** LARGEST[v.form.name]} for v in fitted.variants
+    }
+    text = f"eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, {powers_text(form)}"
+    return _kernel(f"compact_{name}", "speed", text, DOMAIN, functions, form, fitted, MEANINGS, more)
 
 
 def half_line(accuracy: Exact, measure: Measure = "both") -> Kernel:
-    """Return the kernel of v*, by cbrt, with the coefficients of the compact one."""
-    return build.half_line(prove_lacunary.half_line_kernel(accuracy, measure))
+    """Return the kernel of v*, by cbrt, with the coefficients of the compact one; arguments and errors as for it."""
+    name, form, fitted = _chosen(accuracy, measure)
+    v_star = Name("v_star")
+    near, far = half_line_branches(form)
+    branches = (near._replace(guard=within("v_star", ZERO, ONE)), far._replace(guard=v_star > ONE))
+    functions = (
+        Function("epsilon", ("v_star",), "eps", None, (), branches, "epsilon"),
+        Function("one_minus_epsilon", ("v_star",), "1 - eps", None, (), branches, "one_minus_epsilon"),
+        restitution(branches),
+    )
+    text = f"eps = D/(D + v*^2 N), y = v*^(1/3), {powers_text(form)}"
+    made = _kernel(f"halfline_{name}", "v_star", text, "all v* >= 0", functions, form, fitted, OF_V_STAR, {})
+    of_eps = (bound for bound in made.bounds if bound.result == "epsilon")
+    return replace(made, bounds=(*made.bounds, *(b for bound in of_eps for b in of_computed_v_star(bound))))
+
+
+def _chosen(accuracy: Exact, measure: Measure) -> tuple[str, Powers, Fitted]:
+    """Return the end of a kernel's name, and its powers and coefficients."""
+    wanted = accuracy_of(accuracy)
+    form = compact_powers(wanted, measure_of(measure))
+    return f"{accuracy_name(wanted)}{measure_name(measure)}", form, compact_fit(form, measure)
+
+
+def _kernel(
+    name: str,
+    argument: str,
+    text: str,
+    domain: str,
+    functions: tuple[Function, ...],
+    form: Powers,
+    fitted: Fitted,
+    results: Iterable[str],
+    more: Mapping[str, Mapping[str, float]],
+) -> Kernel:
+    """Return a kernel with the bounds of some functions, and further constants."""
+    measure = fitted.certificate.measure
+    source = f"best N/D found in the measure |error|/{RELATIVE_TO[measure]} over all v* >= 0, with these powers of y"
+    head = {"name": name, "kind": "halfline", "root": "1/3", "top": form.top, "bottom": form.bottom}
+    of_v_star = {v.form: {"rounding": {r: _sizes(v, r) for r in OF_V_STAR if _has(v, r)}} for v in fitted.variants}
+    return Kernel(
+        name, name, argument, text, source, domain, functions,
+        {v.form.name: {**more.get(v.form.name, {}), **constants(form, v.a, v.b)} for v in fitted.variants},
+        tuple(b for v in fitted.variants for b in v.bounds if b.result in results), missing=fitted.missing,
+        record={
+            **head, "formula": text, "domain": domain, "measure": measure,
+            "variants": [v.record() | of_v_star[v.form] for v in fitted.variants], "missing": fitted.missing,
+            "source": source,
+        },
+        proofs=tuple(head | v.proof() | of_v_star[v.form] for v in fitted.variants),
+    )  # fmt: skip
+
+
+def _has(variant: Coefficients, result: str) -> bool:
+    return any(bound.result == result for bound in variant.bounds)
+
+
+def _sizes(variant: Coefficients, result: str) -> dict[str, str]:
+    """Return what rounding adds to a function of v*, relative to the formula's value, and by underflow."""
+    bound = variant.bound(result)
+    return {"relative": at_most(bound.last / (1 + bound.formula), DIGITS), "underflow": at_most(bound.absolute, DIGITS)}
+
+
+def powers_text(form: Powers) -> str:
+    """Return N and D as text, the end of a formula's text."""
+    top, bottom = (
+        " + ".join(f"{letter}{k} y" + f"^{k}" * (k > 1) if k else constant for k in exponents)
+        for letter, constant, exponents in (("a", "a0", form.top), ("b", "1", form.bottom))
+    )
+    return f"N = {top}, D = {bottom}"
+
+
+# --- fits -------------------------------------------------------------------------------------------------------------
+
+
+@recorded("compact powers")
+def compact_powers(wanted: Fraction, measure: Measure) -> Powers:
+    """Return the powers of the kernel with the fewest coefficients that is proven to be accurate enough."""
+    candidates = levelled(BEST[measure], lambda form: approximants.fit_half_line(form, measure))
+    return first(wanted, candidates, lambda form: compact_fit(form, measure).variants[0].error("restitution"))
+
+
+@recorded("compact")
+def compact_fit(form: Powers, measure: Measure) -> Fitted:
+    """Return the best kernel with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
+    found = approximants.fit_half_line(form, measure).quotient
+    return with_proofs(
+        found,
+        lambda exact: certificate.prove(formula(exact), Fraction(0), math.inf, measure),
+        lambda of: (*_compact_bounds(form, of), *_half_line_bounds(form, of)),
+    )
+
+
+def with_proofs(
+    found: LacunaryQuotient,
+    prove: Callable[[LacunaryQuotient], certificate.Certificate],
+    bounds: Callable[[Coefficients], Iterable[ErrorBound]],
+) -> Fitted:
+    """Return a lacunary quotient in its types, given the proof of one, and the bounds with rounding."""
+
+    def proven(form: Format) -> Coefficients:
+        a, b = (tuple(map(form.nearest, part)) for part in (found.a, found.b))
+        proof = prove(LacunaryQuotient(found.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b))))
+        return Coefficients(form, a, b, proof)
+
+    return in_formats(proven, bounds)
+
+
+def first(
+    wanted: Fraction,
+    candidates: Iterable[tuple[float, Powers]],
+    error_of: Callable[[Powers], Fraction],
+    name: str = "accuracy",
+) -> Powers:
+    """Return the first powers whose kernel is proven to be accurate enough, rounding in type double included.
+
+    Candidates come with their sampled errors, from which those that cannot be accurate enough are known.
+    """
+
+    def total(choice: Powers) -> Fraction:
+        with suppress(ArithmeticError):
+            return error_of(choice)
+        return Fraction(1)  # there is no proof
+
+    best, missed = Fraction(1), []
+    for error, choice in candidates:
+        if error > wanted:
+            missed.append((error, choice))
+            continue
+        proven = total(choice)
+        if proven <= wanted:
+            return choice
+        best = min(best, proven)
+    for error, choice in sorted(missed, key=itemgetter(0)):  # the nearest miss that has a proof, for the message
+        if best < 1 or error >= best:
+            break
+        best = min(best, total(choice))
+    raise ValueError(
+        f"{name} is {float(wanted):g}: accepted is a number >= {at_most(best)}, which the best kernel known reaches"
+    )
+
+
+def levelled(choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]) -> Iterator[tuple[float, Powers]]:
+    """Yield the sampled errors of the choices that have a best quotient, and the choices."""
+    for form in choices:
+        with suppress(remez.NoBest):
+            yield fit(form).error, form
+
+
+def formula(found: LacunaryQuotient) -> Formula:
+    """Return eps = D/(D + v*^2 N), with N and D lacunary in y = v*^(1/3), deg N = deg D + 4, as proofs read it."""
+    require_half_line_degrees(found.powers)
+    return Formula(3, *half_line_branches(found.powers), constants(found.powers, found.a, found.b))
+
+
+# --- the program ------------------------------------------------------------------------------------------------------
+
+
+def thirtieth(form: Format) -> float:
+    """Return 1/30 in a format."""
+    return form.nearest(Fraction(1, ROOT))
+
+
+def root_of(w: Expression) -> Expression:
+    """Return w^(1/30); log2 and exp2 may be those of any one base."""
+    return Call("exp2", (Call("log2", (w,)) * Name("thirtieth"),))
+
+
+def start() -> tuple[Statement, ...]:
+    """Return the assignments from speed and beta to y; there is no logarithm of 0."""
+    x = Name("x")
+    positive = x > Name("least")
+    return (
+        *formulas.w_program(),
+        Statement("x", W_CUT),
+        Statement("y", Select(positive, root_of(Select(positive, x, ONE)), x)),
+    )
+
+
+def body(form: Powers) -> CodeBranch:
+    """Return the program from y to the results, with given powers of y.
+
+    Raises
+    ------
+    ValueError
+        If the powers are not those of a kernel for all v* >= 0.
+    """
+    require_half_line_degrees(form)
+    elastic, lost, inverse = Name("elastic"), Name("lost"), Name("inverse")
+    program = (
+        *powers("y", gaps(form.top) | gaps(form.bottom) | {SHIFT}),
+        Statement("elastic", by_powers("y", named("b", form.bottom))),
+        Statement("lost", Name(f"y{SHIFT}") * by_powers("y", named("a", form.top))),
+        Statement("inverse", Call("divide", (ONE, elastic + lost))),
+    )
+    epsilon = Call("divide", (elastic, elastic + lost))
+    results: dict[str, Expression] = {
+        "restitution": epsilon,
+        "rebound": epsilon * Name("speed"),
+        "dissipation": lost * inverse * (ONE + elastic * inverse),
+    }
+    return CodeBranch(None, program, results)
+
+
+def check_formula(form: Powers, a: Values, b: Values) -> None:
+    """Check that a program without rounding is the formula whose error is proven, and gives eps speed and 1 - eps^2.
+
+    Both have polynomials in y for elastic and lost. The results are quotients of polynomials of degree 4 at most in
+    elastic and lost, so that they are the same functions if they agree on a grid of more than 5 by 5 points.
+
+    Raises
+    ------
+    ArithmeticError
+        If it is not.
+    """
+    own, (proven, _) = body(form), half_line_branches(form)
+    y, coefficients = fmpq_poly([0, 1]), constants(form, a, b)
+    for name in ("elastic", "lost"):
+        given = {"y": y, "v_star": y**3}
+        if exactly(own, name, given, coefficients) != exactly(proven, name, given, coefficients):
+            raise ArithmeticError(f"{name} of the program is not that of the proven formula")
+    by = Reading(Fraction, {"divide": lambda top, bottom: top / bottom})
+    for speed, beta in product((Fraction(3), Fraction(5)), repeat=2):
+        if Run(formulas.w_program(), {"speed": speed, "beta": beta}, by)["w"] != beta**5 * speed:
+            raise ArithmeticError("w of the program is not beta^5 speed")
+    (inverse,) = (statement for statement in own.program if statement.name == "inverse")
+    grid = [Fraction(n) for n in range(1, 7)]
+    for elastic, lost, speed in product(grid, grid, (Fraction(3), Fraction(5))):
+        run = Run((inverse,), {"elastic": elastic, "lost": lost, "speed": speed}, by)
+        eps = evaluate(proven.results["epsilon"], run, by)
+        for name, value in zip(MEANINGS, (eps, eps * speed, 1 - eps**2), strict=True):
+            if evaluate(own.results[name], run, by) != value:
+                raise ArithmeticError(f"{name} of the program is not that of the proven formula")
+
+
+# --- bounds of functions of the speed ---------------------------------------------------------------------------------
+
+
+def reach(form: Format) -> tuple[Fraction, Fraction]:
+    """Return the least and the largest v* for which bounds hold in a type, rounded inwards."""
+    low, high = 2.0 ** ((1 - form.largest) / 10), 2.0 ** (LARGEST[form.name] / 10)
+    return Fraction(f"{1.01 * low:.3g}"), Fraction(f"{0.99 * high:.3g}")
+
+
+def _compact_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
+    """Yield the bounds in each arithmetic of a type: for all v*, and in type float the smaller ones in `COMMON`.
+
+    There are two for eps. In one, what rounding adds is relative to eps. In the other it is relative to the smaller one
+    of eps and 1 - eps, but for the last sum and quotient: those before change lost/elastic by a factor 1 + eta, and so
+    eps by eps (1 - eps) eta. The bound r_0 of eps's relative error holds this below r_0 eps. From the bound r_2 of that
+    of 1 - eps^2 it is below r_2 (1 - eps^2)/(2 eps), which is at most 3/2 r_2 (1 - eps) for eps >= 1/2.
+    """
+    error, relative, kind = of.certificate.bound, relative_to(of.certificate.measure), of.form
+    of_loss = error * (1 + error / 2)  # |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), |d eps| <= error smaller
+    for machine in (one for one in ARITHMETICS.values() if one.form == kind):
+        sizes = rounding_bounds(form, of.a, of.b, machine)
+        unit = Fraction(2) ** -machine.model.precision
+        last = (unit + machine.quotient * machine.ulp) * _SECOND_ORDER  # elastic/(elastic + lost)
+        for i, (low, high) in enumerate((reach(kind), COMMON) if kind == FLOAT else (reach(kind),)):
+            of_eps, of_rebound, of_dissipation = (sizes[name][i] for name in MEANINGS)
+            bound = ErrorBound("restitution", low, high, relative, error, arithmetic=machine)
+            yield replace(bound, last=of_eps * (1 + error))
+            # eps speed may be subnormal
+            tiny = machine.model.smallest / 2 / machine.form.smallest
+            yield replace(bound, result="rebound", last=of_rebound * (1 + error), absolute=tiny)
+            if relative == "smaller":
+                yield replace(bound, rounding=max(of_eps, Fraction(3, 2) * of_dissipation) * (1 + error), last=last)
+                of_rounding = of_dissipation * (1 + of_loss)
+                yield ErrorBound("dissipation", low, high, "value", of_loss, of_rounding, arithmetic=machine)
+
+
+def rounding_bounds(form: Powers, a: Values, b: Values, machine: Arithmetic) -> dict[str, tuple[Fraction, Fraction]]:
+    """Bound each function's rounding error, relative to the formula's value, for all w and for v* in `COMMON`.
+
+    All w are those up to the cut-off where beta^2, beta^4, beta^5 and w as computed are normal. The bound of rebound
+    holds where it is a normal number.
+
+    Raises
+    ------
+    ArithmeticError
+        If a sum may vanish, or a power overflow.
+    """
+    check_formula(form, a, b)
+    with working(BITS):
+        _check_overflow(form, a, b, machine.form)
+
+        @cache
+        def on(part: Part) -> Mapping[str, arb]:
+            return _on_part(form, a, b, machine, *part)
+
+        ranges = [tuple(_parts(machine.form, *ends)) for ends in (_ends(machine.form), _COMMON_Y)]
+        return {
+            name: (rounded_up(largest(on, ranges[0], of), DIGITS), rounded_up(largest(on, ranges[1], of), DIGITS))
+            for name, of in ((name, itemgetter(name)) for name in MEANINGS)
+        }
+
+
+def _on_part(
+    form: Powers, a: Values, b: Values, machine: Arithmetic, low: Fraction, high: Fraction
+) -> Mapping[str, arb]:
+    """Return bounds of the relative errors for y from low to high."""
+    error, model = _error_of_y(machine, low, high), machine.model
+    y = ball_of(low).union(ball_of(high)) * (arb(0) + arb(0, error)).exp()
+    given = {name: Rounded(arb(c), model) for name, c in constants(form, a, b).items()}
+    # The speed is exact, and the slope of rebound that at constant speed.
+    given |= {"y": Rounded(y, model, slope=1), "speed": Rounded(arb(1), model)}
+
+    def divide(top: Rounded, bottom: Rounded) -> Rounded:
+        return top.over(bottom).with_error(ball_of(machine.quotient * machine.ulp))
+
+    found = read(body(form), [*MEANINGS], given, arithmetic(model, divide=divide))
+    moved = {name: number.with_error_of_y(error) for name, number in found.items()}
+    return {name: arb((x.relative + x.underflow / arb(x.value.abs_lower())).abs_upper()) for name, x in moved.items()}
+
+
+def _error_of_y(machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
+    """Bound the error of ln y for y from low to high, that of w included.
+
+    Raises
+    ------
+    ArithmeticError
+        If the program's y is not w^(1/ROOT).
+    """
+    # The logarithms of a host's library may have either base.
+    bases = [arb.const_log2(), *([arb(1)] if machine.place == "host" else [])]
+    return max(_error_in_base(ln_base, machine, low, high) for ln_base in bases)
+
+
+def _error_in_base(ln_base: arb, machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
+    ulp, model, library = ball_of(machine.ulp), machine.model, ball_of(machine.library)
+    ends = ball_of(low), ball_of(high)
+
+    def log(w: Rounded) -> Rounded:  # of w = y^ROOT, a wide ball of which might contain 0
+        value, of_w = ends[0].log().union(ends[1].log()) * ROOT / ln_base, -(1 - w.relative).log() / ln_base
+        size = arb(value.abs_upper()) + of_w
+        of_call = size * library * ulp + ball_of(machine.log2_absolute)
+        return Rounded(value, model).with_absolute_error(of_call + of_w)
+
+    def exp(x: Rounded) -> Rounded:
+        size = arb(x.value.abs_upper()) + x.absolute
+        of_call = ulp * (library + ball_of(machine.exp2_slope) * size)
+        return Rounded((x.value * ln_base).exp(), model, (x.absolute * ln_base).exp() - 1).with_error(of_call)
+
+    exact = Fraction(1, ROOT)
+    of_constant = abs(Fraction(thirtieth(machine.form)) / exact - 1)
+    given = {
+        "w": Rounded(arb(1), model, ball_of(rounding_of_w(model))),
+        "thirtieth": Rounded(ball_of(exact), model, ball_of(of_constant)),
+    }
+    branch = CodeBranch(None, (), {"y": root_of(Name("w"))})
+    y: Rounded = read(branch, ["y"], given, arithmetic(model, log2=log, exp2=exp))["y"]
+    reached = all(y.value.overlaps(end) for end in ends)
+    if not (reached and ends[0] * (1 - ball_of(_WIDER)) < y.value < ends[1] * (1 + ball_of(_WIDER))):
+        raise ArithmeticError("y of the program is not the root of w")
+    return arb((-(1 - y.relative).log()).abs_upper())
+
+
+def _ends(form: Format) -> Part:
+    """Return the y of the smallest normal w and of the largest, rounded outwards."""
+    low, high = (Fraction(2.0 ** (e / ROOT)) for e in (1 - form.largest, LARGEST[form.name]))
+    return low * (1 - _TINY), high * (1 + _TINY)
+
+
+def _parts(form: Format, beginning: Fraction, end: Fraction) -> Iterator[Part]:
+    """Yield parts of octaves, from one y to another."""
+    for octave in range((1 - form.largest) // ROOT, -(-LARGEST[form.name] // ROOT) + 1):
+        octave_start, number = Fraction(2) ** octave, _PARTS[octave >= 0]
+        for i in range(number):
+            low, high = (octave_start * (1 + Fraction(k, number)) for k in (i, i + 1))
+            if low < end and high > beginning:
+                yield max(low, beginning), min(high, end)
+
+
+def _check_overflow(form: Powers, a: Values, b: Values, kind: Format) -> None:
+    """Raise an ArithmeticError if a power or a sum may overflow at the cut-off; sums are largest there."""
+    y = Fraction(2) ** (-(-LARGEST[kind.name] // ROOT))
+    degree = SHIFT + form.bottom[-1] + DEGREES_MORE
+    if y**degree * sum(abs(Fraction(c)) for c in (*a, *b)) * 2 >= Fraction(2) ** kind.largest:
+        raise ArithmeticError(f"powers up to y^{degree} may overflow in type {kind.name}")
+
+
+# --- bounds of functions of v* ----------------------------------------------------------------------------------------
+
+
+def _relative_of(name: str) -> Callable[[Found], arb]:
+    return lambda found: found[name].relative
+
+
+def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
+    """Yield the bounds of eps and 1 - eps, on the host; in the measure "relative" there is none of 1 - eps.
+
+    Beyond 2^largest w may be subnormal. There w^3 underflows to 0, eps comes out as 0 and 1 - eps as 1, and both are
+    right but for less than the smallest number.
+    """
+    near, far = half_line_branches(form)
+    numbers, proof, kind = constants(form, of.a, of.b), of.certificate, of.form
+    (machine,) = (one for one in ARITHMETICS.values() if one.form == kind and one.place == "host")
+    with working(BITS):
+        unit = arb(2) ** -kind.precision
+        of_y, of_u = (
+            _log_error(of_powers(branch, name, kind, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
+        )
+        branches = (
+            _on_parts(near, OF_V_STAR, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
+            _on_parts(far, OF_V_STAR, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
+        )
+        for name in OF_V_STAR if proof.measure == "both" else OF_V_STAR[:1]:
+            # Both branches have the parts of [0, 1].
+            walks = [(on, refined(on, _uniform(Fraction(1)), _relative_of(name))) for on in branches]
+            size = max(size for _, parts in walks for size, _ in parts)
+            underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
+            yield ErrorBound(
+                name, Fraction(0), math.inf, relative_to(proof.measure), proof.bound,
+                last=rounded_up(size, DIGITS) * (1 + proof.bound),
+                absolute=rounded_up(underflow / ball_of(kind.smallest), DIGITS), arithmetic=machine,
+            )  # fmt: skip

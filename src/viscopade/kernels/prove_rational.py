@@ -15,7 +15,7 @@ from viscopade import arguments
 from viscopade.approximation import cheapest, machine_coefficients, minimax
 from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
 from viscopade.arithmetic.balls import ball_of, bits_for, known_decimal, working
-from viscopade.arithmetic.decimals import below, rounded_up
+from viscopade.arithmetic.decimals import at_most, below, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.collision import exact
 from viscopade.collision.exact import Exact
@@ -225,7 +225,7 @@ def error_up_to(a: Sequence[arb], b: Sequence[arb], v_star_max: Exact) -> str:
         If v_star_max is no such number, or nothing was proven up to there, as for an N/D with a pole.
     """
     try:
-        return _certified(a, b, (Fraction(0), _end_of_interval(v_star_max)), "both").bound
+        return at_most(_certified(a, b, (Fraction(0), _end_of_interval(v_star_max)), "both").bound)
     except ArithmeticError as error:
         raise ValueError(f"v_star_max is {v_star_max}: {error}; accepted is a smaller number") from None
 
@@ -274,7 +274,7 @@ def sampled_errors(approximant: Pade, law: Law, v_star_max: Exact = None) -> tup
             with working(bits_for(SAMPLE_DIGITS) + 64):
                 off = abs(a(ball_of(v_star)) / b(ball_of(v_star)) - true.epsilon)
                 most = most.max((off / true.epsilon.min(true.one_minus_epsilon)).abs_upper())
-        found.append((below(end), rounded_up(most)))
+        found.append((below(end), at_most(rounded_up(most))))
         last = end
     return tuple(found)
 
@@ -288,4 +288,4 @@ def _require_horner(label: str, a: Sequence[Fraction], b: Sequence[Fraction], fo
 def _relative_to_eps(size: arb, error: Fraction) -> str:
     """Return a bound relative to the formula's value as one relative to eps, given the relative error of the former."""
     with working(64):
-        return rounded_up(size * (1 + arb(error.numerator) / error.denominator), 2)
+        return at_most(rounded_up(size * (1 + arb(error.numerator) / error.denominator), 2))

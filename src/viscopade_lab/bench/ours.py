@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 
 import viscopade
+from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import requests
@@ -84,7 +85,7 @@ def _of_tier(tier: str) -> Contender:
 
 def _minimax(kernel: MinimaxKernel) -> Contender:
     """Return a best quotient of v*, for which pow makes v*."""
-    bound = kernel.variants[0].certificate.bound
+    bound = at_most(kernel.variants[0].certificate.bound)
     return Contender(
         f"minimax-{bound}",
         f"pow + minimax, {bound}",

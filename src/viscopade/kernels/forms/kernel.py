@@ -109,7 +109,11 @@ class Variant:
 
     def record(self) -> dict[str, object]:
         """Return type, coefficients and bound as JSON-able data."""
-        return {"type": self.form.name, **decimals(self.form, a=self.a, b=self.b), "bound": self.certificate.bound}
+        return {
+            "type": self.form.name,
+            **decimals(self.form, a=self.a, b=self.b),
+            "bound": at_most(self.certificate.bound),
+        }
 
 
 AnyVariant = TypeVar("AnyVariant", bound=Variant)

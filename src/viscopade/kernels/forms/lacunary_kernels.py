@@ -163,7 +163,7 @@ class LacunaryKernel(Fitted[LacunaryVariant]):
     def _bounds(self) -> str:
         """The bound, or those of the types."""
         same = len({v.certificate.bound for v in self.variants}) == 1
-        return self.bound.bound if same else self._per_type(lambda v: v.certificate.bound)
+        return at_most(self.bound.bound) if same else self._per_type(lambda v: at_most(v.certificate.bound))
 
 
 @dataclass(frozen=True)

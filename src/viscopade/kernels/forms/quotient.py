@@ -17,7 +17,7 @@ from typing import ClassVar, TypeVar
 
 from viscopade import arguments
 from viscopade.approximation.measure import RELATIVE_TO
-from viscopade.arithmetic.decimals import below
+from viscopade.arithmetic.decimals import at_most, below
 from viscopade.arithmetic.formats import Format, float_text
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms.kernel import Kernel, span
@@ -213,7 +213,7 @@ class PadeKernel(Quotient):
             "zero": None if self.zero is None else repr(float(self.zero)),
             "next_term": _text(self.next_term),
             "error": self.error,
-            "proven": [{"v_star_max": below(Fraction(c.high)), "bound": c.bound} for c in self.bounds],
+            "proven": [{"v_star_max": below(Fraction(c.high)), "bound": at_most(c.bound)} for c in self.bounds],
             "rounding": dict(self.rounding),
             "source": self.source,
         }
@@ -320,7 +320,7 @@ def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, s
     """Return the sentences on the proven error; none without a proof."""
     if not bounds:
         return ()
-    errors = ", ".join(f"{bound.bound} for {span(bound.low, Fraction(bound.high))}" for bound in bounds)
+    errors = ", ".join(f"{at_most(bound.bound)} for {span(bound.low, Fraction(bound.high))}" for bound in bounds)
     sizes = " and ".join(f"{size} eps in type {name}" for name, size in rounding)
     where = f"for {span(bounds[0].low, Fraction(bounds[-1].high))}"
     return (

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import cache, lru_cache, partial
+from heapq import heapify, heappop, heappush
 from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
@@ -19,7 +20,7 @@ from flint import arb
 from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
-from viscopade.arithmetic.decimals import rounded_up
+from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels.expressions import CodeBranch, read
 from viscopade.kernels.forms import formulas
@@ -164,7 +165,7 @@ def inverse_sizes(
             "v_star": relative,
             "beta": of_powers(formulas.beta_branch(), "beta", kind, {"speed": 0, "v_star": relative}),
         }
-        return {name: Size(rounded_up(size, DIGITS), "0") for name, size in sizes.items()}
+        return {name: Size(at_most(rounded_up(size, DIGITS)), "0") for name, size in sizes.items()}
 
 
 class _Decimal(Rounded):
@@ -277,7 +278,7 @@ def _size(branches: Sequence[Callable[[Part], Found]], name: str, kind: Format) 
     walks = [(on, refined(on, _uniform(Fraction(1)), lambda found: found[name].relative)) for on in branches]
     relative = max(size for _, parts in walks for size, _ in parts)
     underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
-    return Size(rounded_up(relative, DIGITS), rounded_up(underflow / ball_of(kind.smallest), DIGITS))
+    return Size(*(at_most(rounded_up(size, DIGITS)) for size in (relative, underflow / ball_of(kind.smallest))))
 
 
 def _of_v_star(found: Found) -> arb:
@@ -318,22 +319,24 @@ def refined(
             return arb.pos_inf()
         return size if size.is_finite() else arb.pos_inf()
 
-    found, reached = [(known(part), part) for part in parts], arb(0)
+    # A heap, the largest bound first; the part tells bounds apart that are the same double.
+    heap, reached = [(-float(size), part, size) for part in parts for size in [known(part)]], arb(0)
+    heapify(heap)
     while True:
-        place = max(range(len(found)), key=lambda i: found[i][0])
-        worst, (low, high) = found[place]
+        _, (low, high), worst = heap[0]
         middle = (low + high) / 2
         alone = known((middle, middle))
         reached = max(reached, alone) if alone.is_finite() else reached
-        if worst <= reached * (1 + ball_of(_NEARLY)):
-            return found
-        if len(found) >= MOST_PARTS:
+        if worst <= reached * (1 + ball_of(_NEARLY)) or len(heap) >= MOST_PARTS:
             break
-        found[place : place + 1] = [(known(half), half) for half in ((low, middle), (middle, high))]
+        heappop(heap)
+        for half in ((low, middle), (middle, high)):
+            size = known(half)
+            heappush(heap, (-float(size), half, size))
     if not worst.is_finite():
         on((low, high))
         raise ArithmeticError(f"there is no bound from {float(low):g} to {float(high):g}")
-    return found
+    return [(size, part) for _, part, size in heap]
 
 
 def _uniform(end: Fraction) -> Iterator[Part]:

@@ -69,7 +69,7 @@ class SpeedKernel:
         """Proven bound of |eps - formula|/min(eps, 1 - eps), for all speeds; without rounding."""
         if isinstance(self.table, LastPlaceTable):
             return at_most(self.table.proven.relative)
-        beyond = [self.slow.variant(DOUBLE).certificate.bound] if self.slow else []
+        beyond = [at_most(self.slow.variant(DOUBLE).certificate.bound)] if self.slow else []
         return max([at_most(self.table.proven.error), *beyond], key=Fraction)
 
     @property

@@ -28,7 +28,7 @@ from flint import arb, fmpq_poly
 from viscopade.approximation.half_line import DEGREES_MORE, SHIFT, require_half_line_degrees
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, working
-from viscopade.arithmetic.decimals import rounded_up
+from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.enclosure import exactly
 from viscopade.kernels.expressions import (
@@ -259,7 +259,9 @@ def rounding_bounds(form: Powers, a: Values, b: Values, machine: MachineArithmet
 
         everywhere, common = (tuple(_parts(machine.type, *ends)) for ends in (_ends(machine.type), _COMMON_Y))
         worst = {name: [largest(on, parts, itemgetter(name)) for parts in (everywhere, common)] for name in FUNCTIONS}
-        return {name: RoundingBound(*(rounded_up(size, DIGITS) for size in sizes)) for name, sizes in worst.items()}
+        return {
+            name: RoundingBound(*(at_most(rounded_up(size, DIGITS)) for size in sizes)) for name, sizes in worst.items()
+        }
 
 
 def _on_part(

@@ -200,7 +200,9 @@ def _bounds(given: SpeedKernel, table: Table) -> list[str]:
     smaller = "min(eps, 1 - eps)"
     forms = ((at_most(table.rounding(form), 2), form.name) for form in given.formats)
     rounding = " and ".join(f"{size} {smaller} in type {name}" for size, name in forms)
-    elsewhere = "that of viscopade_full.h" if given.slow is None else given.slow.variant(DOUBLE).certificate.bound
+    elsewhere = (
+        "that of viscopade_full.h" if given.slow is None else at_most(given.slow.variant(DOUBLE).certificate.bound)
+    )
     return [
         f"proven: |formula - eps| / {smaller} <= {at_most(table.proven.error)} in the table, {elsewhere} elsewhere",
         f"rounding of restitution: adds at most {rounding}, and half a unit in the last place of eps (proven; in the "

@@ -227,9 +227,9 @@ def _errors(target: Target, kernel: HalfLineKernel) -> list[str]:
     """Return sentences on what is proven."""
     both = kernel.bound.measure == "both"
     variants = [v for v in kernel.variants if v.form.name in target.formats]
-    bounds = dict.fromkeys(f"{v.certificate.bound} in type {v.form.name}" for v in variants)
+    bounds = dict.fromkeys(f"{at_most(v.certificate.bound)} in type {v.form.name}" for v in variants)
     same = len({v.certificate.bound for v in variants}) == 1
-    bound = variants[0].certificate.bound if same else " and ".join(bounds)
+    bound = at_most(variants[0].certificate.bound) if same else " and ".join(bounds)
     errors = [f"proven: |formula - eps| / {RELATIVE_TO[kernel.bound.measure]} <= {bound}"]
     if both:
         worst = max(v.error for v in variants)

@@ -392,7 +392,7 @@ def _stated_of(kernel: Quotient, form: Format) -> tuple[list[tuple[Fraction, str
     else:
         variant = cast(MinimaxKernel, kernel).variant(form)
         bounds, rounding = (variant.certificate,), variant.rounding
-    return sorted((Fraction(bound.high), bound.bound) for bound in bounds), Fraction(rounding)
+    return sorted((Fraction(bound.high), str(bound.bound)) for bound in bounds), Fraction(rounding)
 
 
 def _quotient_bits(

@@ -1,0 +1,150 @@
+"""Records of fits: the coefficients of a formula in each format, and what is proven of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+from viscopade import arguments
+from viscopade.arithmetic.decimals import at_most, identifier
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.collision.exact import Exact
+from viscopade.kernels.bound import ErrorBound, RelativeTo
+from viscopade.kernels.certificate import Certificate
+
+LOOSER = 2
+"""A float's bound may exceed that of the double by this factor."""
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """The coefficients of a formula N/D in one format, ascending, and what is proven of them.
+
+    Attributes
+    ----------
+    form : Format
+    a, b : tuple of float
+        Numbers of the format; b_0 = 1.
+    certificate : Certificate
+        Of the formula with these coefficients, evaluated exactly.
+    bounds : tuple of ErrorBound
+        Of the functions that compute it.
+    """
+
+    form: Format
+    a: tuple[float, ...]
+    b: tuple[float, ...]
+    certificate: Certificate
+    bounds: tuple[ErrorBound, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.b[0] != 1:
+            raise ValueError("b_0 must be 1")
+        if any(self.form.nearest(Fraction(c)) != c for c in (*self.a, *self.b)):
+            raise ValueError(f"a coefficient is not a number of type {self.form.name}")
+
+    @property
+    def exact(self) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+        """The coefficients a and b as fractions."""
+        return tuple(map(Fraction, self.a)), tuple(map(Fraction, self.b))
+
+    def bound(self, result: str) -> ErrorBound:
+        """Return the first bound of a function on the host."""
+        return next(b for b in self.bounds if (b.result, b.arithmetic.place) == (result, "host"))
+
+    def error(self, result: str) -> Fraction:
+        """Return the proven error of a function on the host, with that of rounding."""
+        bound = self.bound(result)
+        return bound.relative + bound.last
+
+    def record(self) -> dict[str, Any]:
+        """Return type, coefficients as decimals that read back, and the formula's bound, as JSON-able data."""
+        a, b = ([self.form.decimal(c).rstrip("f") for c in values] for values in (self.a, self.b))
+        return {"type": self.form.name, "a": a, "b": b, "bound": at_most(self.certificate.bound)}
+
+    def proof(self) -> dict[str, Any]:
+        """Return type, coefficients in hexadecimal and the certificate, as JSON-able data for independent checks."""
+        a, b = ([c.hex() for c in values] for values in (self.a, self.b))
+        return {"type": self.form.name, "a": a, "b": b, **self.certificate.record()}
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A fit in its formats.
+
+    Attributes
+    ----------
+    variants : tuple of Coefficients
+        That of type double comes first.
+    missing : dict
+        Why a type is left out, by its name.
+    """
+
+    variants: tuple[Coefficients, ...]
+    missing: dict[str, str]
+
+    @property
+    def certificate(self) -> Certificate:
+        """The certificate with the largest bound."""
+        return max((v.certificate for v in self.variants), key=lambda proof: proof.bound)
+
+
+def in_formats(
+    prove: Callable[[Format], Coefficients],
+    bounds: Callable[[Coefficients], Iterable[ErrorBound]],
+    limit: Fraction | None = None,
+) -> Fitted:
+    """Return coefficients in type double, and in type float unless their error is too large.
+
+    Parameters
+    ----------
+    prove : callable
+        Gives the coefficients in a format, with the certificate.
+    bounds : callable
+        Gives the bounds of the functions, the first one on the host.
+    limit : Fraction or None
+        Of the error of the first function with rounding. None: of the formula, `LOOSER` times that in type double.
+    """
+
+    def with_bounds(bare: Coefficients) -> Coefficients:
+        return replace(bare, bounds=tuple(bounds(bare)))
+
+    def within(error: Fraction, most: Fraction) -> None:
+        if error > most:
+            raise ValueError(f"with coefficients of that type the error would be {at_most(error)}")
+
+    first = with_bounds(prove(DOUBLE))
+    try:
+        second = prove(FLOAT)
+        if limit is None:
+            within(second.certificate.bound, LOOSER * first.certificate.bound)
+        second = with_bounds(second)
+        if limit is not None:
+            within(second.error(second.bounds[0].result), limit)
+    except (ValueError, ArithmeticError) as error:
+        return Fitted((first,), {FLOAT.name: str(error)})
+    return Fitted((first, second), {})
+
+
+def accuracy_of(accuracy: Exact, name: str = "accuracy") -> Fraction:
+    """Return an accuracy asked for, by its name in a refusal; expected is a number from 1e-15 to 0.99."""
+    least, most = Fraction("1e-15"), Fraction("0.99")
+    return arguments.exact_number(name, accuracy, "a number from 1e-15 to 0.99", lambda x: least <= x <= most)
+
+
+def accuracy_name(accuracy: Fraction) -> str:
+    """Return an accuracy as part of a name, always with an exponent: 1em5 for 1e-5, 3p5em6 for 3.5e-6."""
+    return identifier(f"{Decimal(at_most(accuracy)).normalize():e}")
+
+
+def measure_name(measure: str) -> str:
+    """Return the end of a name for a measure, which is empty for "both"."""
+    return "" if measure == "both" else f"_{measure}"
+
+
+def relative_to(measure: str) -> RelativeTo:
+    """Return what the error of a measure is relative to."""
+    return "smaller" if measure == "both" else "value"
