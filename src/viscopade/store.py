@@ -17,8 +17,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
 from fractions import Fraction
-from functools import lru_cache, wraps
+from functools import lru_cache, partial, wraps
 from inspect import signature
+from operator import attrgetter
 from typing import Any, TypeVar, cast, get_type_hints
 
 from viscopade.arithmetic.formats import FORMATS, Format
@@ -117,9 +118,9 @@ def _converter() -> Any:
     ):
         converter.register_unstructure_hook(kind, write)
         converter.register_structure_hook(kind, lambda text, _, read_text=read_text: read_text(text))
-    for kind, known in _named.items():
-        converter.register_unstructure_hook(kind, lambda one: one.name)
-        converter.register_structure_hook(kind, lambda name, _, known=known: known[name])
+    for of_name, known in _named.items():
+        converter.register_unstructure_hook(of_name, attrgetter("name"))
+        converter.register_structure_hook(of_name, partial(_one_of, known))
     hints = lru_cache(get_type_hints)
 
     def written(value: Any) -> dict[str, Any]:
@@ -131,6 +132,10 @@ def _converter() -> Any:
     converter.register_unstructure_hook_func(_is_named_tuple, written)
     converter.register_structure_hook_func(_is_named_tuple, read)
     return converter
+
+
+def _one_of(known: Mapping[str, Any], name: str, _: Any) -> Any:
+    return known[name]
 
 
 def _is_named_tuple(kind: Any) -> bool:

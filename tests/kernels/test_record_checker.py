@@ -81,38 +81,43 @@ def set_at(value, place, change):
     value[last] = change(value[last])
 
 
-CERTIFICATE = ("variants", 0, "certificate")
+def by(factor):
+    return lambda x: fraction_by(x, factor)
+
+
+CERTIFICATE, BOUNDS = ("variants", 0, "certificate"), ("variants", 0, "bounds")
 IN_POWERS = [  # of a root
     (("variants", 0, "a", -1), lambda x: (float.fromhex(x) * 1.002).hex()),
-    ((*CERTIFICATE, "bound"), lambda x: smaller(x, 0.98)),
+    (("variants", 0, "a", 1), lambda x: "0x1p-1"),
+    ((*CERTIFICATE, "bound"), by(0.98)),
     ((*CERTIFICATE, "measure"), lambda x: "none"),
+    ((*CERTIFICATE, "parts"), lambda x: x[1:]),
     ((*CERTIFICATE, "parts"), lambda x: [*x[:40], *x[41:]]),
     ((*CERTIFICATE, "parts", 3, 1), lambda x: 0),
+    ((*BOUNDS, 0, "formula"), by(0.99)),
 ]
 WRONG = {
-    "pade_kernel": [
-        (("bounds", 0, "bound"), smaller),
-        (("rounding", 1, 1), lambda x: smaller(x, 0.01)),
+    "pade": [
+        (("certificates", 0, "bound"), by(0.4)),
+        (("bounds", 0, "formula"), by(0.4)),
+        (("bounds", 0, "last"), by(0.01)),
+        (("bounds", -1, "last"), by(0.01)),
         (("b", 2), smaller),
     ],
-    "minimax_kernel": [
-        (("variants", 0, "certificate", "bound"), smaller),
-        (("variants", 0, "certificate", "parts"), lambda x: x[1:]),
+    "minimax": [
+        ((*CERTIFICATE, "bound"), by(0.4)),
+        ((*CERTIFICATE, "parts"), lambda x: x[1:]),
+        ((*BOUNDS, 0, "last"), by(0.01)),
+        ((*BOUNDS, 0, "last"), by(10**14)),
     ],
-    "half_line_kernel": [
+    "compact": [
         *IN_POWERS,
-        (("variants", 0, "a", 1), lambda x: "0x1p-1"),
-        (("variants", 0, "certificate", "parts"), lambda x: x[1:]),
-        (("variants", 0, "sizes", 0, 1, "relative"), lambda x: smaller(x, 0.01)),
+        *(((*BOUNDS, i, "last"), by(0.001)) for i in (0, 1, 4, 5)),
+        ((*BOUNDS, 3, "rounding"), by(0.001)),
     ],
-    "inverse_kernel": [
-        *IN_POWERS,
-        (("variants", 0, "a", 1), lambda x: "0x1p-1"),
-        (("variants", 0, "sizes", 1, 1, "relative"), lambda x: smaller(x, 0.01)),
-    ],
-    "half_line_powers": [(("top", 1), lambda x: x + 1)],
-    "inverse_powers": [(("top", 1), lambda x: x + 1)],
-    "table_free_rounding": [(("restitution", "everywhere"), lambda x: smaller(x, 0.001))],
+    "inverse": [*IN_POWERS, *(((*BOUNDS, i, "rounding"), by(0.001)) for i in range(3))],
+    "compact powers": [(("top", 1), lambda x: x + 1)],
+    "inverse powers": [(("top", 1), lambda x: x + 1)],
     "table_rise": [((), lambda x: fraction_by(x, 0.9))],
     "table_bounds": [(("falling",), lambda x: False), (("rounding", 0, 1), lambda x: fraction_by(x, 0.01))],
     "ulp_bounds": [((100, "high"), lambda x: fraction_by(x, 1.01)), ((150, "ulp"), lambda x: "1/10")],
@@ -127,7 +132,7 @@ def test_a_wrong_record_is_refused(kind, place, change):
     record = copy.deepcopy(next(of_kind))
     set_at(record, ("value", *place), change)
     with pytest.raises(Wrong):
-        check(record, Sample(1 if kind in ("pade_kernel", "minimax_kernel", "ulp_bounds") else 100, 0))
+        check(record, Sample(1 if kind in ("pade", "minimax", "ulp_bounds") else 100, 0))
 
 
 @pytest.mark.parametrize("kind", ["table_rows", "last_place_rows", "double_rows"])
