@@ -130,7 +130,7 @@ NO_LANGUAGES = {
     "viscopade.simulators.rebound",
     "viscopade.simulators.text",
     # Constants in tables that are called c.
-    "viscopade.kernels.forms.formulas",
+    "viscopade.kernels.formulas",
     "viscopade.kernels.forms.last_place",
     "viscopade.kernels.forms.speed_table",
     "viscopade.kernels.forms.speed_table_last_place",

@@ -8,9 +8,9 @@ from fractions import Fraction
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import MARKER
-from viscopade.kernels import prove_lacunary
+from viscopade.kernels import formulas, prove_lacunary
 from viscopade.kernels.expressions import Name, simple_operations
-from viscopade.kernels.forms import formulas, last_place, table_free
+from viscopade.kernels.forms import last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, LacunaryVariant
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES

@@ -26,11 +26,11 @@ from viscopade.kernels.expressions import (
 )
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.bits import power_of_two
-from viscopade.kernels.forms.rounding_bounds import rounding_of_w
 from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.kernels.forms.speed_table import SMALLEST, TABLE
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.machine import TYPES, machine_arithmetic, rows_of
+from viscopade.kernels.rounding_bounds import rounding_of_w
 from viscopade.kernels.targets.syntax import Syntax, of_c, text
 
 TABLES_AND_TYPES = [(table, form) for table in (*TABLES.values(), LastPlaceTable()) for form in FORMATS.values()]

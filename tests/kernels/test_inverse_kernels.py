@@ -12,8 +12,8 @@ from viscopade.approximation import half_line, inverse, lawson
 from viscopade.approximation.lacunary import Powers
 from viscopade.arrays import double
 from viscopade.collision import exact
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import Reading, Run, evaluate
-from viscopade.kernels.forms import formulas
 from viscopade.kernels.registry_arrays import half_line_values
 
 

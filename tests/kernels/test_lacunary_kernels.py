@@ -20,7 +20,7 @@ from viscopade.approximation import half_line, inverse
 from viscopade.approximation.lacunary import Powers, full_powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels import expressions, prove_lacunary
+from viscopade.kernels import expressions, formulas, prove_lacunary, rounding_bounds
 from viscopade.kernels.expressions import (
     Literal,
     Name,
@@ -34,7 +34,6 @@ from viscopade.kernels.expressions import (
     in_pairs,
     powers,
 )
-from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, interval_start
 from viscopade.kernels.rounding import Rounded, of_branch
 from viscopade.kernels.targets.c import half_line_functions

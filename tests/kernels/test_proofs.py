@@ -12,9 +12,9 @@ import pytest
 from certificate_checker import Checker
 from viscopade.approximation import minimax
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels import prove_rational
+from viscopade.kernels import prove_rational, rounding_bounds
 from viscopade.kernels.certificate import prove
-from viscopade.kernels.forms import exact_formulas, rounding_bounds
+from viscopade.kernels.forms import exact_formulas
 from viscopade.kernels.targets import c, python
 from viscopade.theory.pade import pade
 

@@ -5,9 +5,9 @@ from fractions import Fraction
 import pytest
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels import prove_lacunary
+from viscopade.kernels import formulas, prove_lacunary
 from viscopade.kernels.expressions import Call, Literal, Name, Select, Statement
-from viscopade.kernels.forms import formulas, last_place, speed_table, table_free
+from viscopade.kernels.forms import last_place, speed_table, table_free
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 

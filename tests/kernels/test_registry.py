@@ -18,7 +18,6 @@ from viscopade.arrays import double
 from viscopade.kernels import prove_lacunary, registry
 from viscopade.kernels.expressions import Run, evaluate
 from viscopade.kernels.forms import last_place, table_free
-from viscopade.kernels.forms.rounding_bounds import BITS
 from viscopade.kernels.forms.speed_kernel import TABLES, file_of
 from viscopade.kernels.forms.speed_table import OCTAVES
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
@@ -26,6 +25,7 @@ from viscopade.kernels.names import FULL
 from viscopade.kernels.registry import Entry, entries, limits
 from viscopade.kernels.registry_arrays import entry_epsilon
 from viscopade.kernels.rounding import Rounded, arithmetic
+from viscopade.kernels.rounding_bounds import BITS
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 FILE = Path(registry.__file__).parents[1] / registry.DATA

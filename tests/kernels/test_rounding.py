@@ -14,12 +14,12 @@ from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import CodeBranch, Name
-from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, of_powers, quotient_rounding
 from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.rounding import Rounded, of_branch
+from viscopade.kernels.rounding_bounds import BITS, ULPS, of_powers, quotient_rounding
 
 LOOSE = 12  # how much larger the bound may be than the largest error found
 A, B = (Fraction(1), Fraction(1, 4)), (Fraction(1), Fraction(1, 4), Fraction(23, 20), Fraction(1, 8), Fraction(1, 5))

@@ -9,7 +9,7 @@ import pytest
 from viscopade.arrays import double
 from viscopade.kernels import requests
 from viscopade.kernels.expressions import Reading, Run
-from viscopade.kernels.forms.formulas import constants
+from viscopade.kernels.formulas import constants
 from viscopade.kernels.targets import slope
 
 PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "languages.md").read_text()

@@ -10,8 +10,9 @@ from tests.kernels.contracted import Contracted
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
+from viscopade.kernels import rounding_bounds
 from viscopade.kernels.expressions import Reading, Run
-from viscopade.kernels.forms import rounding_bounds, speed_table, speed_table_last_place
+from viscopade.kernels.forms import speed_table, speed_table_last_place
 from viscopade.kernels.forms.speed_table import MantissaPiece, Table
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
 

@@ -22,8 +22,8 @@ from tests.kernels.languages import BITS, COMPACT, FORMS, TYPES, Code, tool
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels import expressions, prove_lacunary, requests
-from viscopade.kernels.forms import formulas, table_free
+from viscopade.kernels import expressions, formulas, prove_lacunary, requests
+from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.table_free import name_of

@@ -36,7 +36,7 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate
+from viscopade.kernels import certificate, formulas
 from viscopade.kernels.arithmetic import ARITHMETICS, Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.coefficients import (
@@ -64,25 +64,24 @@ from viscopade.kernels.expressions import (
     powers,
     read,
 )
-from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.formulas import ONE, W_ACCEPTED, W_CUT, ZERO, constants, half_line_branches, named, within
-from viscopade.kernels.forms.rounding_bounds import (
+from viscopade.kernels.formulas import ONE, W_ACCEPTED, W_CUT, ZERO, constants, half_line_branches, named, within
+from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.quotient import of_computed_v_star, restitution
+from viscopade.kernels.rounding import Rounded, arithmetic
+from viscopade.kernels.rounding_bounds import (
     BITS,
     DIGITS,
     Found,
     Part,
     Values,
-    _log_error,
-    _on_parts,
-    _uniform,
     largest,
+    log_error,
     of_powers,
+    on_parts,
+    parts_to,
     refined,
     rounding_of_w,
 )
-from viscopade.kernels.kernel import Function, Kernel
-from viscopade.kernels.quotient import of_computed_v_star, restitution
-from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.store import recorded
 
 ROOT = 30  # y = w^(1/ROOT)
@@ -540,15 +539,15 @@ def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_y, of_u = (
-            _log_error(of_powers(branch, name, kind, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
+            log_error(of_powers(branch, name, kind, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
         )
         branches = (
-            _on_parts(near, OF_V_STAR, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
-            _on_parts(far, OF_V_STAR, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
+            on_parts(near, OF_V_STAR, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
+            on_parts(far, OF_V_STAR, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
         )
         for name in OF_V_STAR if proof.measure == "both" else OF_V_STAR[:1]:
             # Both branches have the parts of [0, 1].
-            walks = [(on, refined(on, _uniform(Fraction(1)), _relative_of(name))) for on in branches]
+            walks = [(on, refined(on, parts_to(Fraction(1)), _relative_of(name))) for on in branches]
             size = max(size for _, parts in walks for size, _ in parts)
             underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
             yield ErrorBound(

@@ -17,29 +17,28 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import above, at_most, identifier, rounded_up
 from viscopade.arithmetic.formats import Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate
+from viscopade.kernels import certificate, formulas
 from viscopade.kernels.arithmetic import ARITHMETICS
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.coefficients import Coefficients, Fitted, accuracy_name, accuracy_of
 from viscopade.kernels.compact import first, levelled, powers_text, with_proofs
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Expression, Name, Statement, both
-from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.formulas import ONE, ZERO
-from viscopade.kernels.forms.rounding_bounds import (
+from viscopade.kernels.formulas import ONE, ZERO
+from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.rounding_bounds import (
     BITS,
     DIGITS,
     Found,
     Values,
-    _above_root,
-    _below_root,
-    _from,
-    _log_error,
-    _on_parts,
+    above_root,
+    below_root,
     largest,
+    log_error,
     of_powers,
+    on_parts,
+    parts_from,
 )
-from viscopade.kernels.kernel import Function, Kernel
 from viscopade.store import recorded
 
 ACCURACY = "accuracy of the inverse"  # in refusals
@@ -228,19 +227,19 @@ def rounding_bounds(
 
         def of_root(variable: str, y: arb) -> arb:
             log = abs(y.log()) / ball_of(root)
-            return _log_error(of_powers(branches[variable], variable, kind, {"epsilon": 0, "loss": unit}, log, root))
+            return log_error(of_powers(branches[variable], variable, kind, {"epsilon": 0, "loss": unit}, log, root))
 
         def of_v_star(found: Found) -> arb:
             v_star = found["v_star"]
             return arb((v_star.relative + v_star.underflow / arb(v_star.value.abs_lower())).abs_upper())
 
-        start = _below_root(kind.smallest, root)
-        end = _above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
+        start = below_root(kind.smallest, root)
+        end = above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
         numbers = formulas.constants(powers, a, b)
         on_branches = (
-            _on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, partial(of_root, variable))
+            on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, partial(of_root, variable))
             for variable, branch in branches.items()
         )
-        relative = max(largest(on, _from(start, end), of_v_star) for on in on_branches)
+        relative = max(largest(on, parts_from(start, end), of_v_star) for on in on_branches)
         beta = of_powers(formulas.beta_branch(), "beta", kind, {"speed": 0, "v_star": relative})
         return {"v_star": rounded_up(relative, DIGITS), "beta": rounded_up(beta, DIGITS)}

@@ -19,15 +19,15 @@ from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate
+from viscopade.kernels import certificate, rounding_bounds
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms import exact_formulas, rounding_bounds
+from viscopade.kernels.forms import exact_formulas
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant, interval_start
-from viscopade.kernels.forms.rounding_bounds import Size, Values
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import COMPACT, FAST, FULL
 from viscopade.kernels.prove_rational import accuracy_of, in_types
+from viscopade.kernels.rounding_bounds import Size, Values
 from viscopade.store import recorded
 
 INVERSE_ACCURACY = "accuracy of the inverse"  # in refusals

@@ -19,9 +19,9 @@ from viscopade.arithmetic.decimals import at_most, below, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.collision import exact
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate
+from viscopade.kernels import certificate, rounding_bounds
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms import exact_formulas, rounding_bounds
+from viscopade.kernels.forms import exact_formulas
 from viscopade.kernels.forms.exact_formulas import Coefficients
 from viscopade.kernels.forms.minimax import MinimaxKernel, MinimaxVariant
 from viscopade.kernels.forms.quotient import PadeKernel, threshold

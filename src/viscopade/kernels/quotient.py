@@ -25,7 +25,7 @@ from viscopade.arithmetic.decimals import above, at_most, below, identifier, rou
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format, float_text
 from viscopade.collision import exact
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate
+from viscopade.kernels import certificate, formulas
 from viscopade.kernels.arithmetic import ARITHMETICS, HOST, Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.certificate import Certificate
@@ -40,12 +40,11 @@ from viscopade.kernels.coefficients import (
 )
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Expression, Name, Statement, both, read
-from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.formulas import W_ACCEPTED, ZERO, within
-from viscopade.kernels.forms.rounding_bounds import BITS, DIGITS
+from viscopade.kernels.formulas import W_ACCEPTED, ZERO, within
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.reference import speeds
 from viscopade.kernels.rounding import Rounded, arithmetic
+from viscopade.kernels.rounding_bounds import BITS, DIGITS
 from viscopade.kernels.v_star import USUAL, of_v_star
 from viscopade.progress import track
 from viscopade.store import recorded

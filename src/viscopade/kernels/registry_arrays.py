@@ -10,9 +10,8 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels import prove_lacunary
+from viscopade.kernels import formulas, prove_lacunary
 from viscopade.kernels.expressions import CodeBranch, read
-from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.machine import machine_arithmetic

@@ -9,8 +9,8 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision import panel_proof
-from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, of_powers
+from viscopade.kernels import formulas
+from viscopade.kernels.rounding_bounds import BITS, ULPS, of_powers
 from viscopade.store import recorded
 
 _DECADES = 30

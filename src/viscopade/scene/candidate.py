@@ -18,8 +18,7 @@ from viscopade.approximation.measure import RELATIVE_TO, Measure
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels import expressions, machine, prove_rational, registry, registry_arrays, requests
-from viscopade.kernels.forms import formulas
+from viscopade.kernels import expressions, formulas, machine, prove_rational, registry, registry_arrays, requests
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.registry import HOST, Entry, limits

@@ -11,8 +11,8 @@ from typing import Any
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, template
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import Name
-from viscopade.kernels.forms import formulas
 from viscopade.kernels.machine import computed
 from viscopade.kernels.targets.syntax import text
 from viscopade.scene.candidate import Candidate, PairConstant, RegistryKernel

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import double
 from viscopade.collision import exact
+from viscopade.kernels import formulas
 from viscopade.kernels.certificate import prove
 from viscopade.kernels.enclosure import Formula
-from viscopade.kernels.forms import formulas
 from viscopade.progress import track
 from viscopade.theory.pade import Pade, horner, pade
 from viscopade.theory.series import Series, series

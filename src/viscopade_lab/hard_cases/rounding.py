@@ -19,8 +19,8 @@ from flint import arb
 
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import FORMATS
-from viscopade.kernels import requests, truth
-from viscopade.kernels.forms import formulas, last_place
+from viscopade.kernels import formulas, requests, truth
+from viscopade.kernels.forms import last_place
 from viscopade.kernels.machine import TYPES, computed
 from viscopade.plots.sheet import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from viscopade.progress import track

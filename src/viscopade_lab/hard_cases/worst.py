@@ -19,9 +19,9 @@ from flint import arb
 from viscopade.approximation.inverse import WHOLE_FORM
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.kernels import prove_lacunary, requests, truth
+from viscopade.kernels import formulas, prove_lacunary, requests, truth
 from viscopade.kernels.expressions import CodeBranch, Reading, read
-from viscopade.kernels.forms import formulas, last_place, table_free
+from viscopade.kernels.forms import last_place, table_free
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.kernels.forms.speed_table import REST, Table

@@ -10,8 +10,8 @@ from flint import arb
 from viscopade.approximation.half_line import require_half_line_degrees
 from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import LacunaryQuotient
+from viscopade.kernels import formulas
 from viscopade.kernels.enclosure import Formula
-from viscopade.kernels.forms import formulas
 
 Coefficients = Sequence[Fraction | arb]
 

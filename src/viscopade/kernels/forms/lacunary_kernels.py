@@ -14,10 +14,10 @@ from viscopade.approximation.inverse import INTERVAL_FORM, WHOLE_FORM, InverseFo
 from viscopade.approximation.lacunary import Powers
 from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import above, at_most, identifier
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import CodeBranch
-from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.kernel import Fitted, Variant, accuracy_name, hexadecimals, measure_name
-from viscopade.kernels.forms.rounding_bounds import DIGITS, Size
+from viscopade.kernels.rounding_bounds import DIGITS, Size
 
 HALF_LINE, INVERSE = "halfline", "inverse"
 

@@ -31,6 +31,7 @@ from viscopade.arrays.panels import CENTRES, FIRST, FOLD, HALF_WIDTHS, PANELS, P
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import PanelRow
+from viscopade.kernels import formulas
 from viscopade.kernels.enclosure import exactly
 from viscopade.kernels.expressions import (
     Call,
@@ -46,7 +47,6 @@ from viscopade.kernels.expressions import (
     prepared,
     read,
 )
-from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.bits import bits, count, cut_to, folded, from_bits, mask, power_of_two, smaller_word
 from viscopade.kernels.machine import computed, machine_arithmetic, run_on_row
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch

@@ -36,7 +36,7 @@ from viscopade.arithmetic.chebyshev import greatest, interpolated, nodes, to_fmp
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
-from viscopade.kernels import truth
+from viscopade.kernels import formulas, rounding_bounds, truth
 from viscopade.kernels.enclosure import exactly, polynomial
 from viscopade.kernels.expressions import (
     CodeBranch,
@@ -50,7 +50,6 @@ from viscopade.kernels.expressions import (
     evaluate,
     prepared,
 )
-from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.bits import bits, count, from_bits, mask, octaves, power_of_two
 from viscopade.kernels.machine import TYPES, machine_arithmetic, rows_of, run_on_row
 from viscopade.kernels.rounding import Rounded, of_branch

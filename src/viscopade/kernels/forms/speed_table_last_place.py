@@ -22,9 +22,10 @@ from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.arrays.checked import FloatArray
+from viscopade.kernels import formulas
 from viscopade.kernels.enclosure import exactly
 from viscopade.kernels.expressions import CodeBranch
-from viscopade.kernels.forms import formulas, last_place
+from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.speed_table import PARTS, REST, Layout, MantissaPiece, check_row_results, of_w
 from viscopade.kernels.machine import computed
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch

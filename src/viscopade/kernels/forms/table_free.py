@@ -47,9 +47,9 @@ from viscopade.kernels.expressions import (
     powers,
     read,
 )
-from viscopade.kernels.forms.formulas import constants, half_line_branches, named, w_program
-from viscopade.kernels.forms.rounding_bounds import BITS, DIGITS, ULPS, Part, Values, largest, rounding_of_w
+from viscopade.kernels.formulas import constants, half_line_branches, named, w_program
 from viscopade.kernels.rounding import Rounded, arithmetic
+from viscopade.kernels.rounding_bounds import BITS, DIGITS, ULPS, Part, Values, largest, rounding_of_w
 from viscopade.store import recorded
 
 ROOT = 30  # y = w^(1/ROOT)

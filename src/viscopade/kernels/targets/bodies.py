@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import WIDTH
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import CodeBranch, Expression, Name, Select, both
-from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.lacunary_kernels import InverseKernel, LacunaryKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.syntax import Syntax, text

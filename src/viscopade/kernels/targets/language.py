@@ -13,9 +13,9 @@ from typing import Any
 
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels.forms import table_free
-from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.forms.table_free import LIBRARY, MachineArithmetic
 from viscopade.kernels.registry import HOST
+from viscopade.kernels.rounding_bounds import ULPS
 from viscopade.kernels.targets.syntax import Syntax, shortest
 
 Constant = Callable[[float], str]

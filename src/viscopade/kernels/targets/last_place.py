@@ -9,8 +9,9 @@ from textwrap import wrap
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.panels import FIRST, FOLD, PERIOD
 from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, template
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import CodeBranch, Expression, Name
-from viscopade.kernels.forms import formulas, last_place
+from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.bits import smaller_word
 from viscopade.kernels.targets.syntax import PRELUDE, Syntax, of_c, text
 

@@ -1,6 +1,6 @@
 """Quotients in v* in compact languages: functions that are NaN outside the kernel's domain.
 
-All texts come from the program of `viscopade.kernels.forms.formulas`; a target's `FunctionText` says how its language
+All texts come from the program of `viscopade.kernels.formulas`; a target's `FunctionText` says how its language
 writes a function. C and Python have templates of their own, with more functions.
 """
 
@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from viscopade.arithmetic.formats import FLOAT, Format
 from viscopade.generated import WIDTH, comment
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import Expression, Name, Program
-from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.kernel import Kernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.language import Number, Target

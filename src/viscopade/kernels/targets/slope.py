@@ -16,6 +16,7 @@ from fractions import Fraction
 from viscopade.approximation.half_line import SHIFT
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.formats import Format
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import (
     Call,
     Expression,
@@ -30,9 +31,8 @@ from viscopade.kernels.expressions import (
     power,
     powers,
 )
-from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.formulas import named
-from viscopade.kernels.forms.rounding_bounds import Values
+from viscopade.kernels.formulas import named
+from viscopade.kernels.rounding_bounds import Values
 
 
 def slope_program(form: Powers) -> Program:

@@ -9,8 +9,9 @@ from textwrap import wrap
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, template
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import Call, Expression, Name
-from viscopade.kernels.forms import formulas, last_place
+from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.bits import octaves, power_of_two
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
 from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES, SWITCH, Table, of_w

@@ -14,8 +14,9 @@ from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, template
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import Program
-from viscopade.kernels.forms import formulas, table_free
+from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
     SPELLING,

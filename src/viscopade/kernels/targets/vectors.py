@@ -28,9 +28,9 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays import double
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD
 from viscopade.generated import END_CONDITION, generated_by
-from viscopade.kernels import truth
+from viscopade.kernels import formulas, truth
 from viscopade.kernels.expressions import CodeBranch, Name, Run, evaluate
-from viscopade.kernels.forms import formulas, last_place, table_free
+from viscopade.kernels.forms import last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient

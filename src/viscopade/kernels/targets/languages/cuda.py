@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.forms.table_free import DEVICE, LIBRARY, called, plain
+from viscopade.kernels.rounding_bounds import ULPS
 from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, FunctionText, Number, Runner, Target
 from viscopade.kernels.targets.syntax import PRELUDE_OF_CUDA, Syntax, constant_of_c, of_c, shortest
 

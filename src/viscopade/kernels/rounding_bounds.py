@@ -22,8 +22,8 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import Format
+from viscopade.kernels import formulas
 from viscopade.kernels.expressions import CodeBranch, read
-from viscopade.kernels.forms import formulas
 from viscopade.kernels.reference import speeds
 from viscopade.kernels.rounding import Rounded, arithmetic, of_branch
 from viscopade.progress import track
@@ -122,11 +122,11 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_y, of_u = (
-            _log_error(of_powers(branch, name, kind, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
+            log_error(of_powers(branch, name, kind, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
         )
         both = (
-            _on_parts(near, HALF_LINE, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
-            _on_parts(far, HALF_LINE, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
+            on_parts(near, HALF_LINE, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
+            on_parts(far, HALF_LINE, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
         )
         return {name: _size(both, name, kind) for name in HALF_LINE}
 
@@ -151,16 +151,16 @@ def inverse_sizes(
 
         def of_root(variable: str, y: arb) -> arb:
             log = abs(y.log()) / ball_of(root)
-            return _log_error(of_powers(branches[variable], variable, kind, {"epsilon": 0, "loss": unit}, log, root))
+            return log_error(of_powers(branches[variable], variable, kind, {"epsilon": 0, "loss": unit}, log, root))
 
-        start = _below_root(kind.smallest, root)
-        end = _above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
+        start = below_root(kind.smallest, root)
+        end = above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
         numbers = formulas.constants(form, a, b)
         near, *far = (
-            _on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, partial(of_root, variable))
+            on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, partial(of_root, variable))
             for variable, branch in branches.items()
         )
-        relative = max(largest(on, _from(start, end), _of_v_star) for on in (near, *far))
+        relative = max(largest(on, parts_from(start, end), _of_v_star) for on in (near, *far))
         sizes = {
             "v_star": relative,
             "beta": of_powers(formulas.beta_branch(), "beta", kind, {"speed": 0, "v_star": relative}),
@@ -206,7 +206,7 @@ def of_powers(
 
     def power(base: Rounded, written: _Decimal) -> Rounded:
         meant = written.exact if exponent is None else exponent
-        of_base = _log_error(base.relative) * ball_of(abs(written.nearest))
+        of_base = log_error(base.relative) * ball_of(abs(written.nearest))
         return Rounded(normal, kind, (of_base + _of_pow(meant, written.nearest, kind, log)).exp() - 1)
 
     def sqrt(number: Rounded) -> Rounded:
@@ -234,7 +234,7 @@ def rounding_of_w(form: Format) -> Fraction:
         return exact_middle(w.relative)
 
 
-def _log_error(relative: arb) -> arb:
+def log_error(relative: arb) -> arb:
     """Bound the error of the logarithm of a number with this relative error."""
     return -(1 - relative).log()
 
@@ -243,10 +243,10 @@ def _of_pow(meant: Fraction, given: Fraction, kind: Format, log: arb | None = No
     """Bound the error of ln pow(x, given) as that of x^meant, for x > 0 or |ln x| <= log."""
     log = (kind.largest + kind.precision) * arb.const_log2() if log is None else log
     rounded = abs(given - meant)
-    return (_log_error(2 * ULPS * arb(2) ** -kind.precision) + ball_of(rounded) * log).abs_upper()
+    return (log_error(2 * ULPS * arb(2) ** -kind.precision) + ball_of(rounded) * log).abs_upper()
 
 
-def _on_parts(
+def on_parts(
     branch: CodeBranch,
     results: Sequence[str],
     variable: str,
@@ -275,7 +275,7 @@ def _on_parts(
 
 def _size(branches: Sequence[Callable[[Part], Found]], name: str, kind: Format) -> Size:
     """Return the bounds for all parts of [0, 1] on all branches, both of the same parts."""
-    walks = [(on, refined(on, _uniform(Fraction(1)), lambda found: found[name].relative)) for on in branches]
+    walks = [(on, refined(on, parts_to(Fraction(1)), lambda found: found[name].relative)) for on in branches]
     relative = max(size for _, parts in walks for size, _ in parts)
     underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
     return Size(*(at_most(rounded_up(size, DIGITS)) for size in (relative, underflow / ball_of(kind.smallest))))
@@ -339,7 +339,7 @@ def refined(
     return [(size, part) for _, part, size in heap]
 
 
-def _uniform(end: Fraction) -> Iterator[Part]:
+def parts_to(end: Fraction) -> Iterator[Part]:
     """Yield the parts of [0, end], of which those beyond 1 are the longer the farther they are."""
     last = end / (1 + end)
     marks = [last * i / PARTS for i in range(PARTS + 1)]
@@ -347,12 +347,12 @@ def _uniform(end: Fraction) -> Iterator[Part]:
         yield low / (1 - low), high / (1 - high)
 
 
-def _from(start: Fraction, end: Fraction) -> Iterator[Part]:
-    """Yield the parts of [start, end]: narrow ones below `_NEAR`, so that powers of y are not 0; then `_uniform`."""
+def parts_from(start: Fraction, end: Fraction) -> Iterator[Part]:
+    """Yield the parts of [start, end]: narrow ones below `_NEAR`, so that powers of y are not 0; then `parts_to`."""
     near = list(_steps(start, _NEAR))
     reached = near[-1][1] if near else start
     yield from near
-    yield from ((max(low, reached), high) for low, high in _uniform(end) if high > reached)
+    yield from ((max(low, reached), high) for low, high in parts_to(end) if high > reached)
 
 
 def _steps(start: Fraction, end: Fraction) -> Iterator[Part]:
@@ -362,13 +362,13 @@ def _steps(start: Fraction, end: Fraction) -> Iterator[Part]:
         start *= _STEP
 
 
-def _below_root(number: Fraction, root: Fraction) -> Fraction:
+def below_root(number: Fraction, root: Fraction) -> Fraction:
     """Return a power of 2 that is at most the root of a power of 2."""
     exponent = number.denominator.bit_length() - 1
     return Fraction(1, 2 ** -(-exponent * root.numerator // root.denominator))
 
 
-def _above_root(number: Fraction, root: Fraction) -> Fraction:
+def above_root(number: Fraction, root: Fraction) -> Fraction:
     """Return a number that is a little above the root."""
     return Fraction(float(number) ** float(root)) * (1 + Fraction(1, 2**40))
 
