@@ -146,6 +146,7 @@ def pade_command(
     viscoelastic law.
     """
     from viscopade.arithmetic.balls import known_decimal
+    from viscopade.arithmetic.decimals import at_most, below
     from viscopade.theory.law import law_of
     from viscopade.theory.pade import pade
 
@@ -154,18 +155,18 @@ def pade_command(
     p = pade(m, m + of.excess if n is None else n, digits, of)
     errors = []  # sentences
     if of != VISCOELASTIC:
-        from viscopade.kernels.prove_rational import sampled_errors
+        from viscopade.kernels.quotient import sampled_errors
 
-        sampled = sampled_errors(p, of, v_star_max)
+        sampled = [(below(high), at_most(error)) for high, error in sampled_errors(p, of, v_star_max)]
         fields["sampled"] = [{"v_star_max": high, "error": error} for high, error in sampled]
         errors = [
             f"sampled, not proven: |{p.label} - eps| <= {error} min(eps, 1 - eps) for 0 <= v* <= {high}"
             for high, error in sampled
         ]
     elif v_star_max is not None:
-        from viscopade.kernels.prove_rational import error_up_to
+        from viscopade.kernels.quotient import error_up_to
 
-        bound = error_up_to(p.a, p.b, v_star_max)
+        bound = at_most(error_up_to(p.a, p.b, v_star_max))
         fields |= {"v_star_max": v_star_max, "proven_error": bound}
         errors = [f"proven: |{p.label} - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= {v_star_max}"]
     a, b = p.decimals()

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 import viscopade
 from viscopade.arithmetic.decimals import at_most
-from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels import requests
+from viscopade.kernels import catalogue
 from viscopade.kernels.forms import last_place
-from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
+from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade_lab.bench.contender import Contender, ProvenError
 from viscopade_lab.bench.rivals import of_expression, tenth_root
@@ -27,9 +27,8 @@ def contenders() -> Iterator[Contender]:
     """Yield the kernels from speed to eps, those of v* with pow before them, and the array function of Python."""
     of_speed = [_of_tier(tier) for tier in TIERS]
     yield from of_speed
-    for kernel in requests.RECOMMENDED.quotients():
-        if isinstance(kernel, MinimaxKernel):
-            yield _minimax(kernel)
+    for entry in catalogue.group("minimax"):
+        yield _minimax(entry.kernel)
     yield of_expression(
         "full",
         "pow + full",
@@ -83,18 +82,16 @@ def _of_tier(tier: str) -> Contender:
     )
 
 
-def _minimax(kernel: MinimaxKernel) -> Contender:
+def _minimax(kernel: Kernel) -> Contender:
     """Return a best quotient of v*, for which pow makes v*."""
-    bound = at_most(kernel.variants[0].certificate.bound)
+    bounds = {form: kernel.bound("epsilon", "host", form)[0] for form in kernel.formats}
+    error = at_most(bounds["double"].formula)
     return Contender(
-        f"minimax-{bound}",
-        f"pow + minimax, {bound}",
+        f"minimax-{error}",
+        f"pow + minimax, {error}",
         "ours",
         header="viscopade_minimax.h",
         scalar=f"viscopade_restitution_{kernel.name}",
-        formats=tuple(variant.form for variant in kernel.variants),
-        proven={
-            variant.form.name: ProvenError(float(variant.certificate.bound) + float(variant.rounding), of_v_star=True)
-            for variant in kernel.variants
-        },
+        formats=tuple(FORMATS[name] for name in kernel.formats),
+        proven={name: ProvenError(float(b.relative + b.last), of_v_star=True) for name, b in bounds.items()},
     )

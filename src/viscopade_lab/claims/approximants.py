@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.kernels import formulas
+from viscopade.kernels import quotient
 from viscopade.kernels.certificate import prove
-from viscopade.kernels.enclosure import Formula
 from viscopade.progress import track
 from viscopade.theory.pade import Pade, horner, pade
 from viscopade.theory.series import Series, series
@@ -104,9 +103,7 @@ def enclosed_error(m: int, v_star: int) -> arb:
 def proven_error(m: int, up_to: int) -> float:
     """Return a proven bound of |[m/m+3]/eps - 1| on 0 <= v* <= up_to."""
     p = pade(m, m + 3, 2 * PADE_DIGITS)
-    enclosed = formulas.dense(a=p.a, b=p.b)
-    formula = Formula(1, *formulas.epsilon_branches(enclosed), enclosed)
-    return float(prove(formula, Fraction(0), Fraction(up_to), "relative").bound)
+    return float(prove(quotient.formula(p.a, p.b), Fraction(0), Fraction(up_to), "relative").bound)
 
 
 def largest(error: Array, up_to: float) -> float:

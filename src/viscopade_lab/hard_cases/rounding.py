@@ -19,9 +19,9 @@ from flint import arb
 
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import FORMATS
-from viscopade.kernels import formulas, requests, truth
+from viscopade.kernels import catalogue, truth
 from viscopade.kernels.forms import last_place
-from viscopade.kernels.machine import TYPES, computed
+from viscopade.kernels.machine import TYPES, computed, evaluated
 from viscopade.plots.sheet import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from viscopade.progress import track
 from viscopade_lab.hard_cases.case import Finding, Row
@@ -53,25 +53,20 @@ class FarQuotient(NamedTuple):
 
 
 def far_quotients() -> list[FarQuotient]:
-    """Evaluate all quotients at every power of two of their types, and at the ends."""
+    """Evaluate the quotients without an end at every power of two of their types, and at the ends."""
     found = []
-    for kernel in (*requests.PAPER.quotients(), *requests.RECOMMENDED.quotients()):
-        for form in FORMATS.values():
-            try:
-                a, b = kernel.rounded(form)
-            except ValueError:  # there are no functions of a type that does not hold the coefficients
-                continue
-            kind, constants = TYPES[form.name], formulas.dense(a=a, b=b)
+    for kernel in (entry.kernel for entry in catalogue.group("pade")):
+        for form in (FORMATS[name] for name in kernel.formats if "high" not in kernel.constants[name]):
+            kind, constants = TYPES[form.name], kernel.constants[form.name]
             x = np.concatenate([np.ldexp(kind(1), np.arange(-form.largest - 20, form.largest + 1)), [0, np.inf]])
             x = np.append(x, np.finfo(kind).max).astype(kind)
-            given = {name: kind(c) for name, c in constants.items()} | {"v_star": x}
             with np.errstate(all="ignore"):
-                near, far = (
-                    np.asarray(computed(one, "epsilon", given, form)) for one in formulas.epsilon_branches(constants)
-                )
-            values = np.where(x > 2.0 ** kernel.threshold(form), far, near)
+                given = {name: kind(c) for name, c in constants.items()} | {"v_star": x}
+                near = np.asarray(computed(kernel.function("epsilon").branches[-1], "epsilon", given, form))
+            values = evaluated(kernel, "epsilon", x, form=form)
             plain = float(x[(~np.isfinite(near) | (near == 0)) & np.isfinite(x)].min(initial=np.inf))
-            lead, power = Fraction(a[-1]) / Fraction(b[-1]), len(b) - len(a)
+            m, n = (max(int(name[1:]) for name in constants if name[0] == letter) for letter in "ab")
+            lead, power = Fraction(constants[f"a{m}"]) / Fraction(constants[f"b{n}"]), n - m
             # Rounded are 1/v*, each of its powers, two sums that are nearly their first terms (3/2 u), the quotient.
             allowed = (2 * power + 8) * 2.0**-form.precision * 1.001
             error = 0.0 if np.isfinite(values).all() else math.inf

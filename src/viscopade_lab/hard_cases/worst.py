@@ -16,18 +16,18 @@ import numpy as np
 import numpy.typing as npt
 from flint import arb
 
-from viscopade.approximation.inverse import WHOLE_FORM
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.kernels import formulas, prove_lacunary, requests, truth
+from viscopade.kernels import catalogue, compact, prove_lacunary, truth
 from viscopade.kernels.expressions import CodeBranch, Reading, read
-from viscopade.kernels.forms import last_place, table_free
-from viscopade.kernels.forms.quotient import PadeKernel, Quotient
+from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.kernels.forms.speed_table import REST, Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, restitution
-from viscopade.kernels.machine import TYPES
-from viscopade.kernels.names import COMPACT, FAST
+from viscopade.kernels.kernel import Function as KernelFunction
+from viscopade.kernels.kernel import Kernel
+from viscopade.kernels.machine import TYPES, located, machine_arithmetic
+from viscopade.kernels.names import FAST
 
 Array = npt.NDArray[Any]
 Inputs = Callable[[Any], dict[str, Any]]
@@ -115,7 +115,8 @@ def _machine(form: Format) -> Reading:
     def rounded(root: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *x: root(*(np.asarray(z, np.float64) for z in x)).astype(kind)
 
-    return Reading(kind, {name: rounded(root) for name, root in roots.items()})
+    by = machine_arithmetic(form)
+    return by._replace(functions={**by.functions, **{name: rounded(root) for name, root in roots.items()}})
 
 
 _EXACTLY = Reading(
@@ -126,20 +127,19 @@ _EXACTLY = Reading(
         "pow": lambda x, y: (x.log() * y).exp(),
         "log2": lambda x: x.log() / arb.const_log2(),
         "exp2": lambda x: (x * arb.const_log2()).exp(),
+        "divide": lambda x, y: x / y,
     },
 )
 
 
 def of_branch(
     family: str, name: str, form: Format, branch: CodeBranch, result: str, constants: Mapping[str, float],
-    inputs: Inputs, ends: tuple[float, float], bound: Fraction | str, exactly: Mapping[str, Fraction] | None = None,
-    scale: float = 1.0, second: tuple[float, ...] = (),
+    inputs: Inputs, ends: tuple[float, float], bound: Fraction, scale: float = 1.0, second: tuple[float, ...] = (),
 ) -> Function:  # fmt: skip
-    """Return a result of a branch as a function of x; `exactly` are constants that the formula has in other digits."""
+    """Return a result of a branch as a function of x."""
     kind, by = TYPES[form.name], _machine(form)
     numbers = {n: kind(c) for n, c in constants.items()}
     balls = {n: ball_of(Fraction(c)) for n, c in constants.items()}
-    balls |= {n: ball_of(c) for n, c in (exactly or {}).items()}
 
     def computed(x: Array) -> Array:
         return np.asarray(read(branch, [result], {**numbers, **inputs(x)}, by)[result])
@@ -147,19 +147,15 @@ def of_branch(
     def exact(x: float) -> arb:
         return cast(arb, read(branch, [result], {**balls, **inputs(arb(x))}, _EXACTLY)[result])
 
-    return Function(family, name, form, computed, exact, *ends, Fraction(bound), False, scale, second)
+    return Function(family, name, form, computed, exact, *ends, bound, False, scale, second)
 
 
 def functions(rows: int) -> Iterator[Function]:
     """Yield all exported functions, and some rows of each table."""
-    for kernel in (*requests.PAPER.quotients(), *requests.RECOMMENDED.quotients()):
-        for form in FORMATS.values():
-            yield from _of_quotient(kernel, form)
-    for inverse in requests.INVERSE.inverse_kernels():
-        for variant in inverse.variants:
-            yield from _of_inverse(inverse, variant)
-    for accuracy in COMPACT:
-        yield from _compact(prove_lacunary.half_line_kernel(accuracy))
+    for family, groups in (("quotients", ("pade", "minimax")), ("inverse", ("inverse",)), ("compact", ("compact",))):
+        for entry in (entry for group in groups for entry in catalogue.group(group)):
+            for form in map(FORMATS.get, entry.kernel.formats):
+                yield from _of_kernel(family, entry.kernel, cast(Format, form))
     for (tier, size), table in TABLES.items():
         if size == FAST:
             yield from _of_table(prove_lacunary.speed_kernel(tier).name, table, rows)
@@ -168,57 +164,54 @@ def functions(rows: int) -> Iterator[Function]:
     yield _full_from_speed()
 
 
-def _of_quotient(kernel: Quotient, form: Format) -> Iterator[Function]:
-    try:
-        a, b = kernel.rounded(form)
-    except ValueError:  # there are no functions of a type that does not hold the coefficients
-        return
-    if isinstance(kernel, PadeKernel):
-        high, bound = max(proof.high for proof in kernel.bounds), dict(kernel.rounding)[form.name]
-    else:
-        variant = cast(Any, kernel).variant(form)
-        high, bound = variant.certificate.high, variant.rounding
-    numbers = formulas.dense(a=a, b=b)
-    near, _ = formulas.epsilon_branches(numbers)
-    ends = LEAST, float(high)
-    yield of_branch(
-        "quotients", f"epsilon_{kernel.name}", form, near, "epsilon", numbers, lambda x: {"v_star": x}, ends, bound
-    )
+def _of_kernel(family: str, kernel: Kernel, form: Format) -> Iterator[Function]:
+    """Yield the functions of one argument, and those of the speed of compact kernels, for one beta."""
+    beta = form.nearest(Fraction(str(BETA)))
+    top = float(np.nextafter(TYPES[form.name](1), TYPES[form.name](0)))
+    for function in kernel.functions:
+        bounds = kernel.bound(function.name, "host", form.name)
+        if not bounds or (function.name in ("restitution", "beta") and family != "compact"):
+            continue
+        widest = bounds[-1]
+        second = (beta,) if family == "compact" else ()
+        ends = {
+            "quotients": (LEAST, float(widest.high)),
+            "inverse": (LEAST, top),
+            "compact": (2.0 ** (10 - form.largest), 2.0 ** (compact.LARGEST[form.name] - 2)),
+        }[family]
+        sizes = ((b.rounding + b.last) / (1 + b.formula) for b in bounds if b.on(widest.low, widest.high))
+        name = f"{function.name}_{kernel.name}"
+        computed, exact = _readings(kernel, function.pruned(), form, second)
+        yield Function(family, name, form, computed, exact, *ends, min(sizes), second=second)
 
 
-def _of_inverse(kernel: Any, variant: Any) -> Iterator[Function]:
-    form, kind = variant.form, TYPES[variant.form.name]
-    numbers = formulas.constants(kernel.powers, variant.a, variant.b)
-    near, far = formulas.inverse_branches(kernel.powers, WHOLE_FORM)
-    below, above, one = (float(np.nextafter(kind(x), kind(y))) for x, y in ((0.5, 0), (0.5, 1), (1, 0)))
-    bound = dict(variant.sizes)["v_star"].relative
-    epsilon_given: Inputs = lambda x: {"epsilon": x, "loss": 1 - x}  # noqa: E731
-    loss_given: Inputs = lambda x: {"epsilon": 1 - x, "loss": x}  # noqa: E731
-    for function, inputs, branch, ends in (
-        ("v_star", epsilon_given, near, (0.5, one)),
-        ("v_star", epsilon_given, far, (LEAST, below)),
-        ("v_star_from_loss", loss_given, near, (LEAST, 0.5)),
-        ("v_star_from_loss", loss_given, far, (above, one)),
-    ):
-        name = f"{function}_{kernel.name}"
-        yield of_branch("inverse", name, form, branch, "v_star", numbers, inputs, ends, bound)
+def _readings(
+    kernel: Kernel, function: KernelFunction, form: Format, second: tuple[float, ...]
+) -> tuple[Callable[[Array], Array], Callable[[float], arb]]:
+    """Return a function as code computes it, and its exact value, in which 1/30 is that number."""
+    numbers, kind, by = kernel.constants[form.name], TYPES[form.name], _machine(form)
+    balls = {name: ball_of(Fraction(c)) for name, c in numbers.items()} | {"least": arb(0)}
+    balls |= {"thirtieth": arb(1) / 30} if "thirtieth" in balls else {}
+    given = {name: kind(c) for name, c in numbers.items()} | {"least": kind(0)}
+    wholes = [CodeBranch(None, (*function.start, *b.program), b.results) for b in function.branches]
 
+    def branch_at(x: Any) -> Any:
+        return located(kernel, function.name, x, *second, form=form)[1]
 
-def _compact(kernel: Any) -> Iterator[Function]:
-    """Yield the functions of a speed without tables: those of Fortran, Julia, Rust and JavaScript."""
-    parts = table_free.table_free_program(kernel.powers)
-    branch = CodeBranch(None, (*formulas.w_program(), *parts.common, parts.inverse), parts.results)
-    exactly = {table_free.THIRTIETH: Fraction(1, table_free.ROOT)}
-    for variant in kernel.variants:
-        form, a, b = variant.form, variant.a, variant.b
-        bounds = table_free.rounding_bounds(kernel.powers, a, b, table_free.LIBRARY[form.name])
-        beta = form.nearest(Fraction(str(BETA)))
-        numbers = table_free.numbers(kernel.powers, a, b, form) | {"beta": beta}
-        ends = 2.0 ** (10 - form.largest), 2.0 ** (table_free.LARGEST[form.name] - 2)
-        for result in parts.results:
-            name = f"{result}_{kernel.name.replace('halfline', 'compact')}"
-            given, bound = (lambda x: {"speed": x}), bounds[result].everywhere
-            yield of_branch("compact", name, form, branch, result, numbers, given, ends, bound, exactly, 1.0, (beta,))
+    def computed(x: Array) -> Array:
+        found, taken = np.full(x.shape, math.nan, kind), branch_at(x)
+        for index, whole in enumerate(wholes):
+            arguments = dict(zip(function.arguments, (x[taken == index], *map(kind, second)), strict=True))
+            found[taken == index] = read(whole, [function.result], {**given, **arguments}, by)[function.result]
+        return found
+
+    def exact(x: float) -> arb:
+        arguments = dict(zip(function.arguments, map(arb, (x, *second)), strict=True))
+        return cast(
+            arb, read(wholes[branch_at(x)], [function.result], {**balls, **arguments}, _EXACTLY)[function.result]
+        )
+
+    return computed, exact
 
 
 def _of_table(kernel: str, table: Table, rows: int) -> Iterator[Function]:
@@ -237,7 +230,7 @@ def _of_table(kernel: str, table: Table, rows: int) -> Iterator[Function]:
             for result, bound in (("restitution", size + unit), ("dissipation", size + 6 * unit)):
                 name, scale = f"{result}_{kernel}", 2.0**exponent
                 given = lambda x: {"m": x}  # noqa: E731
-                yield of_branch("tables", name, form, row, result, constants, given, ends, bound, None, scale, (1.0,))
+                yield of_branch("tables", name, form, row, result, constants, given, ends, bound, scale, (1.0,))
 
 
 def _full(name: str) -> Function:
