@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from tests.compiled import compiler
 from tests.kernels.speed_headers import FORMS, FUNCTIONS, SUFFIXES, header
 from viscopade.kernels import names
 
@@ -166,3 +167,56 @@ def test_first_and_last_loop_are_vectorised(tmp_path, target, tier):
             assert any(kind in name and function in name for name in gathering), found
     else:  # beta[pair[i]] may be gathered; rows are not
         assert all(number == 0 or "by_pair" in name for name, number in found.items()), found
+
+
+# --- undefined behaviour ----------------------------------------------------------------------------------------------
+
+ARRAYS = """
+static void arrays_NAMEEND(size_t n)
+{
+    static uint64_t z = 1;
+    TYPE *speed = malloc(n * sizeof *speed), *beta = malloc(n * sizeof *beta), *out = malloc(n * sizeof *out);
+    int *pair = malloc(n * sizeof *pair);
+    for (size_t i = 0; i < n; i++) {
+        z = z * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+        pair[i] = (int)((z >> 40) % n);
+        beta[i] = (TYPE)(z >> 60);
+        memcpy(&speed[i], (const char *)&z + sizeof z - sizeof *speed, sizeof *speed);
+        speed[i] = n % 3 ? speed[i] : (TYPE)(z >> 40);
+    }
+    CALLS
+    free(speed), free(beta), free(out), free(pair);
+}
+"""
+"""Memory is as large as needed, so that the sanitizer sees every access beyond it."""
+SANITIZERS = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
+
+
+def sanitized(folder, source, *flags):
+    """Compile and run a program that the sanitizers watch; return what it prints."""
+    (folder / "patterns.c").write_text(source)
+    command = [*compiler("c99"), "-O1", *flags, "-o", str(folder / "patterns"), str(folder / "patterns.c")]
+    if subprocess.run([*command, *SANITIZERS, "-lm"], capture_output=True, text=True).returncode:
+        pytest.skip("the compiler has no sanitizers")
+    done = subprocess.run([str(folder / "patterns")], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("math_flag", ["-fno-fast-math", "-ffast-math"])
+def test_no_undefined_behaviour_of_array_functions(tmp_path, math_flag):
+    """For any speeds and lengths, with the rules of IEEE and without them."""
+    body, runs = ["#include <stdlib.h>"], []
+    for name, (form, suffix) in itertools.product([tier.replace("-", "m") for tier in names.TIERS], SUFFIXES.items()):
+        end = f"{name}{suffix}"
+        calls = "\n    ".join(
+            f"viscopade_{function}_{kind_}_{end}(n, speed, {beta}, out);"
+            for function in ("restitution", "rebound", "dissipation")
+            for kind_, beta in (("each", "beta"), ("by_pair", "pair, beta"), ("array", "(TYPE)1.3"))
+        )
+        made = ARRAYS.replace("CALLS", calls).replace("NAME", name).replace("END", suffix)
+        body.append(made.replace("TYPE", form))
+        runs.append(f"arrays_{end}(n);")
+    main = f"int main(void) {{ for (size_t n = 0; n < 300; n++) {{ {' '.join(runs)} }} return 0; }}"
+    headers = [header(tier).text for tier in names.TIERS]
+    sanitized(tmp_path, "\n".join([*headers, *body, main]), math_flag)

@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
@@ -118,10 +118,9 @@ class Program:
     type: np.dtype[Any]
     calls: int
     directory: Path
-    environment: Mapping[str, str] = field(default_factory=dict)
 
-    def __call__(self, *arguments: Array) -> Array:
-        """Return the results of calls, a row for each, from arrays of one length.
+    def __call__(self, *arguments: Array, environment: Mapping[str, str] | None = None) -> Array:
+        """Return the results of calls, a row for each, from arrays of one length; with more names in the environment.
 
         Raises
         ------
@@ -130,7 +129,7 @@ class Program:
         """
         rows = np.stack(arguments, 1).astype(self.type)
         (self.directory / "in.bin").write_bytes(rows.tobytes())
-        _succeed(self.command, self.directory, self.environment)
+        _succeed(self.command, self.directory, environment)
         results = np.frombuffer((self.directory / "out.bin").read_bytes(), self.type)
         if results.size != len(rows) * self.calls:
             raise ToolchainError(f"the program that runs the generated code writes {results.size} numbers")

@@ -33,6 +33,7 @@ from viscopade.kernels.truth import Portions
 HARD = "data/hard_arguments.csv"
 COLUMNS = ("function", "type", "x", "y", "exact", "nearest", "error", "least", "most", "bits")
 NOTHING = "-"
+_ULPS_OF_V_STAR = 16
 DIGITS = 20
 """Of exact values, where the ball determines as many."""
 INEXACT = frozenset(("pow", "cbrt", "log2", "exp2"))
@@ -129,6 +130,8 @@ def _answer(
     """Return the columns from "exact" to "most"; None where no bound is stated."""
     name = function.name
     bounds = kernel.bound(name, "host", form.name)
+    if inexact and _at_end(kernel, function, form, given):
+        return None
     if math.isnan(computed):
         return _of_special(_NAN)
     limit = _limit(name, given)
@@ -154,6 +157,15 @@ def _answer(
         hexadecimal(form.rounded(low - min(allowed), math.ceil)),
         hexadecimal(form.rounded(high + min(allowed), math.floor)),
     ]
+
+
+def _at_end(kernel: Kernel, function: Function, form: Format, given: Arguments) -> bool:
+    """Return whether the rounding of a library function decides if v* is in the domain."""
+    if function.arguments != ("speed", "beta") or min(given) < 0:
+        return False
+    v_star = math.sqrt(given[1]) * given[0] ** 0.1
+    ends = (value for name, value in kernel.constants[form.name].items() if name in ("low", "high"))
+    return any(abs(v_star - end) <= _ULPS_OF_V_STAR * form.epsilon * end for end in ends)
 
 
 def _of_special(value: float) -> list[str]:

@@ -1,7 +1,7 @@
 """Arrays of Python: functions with a namespace xp, such as numpy, jax.numpy, torch or cupy, without branches."""
 
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
-from viscopade.kernels.write.language import Language, Number, shortest
+from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 _ROOTS = {name: f"_root(xp.{name}, {{0}}, xp)" for name in ("sqrt", "cbrt")}
 
@@ -30,4 +30,6 @@ LANGUAGE = Language(
     use="{result} = {call}",
     prelude="arrays.py.txt",
     stem="viscopade_arrays",
+    call="viscopade.{name}{suffix}({arguments})",
+    run=Runner("arrays.py", (), "", "{tool} {driver}"),
 )  # fmt: skip

@@ -1,0 +1,281 @@
+"""Every ready kernel in every language: results at vectors, bad input, exceptions; each cell is run where its tool is.
+
+A cell is a kernel and a way to run a language. Bounds are those of the kernel, exact results those of the test vectors,
+at their arguments and at random ones, others every day.
+"""
+
+import math
+import random
+import subprocess
+from dataclasses import replace
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pytest
+
+from tests import compiled, daily
+from tests.kernels import languages
+from tests.kernels.languages import COMPILED_ONLY, FORMS, TYPES, WAYS, tool
+from viscopade.arrays import double
+from viscopade.kernels import catalogue
+from viscopade.kernels.kernel import Kernel
+from viscopade.kernels.write import file, runners, vectors
+from viscopade.kernels.write.languages import NAMES, language
+
+KERNELS = {key: entry for key, entry in catalogue.CATALOGUE.items() if entry.group not in ("full", "speed")}
+"""Those that every language writes."""
+RANDOM = 6  # arguments of each function
+COMMAND = "viscopade export"
+
+
+@cache
+def kernel(key: str) -> Kernel:
+    return KERNELS[key].kernel
+
+
+@cache
+def text(name: str) -> str:
+    """Return one file with all kernels that a language can write."""
+    found = language(name)
+    return file.file_text([k for k in map(kernel, KERNELS) if file.numbers_of(k, found)], found, COMMAND)
+
+
+def named(key, form, arity=None):
+    """Return functions of a kernel by the names in code, if there are such of a type."""
+    found = kernel(key).functions if form in kernel(key).formats else ()
+    return {f"{f.name}_{kernel(key).name}": f for f in found if arity in (None, len(f.arguments))}
+
+
+def functions(form, arity):
+    """Return the functions of a type in a file, with so many arguments."""
+    return {name: f for key in KERNELS for name, f in named(key, form, arity).items()}
+
+
+WHOLE = {"double": (-1074, 1023), "float": (-149, 127)}
+"""Exponents of all numbers."""
+
+
+def arguments(function, form, generator):
+    """Return random arguments: portions of any size, speeds and v* of usual size or any."""
+
+    def portion():
+        near_one = 1 - 10 ** -generator.uniform(1, 6)
+        return generator.choice([generator.random(), 2.0 ** generator.uniform(WHOLE[form][0], 0), near_one])
+
+    def size(least=-14, most=14):
+        return 2.0 ** generator.uniform(*generator.choice([(least, most), (least, most), WHOLE[form]]))
+
+    match function.arguments:
+        case ("v_star",):
+            return (generator.choice([size(), generator.uniform(0.5, 3)]),)
+        case ("speed", "beta"):
+            return size(-90, 60), size(-6, 6)
+        case (_, "speed"):
+            return portion(), size()
+    return (portion(),)
+
+
+def number(text_of_one):
+    """Return a number of the vectors; what is not stated is None."""
+    return None if text_of_one == vectors.NOTHING else float.fromhex(text_of_one)
+
+
+@cache
+def rows(key, form):
+    """Return the vectors of each function of a kernel: arguments, least and greatest result, and bits."""
+    found = {}
+    for name, function in named(key, form).items():
+        generator = random.Random(f"{name} {form} {daily.DAY}")
+        points = (*vectors.points(kernel(key), function, FORMS[form]), *vectors.hard_arguments().get((name, form), ()))
+        more = (arguments(function, form, generator) for _ in range(RANDOM))
+        lines = vectors.vectors(kernel(key), function, FORMS[form], (*points, *more))
+        found[name] = [[number(one) for one in (*row[2:4], *row[7:10])] for row in lines]
+    return found
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Return a function from a way, a type and a number of arguments to the program of all functions."""
+
+    @cache
+    def ready(way, form, arity):
+        calls = {name: f.arguments for name, f in functions(form, arity).items()}
+        found = WAYS[way]
+        return found.program(form, text(found.language), calls, tmp_path_factory.mktemp("language"))
+
+    return ready
+
+
+def of(words):
+    return words.replace(", ", "-").replace(" ", "-")
+
+
+@pytest.mark.parametrize("key", KERNELS, ids=of)
+@pytest.mark.parametrize("way", WAYS, ids=of)
+def test_results_are_within_the_proven_bounds_and_have_the_bits(run, way, key):
+    """NaN for bad input; what the operations of IEEE 754 determine is the same everywhere."""
+    checked = 0
+    for form, arity in product(WAYS[way].written.forms, (1, 2)):
+        for name in named(key, form, arity):
+            lines = rows(key, form)[name]
+            given = np.array([line[:arity] for line in lines], TYPES[form])
+            found = run(way, form, arity)(*given.T)[name].astype(float)
+            for result, (*point, least, most, bits) in zip(found, lines, strict=True):
+                said = name, form, point, result
+                assert least is None or (math.isnan(least) and math.isnan(result)) or least <= result <= most, said
+                exact = bits is not None and WAYS[way].exact
+                assert not exact or result == bits or (math.isnan(bits) and math.isnan(result)), said
+                checked += 1
+    if WAYS[way].written.forms != ("float",) or "float" in kernel(key).formats:
+        assert checked > 50
+
+
+# --- exceptions -------------------------------------------------------------------------------------------------------
+
+TRAPS = """#define _GNU_SOURCE
+#include <fenv.h>
+__attribute__((constructor)) static void trap(void) { feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW); }
+"""
+SIZES = {
+    "double": (0.0, 5e-324, 1e-310, 1e-300, 1e-20, 0.3, 1.0, 1e20, 1e300),
+    "float": (0.0, 1e-45, 1e-40, 1e-37, 1e-20, 0.3, 1.0, 1e20, 1e37),
+}
+# The languages of shaders, JavaScript, Julia and Go have no exceptions of floating-point numbers.
+TRAPPING = [way for way, found in WAYS.items() if found.language in ("c", "cuda", "fortran", "rust")]
+WARNING = [way for way, found in WAYS.items() if found.language in ("python", "arrays", "warp")]
+
+
+@pytest.fixture(scope="module")
+def traps(tmp_path_factory):
+    """Return a library that lets a program stop at each exception."""
+    source = tmp_path_factory.mktemp("traps") / "traps.c"
+    source.write_text(TRAPS)
+    library = source.with_suffix(".so")
+    command = [*compiled.compiler("gnu99"), source, "-shared", "-fPIC", "-o", library, "-lm"]
+    if subprocess.run(command, capture_output=True).returncode:
+        pytest.skip("the C library does not trap exceptions")
+    return str(library)
+
+
+@pytest.mark.parametrize("way", [*TRAPPING, *WARNING], ids=of)
+def test_no_exception_is_raised_that_programs_trap(run, traps, way):
+    """No division by zero, invalid operation or overflow, at which OpenFOAM stops; in Python no warning."""
+    more = {"LD_PRELOAD": traps} if way in TRAPPING else {"PYTHONWARNINGS": "error::RuntimeWarning"}
+    for form, arity in product(WAYS[way].written.forms, (1, 2)):
+        betas = (0.0, 1e-40, 0.01, 1.307)
+        given = list(product(SIZES[form], betas)) if arity == 2 else [(size,) for size in SIZES[form]]
+        found = run(way, form, arity)(*np.array(given, TYPES[form]).T, **more)
+        assert set(found) == set(functions(form, arity))
+
+
+# --- all arguments ----------------------------------------------------------------------------------------------------
+
+CUT = {"double": 2.0**900, "float": 2.0**120}
+"""The w = beta^5 speed at which compact kernels are cut off."""
+SANITIZERS = ("-fsanitize=undefined,address,float-divide-by-zero", "-fno-sanitize-recover=all")
+
+
+@pytest.mark.parametrize("way", WAYS, ids=of)
+def test_beyond_the_largest_w_results_are_those_of_the_cut_off(run, way):
+    """The vectors state nothing of these speeds."""
+    for form in WAYS[way].written.forms:
+        most, cut = float(np.finfo(TYPES[form]).max), CUT[form]
+        pairs = [(cut, 1.0), (cut * 2, 1.0), (math.inf, 1.0), (most, 1e10), (1.0, math.inf), (math.inf, math.inf)]
+        found = run(way, form, 2)(*np.array(pairs, dtype=TYPES[form]).T)
+        for key in (key for key in KERNELS if KERNELS[key].group == "compact"):
+            eps, _, loss = (
+                (found[name] for name in named(key, form)) if named(key, form) else (np.ones(1) / 2**400,) * 3
+            )
+            assert (eps == eps[0]).all()
+            assert 0 < eps[0] < (1e-89 if form == "double" else 2e-12)
+            assert (loss == loss[0]).all()
+
+
+@pytest.mark.parametrize(("form", "arity"), [*product(FORMS, (1, 2))])
+def test_no_undefined_behaviour_and_no_overflow_for_any_bits(tmp_path, form, arity):
+    """No finite input gives an infinity or a division by 0, and eps is in [0, 1] but for rounding."""
+    bits = np.random.default_rng(daily.DAY).integers(0, 256, 160_000, np.uint8).view(TYPES[form])
+    powers = np.ldexp(1.0, np.arange(*WHOLE[form])).astype(TYPES[form])
+    x = np.concatenate([bits, powers, np.nextafter(powers, TYPES[form](0))])
+    given = [x, np.random.default_rng(daily.DAY).integers(0, 2**24, len(x)).astype(TYPES[form])][:arity]
+    calls = {name: f.arguments for name, f in functions(form, arity).items()}
+    found = replace(WAYS["C"], flags=SANITIZERS).program(form, text("c"), calls, tmp_path)(*given)
+    for name, results in found.items():
+        assert not np.isinf(results[np.isfinite(x)]).any(), name
+        assert (np.isfinite(results).sum() > 0.09 * len(x)) or "_e0p" in name, name
+        if name.startswith(("epsilon", "restitution", "dissipation")):
+            known = results[~np.isnan(results)]
+            assert ((known >= 0) & (known <= 1 + 4 * np.finfo(TYPES[form]).eps)).all(), name
+
+
+# --- many points ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("way", ["C", "C, fused"], ids=of)
+@pytest.mark.parametrize("key", [key for key in KERNELS if KERNELS[key].group in ("pade", "minimax")], ids=of)
+@pytest.mark.parametrize("form", FORMS)
+def test_many_points_against_double(run, way, key, form):
+    """The error is nearly as large as the bound says, and no larger, with FMA contraction or without.
+
+    `double` is within one unit in the last place.
+    """
+    for name, function in named(key, form, 1).items():
+        for bound in kernel(key).bound(function.name, "host", form):
+            low, high = float(bound.low), min(float(bound.high), 1e8)
+            points = [np.linspace(low, min(high, 10), 10_001), np.geomspace(max(low, 1e-15), high, 10_001)]
+            v_star = np.concatenate(points).astype(TYPES[form]).astype(float)
+            v_star = v_star[(v_star >= low) & (v_star <= high)]
+            eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+            measure = np.minimum(eps, loss) if bound.relative_to == "smaller" else eps
+            error = np.abs(run(way, form, 1)(v_star)[name].astype(float) - eps)
+            more = float(bound.rounding) * measure + (float(bound.last) + 3e-16) * eps
+            assert (error <= float(bound.formula) * measure * (1 + 1e-9) + more).all()
+            far = v_star > 0.01
+            assert (error[far] / measure[far]).max() > 0.97 * float(bound.formula)
+
+
+# --- what only compiles, and bad input --------------------------------------------------------------------------------
+
+OF_GLSL = ("#version 300 es", "#version 310 es", "#version 320 es", "#version 330")
+
+
+@pytest.mark.parametrize("name", COMPILED_ONLY)
+def test_shaders_compile(tmp_path, name):
+    found = language(name)
+    there = runners.find_tool(found.run)
+    if there is None:
+        pytest.skip(f"there is no {runners.missing(found.run)}")
+    calls = [f"viscopade_{f}({', '.join(runners.ARGUMENTS[:n])})" for n in (1, 2) for f in functions("float", n)]
+    runners.build(found, found.numbers[0], (f"viscopade{found.ending}", text(name)), calls, there, tmp_path)
+
+
+@pytest.mark.parametrize("version", OF_GLSL)
+def test_glsl_of_web_pages_and_older_machines_compiles(tmp_path, version):
+    calls = " + ".join(f"viscopade_{f}({', '.join(['0.5'] * n)})" for n in (1, 2) for f in functions("float", n))
+    precision = "" if version == "#version 330" else "precision mediump float;"
+    (tmp_path / "shader.frag").write_text(
+        f"{version}\n{text('glsl')}\n{precision}\nout vec4 color;\nvoid main() {{ color = vec4({calls}); }}\n"
+    )
+    languages.built(tmp_path, tool("glslangValidator"), "shader.frag")
+
+
+def test_null_is_no_speed_of_0(tmp_path):
+    """JavaScript's arithmetic takes null for 0."""
+    (tmp_path / "viscopade.mjs").write_text(text("javascript"))
+    calls = [
+        f"v.{name}({given})" for name in functions("double", 2) for given in ("null, 1", "1, null", "undefined, 1")
+    ]
+    calls += [f"v.{name}(null)" for name in functions("double", 1)]
+    (tmp_path / "main.mjs").write_text(f'import * as v from "./viscopade.mjs"; console.log({", ".join(calls)})')
+    ran = subprocess.run([tool("node"), tmp_path / "main.mjs"], capture_output=True, text=True, check=True)
+    assert set(ran.stdout.split()) == {"NaN"}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_coefficients_read_back(name):
+    """Every constant of a kernel is in the text of its type to the last bit."""
+    found = language(name)
+    for key, number_ in product(KERNELS, found.numbers):
+        for constant in kernel(key).constants.get(number_.form, {}).values():
+            assert number_.constant(constant) in text(name)
