@@ -82,6 +82,8 @@ class Runner:
         Commands, with the words {tool}, {driver}, {file} and {program} for names; "" if nothing is compiled, or run.
     variable, package : str
         In the environment, what names the tool; what the interpreter needs.
+    folder : bool
+        Whether the file of functions is in a folder of its name.
     """
 
     driver: str = ""
@@ -90,6 +92,7 @@ class Runner:
     start: str = ""
     variable: str = ""
     package: str = ""
+    folder: bool = False
 
 
 @dataclass(frozen=True)

@@ -176,7 +176,9 @@ def build(
     }  # fmt: skip
     source = (files(__package__) / "drivers" / f"{runner.driver}.jinja").read_text(encoding="utf-8")
     driver = f"driver{Path(runner.driver).suffix}"
-    (directory / name).write_text(text, encoding="utf-8")
+    folder = directory / stem if runner.folder else directory
+    folder.mkdir(exist_ok=True)
+    (folder / name).write_text(text, encoding="utf-8")
     (directory / driver).write_text(environment().from_string(source).render(words), encoding="utf-8")
     replaced = {"{tool}": (*tool.words, *flags), "{driver}": (driver,), "{file}": (name,), "{program}": (_PROGRAM,)}
     compiled, command = (
