@@ -24,7 +24,7 @@ from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import INFINITY, End, ErrorBound
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.write.language import Language, Number
-from viscopade.kernels.write.writer import function_text, generic_text
+from viscopade.kernels.write.writer import function_text, generic_text, names_of
 from viscopade.theory.law import VISCOELASTIC, Law
 
 HEAD = 25
@@ -122,8 +122,7 @@ def numbers_of(kernel: Kernel, language: Language) -> list[Number]:
 
 def call(kernel: Kernel, function: Function, language: Language, arguments: Sequence[str], number: Number) -> str:
     """Return a call of a function."""
-    name = f"{function.name}_{kernel.name}"
-    return language.call.format(name=name, suffix=number.suffix, arguments=", ".join(arguments))
+    return language.call.format(**names_of(kernel, function), suffix=number.suffix, arguments=", ".join(arguments))
 
 
 # --- what is proven ---------------------------------------------------------------------------------------------------

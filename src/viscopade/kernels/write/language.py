@@ -153,7 +153,7 @@ class Language:
     prelude : str
         Names of files with what functions need besides, in `preludes`.
     call : str
-        A call: {name}, {suffix}, {arguments}.
+        A call: {name} or {Name}, {suffix}, {arguments}.
     use : str
         A line of use, of {call}, {type} and {result}: a name for the value.
     stem : str

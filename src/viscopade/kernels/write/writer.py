@@ -48,7 +48,7 @@ def function_text(kernel: Kernel, function: Function, language: Language, number
 
 def generic_text(kernel: Kernel, function: Function, language: Language) -> str:
     """Return the text that makes one function of those for each type; "" where the language has none."""
-    words = _names(kernel, function)
+    words = names_of(kernel, function)
     each = [
         language.procedure.format(**words, type=number.type, suffix=number.suffix)
         for number in language.numbers
@@ -57,7 +57,8 @@ def generic_text(kernel: Kernel, function: Function, language: Language) -> str:
     return language.generic.format(**words, procedures=", ".join(each))
 
 
-def _names(kernel: Kernel, function: Function) -> dict[str, str]:
+def names_of(kernel: Kernel, function: Function) -> dict[str, str]:
+    """Return the words of patterns that name a function."""
     name = f"{function.name}_{kernel.name}"
     return {
         "name": name,
@@ -91,7 +92,7 @@ class _Writer:
         constants, head = list(self._constants()), []
         if language.locals and self.variables:
             head = self._line(language.locals, names=", ".join(dict.fromkeys(self.variables)))
-        words = {**_names(self.kernel, function), "arguments": given}
+        words = {**names_of(self.kernel, function), "arguments": given}
         lines = [*constants, *head, *([""] if constants or head else []), *body]
         if language.end == "" and not language.close:
             lines = [line for line in lines if line]
