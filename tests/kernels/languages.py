@@ -206,6 +206,7 @@ WAYS = {
     "Julia as Python": Way("julia", translated=("python", julia_as_python)),
     "JavaScript": Way("javascript"),
     "Warp": Way("warp", package="warp", exact=False),
+    "Go": Way("go"),
     "GLSL as C++": Way("glsl", _SHADERS, "c++17", translated=("c", glsl_as_cxx)),
     "WGSL as C++": Way("wgsl", _SHADERS, "c++17", translated=("c", wgsl_as_cxx)),
 }

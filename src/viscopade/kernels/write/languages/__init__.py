@@ -11,7 +11,20 @@ if TYPE_CHECKING:
 
 __all__: list[str] = []
 
-NAMES = ("c", "cuda", "python", "arrays", "fortran", "rust", "julia", "javascript", "glsl", "wgsl", "warp")
+NAMES = (
+    "c",
+    "cuda",
+    "python",
+    "arrays",
+    "fortran",
+    "rust",
+    "julia",
+    "javascript",
+    "glsl",
+    "wgsl",
+    "warp",
+    "go",
+)
 
 
 @cache
