@@ -207,6 +207,7 @@ WAYS = {
     "JavaScript": Way("javascript"),
     "Warp": Way("warp", package="warp", exact=False),
     "Go": Way("go"),
+    "C sharp": Way("csharp"),
     "GLSL as C++": Way("glsl", _SHADERS, "c++17", translated=("c", glsl_as_cxx)),
     "WGSL as C++": Way("wgsl", _SHADERS, "c++17", translated=("c", wgsl_as_cxx)),
 }

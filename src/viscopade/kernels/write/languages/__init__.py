@@ -24,6 +24,7 @@ NAMES = (
     "wgsl",
     "warp",
     "go",
+    "csharp",
 )
 
 
