@@ -1,6 +1,8 @@
 """Names in requests for kernels: targets, accuracies and table sizes."""
 
-from viscopade.kernels.targets.languages import LANGUAGES
+from viscopade.kernels.write import languages
+
+LANGUAGES = languages.NAMES
 
 TABLES = ("csv", "json", "latex", "certificates", "vectors")
 """Targets that are tables of numbers."""

@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from typing import Any
 
 from viscopade.approximation.measure import Measure
-from viscopade.generated import marker_line, template
+from viscopade.arithmetic.decimals import identifier
 from viscopade.kernels import catalogue, compact, inverse, prove_lacunary, prove_rational, quotient
 from viscopade.kernels.catalogue import Entry
-from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, TARGETS, TIERS
-from viscopade.kernels.targets import quotients, table_free, tables, vectors
-from viscopade.kernels.targets.language import Renderer, Target
-from viscopade.kernels.targets.languages import LANGUAGES, targets
-from viscopade.kernels.targets.languages import target as target_of
+from viscopade.kernels.names import FAST, LANGUAGES, SERIES_DIGITS, SERIES_ORDER, TABLES, TARGETS, TIERS
+from viscopade.kernels.targets import last_place, speed
+from viscopade.kernels.targets import vectors as old_vectors
+from viscopade.kernels.write import tables, vectors
+from viscopade.kernels.write.file import file_text, version_text
+from viscopade.kernels.write.languages import language
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, law_of
 from viscopade.theory.series import series
-
-MODULE = "viscopade"
 
 Degrees = Sequence[tuple[int, int]]
 
@@ -40,9 +39,7 @@ _NEEDED = {
 class Request:
     """A request to `viscopade export`; its fields are the command's options.
 
-    A file holds kernels of one kind: quotients of polynomials in v* (`pade`, and `minimax` and `accuracy` on an
-    interval), compact kernels (`accuracy` without an interval), inverse kernels, those of full accuracy, or one from
-    speed to eps.
+    A file holds all kernels that are asked for.
 
     Attributes
     ----------
@@ -88,7 +85,8 @@ class Request:
             if getattr(self, name) != getattr(Request, name) and not any(getattr(self, other) for other in needed):
                 others, flags = " or ".join(needed), ", ".join(f"--{other.replace('_', '-')}" for other in needed)
                 raise ValueError(f"{name} is given without {others}: accepted is {name} with {others} ({flags})")
-        if law_of(self.law) != VISCOELASTIC and (not self.pade or self.minimax or self.accuracy):
+        besides = self.minimax, self.accuracy, self.inverse, self.full, self.from_speed
+        if law_of(self.law) != VISCOELASTIC and (not self.pade or any(besides)):
             raise ValueError(f"the law is {self.law}: accepted with it is pade alone (--pade)")
         if self.v_star_max is None and self.v_star_min != "0":
             raise ValueError(
@@ -98,9 +96,6 @@ class Request:
             raise ValueError(
                 f"from_speed is {', '.join(self.from_speed)}: accepted is one accuracy, as a file holds one kernel"
             )
-        if len(self._kinds) > 1:
-            kinds = " and ".join(kind.name for kind in self._kinds)
-            raise ValueError(f"the request asks for {kinds}: accepted is one kind of kernels in a file")
 
     @classmethod
     def of(cls, entries: Sequence[Entry]) -> Request:
@@ -131,15 +126,6 @@ class Request:
             found += [quotient.best(m, n, *ends) for m, n in self.minimax]
             found += [quotient.accurate(accuracy, *ends) for accuracy in self.accuracy]
         return [*found, *(inverse.inverse(accuracy, self.epsilon_min) for accuracy in self.inverse)]
-
-    def prove(self) -> list[Any]:
-        """Return the requested kernels, with their proofs; None stands for full accuracy. Errors as for `quotients`."""
-        return [kernel for kind in self._kinds for kernel in kind.kernels(self)]
-
-    @property
-    def _kinds(self) -> list[Kind]:
-        """The kinds of kernels asked for."""
-        return [kind for kind in KINDS if kind.wanted(self)]
 
     def command(self, target: str) -> str:
         """Return the command line."""
@@ -181,7 +167,7 @@ class Request:
         """Return the requested inverse kernels, with their proofs; errors as for `quotients`."""
         return [prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse]
 
-    def render(self, target: str, module: str = MODULE) -> str:
+    def render(self, target: str, module: str | None = None) -> str:
         """Return the text that `viscopade export` makes; `module` is the module's name, if it has one of its own.
 
         Raises
@@ -190,96 +176,44 @@ class Request:
             For an unknown target, an approximant that does not exist, or the same one twice.
         """
         if target not in TARGETS:
-            raise ValueError(f"target is {target!r}: accepted are {', '.join(TARGETS)}")
-        kind = (self._kinds or KINDS)[0]
-        if kind.id == COMPACT.id and target in LANGUAGES and not target_of(target).compact:
-            others = " or from_speed or full (--from-speed, --full)" * ("full" in target_of(target).renderers)
-            raise ValueError(
-                f"accuracy is given without an interval: accepted for {target} is accuracy with v_star_max "
-                f"(--v-star-max){others}"
-            )
-        if target not in kind.targets:
-            raise ValueError(f"target is {target!r}: accepted for {kind.name} is {', '.join(kind.targets)}")
-        if target in ("certificates", "vectors") and law_of(self.law) != VISCOELASTIC:
-            raise ValueError(
-                f"the law is {self.law}, and nothing is proven of it: accepted for {target} is viscoelastic"
-            )
-        render = kind.tables.get(target) or target_of(target).renderers.get(kind.id)
-        if render is not None:
-            return render(kind.kernels(self), self.command(target))
-        assert kind.compact is not None  # the target is one of the kind's
-        return kind.compact(target_of(target), kind.kernels(self), self.command(target), module)
+            raise ValueError(f"target is {target!r}: expected {', '.join(TARGETS)}")
+        if self.full or self.from_speed:
+            return self._with_tables(target)
+        kernels = distinct(self.kernels())
+        if target in _TABLES:
+            return _TABLES[target](kernels, self.command(target))
+        return file_text(kernels, language(target), self.command(target), module)
+
+    def _with_tables(self, target: str) -> str:
+        found: list[Any] = [None] if self.full else [prove_lacunary.speed_kernel(t, self.size) for t in self.from_speed]
+        if target == "vectors":
+            return old_vectors.render(found, self.command(target))
+        if target != "c":
+            raise ValueError(f"target is {target!r}: expected c or vectors, as the kernel has a table")
+        return last_place.render(self.command(target)) if self.full else speed.render(found[0], self.command(target))
 
 
-class Kind(NamedTuple):
-    """A kind of kernels that may share a file: its id in targets' renderers, and its name.
-
-    `wanted` says whether a request asks for it, `kernels` gives what it asks for, with the proofs; `tables` make the
-    text of a file of numbers of that and the command line. `compact` makes the text of compact languages.
-    """
-
-    id: str
-    name: str
-    wanted: Callable[[Request], object]
-    kernels: Callable[[Request], list[Any]]
-    tables: Mapping[str, Renderer] = {}
-    compact: Callable[[Target, Any, str, str], str] | None = None
-
-    @property
-    def targets(self) -> list[str]:
-        """The targets of its files."""
-        written = (t.name for t in targets() if self.id in t.renderers or (self.compact is not None and t.compact))
-        return [*written, *self.tables]
+def distinct(kernels: Sequence[Kernel]) -> Sequence[Kernel]:
+    """Return the kernels; refuse an empty sequence and repeated names."""
+    if not kernels:
+        raise ValueError("no kernel is asked for: expected at least one")
+    for name, count in Counter(kernel.name for kernel in kernels).items():
+        if count > 1:
+            raise ValueError(f"the kernel {name} is asked for twice: expected each kernel once")
+    return kernels
 
 
-QUOTIENTS = Kind(
-    "quotient",
-    "quotients of polynomials",
-    lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
-    Request.quotients,
-    {
-        "csv": tables.csv_table,
-        "json": tables.json_table,
-        "latex": tables.latex_table,
-        "certificates": tables.certificates,
-        "vectors": vectors.render,
-    },
-    compact=quotients.render,
-)
-_PROVEN_TABLES: Mapping[str, Renderer] = {
-    "json": tables.records,
+_TABLES: Mapping[str, Callable[[Sequence[Kernel], str], str]] = {
+    "csv": tables.csv_table,
+    "json": tables.json_table,
+    "latex": tables.latex_table,
     "certificates": tables.certificates,
     "vectors": vectors.render,
 }
-COMPACT = Kind(
-    "compact",
-    "compact kernels",
-    lambda asked: asked.accuracy and asked.v_star_max is None,
-    Request.half_line_kernels,
-    _PROVEN_TABLES,
-    compact=table_free.render,
-)
-KINDS = (
-    QUOTIENTS,
-    COMPACT,
-    Kind(
-        "inverse",
-        "inverse kernels",
-        lambda asked: asked.inverse,
-        Request.inverse_kernels,
-        _PROVEN_TABLES,
-    ),
-    Kind("full", "kernels of full accuracy", lambda asked: asked.full, lambda _: [None], {"vectors": vectors.render}),
-    Kind(
-        "speed",
-        "kernels of speed",
-        lambda asked: asked.from_speed,
-        lambda asked: [prove_lacunary.speed_kernel(tier, asked.size) for tier in asked.from_speed],
-        {"vectors": vectors.render},
-    ),
-)
 
-PAPER, RECOMMENDED, WITHOUT_TABLES, INVERSE = (
+_ENDINGS = {"c": ".h", "python": ".py"}
+"""Languages with a file for each group of the catalogue."""
+PAPER, RECOMMENDED, COMPACT, INVERSE = (
     Request.of(catalogue.group(name)) for name in ("pade", "minimax", "compact", "inverse")
 )
 PAPER_DEGREES = PAPER.pade
@@ -287,35 +221,25 @@ PAPER_DEGREES = PAPER.pade
 
 def default(target: str) -> Request:
     """Return the request of a command without options: the paper's table, or the kernels for all v* >= 0."""
-    return WITHOUT_TABLES if target in LANGUAGES and target_of(target).compact else PAPER
-
-
-def _in_languages(kind: str, request: Request, stem: str) -> dict[str, tuple[Request, str]]:
-    """Return the files of a request in the languages that write a kind of kernels."""
-    return {stem + target.suffix: (request, target.name) for target in targets() if kind in target.renderers}
+    return PAPER if target in (*TABLES, "c", "python") else COMPACT
 
 
 _FILES = {
-    **_in_languages("quotient", PAPER, "viscopade_pade"),
+    **{f"viscopade_pade{ending}": (PAPER, target) for target, ending in _ENDINGS.items()},
     "pade_table.csv": (PAPER, "csv"),
     "pade_table.json": (PAPER, "json"),
     "pade_table.tex": (PAPER, "latex"),
     "pade_certificates.json": (PAPER, "certificates"),
-    **_in_languages("quotient", RECOMMENDED, "viscopade_minimax"),
+    **{f"viscopade_minimax{ending}": (RECOMMENDED, target) for target, ending in _ENDINGS.items()},
     "minimax_table.json": (RECOMMENDED, "json"),
     "minimax_certificates.json": (RECOMMENDED, "certificates"),
-    **{target.stem + target.suffix: (WITHOUT_TABLES, target.name) for target in targets() if target.compact},
-    "vectors_compact.json": (WITHOUT_TABLES, "vectors"),
-    **_in_languages("inverse", INVERSE, "viscopade_inverse"),
+    **{language(name).stem + language(name).ending: (COMPACT, name) for name in LANGUAGES if name not in _ENDINGS},
+    "viscopade_compact.py": (COMPACT, "python"),
+    "vectors_compact.json": (COMPACT, "vectors"),
+    **{f"viscopade_inverse{ending}": (INVERSE, target) for target, ending in _ENDINGS.items()},
     "inverse_certificates.json": (INVERSE, "certificates"),
-    **_in_languages("full", Request(full=True), "viscopade_full"),
-    **{
-        name: found
-        for tier in TIERS
-        for name, found in _in_languages(
-            "speed", Request(from_speed=(tier,)), speed_kernel.file_of(tier).partition(".")[0]
-        ).items()
-    },
+    "viscopade_full.h": (Request(full=True), "c"),
+    **{f"viscopade_speed_{identifier(tier)}.h": (Request(from_speed=(tier,)), "c") for tier in TIERS},
 }
 # Test vectors of each header's kernels.
 _FILES |= {
@@ -323,11 +247,6 @@ _FILES |= {
     for name, (request, _) in _FILES.items()
     if name.endswith(".h")
 }
-
-
-def render(target: str, degrees: Degrees = PAPER_DEGREES) -> str:
-    """Return the text that `viscopade export TARGET --pade …` makes; errors as for `Request.render`."""
-    return Request(pade=degrees).render(target)
 
 
 def render_series(target: str, order: int, digits: int) -> str:
@@ -349,9 +268,7 @@ def file(name: str) -> str:
     if name in _SERIES:
         return render_series(_SERIES[name], SERIES_ORDER, SERIES_DIGITS)
     if name == VERSION_HEADER:
-        return template(tables.__name__, "version_alone.h.jinja").render(
-            marker=marker_line("viscopade export version-header")
-        )
+        return version_text(language("c"), "viscopade export version-header")
     request, target = _FILES[name]
     return request.render(target)
 

@@ -29,6 +29,7 @@ from viscopade.theory.law import VISCOELASTIC, Law
 
 HEAD = 25
 """Lines at the beginning of a file, with those that begin and end the comment."""
+SPDX = "SPDX-License-Identifier: MIT"
 PAGE = "docs/usage/kernels.md"
 """The generated page: what is assumed, special values, monotonicity."""
 
@@ -68,18 +69,37 @@ def file_text(kernels: Sequence[Kernel], language: Language, command: str, modul
         The command line that makes the file.
     module : str or None
         The module's name, where the language has modules; None: that of the language.
+
+    Raises
+    ------
+    ValueError
+        If no kernel has a format of the language.
     """
     name = module or language.stem
-    lines = head(kernels, language, command)
+    if not any(numbers_of(kernel, language) for kernel in kernels):
+        reasons = "; ".join(f"{kernel.name}: {reason}" for kernel in kernels for reason in kernel.missing.values())
+        raise ValueError(f"{language.name} has no type in which a kernel was proven: {reasons}")
+    lines = head([kernel for kernel in kernels if numbers_of(kernel, language)], language, command)
     return language.file.format(
         head=language.block.format(lines=comment(lines, language.comment)),
-        version=language.version.format(version=__version__, number=version_number()),
+        version=_version(language),
         prelude=prelude(language),
         functions=("\n" * (language.apart + 1)).join(kernel_text(kernel, language) for kernel in kernels),
         generics="\n".join(filter(None, (generics(kernel, language) for kernel in kernels))),
         module=name,
         Module=name.title().replace("_", ""),
     )
+
+
+def version_text(language: Language, command: str) -> str:
+    """Return the text of a file with the version alone."""
+    about = ["The version of viscopade that made this file and those beside it: each file of kernels has it, too."]
+    head = language.block.format(lines=comment([marker_line(command), SPDX, "", *about], language.comment))
+    return f"{head}\n{_version(language)}\n"
+
+
+def _version(language: Language) -> str:
+    return language.version.format(version=__version__, number=version_number())
 
 
 def prelude(language: Language) -> str:
@@ -193,14 +213,12 @@ def _comment(kernel: Kernel, function: Function, language: Language, number: Num
 def head(kernels: Sequence[Kernel], language: Language, command: str) -> list[str]:
     """Return the lines at the head of a file, without comment marks."""
     law = kernels[0].law
-    subject = _SPHERES if law == VISCOELASTIC else _law_text(law)
-    end = END_CONDITION if law.delayed else END_CONDITION_WITHOUT_DELAY
     before = [
         marker_line(command),
-        "SPDX-License-Identifier: MIT",
+        SPDX,
         "",
-        *wrap(subject, _COLUMNS),
-        *wrap(f"End condition: {end}.", _COLUMNS),
+        *wrap(subject(law), _COLUMNS),
+        *wrap(f"End condition: {end_condition(law)}.", _COLUMNS),
         "",
     ]
     after = [*wrap(_LEGEND, _COLUMNS), "", _example(kernels[-1], language), *wrap(_CITE, _COLUMNS)]
@@ -211,7 +229,15 @@ def head(kernels: Sequence[Kernel], language: Language, command: str) -> list[st
     return [*before, *table, *after]
 
 
-def _law_text(law: Law) -> str:
+def end_condition(law: Law) -> str:
+    """Return the end condition of a law as a sentence."""
+    return END_CONDITION if law.delayed else END_CONDITION_WITHOUT_DELAY
+
+
+def subject(law: Law) -> str:
+    """Return what eps, v* and the arguments are."""
+    if law == VISCOELASTIC:
+        return _SPHERES
     return (
         f"eps: coefficient of normal restitution of the law of contact m xi'' + k xi^a + c xi^b xi' = 0, "
         f"a = {law.elastic}, b = {law.damping}, with the effective mass m and the normal component v of the impact "

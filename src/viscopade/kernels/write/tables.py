@@ -1,0 +1,176 @@
+"""Tables of coefficients and of proofs as CSV, JSON and LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from decimal import Context
+from itertools import zip_longest
+from json import dumps
+from textwrap import wrap
+from typing import Any
+
+from viscopade import arguments
+from viscopade.arithmetic.formats import decimal_value
+from viscopade.generated import END_CONDITION, WIDTH, comment, generated_by, marker_line
+from viscopade.kernels.arithmetic import HOST
+from viscopade.kernels.kernel import Kernel
+from viscopade.kernels.write.file import end_condition, error_text, range_text, stated, subject
+
+SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
+SERIES_NO_BOUND = "The file is about the coefficients: no bound of a truncated sum's error is claimed in it."
+CERTIFICATE_SOURCE = (
+    "proofs by ball arithmetic: each panel of the reference (rows of 1 - eps and eps, with their proven relative "
+    "error) is cut into equal parts, on each of which the deviation is below the bound"
+)
+PROVEN = (
+    "proven by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the rounding is that of "
+    "the order of evaluation in code (to nearest, with or without fused multiply-add), and adds to the error"
+)
+SAMPLED = "sampled: compared with the exact eps at points of the interval; nothing is proven"
+DIGITS = 15  # of coefficients in LaTeX
+
+
+def csv_table(kernels: Sequence[Kernel], command: str) -> str:
+    """Return the columns m,n,symbol,index,value, after lines of comment that begin with "#"."""
+    rows = (
+        (kernel.record["m"], kernel.record["n"], symbol, index, value)
+        for kernel in kernels
+        for symbol in "ab"
+        for index, value in enumerate(_quotient(kernel, "csv")[symbol])
+    )
+    return _csv(_head(kernels, command), ("m", "n", "symbol", "index", "value"), rows)
+
+
+def json_table(kernels: Sequence[Kernel], command: str) -> str:
+    """Return one object; its "approximants" hold the records, with numbers as decimal strings."""
+    source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
+    rest: dict[str, object] = {"error": _error(kernels), "approximants": [kernel.record for kernel in kernels]}
+    return _json(command, source, rest, end_condition(kernels[0].law))
+
+
+def certificates(kernels: Sequence[Kernel], command: str) -> str:
+    """Return one object; its "certificates" hold the data for independent checks of the kernels' proofs.
+
+    Raises
+    ------
+    ValueError
+        If nothing is proven of a kernel.
+    """
+    for kernel in kernels:
+        if not kernel.proofs:
+            raise ValueError(f"nothing is proven of {kernel.name}: expected kernels of the law viscoelastic")
+    return _json(
+        command, CERTIFICATE_SOURCE, {"certificates": [proof for kernel in kernels for proof in kernel.proofs]}
+    )
+
+
+def latex_table(kernels: Sequence[Kernel], command: str, digits: int = DIGITS) -> str:
+    """Return a LaTeX tabular in the layout of the paper's tab:padeCoeffs, rounded to `digits` significant digits."""
+    arguments.digits(digits)
+    rows = (line for kernel in kernels for line in (r"\hline", *(rf"{row} \\" for row in _latex_rows(kernel, digits))))
+    return "\n".join(
+        [
+            comment(_head(kernels, command), "%"),
+            r"\begin{tabular}{lllll}",
+            r"$m$ & $n$ & $a_i$ & $b_i$ & \\",
+            *rows,
+            r"\end{tabular}",
+            "",
+        ]
+    )
+
+
+def series_csv(h: Sequence[str], command: str) -> str:
+    """Return the columns k,h_k of the series' coefficients, after lines of comment that begin with "#"."""
+    head = [
+        marker_line(command),
+        "",
+        "The coefficient of normal restitution eps of two viscoelastic spheres:",
+        f"{SERIES_SOURCE}, v* = beta^(1/2) v^(1/10).",
+        "",
+        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
+        "",
+        SERIES_NO_BOUND,
+    ]
+    return _csv(head, ("k", "h_k"), enumerate(_decimals(h)))
+
+
+def series_json(h: Sequence[str], command: str) -> str:
+    """Return one object; its "h" holds the series' coefficients as decimal strings."""
+    return _json(command, SERIES_SOURCE, {"error": SERIES_NO_BOUND, "order": len(h) - 1, "h": _decimals(h)})
+
+
+def _decimals(h: Sequence[str]) -> list[str]:
+    """Return the coefficients if they are finite decimal numbers."""
+    for value in h:
+        decimal_value(value)
+    return list(h)
+
+
+def _quotient(kernel: Kernel, target: str) -> Mapping[str, Sequence[str]]:
+    """Return the coefficients a and b of a quotient in v*, as decimals; of a best one, those of type double."""
+    record: Mapping[str, Any] = kernel.record
+    if "m" not in record:
+        raise ValueError(f"{kernel.name} is no quotient of polynomials in v*, which {target} expects: use json")
+    given: Mapping[str, Sequence[str]] = record if "a" in record else record["variants"][0]
+    return given
+
+
+def _error(kernels: Sequence[Kernel]) -> str:
+    bounds = [bound for kernel in kernels for bound in kernel.bounds]
+    return PROVEN if all(bound.proven for bound in bounds) else SAMPLED
+
+
+def _head(kernels: Sequence[Kernel], command: str) -> list[str]:
+    law = kernels[0].law
+    return [
+        marker_line(command),
+        "",
+        *wrap(subject(law), WIDTH),
+        "[m/n](v*) = (a_0 + a_1 v* + ... + a_m v*^m) / (b_0 + b_1 v* + ... + b_n v*^n)",
+        *wrap(f"End condition: {end_condition(law)}.", WIDTH),
+        *(line for kernel in kernels for line in _about(kernel)),
+        *wrap(f"m = min(eps, 1 - eps), r = [m/n]; {_error(kernels)}.", WIDTH),
+    ]
+
+
+def _about(kernel: Kernel) -> Iterator[str]:
+    errors = "; ".join(
+        f"{error_text(bound)} for {range_text(bound)}" for bound in stated(kernel, kernel.functions[0], HOST)
+    )
+    yield from wrap(f"{kernel.label}: {kernel.source}. Domain: {kernel.domain}. Error <= {errors}.", WIDTH)
+
+
+def _csv(head: Iterable[str], columns: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
+    """Return the lines of a file whose fields need no quotes."""
+    return "\n".join([comment(head, "#"), *(",".join(map(str, row)) for row in (columns, *rows))]) + "\n"
+
+
+def _json(command: str, source: str, rest: dict[str, object], end: str = END_CONDITION) -> str:
+    head = {"generated_by": generated_by(), "command": command, "source": source, "end_condition": end}
+    return dumps(head | rest, indent=2, ensure_ascii=False) + "\n"
+
+
+def _latex_rows(kernel: Kernel, digits: int) -> list[str]:
+    """Return the rows of one approximant: m, n, a_i, and b_i in two columns, as in the paper."""
+    given = _quotient(kernel, "latex")
+    a, b = (
+        [f"${symbol}_{{{i}}}={_latex_number(value, digits)}$" for i, value in enumerate(given[symbol])]
+        for symbol in "ab"
+    )
+    height = max(len(a), (len(b) + 1) // 2)
+    degrees = [(f"${kernel.record['m']}$", f"${kernel.record['n']}$")]
+    columns = zip_longest(degrees, a, b[:height], b[height:])
+    return [" & ".join([*(mn or ("", "")), *(cell or "" for cell in cells)]) for mn, *cells in columns]
+
+
+def _latex_number(value: str, digits: int) -> str:
+    """Return a number in LaTeX, correctly rounded to significant digits."""
+    context = Context(prec=digits)
+    number = context.create_decimal(value)
+    if not number:
+        return "0"
+    if -6 < number.adjusted() < digits:
+        return f"{number:f}"
+    exponent = number.adjusted()
+    return f"{number.scaleb(-exponent, context):f}\\times10^{{{exponent}}}"
