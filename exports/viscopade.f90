@@ -68,7 +68,8 @@ contains
 ! eps.
 ! Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) result(value)
-    real(real64), intent(in) :: speed, beta
+    real(real64), intent(in) :: speed
+    real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
     real(real64), parameter :: a0 = 1.1532089438172344_real64
     real(real64), parameter :: a9 = -0.29196149636063706_real64
@@ -113,7 +114,8 @@ end function
 ! eps.
 ! Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) result(value)
-    real(real32), intent(in) :: speed, beta
+    real(real32), intent(in) :: speed
+    real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
     real(real32), parameter :: a0 = 1.153209_real32
     real(real32), parameter :: a9 = -0.2919615_real32
@@ -158,7 +160,8 @@ end function
 ! eps speed, the speed after the collision.
 ! Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) result(value)
-    real(real64), intent(in) :: speed, beta
+    real(real64), intent(in) :: speed
+    real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
     real(real64), parameter :: a0 = 1.1532089438172344_real64
     real(real64), parameter :: a9 = -0.29196149636063706_real64
@@ -203,7 +206,8 @@ end function
 ! eps speed, the speed after the collision.
 ! Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) result(value)
-    real(real32), intent(in) :: speed, beta
+    real(real32), intent(in) :: speed
+    real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
     real(real32), parameter :: a0 = 1.153209_real32
     real(real32), parameter :: a9 = -0.2919615_real32
@@ -248,7 +252,8 @@ end function
 ! 1 - eps^2.
 ! Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) result(value)
-    real(real64), intent(in) :: speed, beta
+    real(real64), intent(in) :: speed
+    real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
     real(real64), parameter :: a0 = 1.1532089438172344_real64
     real(real64), parameter :: a9 = -0.29196149636063706_real64
@@ -294,7 +299,8 @@ end function
 ! 1 - eps^2.
 ! Error <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) result(value)
-    real(real32), intent(in) :: speed, beta
+    real(real32), intent(in) :: speed
+    real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
     real(real32), parameter :: a0 = 1.153209_real32
     real(real32), parameter :: a9 = -0.2919615_real32
@@ -340,7 +346,8 @@ end function
 ! eps.
 ! Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) result(value)
-    real(real64), intent(in) :: speed, beta
+    real(real64), intent(in) :: speed
+    real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
     real(real64), parameter :: a0 = 1.153451614780895_real64
     real(real64), parameter :: a4 = 0.6934805469284029_real64
@@ -388,7 +395,8 @@ end function
 ! eps.
 ! Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) result(value)
-    real(real32), intent(in) :: speed, beta
+    real(real32), intent(in) :: speed
+    real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
     real(real32), parameter :: a0 = 1.1534516_real32
     real(real32), parameter :: a4 = 0.69348055_real32
@@ -436,7 +444,8 @@ end function
 ! eps speed, the speed after the collision.
 ! Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) result(value)
-    real(real64), intent(in) :: speed, beta
+    real(real64), intent(in) :: speed
+    real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
     real(real64), parameter :: a0 = 1.153451614780895_real64
     real(real64), parameter :: a4 = 0.6934805469284029_real64
@@ -484,7 +493,8 @@ end function
 ! eps speed, the speed after the collision.
 ! Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) result(value)
-    real(real32), intent(in) :: speed, beta
+    real(real32), intent(in) :: speed
+    real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
     real(real32), parameter :: a0 = 1.1534516_real32
     real(real32), parameter :: a4 = 0.69348055_real32
@@ -532,7 +542,8 @@ end function
 ! 1 - eps^2.
 ! Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) result(value)
-    real(real64), intent(in) :: speed, beta
+    real(real64), intent(in) :: speed
+    real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
     real(real64), parameter :: a0 = 1.153451614780895_real64
     real(real64), parameter :: a4 = 0.6934805469284029_real64
@@ -581,7 +592,8 @@ end function
 ! 1 - eps^2.
 ! Error <= 1.6e-5 r for 0.001 <= v* <= 10; 1.9e-5 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) result(value)
-    real(real32), intent(in) :: speed, beta
+    real(real32), intent(in) :: speed
+    real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
     real(real32), parameter :: a0 = 1.1534516_real32
     real(real32), parameter :: a4 = 0.69348055_real32
@@ -630,7 +642,8 @@ end function
 ! eps.
 ! Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) result(value)
-    real(real64), intent(in) :: speed, beta
+    real(real64), intent(in) :: speed
+    real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
     real(real64), parameter :: a0 = 1.153448873291078_real64
     real(real64), parameter :: a6 = 1.0950742059245102_real64
@@ -683,7 +696,8 @@ end function
 ! eps speed, the speed after the collision.
 ! Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) result(value)
-    real(real64), intent(in) :: speed, beta
+    real(real64), intent(in) :: speed
+    real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
     real(real64), parameter :: a0 = 1.153448873291078_real64
     real(real64), parameter :: a6 = 1.0950742059245102_real64
@@ -736,7 +750,8 @@ end function
 ! 1 - eps^2.
 ! Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) result(value)
-    real(real64), intent(in) :: speed, beta
+    real(real64), intent(in) :: speed
+    real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
     real(real64), parameter :: a0 = 1.153448873291078_real64
     real(real64), parameter :: a6 = 1.0950742059245102_real64

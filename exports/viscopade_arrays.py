@@ -18,9 +18,9 @@
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
 """Functions of arrays for one namespace xp: numpy, jax.numpy (also within jit, vmap and grad), torch, cupy.
 
-Names that end in _f32 are for arrays of type float32, the others for float64; the errors hold in that type only. Gradients are those of the formulas. At
-speed 0, v* = 0 and eps = 1 they are finite: that of eps and of 1 - eps^2 is 0 there (its limit is infinite), that of
-the speed after the collision 1. Beyond the cut-off of w the gradient of eps is 0, if w is finite.
+Names that end in _f32 are for arrays of type float32, the others for float64: the errors hold in that type only.
+Gradients are those of the formulas. At speed 0, v* = 0 and eps = 1 they are finite: that of eps and of 1 - eps^2 is 0
+there (its limit is infinite), that of the speed after the collision 1. Beyond the cut-off of w the gradient of eps is 0.
 """
 
 from math import nan

@@ -7,17 +7,17 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 # x returns to 0.
 #
-# function                                          range   error, double
-# v_star_inverse_1em3(epsilon)                      all v*  5.8e-4 r
-# v_star_from_loss_inverse_1em3(one_minus_epsilon)  all v*  5.8e-4 r
-# beta_inverse_1em3(epsilon, speed)                 all v*  0.0012 r
-# v_star_inverse_1em5(epsilon)                      all v*  3.6e-6 r
-# v_star_from_loss_inverse_1em5(one_minus_epsilon)  all v*  3.6e-6 r
-# beta_inverse_1em5(epsilon, speed)                 all v*  7.1e-6 r
+# function                                                    range   error, double
+# viscopade.v_star_inverse_1em3(epsilon)                      all v*  5.8e-4 r
+# viscopade.v_star_from_loss_inverse_1em3(one_minus_epsilon)  all v*  5.8e-4 r
+# viscopade.beta_inverse_1em3(epsilon, speed)                 all v*  0.0012 r
+# viscopade.v_star_inverse_1em5(epsilon)                      all v*  3.6e-6 r
+# viscopade.v_star_from_loss_inverse_1em5(one_minus_epsilon)  all v*  3.6e-6 r
+# viscopade.beta_inverse_1em5(epsilon, speed)                 all v*  7.1e-6 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
 # outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
 #
-# Example (a material whose eps is 0.995 at a speed of 2): beta = beta_inverse_1em5(0.995, 2.0)
+# Example (a material whose eps is 0.995 at a speed of 2): beta = viscopade.beta_inverse_1em5(0.995, 2.0)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
 
 import math

@@ -7,17 +7,17 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 # x returns to 0.
 #
-# function                                  range          error, double
-# epsilon_minimax_v5_1em3(v_star)           v* <= 5        9.9e-4 m + 9.1e-16 r
-# restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99992  9.9e-4 m + 9.2e-16 r
-# epsilon_minimax_v5_1em5(v_star)           v* <= 5        2.9e-6 m + 1.7e-15 r
-# restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99992  2.9e-6 m + 1.8e-15 r
-# epsilon_minimax_v5_1em8(v_star)           v* <= 5        3.1e-9 m + 2.5e-15 r
-# restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99992  3.1e-9 m + 2.6e-15 r
+# function                                            range          error, double
+# viscopade.epsilon_minimax_v5_1em3(v_star)           v* <= 5        9.9e-4 m + 9.1e-16 r
+# viscopade.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99992  9.9e-4 m + 9.2e-16 r
+# viscopade.epsilon_minimax_v5_1em5(v_star)           v* <= 5        2.9e-6 m + 1.7e-15 r
+# viscopade.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99992  2.9e-6 m + 1.8e-15 r
+# viscopade.epsilon_minimax_v5_1em8(v_star)           v* <= 5        3.1e-9 m + 2.5e-15 r
+# viscopade.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99992  3.1e-9 m + 2.6e-15 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
 # outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
 #
-# Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = restitution_minimax_v5_1em8(2.0, 1.307)
+# Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = viscopade.restitution_minimax_v5_1em8(2.0, 1.307)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
 
 import math

@@ -7,19 +7,19 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 # x returns to 0.
 #
-# function                           range          error, double
-# epsilon_pade_0_3(v_star)           v* <= 5        4.7 m + 3.5e-15 r
-# restitution_pade_0_3(speed, beta)  v* <= 4.99992  4.7 m + 3.6e-15 r
-# epsilon_pade_1_4(v_star)           v* <= 5        0.36 m + 1.6e-15 r
-# restitution_pade_1_4(speed, beta)  v* <= 4.99992  0.36 m + 1.7e-15 r
-# epsilon_pade_2_5(v_star)           v* <= 5        0.79 m + 5.5e-15 r
-# restitution_pade_2_5(speed, beta)  v* <= 4.99992  0.79 m + 5.6e-15 r
-# epsilon_pade_3_6(v_star)           v* <= 5        0.064 m + 2e-15 r
-# restitution_pade_3_6(speed, beta)  v* <= 4.99992  0.065 m + 2.1e-15 r
+# function                                     range          error, double
+# viscopade.epsilon_pade_0_3(v_star)           v* <= 5        4.7 m + 3.5e-15 r
+# viscopade.restitution_pade_0_3(speed, beta)  v* <= 4.99992  4.7 m + 3.6e-15 r
+# viscopade.epsilon_pade_1_4(v_star)           v* <= 5        0.36 m + 1.6e-15 r
+# viscopade.restitution_pade_1_4(speed, beta)  v* <= 4.99992  0.36 m + 1.7e-15 r
+# viscopade.epsilon_pade_2_5(v_star)           v* <= 5        0.79 m + 5.5e-15 r
+# viscopade.restitution_pade_2_5(speed, beta)  v* <= 4.99992  0.79 m + 5.6e-15 r
+# viscopade.epsilon_pade_3_6(v_star)           v* <= 5        0.064 m + 2e-15 r
+# viscopade.restitution_pade_3_6(speed, beta)  v* <= 4.99992  0.065 m + 2.1e-15 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
 # outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
 #
-# Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = restitution_pade_3_6(2.0, 1.307)
+# Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = viscopade.restitution_pade_3_6(2.0, 1.307)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
 
 import math

@@ -55,7 +55,7 @@ def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
 # eps.
 # Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 @wp.func
-def restitution_compact_1em3_f32(speed: wp.float32, beta: wp.float32):
+def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.153209)
     a9 = wp.float32(-0.2919615)
@@ -113,7 +113,7 @@ def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
 # eps speed, the speed after the collision.
 # Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 @wp.func
-def rebound_compact_1em3_f32(speed: wp.float32, beta: wp.float32):
+def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.153209)
     a9 = wp.float32(-0.2919615)
@@ -172,7 +172,7 @@ def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
 # 1 - eps^2.
 # Error <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
 @wp.func
-def dissipation_compact_1em3_f32(speed: wp.float32, beta: wp.float32):
+def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.153209)
     a9 = wp.float32(-0.2919615)
@@ -234,7 +234,7 @@ def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
 # eps.
 # Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 @wp.func
-def restitution_compact_1em5_f32(speed: wp.float32, beta: wp.float32):
+def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.1534516)
     a4 = wp.float32(0.69348055)
@@ -298,7 +298,7 @@ def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
 # eps speed, the speed after the collision.
 # Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 @wp.func
-def rebound_compact_1em5_f32(speed: wp.float32, beta: wp.float32):
+def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.1534516)
     a4 = wp.float32(0.69348055)
@@ -363,7 +363,7 @@ def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
 # 1 - eps^2.
 # Error <= 1.6e-5 r for 0.001 <= v* <= 10; 1.9e-5 r for 1.63e-4 <= v* <= 4060.
 @wp.func
-def dissipation_compact_1em5_f32(speed: wp.float32, beta: wp.float32):
+def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.1534516)
     a4 = wp.float32(0.69348055)

@@ -31,7 +31,9 @@ FMA = ("-mfma",) if _CPU.exists() and " fma " in _CPU.read_text() else ()
 """What lets a compiler fuse products and sums, on a processor that does."""
 STANDARDS = ("c99", "c2x", "c++98", "c++14", "c++17", "c++23")  # the ends, and where constants are written otherwise
 
-_DEFINITION = re.compile(r"^(?:static inline|VISCOPADE_INLINE) (double|float) (viscopade_\w+)\((.*)\)$", re.MULTILINE)
+_DEFINITION = re.compile(
+    r"^(?:static inline|VISCOPADE_INLINE|VISCOPADE_FUNCTION) (double|float) (viscopade_\w+)\((.*)\)$", re.MULTILINE
+)
 _TYPES = {"double": ctypes.c_double, "float": ctypes.c_float}
 _serial = count()
 

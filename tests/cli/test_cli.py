@@ -258,7 +258,7 @@ def test_export_goes_to_stdout_or_to_a_file(tmp_path):
     words = ("export", "c", "--pade", "3/6", "--pade", "1/4")
     written = called(*words, "-o", target)
     assert (written.returncode, written.stdout, written.stderr) == (0, "", "")
-    assert target.read_text() == called(*words).stdout == requests.render("c", [(3, 6), (1, 4)])
+    assert target.read_text() == called(*words).stdout == requests.Request(pade=[(3, 6), (1, 4)]).render("c")
     assert "viscopade export c --pade 3/6 --pade 1/4\n" in target.read_text()
 
 

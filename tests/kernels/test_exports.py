@@ -99,12 +99,12 @@ for powers, form in {half_lines}:
 
 def test_coefficients_do_not_depend_on_the_processor():
     """NumPy's last digits do: here without its faster instructions, and with another BLAS kernel."""
-    quotients, half_lines = requests.RECOMMENDED.quotients(), requests.WITHOUT_TABLES.half_line_kernels()
+    quotients, half_lines = requests.RECOMMENDED.quotients(), requests.COMPACT.half_line_kernels()
     code = FITS.format(
         quotients=[(k.m, k.n, variant.form.name) for k in quotients for variant in k.variants],
         half_lines=[(k.powers, variant.form.name) for k in half_lines for variant in k.variants],
         end=requests.RECOMMENDED.v_star_max,
-        measure=requests.WITHOUT_TABLES.measure,
+        measure=requests.COMPACT.measure,
     )
     old = {"NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX2 FMA3", "OPENBLAS_CORETYPE": "Nehalem"}
     words = [sys.executable, "-W", "ignore", "-c", code]

@@ -1,11 +1,7 @@
 """The names that the command line offers before it loads a kernel are those of the kernels."""
 
-from viscopade.kernels import names, requests
+from viscopade.kernels import names
 from viscopade.kernels.forms.speed_kernel import TABLES
-
-
-def test_targets_are_those_of_the_renderers():
-    assert set(names.TARGETS) == {target for kind in requests.KINDS for target in kind.targets}
 
 
 def test_tiers_and_sizes_are_those_of_the_tables():

@@ -1,4 +1,4 @@
-"""Compact kernels in other languages: bounds of rounding, and every text run where its toolchain is present."""
+"""Compact kernels: bounds of rounding in each arithmetic."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import itertools
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,10 +17,6 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels import expressions, formulas, prove_lacunary
 from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
-
-COMMAND = "viscopade export TARGET --accuracy 1e-3 --accuracy 1e-5 --accuracy 1e-7"
-EXPORTS = Path(__file__).parents[2] / "exports"
-BENCHMARK = Path(__file__).parents[2] / "src" / "viscopade_lab" / "gpu" / "bench.cu"
 
 
 @cache

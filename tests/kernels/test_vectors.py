@@ -17,7 +17,7 @@ from tests.patience import HANGS
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.collision import exact
-from viscopade.kernels import requests, truth
+from viscopade.kernels import prove_lacunary, requests, truth
 from viscopade.kernels.targets import vectors
 from viscopade.kernels.targets.vectors import COLUMNS, hard_arguments, hexadecimal
 
@@ -137,30 +137,6 @@ def adapted(functions):
     text = (RUNNERS / "check.rs").read_text()
     start = text.index("&[\n", text.index("const FUNCTIONS")) + 3
     return text[:start] + "".join(lines) + text[text.index("];\n", start) :]
-
-
-def test_ports_pass_the_vectors_within_their_domain(tmp_path):
-    """Those beyond it they fail: they return NaN, and the header in C a number."""
-    text = ENDING.render("vectors")
-    inside, beyond = ([row for row in found if not row[0].startswith("restitution")] for found in lists(text))
-    files = {
-        "inside": text,
-        "all": json.dumps({"vectors": inside + beyond}).replace("[[", "[\n[").replace("], ", "],\n"),
-    }
-    for name, content in files.items():
-        (tmp_path / f"{name}.json").write_text(content)
-    module = tmp_path / "module.mjs"
-    module.write_text(ENDING.render("javascript"))
-    runner = adapted(sorted({(row[0], row[1]) for row in inside}))
-    for types, check in (
-        (["double"], lambda file: run(tool("node"), RUNNERS / "check.mjs", file, module)),
-        (["double", "float"], lambda file: in_rust(tmp_path / file.stem, ENDING.render("rust"), runner, file)),
-    ):
-        number, missed = (sum(row[1] in types for row in found) for found in (inside, beyond))
-        assert check(tmp_path / "inside.json") == (0, f"{number} of {number} pass\n")
-        status, printed = check(tmp_path / "all.json")
-        assert (status, printed.count("NaN: ")) == (1, missed)
-        assert printed.endswith(f"\n{number} of {number + missed} pass\n")
 
 
 def test_a_file_that_is_missing_or_cut_is_named(tmp_path):
@@ -337,7 +313,7 @@ BESIDE = {
 @pytest.mark.parametrize("beside", BESIDE)
 def test_limits_hold_where_a_rounding_of_w_decides(tmp_path, beside):
     """Eps of the rounded w is beyond a power of two, where units are larger; or code reads no row for the exact w."""
-    kernel = requests.Request(from_speed=("full",)).prove()[0]
+    kernel = prove_lacunary.speed_kernel("full", "fast")
     built = compiled.build(tmp_path, [(EXPORTS / "viscopade_speed_full.h").read_text()])
     (function,) = (f for f in vectors._functions(kernel) if f.name == "restitution_full" and f.form == DOUBLE)
     with working(truth.BITS), np.errstate(all="ignore"):
@@ -353,7 +329,7 @@ def test_limits_hold_where_a_rounding_of_w_decides(tmp_path, beside):
 
 def test_nothing_is_stated_of_compact_kernels_where_the_computed_w_is_subnormal():
     """The exact w is normal; shaders set the computed one to 0."""
-    kernel = requests.Request(accuracy=("1e-3",)).prove()[0]
+    kernel = prove_lacunary.half_line_kernel("1e-3")
     speed, beta = float.fromhex("0x1.f32a2ep-122"), float.fromhex("0x1.014d9ep-1")
     assert Fraction(beta) ** 5 * Fraction(speed) > FLOAT.least
     for function in vectors._compact(kernel):

@@ -179,6 +179,8 @@ class Request:
             raise ValueError(f"target is {target!r}: expected {', '.join(TARGETS)}")
         if self.full or self.from_speed:
             return self._with_tables(target)
+        if target in ("certificates", "vectors") and law_of(self.law) != VISCOELASTIC:
+            raise ValueError(f"the law is {self.law}, of which nothing is proven: expected viscoelastic for {target}")
         kernels = distinct(self.kernels())
         if target in _TABLES:
             return _TABLES[target](kernels, self.command(target))
