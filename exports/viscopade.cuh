@@ -194,9 +194,9 @@ VISCOPADE_RUNTIME(Error_t) viscopade_launch(size_t n, const T *speed, Beta beta,
 #ifdef VISCOPADE_INLINE
 
 #ifndef VISCOPADE_COMPACT_1EM3
-#define VISCOPADE_COMPACT_1EM3 0x87472eec
+#define VISCOPADE_COMPACT_1EM3 0xddb1d416
 
-VISCOPADE_KERNEL(0x87472eec)
+VISCOPADE_KERNEL(0xddb1d416)
 
 /*
  * eps.
@@ -206,13 +206,13 @@ VISCOPADE_KERNEL(0x87472eec)
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
+    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
     const double a0 = VISCOPADE_CONSTANT(0x1.2738b38b26544p+0, 1.1532089438172344);
     const double a9 = VISCOPADE_CONSTANT(-0x1.2af7f45a3d9a6p-2, -0.29196149636063706);
     const double a19 = VISCOPADE_CONSTANT(0x1.6b7d1042d1e01p-5, 0.044371158370775994);
     const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double b6 = VISCOPADE_CONSTANT(-0x1.e0c6b1e46a4a8p-2, -0.46950796085963953);
     const double b15 = VISCOPADE_CONSTANT(0x1.dc39fb1e14c32p-5, 0.058133116210818861);
-    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return nan("");
@@ -243,13 +243,13 @@ VISCOPADE_CALLED(restitution, compact_1em3, double, viscopade_restitution_compac
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
+    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
     const float a0 = VISCOPADE_CONSTANT(0x1.2738b4p+0f, 1.15320897f);
     const float a9 = VISCOPADE_CONSTANT(-0x1.2af7f4p-2f, -0.291961491f);
     const float a19 = VISCOPADE_CONSTANT(0x1.6b7d1p-5f, 0.0443711579f);
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float b6 = VISCOPADE_CONSTANT(-0x1.e0c6b2p-2f, -0.469507962f);
     const float b15 = VISCOPADE_CONSTANT(0x1.dc39fcp-5f, 0.0581331179f);
-    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return nanf("");
@@ -277,13 +277,13 @@ VISCOPADE_CALLED(restitution, compact_1em3, float, viscopade_restitution_compact
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
+    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
     const double a0 = VISCOPADE_CONSTANT(0x1.2738b38b26544p+0, 1.1532089438172344);
     const double a9 = VISCOPADE_CONSTANT(-0x1.2af7f45a3d9a6p-2, -0.29196149636063706);
     const double a19 = VISCOPADE_CONSTANT(0x1.6b7d1042d1e01p-5, 0.044371158370775994);
     const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double b6 = VISCOPADE_CONSTANT(-0x1.e0c6b1e46a4a8p-2, -0.46950796085963953);
     const double b15 = VISCOPADE_CONSTANT(0x1.dc39fb1e14c32p-5, 0.058133116210818861);
-    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return nan("");
@@ -314,13 +314,13 @@ VISCOPADE_CALLED(rebound, compact_1em3, double, viscopade_rebound_compact_1em3)
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
+    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
     const float a0 = VISCOPADE_CONSTANT(0x1.2738b4p+0f, 1.15320897f);
     const float a9 = VISCOPADE_CONSTANT(-0x1.2af7f4p-2f, -0.291961491f);
     const float a19 = VISCOPADE_CONSTANT(0x1.6b7d1p-5f, 0.0443711579f);
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float b6 = VISCOPADE_CONSTANT(-0x1.e0c6b2p-2f, -0.469507962f);
     const float b15 = VISCOPADE_CONSTANT(0x1.dc39fcp-5f, 0.0581331179f);
-    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return nanf("");
@@ -348,13 +348,13 @@ VISCOPADE_CALLED(rebound, compact_1em3, float, viscopade_rebound_compact_1em3f)
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
+    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
     const double a0 = VISCOPADE_CONSTANT(0x1.2738b38b26544p+0, 1.1532089438172344);
     const double a9 = VISCOPADE_CONSTANT(-0x1.2af7f45a3d9a6p-2, -0.29196149636063706);
     const double a19 = VISCOPADE_CONSTANT(0x1.6b7d1042d1e01p-5, 0.044371158370775994);
     const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double b6 = VISCOPADE_CONSTANT(-0x1.e0c6b1e46a4a8p-2, -0.46950796085963953);
     const double b15 = VISCOPADE_CONSTANT(0x1.dc39fb1e14c32p-5, 0.058133116210818861);
-    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return nan("");
@@ -384,13 +384,13 @@ VISCOPADE_CALLED(dissipation, compact_1em3, double, viscopade_dissipation_compac
 VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
+    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
     const float a0 = VISCOPADE_CONSTANT(0x1.2738b4p+0f, 1.15320897f);
     const float a9 = VISCOPADE_CONSTANT(-0x1.2af7f4p-2f, -0.291961491f);
     const float a19 = VISCOPADE_CONSTANT(0x1.6b7d1p-5f, 0.0443711579f);
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float b6 = VISCOPADE_CONSTANT(-0x1.e0c6b2p-2f, -0.469507962f);
     const float b15 = VISCOPADE_CONSTANT(0x1.dc39fcp-5f, 0.0581331179f);
-    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return nanf("");
@@ -419,14 +419,14 @@ namespace viscopade_compact_1em3 { struct dissipation : viscopade_all<dissipatio
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_COMPACT_1EM3 != 0x87472eec
+#elif VISCOPADE_COMPACT_1EM3 != 0xddb1d416
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM5
-#define VISCOPADE_COMPACT_1EM5 0xf3974d23
+#define VISCOPADE_COMPACT_1EM5 0x675c53ac
 
-VISCOPADE_KERNEL(0xf3974d23)
+VISCOPADE_KERNEL(0x675c53ac)
 
 /*
  * eps.
@@ -436,6 +436,7 @@ VISCOPADE_KERNEL(0xf3974d23)
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
+    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
     const double a4 = VISCOPADE_CONSTANT(0x1.630fe1daf07a6p-1, 0.69348054692840289);
     const double a12 = VISCOPADE_CONSTANT(0x1.d6cc5b90a99fep-6, 0.028735246104270466);
@@ -445,7 +446,6 @@ VISCOPADE_FUNCTION double viscopade_restitution_compact_1em5(double speed, doubl
     const double b6 = VISCOPADE_CONSTANT(-0x1.d448ee6204ce3p-2, -0.45730946038493253);
     const double b8 = VISCOPADE_CONSTANT(0x1.7543006a2fc4ep-5, 0.045564175424708794);
     const double b15 = VISCOPADE_CONSTANT(0x1.ea1d8cdcad7b8p-5, 0.059828543778550125);
-    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return nan("");
@@ -476,6 +476,7 @@ VISCOPADE_CALLED(restitution, compact_1em5, double, viscopade_restitution_compac
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
+    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
     const float a0 = VISCOPADE_CONSTANT(0x1.27489ap+0f, 1.15345156f);
     const float a4 = VISCOPADE_CONSTANT(0x1.630fe2p-1f, 0.693480551f);
     const float a12 = VISCOPADE_CONSTANT(0x1.d6cc5cp-6f, 0.0287352465f);
@@ -485,7 +486,6 @@ VISCOPADE_FUNCTION float viscopade_restitution_compact_1em5f(float speed, float 
     const float b6 = VISCOPADE_CONSTANT(-0x1.d448eep-2f, -0.457309455f);
     const float b8 = VISCOPADE_CONSTANT(0x1.7543p-5f, 0.0455641747f);
     const float b15 = VISCOPADE_CONSTANT(0x1.ea1d8cp-5f, 0.0598285422f);
-    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return nanf("");
@@ -513,6 +513,7 @@ VISCOPADE_CALLED(restitution, compact_1em5, float, viscopade_restitution_compact
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
+    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
     const double a4 = VISCOPADE_CONSTANT(0x1.630fe1daf07a6p-1, 0.69348054692840289);
     const double a12 = VISCOPADE_CONSTANT(0x1.d6cc5b90a99fep-6, 0.028735246104270466);
@@ -522,7 +523,6 @@ VISCOPADE_FUNCTION double viscopade_rebound_compact_1em5(double speed, double be
     const double b6 = VISCOPADE_CONSTANT(-0x1.d448ee6204ce3p-2, -0.45730946038493253);
     const double b8 = VISCOPADE_CONSTANT(0x1.7543006a2fc4ep-5, 0.045564175424708794);
     const double b15 = VISCOPADE_CONSTANT(0x1.ea1d8cdcad7b8p-5, 0.059828543778550125);
-    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return nan("");
@@ -553,6 +553,7 @@ VISCOPADE_CALLED(rebound, compact_1em5, double, viscopade_rebound_compact_1em5)
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
+    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
     const float a0 = VISCOPADE_CONSTANT(0x1.27489ap+0f, 1.15345156f);
     const float a4 = VISCOPADE_CONSTANT(0x1.630fe2p-1f, 0.693480551f);
     const float a12 = VISCOPADE_CONSTANT(0x1.d6cc5cp-6f, 0.0287352465f);
@@ -562,7 +563,6 @@ VISCOPADE_FUNCTION float viscopade_rebound_compact_1em5f(float speed, float beta
     const float b6 = VISCOPADE_CONSTANT(-0x1.d448eep-2f, -0.457309455f);
     const float b8 = VISCOPADE_CONSTANT(0x1.7543p-5f, 0.0455641747f);
     const float b15 = VISCOPADE_CONSTANT(0x1.ea1d8cp-5f, 0.0598285422f);
-    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return nanf("");
@@ -590,6 +590,7 @@ VISCOPADE_CALLED(rebound, compact_1em5, float, viscopade_rebound_compact_1em5f)
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
+    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
     const double a4 = VISCOPADE_CONSTANT(0x1.630fe1daf07a6p-1, 0.69348054692840289);
     const double a12 = VISCOPADE_CONSTANT(0x1.d6cc5b90a99fep-6, 0.028735246104270466);
@@ -599,7 +600,6 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em5(double speed, doubl
     const double b6 = VISCOPADE_CONSTANT(-0x1.d448ee6204ce3p-2, -0.45730946038493253);
     const double b8 = VISCOPADE_CONSTANT(0x1.7543006a2fc4ep-5, 0.045564175424708794);
     const double b15 = VISCOPADE_CONSTANT(0x1.ea1d8cdcad7b8p-5, 0.059828543778550125);
-    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return nan("");
@@ -629,6 +629,7 @@ VISCOPADE_CALLED(dissipation, compact_1em5, double, viscopade_dissipation_compac
 VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
+    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
     const float a0 = VISCOPADE_CONSTANT(0x1.27489ap+0f, 1.15345156f);
     const float a4 = VISCOPADE_CONSTANT(0x1.630fe2p-1f, 0.693480551f);
     const float a12 = VISCOPADE_CONSTANT(0x1.d6cc5cp-6f, 0.0287352465f);
@@ -638,7 +639,6 @@ VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em5f(float speed, float 
     const float b6 = VISCOPADE_CONSTANT(-0x1.d448eep-2f, -0.457309455f);
     const float b8 = VISCOPADE_CONSTANT(0x1.7543p-5f, 0.0455641747f);
     const float b15 = VISCOPADE_CONSTANT(0x1.ea1d8cp-5f, 0.0598285422f);
-    const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return nanf("");
@@ -667,14 +667,14 @@ namespace viscopade_compact_1em5 { struct dissipation : viscopade_all<dissipatio
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_COMPACT_1EM5 != 0xf3974d23
+#elif VISCOPADE_COMPACT_1EM5 != 0x675c53ac
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM7
-#define VISCOPADE_COMPACT_1EM7 0xb8921d4d
+#define VISCOPADE_COMPACT_1EM7 0x9751b870
 
-VISCOPADE_KERNEL(0xb8921d4d)
+VISCOPADE_KERNEL(0x9751b870)
 
 /*
  * eps.
@@ -684,6 +684,7 @@ VISCOPADE_KERNEL(0xb8921d4d)
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
+    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
     const double a0 = VISCOPADE_CONSTANT(0x1.27486ce464aa9p+0, 1.1534488732910779);
     const double a6 = VISCOPADE_CONSTANT(0x1.1856c87d2391ap+0, 1.0950742059245102);
     const double a12 = VISCOPADE_CONSTANT(0x1.d37f500cd6eccp-1, 0.91308069378598011);
@@ -697,7 +698,6 @@ VISCOPADE_FUNCTION double viscopade_restitution_compact_1em7(double speed, doubl
     const double b9 = VISCOPADE_CONSTANT(0x1.cab291a98f868p-4, 0.11198670291284574);
     const double b10 = VISCOPADE_CONSTANT(0x1.8dc5716623ddcp-3, 0.19422424881893974);
     const double b22 = VISCOPADE_CONSTANT(0x1.397caf389a5f5p-6, 0.019133730997429727);
-    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return nan("");
@@ -726,6 +726,7 @@ VISCOPADE_CALLED(restitution, compact_1em7, double, viscopade_restitution_compac
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
+    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
     const double a0 = VISCOPADE_CONSTANT(0x1.27486ce464aa9p+0, 1.1534488732910779);
     const double a6 = VISCOPADE_CONSTANT(0x1.1856c87d2391ap+0, 1.0950742059245102);
     const double a12 = VISCOPADE_CONSTANT(0x1.d37f500cd6eccp-1, 0.91308069378598011);
@@ -739,7 +740,6 @@ VISCOPADE_FUNCTION double viscopade_rebound_compact_1em7(double speed, double be
     const double b9 = VISCOPADE_CONSTANT(0x1.cab291a98f868p-4, 0.11198670291284574);
     const double b10 = VISCOPADE_CONSTANT(0x1.8dc5716623ddcp-3, 0.19422424881893974);
     const double b22 = VISCOPADE_CONSTANT(0x1.397caf389a5f5p-6, 0.019133730997429727);
-    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return nan("");
@@ -768,6 +768,7 @@ VISCOPADE_CALLED(rebound, compact_1em7, double, viscopade_rebound_compact_1em7)
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
+    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
     const double a0 = VISCOPADE_CONSTANT(0x1.27486ce464aa9p+0, 1.1534488732910779);
     const double a6 = VISCOPADE_CONSTANT(0x1.1856c87d2391ap+0, 1.0950742059245102);
     const double a12 = VISCOPADE_CONSTANT(0x1.d37f500cd6eccp-1, 0.91308069378598011);
@@ -781,7 +782,6 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, doubl
     const double b9 = VISCOPADE_CONSTANT(0x1.cab291a98f868p-4, 0.11198670291284574);
     const double b10 = VISCOPADE_CONSTANT(0x1.8dc5716623ddcp-3, 0.19422424881893974);
     const double b22 = VISCOPADE_CONSTANT(0x1.397caf389a5f5p-6, 0.019133730997429727);
-    const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return nan("");
@@ -815,7 +815,7 @@ namespace viscopade_compact_1em7 { struct dissipation : viscopade_all<dissipatio
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_COMPACT_1EM7 != 0xb8921d4d
+#elif VISCOPADE_COMPACT_1EM7 != 0x9751b870
 #error "viscopade: two headers have different kernels of one name"
 #endif
 

@@ -71,13 +71,13 @@ pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) r
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
+    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64), parameter :: a0 = 1.1532089438172344_real64
     real(real64), parameter :: a9 = -0.29196149636063706_real64
     real(real64), parameter :: a19 = 0.044371158370775994_real64
     real(real64), parameter :: b0 = 1.0_real64
     real(real64), parameter :: b6 = -0.46950796085963953_real64
     real(real64), parameter :: b15 = 0.05813311621081886_real64
-    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
@@ -117,13 +117,13 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
+    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32), parameter :: a0 = 1.153209_real32
     real(real32), parameter :: a9 = -0.2919615_real32
     real(real32), parameter :: a19 = 0.044371158_real32
     real(real32), parameter :: b0 = 1.0_real32
     real(real32), parameter :: b6 = -0.46950796_real32
     real(real32), parameter :: b15 = 0.058133118_real32
-    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
@@ -163,13 +163,13 @@ pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) resul
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
+    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64), parameter :: a0 = 1.1532089438172344_real64
     real(real64), parameter :: a9 = -0.29196149636063706_real64
     real(real64), parameter :: a19 = 0.044371158370775994_real64
     real(real64), parameter :: b0 = 1.0_real64
     real(real64), parameter :: b6 = -0.46950796085963953_real64
     real(real64), parameter :: b15 = 0.05813311621081886_real64
-    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
@@ -209,13 +209,13 @@ pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) resul
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
+    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32), parameter :: a0 = 1.153209_real32
     real(real32), parameter :: a9 = -0.2919615_real32
     real(real32), parameter :: a19 = 0.044371158_real32
     real(real32), parameter :: b0 = 1.0_real32
     real(real32), parameter :: b6 = -0.46950796_real32
     real(real32), parameter :: b15 = 0.058133118_real32
-    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
@@ -255,13 +255,13 @@ pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) r
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
+    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64), parameter :: a0 = 1.1532089438172344_real64
     real(real64), parameter :: a9 = -0.29196149636063706_real64
     real(real64), parameter :: a19 = 0.044371158370775994_real64
     real(real64), parameter :: b0 = 1.0_real64
     real(real64), parameter :: b6 = -0.46950796085963953_real64
     real(real64), parameter :: b15 = 0.05813311621081886_real64
-    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
@@ -302,13 +302,13 @@ pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) r
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
+    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32), parameter :: a0 = 1.153209_real32
     real(real32), parameter :: a9 = -0.2919615_real32
     real(real32), parameter :: a19 = 0.044371158_real32
     real(real32), parameter :: b0 = 1.0_real32
     real(real32), parameter :: b6 = -0.46950796_real32
     real(real32), parameter :: b15 = 0.058133118_real32
-    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
@@ -349,6 +349,7 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
+    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64), parameter :: a0 = 1.153451614780895_real64
     real(real64), parameter :: a4 = 0.6934805469284029_real64
     real(real64), parameter :: a12 = 0.028735246104270466_real64
@@ -358,7 +359,6 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
     real(real64), parameter :: b6 = -0.45730946038493253_real64
     real(real64), parameter :: b8 = 0.045564175424708794_real64
     real(real64), parameter :: b15 = 0.059828543778550125_real64
-    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
@@ -398,6 +398,7 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
+    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32), parameter :: a0 = 1.1534516_real32
     real(real32), parameter :: a4 = 0.69348055_real32
     real(real32), parameter :: a12 = 0.028735247_real32
@@ -407,7 +408,6 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
     real(real32), parameter :: b6 = -0.45730945_real32
     real(real32), parameter :: b8 = 0.045564175_real32
     real(real32), parameter :: b15 = 0.059828542_real32
-    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
@@ -447,6 +447,7 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
+    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64), parameter :: a0 = 1.153451614780895_real64
     real(real64), parameter :: a4 = 0.6934805469284029_real64
     real(real64), parameter :: a12 = 0.028735246104270466_real64
@@ -456,7 +457,6 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
     real(real64), parameter :: b6 = -0.45730946038493253_real64
     real(real64), parameter :: b8 = 0.045564175424708794_real64
     real(real64), parameter :: b15 = 0.059828543778550125_real64
-    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
@@ -496,6 +496,7 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
+    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32), parameter :: a0 = 1.1534516_real32
     real(real32), parameter :: a4 = 0.69348055_real32
     real(real32), parameter :: a12 = 0.028735247_real32
@@ -505,7 +506,6 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
     real(real32), parameter :: b6 = -0.45730945_real32
     real(real32), parameter :: b8 = 0.045564175_real32
     real(real32), parameter :: b15 = 0.059828542_real32
-    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
@@ -545,6 +545,7 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
+    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64), parameter :: a0 = 1.153451614780895_real64
     real(real64), parameter :: a4 = 0.6934805469284029_real64
     real(real64), parameter :: a12 = 0.028735246104270466_real64
@@ -554,7 +555,6 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
     real(real64), parameter :: b6 = -0.45730946038493253_real64
     real(real64), parameter :: b8 = 0.045564175424708794_real64
     real(real64), parameter :: b15 = 0.059828543778550125_real64
-    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
@@ -595,6 +595,7 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
     real(real32), parameter :: thirtieth = 0.033333335_real32
+    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32), parameter :: a0 = 1.1534516_real32
     real(real32), parameter :: a4 = 0.69348055_real32
     real(real32), parameter :: a12 = 0.028735247_real32
@@ -604,7 +605,6 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
     real(real32), parameter :: b6 = -0.45730945_real32
     real(real32), parameter :: b8 = 0.045564175_real32
     real(real32), parameter :: b15 = 0.059828542_real32
-    real(real32), parameter :: largest = 1.329228e36_real32
     real(real32) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
@@ -645,6 +645,7 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
+    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64), parameter :: a0 = 1.153448873291078_real64
     real(real64), parameter :: a6 = 1.0950742059245102_real64
     real(real64), parameter :: a12 = 0.9130806937859801_real64
@@ -658,7 +659,6 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
     real(real64), parameter :: b9 = 0.11198670291284574_real64
     real(real64), parameter :: b10 = 0.19422424881893974_real64
     real(real64), parameter :: b22 = 0.019133730997429727_real64
-    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64) :: square, w, x, y1, y, y2, y4, y6, y8, y12, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
@@ -699,6 +699,7 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
+    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64), parameter :: a0 = 1.153448873291078_real64
     real(real64), parameter :: a6 = 1.0950742059245102_real64
     real(real64), parameter :: a12 = 0.9130806937859801_real64
@@ -712,7 +713,6 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
     real(real64), parameter :: b9 = 0.11198670291284574_real64
     real(real64), parameter :: b10 = 0.19422424881893974_real64
     real(real64), parameter :: b22 = 0.019133730997429727_real64
-    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64) :: square, w, x, y1, y, y2, y4, y6, y8, y12, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
@@ -753,6 +753,7 @@ pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) r
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
     real(real64), parameter :: thirtieth = 0.03333333333333333_real64
+    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64), parameter :: a0 = 1.153448873291078_real64
     real(real64), parameter :: a6 = 1.0950742059245102_real64
     real(real64), parameter :: a12 = 0.9130806937859801_real64
@@ -766,7 +767,6 @@ pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) r
     real(real64), parameter :: b9 = 0.11198670291284574_real64
     real(real64), parameter :: b10 = 0.19422424881893974_real64
     real(real64), parameter :: b22 = 0.019133730997429727_real64
-    real(real64), parameter :: largest = 8.452712498170644e270_real64
     real(real64) :: square, w, x, y1, y, y2, y4, y6, y8, y12, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then

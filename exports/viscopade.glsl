@@ -33,20 +33,20 @@
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM3
-#define VISCOPADE_COMPACT_1EM3 0x4784fe0f
+#define VISCOPADE_COMPACT_1EM3 0x2c4f08f8
 
 // eps.
 // Error <= 2.1e-4 m + 1.7e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 3.5e-5 r for 1.63e-4 <= v* <= 4060.
 highp float viscopade_restitution_compact_1em3(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
+    const highp float largest = 1.329228e36;
     const highp float a0 = 1.153209;
     const highp float a9 = -0.2919615;
     const highp float a19 = 0.044371158;
     const highp float b0 = 1.0;
     const highp float b6 = -0.46950796;
     const highp float b15 = 0.058133118;
-    const highp float largest = 1.329228e36;
     const highp float least = 1.1754944e-38;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -73,13 +73,13 @@ highp float viscopade_restitution_compact_1em3(highp float speed, highp float be
 highp float viscopade_rebound_compact_1em3(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
+    const highp float largest = 1.329228e36;
     const highp float a0 = 1.153209;
     const highp float a9 = -0.2919615;
     const highp float a19 = 0.044371158;
     const highp float b0 = 1.0;
     const highp float b6 = -0.46950796;
     const highp float b15 = 0.058133118;
-    const highp float largest = 1.329228e36;
     const highp float least = 1.1754944e-38;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -106,13 +106,13 @@ highp float viscopade_rebound_compact_1em3(highp float speed, highp float beta)
 highp float viscopade_dissipation_compact_1em3(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
+    const highp float largest = 1.329228e36;
     const highp float a0 = 1.153209;
     const highp float a9 = -0.2919615;
     const highp float a19 = 0.044371158;
     const highp float b0 = 1.0;
     const highp float b6 = -0.46950796;
     const highp float b15 = 0.058133118;
-    const highp float largest = 1.329228e36;
     const highp float least = 1.1754944e-38;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -135,18 +135,19 @@ highp float viscopade_dissipation_compact_1em3(highp float speed, highp float be
     return result;
 }
 
-#elif VISCOPADE_COMPACT_1EM3 != 0x4784fe0f
+#elif VISCOPADE_COMPACT_1EM3 != 0x2c4f08f8
 #error viscopade: two texts have different kernels of one name
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM5
-#define VISCOPADE_COMPACT_1EM5 0xe8438b5f
+#define VISCOPADE_COMPACT_1EM5 0xd9a92d4e
 
 // eps.
 // Error <= 3.4e-6 m + 1.8e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 3.5e-5 r for 1.63e-4 <= v* <= 4060.
 highp float viscopade_restitution_compact_1em5(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
+    const highp float largest = 1.329228e36;
     const highp float a0 = 1.1534516;
     const highp float a4 = 0.69348055;
     const highp float a12 = 0.028735247;
@@ -156,7 +157,6 @@ highp float viscopade_restitution_compact_1em5(highp float speed, highp float be
     const highp float b6 = -0.45730945;
     const highp float b8 = 0.045564175;
     const highp float b15 = 0.059828542;
-    const highp float largest = 1.329228e36;
     const highp float least = 1.1754944e-38;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -183,6 +183,7 @@ highp float viscopade_restitution_compact_1em5(highp float speed, highp float be
 highp float viscopade_rebound_compact_1em5(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
+    const highp float largest = 1.329228e36;
     const highp float a0 = 1.1534516;
     const highp float a4 = 0.69348055;
     const highp float a12 = 0.028735247;
@@ -192,7 +193,6 @@ highp float viscopade_rebound_compact_1em5(highp float speed, highp float beta)
     const highp float b6 = -0.45730945;
     const highp float b8 = 0.045564175;
     const highp float b15 = 0.059828542;
-    const highp float largest = 1.329228e36;
     const highp float least = 1.1754944e-38;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -219,6 +219,7 @@ highp float viscopade_rebound_compact_1em5(highp float speed, highp float beta)
 highp float viscopade_dissipation_compact_1em5(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
+    const highp float largest = 1.329228e36;
     const highp float a0 = 1.1534516;
     const highp float a4 = 0.69348055;
     const highp float a12 = 0.028735247;
@@ -228,7 +229,6 @@ highp float viscopade_dissipation_compact_1em5(highp float speed, highp float be
     const highp float b6 = -0.45730945;
     const highp float b8 = 0.045564175;
     const highp float b15 = 0.059828542;
-    const highp float largest = 1.329228e36;
     const highp float least = 1.1754944e-38;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -251,7 +251,7 @@ highp float viscopade_dissipation_compact_1em5(highp float speed, highp float be
     return result;
 }
 
-#elif VISCOPADE_COMPACT_1EM5 != 0xe8438b5f
+#elif VISCOPADE_COMPACT_1EM5 != 0xd9a92d4e
 #error viscopade: two texts have different kernels of one name
 #endif
 

@@ -26,13 +26,13 @@ const VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 # Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function restitution_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
     a19 = 0.044371158370775994
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    largest = 8.452712498170644e270
 
     if !(speed >= 0.0 && beta >= 0.0)
         return Float64(NaN)
@@ -55,13 +55,13 @@ end
 # Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 function restitution_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
+    largest = 1.329228f36
     a0 = 1.153209f0
     a9 = -0.2919615f0
     a19 = 0.044371158f0
     b0 = 1.0f0
     b6 = -0.46950796f0
     b15 = 0.058133118f0
-    largest = 1.329228f36
 
     if !(speed >= 0.0f0 && beta >= 0.0f0)
         return Float32(NaN)
@@ -84,13 +84,13 @@ end
 # Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function rebound_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
     a19 = 0.044371158370775994
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    largest = 8.452712498170644e270
 
     if !(speed >= 0.0 && beta >= 0.0)
         return Float64(NaN)
@@ -113,13 +113,13 @@ end
 # Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 function rebound_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
+    largest = 1.329228f36
     a0 = 1.153209f0
     a9 = -0.2919615f0
     a19 = 0.044371158f0
     b0 = 1.0f0
     b6 = -0.46950796f0
     b15 = 0.058133118f0
-    largest = 1.329228f36
 
     if !(speed >= 0.0f0 && beta >= 0.0f0)
         return Float32(NaN)
@@ -142,13 +142,13 @@ end
 # Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 function dissipation_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
     a19 = 0.044371158370775994
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    largest = 8.452712498170644e270
 
     if !(speed >= 0.0 && beta >= 0.0)
         return Float64(NaN)
@@ -172,13 +172,13 @@ end
 # Error <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
 function dissipation_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
+    largest = 1.329228f36
     a0 = 1.153209f0
     a9 = -0.2919615f0
     a19 = 0.044371158f0
     b0 = 1.0f0
     b6 = -0.46950796f0
     b15 = 0.058133118f0
-    largest = 1.329228f36
 
     if !(speed >= 0.0f0 && beta >= 0.0f0)
         return Float32(NaN)
@@ -202,6 +202,7 @@ end
 # Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function restitution_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
     a12 = 0.028735246104270466
@@ -211,7 +212,6 @@ function restitution_compact_1em5(speed::Float64, beta::Float64)
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    largest = 8.452712498170644e270
 
     if !(speed >= 0.0 && beta >= 0.0)
         return Float64(NaN)
@@ -234,6 +234,7 @@ end
 # Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 function restitution_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
+    largest = 1.329228f36
     a0 = 1.1534516f0
     a4 = 0.69348055f0
     a12 = 0.028735247f0
@@ -243,7 +244,6 @@ function restitution_compact_1em5(speed::Float32, beta::Float32)
     b6 = -0.45730945f0
     b8 = 0.045564175f0
     b15 = 0.059828542f0
-    largest = 1.329228f36
 
     if !(speed >= 0.0f0 && beta >= 0.0f0)
         return Float32(NaN)
@@ -266,6 +266,7 @@ end
 # Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function rebound_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
     a12 = 0.028735246104270466
@@ -275,7 +276,6 @@ function rebound_compact_1em5(speed::Float64, beta::Float64)
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    largest = 8.452712498170644e270
 
     if !(speed >= 0.0 && beta >= 0.0)
         return Float64(NaN)
@@ -298,6 +298,7 @@ end
 # Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 function rebound_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
+    largest = 1.329228f36
     a0 = 1.1534516f0
     a4 = 0.69348055f0
     a12 = 0.028735247f0
@@ -307,7 +308,6 @@ function rebound_compact_1em5(speed::Float32, beta::Float32)
     b6 = -0.45730945f0
     b8 = 0.045564175f0
     b15 = 0.059828542f0
-    largest = 1.329228f36
 
     if !(speed >= 0.0f0 && beta >= 0.0f0)
         return Float32(NaN)
@@ -330,6 +330,7 @@ end
 # Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 function dissipation_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
     a12 = 0.028735246104270466
@@ -339,7 +340,6 @@ function dissipation_compact_1em5(speed::Float64, beta::Float64)
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    largest = 8.452712498170644e270
 
     if !(speed >= 0.0 && beta >= 0.0)
         return Float64(NaN)
@@ -363,6 +363,7 @@ end
 # Error <= 1.6e-5 r for 0.001 <= v* <= 10; 1.9e-5 r for 1.63e-4 <= v* <= 4060.
 function dissipation_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
+    largest = 1.329228f36
     a0 = 1.1534516f0
     a4 = 0.69348055f0
     a12 = 0.028735247f0
@@ -372,7 +373,6 @@ function dissipation_compact_1em5(speed::Float32, beta::Float32)
     b6 = -0.45730945f0
     b8 = 0.045564175f0
     b15 = 0.059828542f0
-    largest = 1.329228f36
 
     if !(speed >= 0.0f0 && beta >= 0.0f0)
         return Float32(NaN)
@@ -396,6 +396,7 @@ end
 # Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function restitution_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
     a12 = 0.9130806937859801
@@ -409,7 +410,6 @@ function restitution_compact_1em7(speed::Float64, beta::Float64)
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    largest = 8.452712498170644e270
 
     if !(speed >= 0.0 && beta >= 0.0)
         return Float64(NaN)
@@ -433,6 +433,7 @@ end
 # Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function rebound_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
     a12 = 0.9130806937859801
@@ -446,7 +447,6 @@ function rebound_compact_1em7(speed::Float64, beta::Float64)
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    largest = 8.452712498170644e270
 
     if !(speed >= 0.0 && beta >= 0.0)
         return Float64(NaN)
@@ -470,6 +470,7 @@ end
 # Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 function dissipation_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
     a12 = 0.9130806937859801
@@ -483,7 +484,6 @@ function dissipation_compact_1em7(speed::Float64, beta::Float64)
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    largest = 8.452712498170644e270
 
     if !(speed >= 0.0 && beta >= 0.0)
         return Float64(NaN)

@@ -24,13 +24,13 @@ export const VERSION_NUMBER = 20000; // 10000 major + 100 minor + patch
 // Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 export function restitution_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
+    const largest = 8.452712498170644e270;
     const a0 = 1.1532089438172344;
     const a9 = -0.29196149636063706;
     const a19 = 0.044371158370775994;
     const b0 = 1.0;
     const b6 = -0.46950796085963953;
     const b15 = 0.05813311621081886;
-    const largest = 8.452712498170644e270;
 
     if (speed === null || beta === null) {
         return NaN;
@@ -56,13 +56,13 @@ export function restitution_compact_1em3(speed, beta) {
 // Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 export function rebound_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
+    const largest = 8.452712498170644e270;
     const a0 = 1.1532089438172344;
     const a9 = -0.29196149636063706;
     const a19 = 0.044371158370775994;
     const b0 = 1.0;
     const b6 = -0.46950796085963953;
     const b15 = 0.05813311621081886;
-    const largest = 8.452712498170644e270;
 
     if (speed === null || beta === null) {
         return NaN;
@@ -88,13 +88,13 @@ export function rebound_compact_1em3(speed, beta) {
 // Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 export function dissipation_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
+    const largest = 8.452712498170644e270;
     const a0 = 1.1532089438172344;
     const a9 = -0.29196149636063706;
     const a19 = 0.044371158370775994;
     const b0 = 1.0;
     const b6 = -0.46950796085963953;
     const b15 = 0.05813311621081886;
-    const largest = 8.452712498170644e270;
 
     if (speed === null || beta === null) {
         return NaN;
@@ -121,6 +121,7 @@ export function dissipation_compact_1em3(speed, beta) {
 // Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 export function restitution_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
+    const largest = 8.452712498170644e270;
     const a0 = 1.153451614780895;
     const a4 = 0.6934805469284029;
     const a12 = 0.028735246104270466;
@@ -130,7 +131,6 @@ export function restitution_compact_1em5(speed, beta) {
     const b6 = -0.45730946038493253;
     const b8 = 0.045564175424708794;
     const b15 = 0.059828543778550125;
-    const largest = 8.452712498170644e270;
 
     if (speed === null || beta === null) {
         return NaN;
@@ -156,6 +156,7 @@ export function restitution_compact_1em5(speed, beta) {
 // Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 export function rebound_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
+    const largest = 8.452712498170644e270;
     const a0 = 1.153451614780895;
     const a4 = 0.6934805469284029;
     const a12 = 0.028735246104270466;
@@ -165,7 +166,6 @@ export function rebound_compact_1em5(speed, beta) {
     const b6 = -0.45730946038493253;
     const b8 = 0.045564175424708794;
     const b15 = 0.059828543778550125;
-    const largest = 8.452712498170644e270;
 
     if (speed === null || beta === null) {
         return NaN;
@@ -191,6 +191,7 @@ export function rebound_compact_1em5(speed, beta) {
 // Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 export function dissipation_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
+    const largest = 8.452712498170644e270;
     const a0 = 1.153451614780895;
     const a4 = 0.6934805469284029;
     const a12 = 0.028735246104270466;
@@ -200,7 +201,6 @@ export function dissipation_compact_1em5(speed, beta) {
     const b6 = -0.45730946038493253;
     const b8 = 0.045564175424708794;
     const b15 = 0.059828543778550125;
-    const largest = 8.452712498170644e270;
 
     if (speed === null || beta === null) {
         return NaN;
@@ -227,6 +227,7 @@ export function dissipation_compact_1em5(speed, beta) {
 // Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 export function restitution_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
+    const largest = 8.452712498170644e270;
     const a0 = 1.153448873291078;
     const a6 = 1.0950742059245102;
     const a12 = 0.9130806937859801;
@@ -240,7 +241,6 @@ export function restitution_compact_1em7(speed, beta) {
     const b9 = 0.11198670291284574;
     const b10 = 0.19422424881893974;
     const b22 = 0.019133730997429727;
-    const largest = 8.452712498170644e270;
 
     if (speed === null || beta === null) {
         return NaN;
@@ -267,6 +267,7 @@ export function restitution_compact_1em7(speed, beta) {
 // Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 export function rebound_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
+    const largest = 8.452712498170644e270;
     const a0 = 1.153448873291078;
     const a6 = 1.0950742059245102;
     const a12 = 0.9130806937859801;
@@ -280,7 +281,6 @@ export function rebound_compact_1em7(speed, beta) {
     const b9 = 0.11198670291284574;
     const b10 = 0.19422424881893974;
     const b22 = 0.019133730997429727;
-    const largest = 8.452712498170644e270;
 
     if (speed === null || beta === null) {
         return NaN;
@@ -307,6 +307,7 @@ export function rebound_compact_1em7(speed, beta) {
 // Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 export function dissipation_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
+    const largest = 8.452712498170644e270;
     const a0 = 1.153448873291078;
     const a6 = 1.0950742059245102;
     const a12 = 0.9130806937859801;
@@ -320,7 +321,6 @@ export function dissipation_compact_1em7(speed, beta) {
     const b9 = 0.11198670291284574;
     const b10 = 0.19422424881893974;
     const b22 = 0.019133730997429727;
-    const largest = 8.452712498170644e270;
 
     if (speed === null || beta === null) {
         return NaN;

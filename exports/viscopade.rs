@@ -24,13 +24,13 @@ pub const VERSION_NUMBER: u32 = 20000; // 10000 major + 100 minor + patch
 // Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
+    let largest: f64 = 8.452712498170644e270;
     let a0: f64 = 1.1532089438172344;
     let a9: f64 = -0.29196149636063706;
     let a19: f64 = 0.044371158370775994;
     let b0: f64 = 1.0;
     let b6: f64 = -0.46950796085963953;
     let b15: f64 = 0.05813311621081886;
-    let largest: f64 = 8.452712498170644e270;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f64::NAN;
@@ -54,13 +54,13 @@ pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
 // Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
+    let largest: f32 = 1.329228e36;
     let a0: f32 = 1.153209;
     let a9: f32 = -0.2919615;
     let a19: f32 = 0.044371158;
     let b0: f32 = 1.0;
     let b6: f32 = -0.46950796;
     let b15: f32 = 0.058133118;
-    let largest: f32 = 1.329228e36;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f32::NAN;
@@ -84,13 +84,13 @@ pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 // Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
+    let largest: f64 = 8.452712498170644e270;
     let a0: f64 = 1.1532089438172344;
     let a9: f64 = -0.29196149636063706;
     let a19: f64 = 0.044371158370775994;
     let b0: f64 = 1.0;
     let b6: f64 = -0.46950796085963953;
     let b15: f64 = 0.05813311621081886;
-    let largest: f64 = 8.452712498170644e270;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f64::NAN;
@@ -114,13 +114,13 @@ pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
 // Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
+    let largest: f32 = 1.329228e36;
     let a0: f32 = 1.153209;
     let a9: f32 = -0.2919615;
     let a19: f32 = 0.044371158;
     let b0: f32 = 1.0;
     let b6: f32 = -0.46950796;
     let b15: f32 = 0.058133118;
-    let largest: f32 = 1.329228e36;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f32::NAN;
@@ -144,13 +144,13 @@ pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 // Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
+    let largest: f64 = 8.452712498170644e270;
     let a0: f64 = 1.1532089438172344;
     let a9: f64 = -0.29196149636063706;
     let a19: f64 = 0.044371158370775994;
     let b0: f64 = 1.0;
     let b6: f64 = -0.46950796085963953;
     let b15: f64 = 0.05813311621081886;
-    let largest: f64 = 8.452712498170644e270;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f64::NAN;
@@ -175,13 +175,13 @@ pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
 // Error <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
 pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
+    let largest: f32 = 1.329228e36;
     let a0: f32 = 1.153209;
     let a9: f32 = -0.2919615;
     let a19: f32 = 0.044371158;
     let b0: f32 = 1.0;
     let b6: f32 = -0.46950796;
     let b15: f32 = 0.058133118;
-    let largest: f32 = 1.329228e36;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f32::NAN;
@@ -206,6 +206,7 @@ pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 // Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
+    let largest: f64 = 8.452712498170644e270;
     let a0: f64 = 1.153451614780895;
     let a4: f64 = 0.6934805469284029;
     let a12: f64 = 0.028735246104270466;
@@ -215,7 +216,6 @@ pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
     let b6: f64 = -0.45730946038493253;
     let b8: f64 = 0.045564175424708794;
     let b15: f64 = 0.059828543778550125;
-    let largest: f64 = 8.452712498170644e270;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f64::NAN;
@@ -239,6 +239,7 @@ pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
 // Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
+    let largest: f32 = 1.329228e36;
     let a0: f32 = 1.1534516;
     let a4: f32 = 0.69348055;
     let a12: f32 = 0.028735247;
@@ -248,7 +249,6 @@ pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let b6: f32 = -0.45730945;
     let b8: f32 = 0.045564175;
     let b15: f32 = 0.059828542;
-    let largest: f32 = 1.329228e36;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f32::NAN;
@@ -272,6 +272,7 @@ pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 // Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
+    let largest: f64 = 8.452712498170644e270;
     let a0: f64 = 1.153451614780895;
     let a4: f64 = 0.6934805469284029;
     let a12: f64 = 0.028735246104270466;
@@ -281,7 +282,6 @@ pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
     let b6: f64 = -0.45730946038493253;
     let b8: f64 = 0.045564175424708794;
     let b15: f64 = 0.059828543778550125;
-    let largest: f64 = 8.452712498170644e270;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f64::NAN;
@@ -305,6 +305,7 @@ pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
 // Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
 pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
+    let largest: f32 = 1.329228e36;
     let a0: f32 = 1.1534516;
     let a4: f32 = 0.69348055;
     let a12: f32 = 0.028735247;
@@ -314,7 +315,6 @@ pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let b6: f32 = -0.45730945;
     let b8: f32 = 0.045564175;
     let b15: f32 = 0.059828542;
-    let largest: f32 = 1.329228e36;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f32::NAN;
@@ -338,6 +338,7 @@ pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 // Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
+    let largest: f64 = 8.452712498170644e270;
     let a0: f64 = 1.153451614780895;
     let a4: f64 = 0.6934805469284029;
     let a12: f64 = 0.028735246104270466;
@@ -347,7 +348,6 @@ pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
     let b6: f64 = -0.45730946038493253;
     let b8: f64 = 0.045564175424708794;
     let b15: f64 = 0.059828543778550125;
-    let largest: f64 = 8.452712498170644e270;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f64::NAN;
@@ -372,6 +372,7 @@ pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
 // Error <= 1.6e-5 r for 0.001 <= v* <= 10; 1.9e-5 r for 1.63e-4 <= v* <= 4060.
 pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
+    let largest: f32 = 1.329228e36;
     let a0: f32 = 1.1534516;
     let a4: f32 = 0.69348055;
     let a12: f32 = 0.028735247;
@@ -381,7 +382,6 @@ pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let b6: f32 = -0.45730945;
     let b8: f32 = 0.045564175;
     let b15: f32 = 0.059828542;
-    let largest: f32 = 1.329228e36;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f32::NAN;
@@ -406,6 +406,7 @@ pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 // Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
+    let largest: f64 = 8.452712498170644e270;
     let a0: f64 = 1.153448873291078;
     let a6: f64 = 1.0950742059245102;
     let a12: f64 = 0.9130806937859801;
@@ -419,7 +420,6 @@ pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
     let b9: f64 = 0.11198670291284574;
     let b10: f64 = 0.19422424881893974;
     let b22: f64 = 0.019133730997429727;
-    let largest: f64 = 8.452712498170644e270;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f64::NAN;
@@ -444,6 +444,7 @@ pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
 // Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
+    let largest: f64 = 8.452712498170644e270;
     let a0: f64 = 1.153448873291078;
     let a6: f64 = 1.0950742059245102;
     let a12: f64 = 0.9130806937859801;
@@ -457,7 +458,6 @@ pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
     let b9: f64 = 0.11198670291284574;
     let b10: f64 = 0.19422424881893974;
     let b22: f64 = 0.019133730997429727;
-    let largest: f64 = 8.452712498170644e270;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f64::NAN;
@@ -482,6 +482,7 @@ pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
 // Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
+    let largest: f64 = 8.452712498170644e270;
     let a0: f64 = 1.153448873291078;
     let a6: f64 = 1.0950742059245102;
     let a12: f64 = 0.9130806937859801;
@@ -495,7 +496,6 @@ pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
     let b9: f64 = 0.11198670291284574;
     let b10: f64 = 0.19422424881893974;
     let b22: f64 = 0.019133730997429727;
-    let largest: f64 = 8.452712498170644e270;
 
     if !(speed >= 0.0 && beta >= 0.0) {
         return f64::NAN;

@@ -27,13 +27,13 @@ const VISCOPADE_VERSION_NUMBER = 20000; // 10000 major + 100 minor + patch
 fn viscopade_restitution_compact_1em3(speed: f32, beta: f32) -> f32 {
     var nan = 0x7fc00000u;
     const thirtieth: f32 = 0x1.111112p-5f;
+    const largest: f32 = 0x1p+120f;
     const a0: f32 = 0x1.2738b4p+0f;
     const a9: f32 = -0x1.2af7f4p-2f;
     const a19: f32 = 0x1.6b7d1p-5f;
     const b0: f32 = 0x1p+0f;
     const b6: f32 = -0x1.e0c6b2p-2f;
     const b15: f32 = 0x1.dc39fcp-5f;
-    const largest: f32 = 0x1p+120f;
     const least: f32 = 0x1p-126f;
 
     if !(speed >= 0.0 && beta >= 0.0) {
@@ -58,13 +58,13 @@ fn viscopade_restitution_compact_1em3(speed: f32, beta: f32) -> f32 {
 fn viscopade_rebound_compact_1em3(speed: f32, beta: f32) -> f32 {
     var nan = 0x7fc00000u;
     const thirtieth: f32 = 0x1.111112p-5f;
+    const largest: f32 = 0x1p+120f;
     const a0: f32 = 0x1.2738b4p+0f;
     const a9: f32 = -0x1.2af7f4p-2f;
     const a19: f32 = 0x1.6b7d1p-5f;
     const b0: f32 = 0x1p+0f;
     const b6: f32 = -0x1.e0c6b2p-2f;
     const b15: f32 = 0x1.dc39fcp-5f;
-    const largest: f32 = 0x1p+120f;
     const least: f32 = 0x1p-126f;
 
     if !(speed >= 0.0 && beta >= 0.0) {
@@ -89,13 +89,13 @@ fn viscopade_rebound_compact_1em3(speed: f32, beta: f32) -> f32 {
 fn viscopade_dissipation_compact_1em3(speed: f32, beta: f32) -> f32 {
     var nan = 0x7fc00000u;
     const thirtieth: f32 = 0x1.111112p-5f;
+    const largest: f32 = 0x1p+120f;
     const a0: f32 = 0x1.2738b4p+0f;
     const a9: f32 = -0x1.2af7f4p-2f;
     const a19: f32 = 0x1.6b7d1p-5f;
     const b0: f32 = 0x1p+0f;
     const b6: f32 = -0x1.e0c6b2p-2f;
     const b15: f32 = 0x1.dc39fcp-5f;
-    const largest: f32 = 0x1p+120f;
     const least: f32 = 0x1p-126f;
 
     if !(speed >= 0.0 && beta >= 0.0) {
@@ -121,6 +121,7 @@ fn viscopade_dissipation_compact_1em3(speed: f32, beta: f32) -> f32 {
 fn viscopade_restitution_compact_1em5(speed: f32, beta: f32) -> f32 {
     var nan = 0x7fc00000u;
     const thirtieth: f32 = 0x1.111112p-5f;
+    const largest: f32 = 0x1p+120f;
     const a0: f32 = 0x1.27489ap+0f;
     const a4: f32 = 0x1.630fe2p-1f;
     const a12: f32 = 0x1.d6cc5cp-6f;
@@ -130,7 +131,6 @@ fn viscopade_restitution_compact_1em5(speed: f32, beta: f32) -> f32 {
     const b6: f32 = -0x1.d448eep-2f;
     const b8: f32 = 0x1.7543p-5f;
     const b15: f32 = 0x1.ea1d8cp-5f;
-    const largest: f32 = 0x1p+120f;
     const least: f32 = 0x1p-126f;
 
     if !(speed >= 0.0 && beta >= 0.0) {
@@ -155,6 +155,7 @@ fn viscopade_restitution_compact_1em5(speed: f32, beta: f32) -> f32 {
 fn viscopade_rebound_compact_1em5(speed: f32, beta: f32) -> f32 {
     var nan = 0x7fc00000u;
     const thirtieth: f32 = 0x1.111112p-5f;
+    const largest: f32 = 0x1p+120f;
     const a0: f32 = 0x1.27489ap+0f;
     const a4: f32 = 0x1.630fe2p-1f;
     const a12: f32 = 0x1.d6cc5cp-6f;
@@ -164,7 +165,6 @@ fn viscopade_rebound_compact_1em5(speed: f32, beta: f32) -> f32 {
     const b6: f32 = -0x1.d448eep-2f;
     const b8: f32 = 0x1.7543p-5f;
     const b15: f32 = 0x1.ea1d8cp-5f;
-    const largest: f32 = 0x1p+120f;
     const least: f32 = 0x1p-126f;
 
     if !(speed >= 0.0 && beta >= 0.0) {
@@ -189,6 +189,7 @@ fn viscopade_rebound_compact_1em5(speed: f32, beta: f32) -> f32 {
 fn viscopade_dissipation_compact_1em5(speed: f32, beta: f32) -> f32 {
     var nan = 0x7fc00000u;
     const thirtieth: f32 = 0x1.111112p-5f;
+    const largest: f32 = 0x1p+120f;
     const a0: f32 = 0x1.27489ap+0f;
     const a4: f32 = 0x1.630fe2p-1f;
     const a12: f32 = 0x1.d6cc5cp-6f;
@@ -198,7 +199,6 @@ fn viscopade_dissipation_compact_1em5(speed: f32, beta: f32) -> f32 {
     const b6: f32 = -0x1.d448eep-2f;
     const b8: f32 = 0x1.7543p-5f;
     const b15: f32 = 0x1.ea1d8cp-5f;
-    const largest: f32 = 0x1p+120f;
     const least: f32 = 0x1p-126f;
 
     if !(speed >= 0.0 && beta >= 0.0) {

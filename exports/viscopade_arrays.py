@@ -7,14 +7,14 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 # x returns to 0.
 #
-# function                               range                       error, double         error, float
-# restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 m + 2.3e-13 r  2.1e-4 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-# restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.4e-6 m + 2.3e-13 r  3.4e-6 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-# restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 m + 2.4e-13 r  -
+# function                                         range                       error, double         error, float
+# viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 m + 2.3e-13 r  2.1e-4 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.4e-6 m + 2.3e-13 r  3.4e-6 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 m + 2.4e-13 r  -
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
 # outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
 #
-# Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = restitution_compact_1em7(2.0, 1.307)
+# Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = viscopade.restitution_compact_1em7(2.0, 1.307)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
 """Functions of arrays for one namespace xp: numpy, jax.numpy (also within jit, vmap and grad), torch, cupy.
 
@@ -42,13 +42,13 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 def restitution_compact_1em3(speed, beta, xp=np):
     """Return eps, for arrays of type float64."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
     a19 = 0.044371158370775994
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    largest = 8.452712498170644e270
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -72,13 +72,13 @@ def restitution_compact_1em3(speed, beta, xp=np):
 def restitution_compact_1em3_f32(speed, beta, xp=np):
     """Return eps, for arrays of type float32."""
     thirtieth = 0.033333335
+    largest = 1.329228e36
     a0 = 1.153209
     a9 = -0.2919615
     a19 = 0.044371158
     b0 = 1.0
     b6 = -0.46950796
     b15 = 0.058133118
-    largest = 1.329228e36
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -102,13 +102,13 @@ def restitution_compact_1em3_f32(speed, beta, xp=np):
 def rebound_compact_1em3(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float64."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
     a19 = 0.044371158370775994
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    largest = 8.452712498170644e270
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -132,13 +132,13 @@ def rebound_compact_1em3(speed, beta, xp=np):
 def rebound_compact_1em3_f32(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float32."""
     thirtieth = 0.033333335
+    largest = 1.329228e36
     a0 = 1.153209
     a9 = -0.2919615
     a19 = 0.044371158
     b0 = 1.0
     b6 = -0.46950796
     b15 = 0.058133118
-    largest = 1.329228e36
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -162,13 +162,13 @@ def rebound_compact_1em3_f32(speed, beta, xp=np):
 def dissipation_compact_1em3(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float64."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
     a19 = 0.044371158370775994
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    largest = 8.452712498170644e270
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -193,13 +193,13 @@ def dissipation_compact_1em3(speed, beta, xp=np):
 def dissipation_compact_1em3_f32(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float32."""
     thirtieth = 0.033333335
+    largest = 1.329228e36
     a0 = 1.153209
     a9 = -0.2919615
     a19 = 0.044371158
     b0 = 1.0
     b6 = -0.46950796
     b15 = 0.058133118
-    largest = 1.329228e36
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -224,6 +224,7 @@ def dissipation_compact_1em3_f32(speed, beta, xp=np):
 def restitution_compact_1em5(speed, beta, xp=np):
     """Return eps, for arrays of type float64."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
     a12 = 0.028735246104270466
@@ -233,7 +234,6 @@ def restitution_compact_1em5(speed, beta, xp=np):
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    largest = 8.452712498170644e270
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -257,6 +257,7 @@ def restitution_compact_1em5(speed, beta, xp=np):
 def restitution_compact_1em5_f32(speed, beta, xp=np):
     """Return eps, for arrays of type float32."""
     thirtieth = 0.033333335
+    largest = 1.329228e36
     a0 = 1.1534516
     a4 = 0.69348055
     a12 = 0.028735247
@@ -266,7 +267,6 @@ def restitution_compact_1em5_f32(speed, beta, xp=np):
     b6 = -0.45730945
     b8 = 0.045564175
     b15 = 0.059828542
-    largest = 1.329228e36
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -290,6 +290,7 @@ def restitution_compact_1em5_f32(speed, beta, xp=np):
 def rebound_compact_1em5(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float64."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
     a12 = 0.028735246104270466
@@ -299,7 +300,6 @@ def rebound_compact_1em5(speed, beta, xp=np):
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    largest = 8.452712498170644e270
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -323,6 +323,7 @@ def rebound_compact_1em5(speed, beta, xp=np):
 def rebound_compact_1em5_f32(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float32."""
     thirtieth = 0.033333335
+    largest = 1.329228e36
     a0 = 1.1534516
     a4 = 0.69348055
     a12 = 0.028735247
@@ -332,7 +333,6 @@ def rebound_compact_1em5_f32(speed, beta, xp=np):
     b6 = -0.45730945
     b8 = 0.045564175
     b15 = 0.059828542
-    largest = 1.329228e36
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -356,6 +356,7 @@ def rebound_compact_1em5_f32(speed, beta, xp=np):
 def dissipation_compact_1em5(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float64."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
     a12 = 0.028735246104270466
@@ -365,7 +366,6 @@ def dissipation_compact_1em5(speed, beta, xp=np):
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    largest = 8.452712498170644e270
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -390,6 +390,7 @@ def dissipation_compact_1em5(speed, beta, xp=np):
 def dissipation_compact_1em5_f32(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float32."""
     thirtieth = 0.033333335
+    largest = 1.329228e36
     a0 = 1.1534516
     a4 = 0.69348055
     a12 = 0.028735247
@@ -399,7 +400,6 @@ def dissipation_compact_1em5_f32(speed, beta, xp=np):
     b6 = -0.45730945
     b8 = 0.045564175
     b15 = 0.059828542
-    largest = 1.329228e36
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -424,6 +424,7 @@ def dissipation_compact_1em5_f32(speed, beta, xp=np):
 def restitution_compact_1em7(speed, beta, xp=np):
     """Return eps, for arrays of type float64."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
     a12 = 0.9130806937859801
@@ -437,7 +438,6 @@ def restitution_compact_1em7(speed, beta, xp=np):
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    largest = 8.452712498170644e270
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -462,6 +462,7 @@ def restitution_compact_1em7(speed, beta, xp=np):
 def rebound_compact_1em7(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float64."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
     a12 = 0.9130806937859801
@@ -475,7 +476,6 @@ def rebound_compact_1em7(speed, beta, xp=np):
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    largest = 8.452712498170644e270
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)
@@ -500,6 +500,7 @@ def rebound_compact_1em7(speed, beta, xp=np):
 def dissipation_compact_1em7(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float64."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
     a12 = 0.9130806937859801
@@ -513,7 +514,6 @@ def dissipation_compact_1em7(speed, beta, xp=np):
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    largest = 8.452712498170644e270
     inside = (speed >= 0.0) & (beta >= 0.0)
     speed = xp.where(inside, speed, 0.5)
     beta = xp.where(inside, beta, 0.5)

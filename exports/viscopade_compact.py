@@ -28,13 +28,13 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 def restitution_compact_1em3(speed: float, beta: float) -> float:
     """Return eps."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
     a19 = 0.044371158370775994
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    largest = 8.452712498170644e270
     if not (speed >= 0.0 and beta >= 0.0):
         return math.nan
     square = beta * beta
@@ -56,13 +56,13 @@ def restitution_compact_1em3(speed: float, beta: float) -> float:
 def rebound_compact_1em3(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
     a19 = 0.044371158370775994
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    largest = 8.452712498170644e270
     if not (speed >= 0.0 and beta >= 0.0):
         return math.nan
     square = beta * beta
@@ -84,13 +84,13 @@ def rebound_compact_1em3(speed: float, beta: float) -> float:
 def dissipation_compact_1em3(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
     a19 = 0.044371158370775994
     b0 = 1.0
     b6 = -0.46950796085963953
     b15 = 0.05813311621081886
-    largest = 8.452712498170644e270
     if not (speed >= 0.0 and beta >= 0.0):
         return math.nan
     square = beta * beta
@@ -113,6 +113,7 @@ def dissipation_compact_1em3(speed: float, beta: float) -> float:
 def restitution_compact_1em5(speed: float, beta: float) -> float:
     """Return eps."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
     a12 = 0.028735246104270466
@@ -122,7 +123,6 @@ def restitution_compact_1em5(speed: float, beta: float) -> float:
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    largest = 8.452712498170644e270
     if not (speed >= 0.0 and beta >= 0.0):
         return math.nan
     square = beta * beta
@@ -144,6 +144,7 @@ def restitution_compact_1em5(speed: float, beta: float) -> float:
 def rebound_compact_1em5(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
     a12 = 0.028735246104270466
@@ -153,7 +154,6 @@ def rebound_compact_1em5(speed: float, beta: float) -> float:
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    largest = 8.452712498170644e270
     if not (speed >= 0.0 and beta >= 0.0):
         return math.nan
     square = beta * beta
@@ -175,6 +175,7 @@ def rebound_compact_1em5(speed: float, beta: float) -> float:
 def dissipation_compact_1em5(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
     a12 = 0.028735246104270466
@@ -184,7 +185,6 @@ def dissipation_compact_1em5(speed: float, beta: float) -> float:
     b6 = -0.45730946038493253
     b8 = 0.045564175424708794
     b15 = 0.059828543778550125
-    largest = 8.452712498170644e270
     if not (speed >= 0.0 and beta >= 0.0):
         return math.nan
     square = beta * beta
@@ -207,6 +207,7 @@ def dissipation_compact_1em5(speed: float, beta: float) -> float:
 def restitution_compact_1em7(speed: float, beta: float) -> float:
     """Return eps."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
     a12 = 0.9130806937859801
@@ -220,7 +221,6 @@ def restitution_compact_1em7(speed: float, beta: float) -> float:
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    largest = 8.452712498170644e270
     if not (speed >= 0.0 and beta >= 0.0):
         return math.nan
     square = beta * beta
@@ -243,6 +243,7 @@ def restitution_compact_1em7(speed: float, beta: float) -> float:
 def rebound_compact_1em7(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
     a12 = 0.9130806937859801
@@ -256,7 +257,6 @@ def rebound_compact_1em7(speed: float, beta: float) -> float:
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    largest = 8.452712498170644e270
     if not (speed >= 0.0 and beta >= 0.0):
         return math.nan
     square = beta * beta
@@ -279,6 +279,7 @@ def rebound_compact_1em7(speed: float, beta: float) -> float:
 def dissipation_compact_1em7(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
+    largest = 8.452712498170644e270
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
     a12 = 0.9130806937859801
@@ -292,7 +293,6 @@ def dissipation_compact_1em7(speed: float, beta: float) -> float:
     b9 = 0.11198670291284574
     b10 = 0.19422424881893974
     b22 = 0.019133730997429727
-    largest = 8.452712498170644e270
     if not (speed >= 0.0 and beta >= 0.0):
         return math.nan
     square = beta * beta

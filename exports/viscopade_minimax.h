@@ -403,7 +403,7 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em8(double speed, doub
 }
 
 /*
- * There are no functions of type float: the error would be 1.43e-06.
+ * There are no functions of type float: with coefficients of that type the error would be 1.44e-6.
  */
 
 VISCOPADE_KERNEL_END

@@ -28,13 +28,13 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 @wp.func
 def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
+    largest = wp.float64(8.452712498170644e270)
     a0 = wp.float64(1.1532089438172344)
     a9 = wp.float64(-0.29196149636063706)
     a19 = wp.float64(0.044371158370775994)
     b0 = wp.float64(1.0)
     b6 = wp.float64(-0.46950796085963953)
     b15 = wp.float64(0.05813311621081886)
-    largest = wp.float64(8.452712498170644e270)
     if not (speed >= wp.float64(0.0) and beta >= wp.float64(0.0)):
         return wp.float64(wp.nan)
     square = beta * beta
@@ -57,13 +57,13 @@ def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
 @wp.func
 def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
+    largest = wp.float32(1.329228e36)
     a0 = wp.float32(1.153209)
     a9 = wp.float32(-0.2919615)
     a19 = wp.float32(0.044371158)
     b0 = wp.float32(1.0)
     b6 = wp.float32(-0.46950796)
     b15 = wp.float32(0.058133118)
-    largest = wp.float32(1.329228e36)
     if not (speed >= wp.float32(0.0) and beta >= wp.float32(0.0)):
         return wp.float32(wp.nan)
     square = beta * beta
@@ -86,13 +86,13 @@ def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
 @wp.func
 def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
+    largest = wp.float64(8.452712498170644e270)
     a0 = wp.float64(1.1532089438172344)
     a9 = wp.float64(-0.29196149636063706)
     a19 = wp.float64(0.044371158370775994)
     b0 = wp.float64(1.0)
     b6 = wp.float64(-0.46950796085963953)
     b15 = wp.float64(0.05813311621081886)
-    largest = wp.float64(8.452712498170644e270)
     if not (speed >= wp.float64(0.0) and beta >= wp.float64(0.0)):
         return wp.float64(wp.nan)
     square = beta * beta
@@ -115,13 +115,13 @@ def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
 @wp.func
 def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
+    largest = wp.float32(1.329228e36)
     a0 = wp.float32(1.153209)
     a9 = wp.float32(-0.2919615)
     a19 = wp.float32(0.044371158)
     b0 = wp.float32(1.0)
     b6 = wp.float32(-0.46950796)
     b15 = wp.float32(0.058133118)
-    largest = wp.float32(1.329228e36)
     if not (speed >= wp.float32(0.0) and beta >= wp.float32(0.0)):
         return wp.float32(wp.nan)
     square = beta * beta
@@ -144,13 +144,13 @@ def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
 @wp.func
 def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
+    largest = wp.float64(8.452712498170644e270)
     a0 = wp.float64(1.1532089438172344)
     a9 = wp.float64(-0.29196149636063706)
     a19 = wp.float64(0.044371158370775994)
     b0 = wp.float64(1.0)
     b6 = wp.float64(-0.46950796085963953)
     b15 = wp.float64(0.05813311621081886)
-    largest = wp.float64(8.452712498170644e270)
     if not (speed >= wp.float64(0.0) and beta >= wp.float64(0.0)):
         return wp.float64(wp.nan)
     square = beta * beta
@@ -174,13 +174,13 @@ def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
 @wp.func
 def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
+    largest = wp.float32(1.329228e36)
     a0 = wp.float32(1.153209)
     a9 = wp.float32(-0.2919615)
     a19 = wp.float32(0.044371158)
     b0 = wp.float32(1.0)
     b6 = wp.float32(-0.46950796)
     b15 = wp.float32(0.058133118)
-    largest = wp.float32(1.329228e36)
     if not (speed >= wp.float32(0.0) and beta >= wp.float32(0.0)):
         return wp.float32(wp.nan)
     square = beta * beta
@@ -204,6 +204,7 @@ def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
 @wp.func
 def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
+    largest = wp.float64(8.452712498170644e270)
     a0 = wp.float64(1.153451614780895)
     a4 = wp.float64(0.6934805469284029)
     a12 = wp.float64(0.028735246104270466)
@@ -213,7 +214,6 @@ def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
     b6 = wp.float64(-0.45730946038493253)
     b8 = wp.float64(0.045564175424708794)
     b15 = wp.float64(0.059828543778550125)
-    largest = wp.float64(8.452712498170644e270)
     if not (speed >= wp.float64(0.0) and beta >= wp.float64(0.0)):
         return wp.float64(wp.nan)
     square = beta * beta
@@ -236,6 +236,7 @@ def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
 @wp.func
 def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
+    largest = wp.float32(1.329228e36)
     a0 = wp.float32(1.1534516)
     a4 = wp.float32(0.69348055)
     a12 = wp.float32(0.028735247)
@@ -245,7 +246,6 @@ def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
     b6 = wp.float32(-0.45730945)
     b8 = wp.float32(0.045564175)
     b15 = wp.float32(0.059828542)
-    largest = wp.float32(1.329228e36)
     if not (speed >= wp.float32(0.0) and beta >= wp.float32(0.0)):
         return wp.float32(wp.nan)
     square = beta * beta
@@ -268,6 +268,7 @@ def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
 @wp.func
 def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
+    largest = wp.float64(8.452712498170644e270)
     a0 = wp.float64(1.153451614780895)
     a4 = wp.float64(0.6934805469284029)
     a12 = wp.float64(0.028735246104270466)
@@ -277,7 +278,6 @@ def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
     b6 = wp.float64(-0.45730946038493253)
     b8 = wp.float64(0.045564175424708794)
     b15 = wp.float64(0.059828543778550125)
-    largest = wp.float64(8.452712498170644e270)
     if not (speed >= wp.float64(0.0) and beta >= wp.float64(0.0)):
         return wp.float64(wp.nan)
     square = beta * beta
@@ -300,6 +300,7 @@ def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
 @wp.func
 def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
+    largest = wp.float32(1.329228e36)
     a0 = wp.float32(1.1534516)
     a4 = wp.float32(0.69348055)
     a12 = wp.float32(0.028735247)
@@ -309,7 +310,6 @@ def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
     b6 = wp.float32(-0.45730945)
     b8 = wp.float32(0.045564175)
     b15 = wp.float32(0.059828542)
-    largest = wp.float32(1.329228e36)
     if not (speed >= wp.float32(0.0) and beta >= wp.float32(0.0)):
         return wp.float32(wp.nan)
     square = beta * beta
@@ -332,6 +332,7 @@ def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
 @wp.func
 def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
+    largest = wp.float64(8.452712498170644e270)
     a0 = wp.float64(1.153451614780895)
     a4 = wp.float64(0.6934805469284029)
     a12 = wp.float64(0.028735246104270466)
@@ -341,7 +342,6 @@ def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
     b6 = wp.float64(-0.45730946038493253)
     b8 = wp.float64(0.045564175424708794)
     b15 = wp.float64(0.059828543778550125)
-    largest = wp.float64(8.452712498170644e270)
     if not (speed >= wp.float64(0.0) and beta >= wp.float64(0.0)):
         return wp.float64(wp.nan)
     square = beta * beta
@@ -365,6 +365,7 @@ def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
 @wp.func
 def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
+    largest = wp.float32(1.329228e36)
     a0 = wp.float32(1.1534516)
     a4 = wp.float32(0.69348055)
     a12 = wp.float32(0.028735247)
@@ -374,7 +375,6 @@ def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
     b6 = wp.float32(-0.45730945)
     b8 = wp.float32(0.045564175)
     b15 = wp.float32(0.059828542)
-    largest = wp.float32(1.329228e36)
     if not (speed >= wp.float32(0.0) and beta >= wp.float32(0.0)):
         return wp.float32(wp.nan)
     square = beta * beta
@@ -398,6 +398,7 @@ def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
 @wp.func
 def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
+    largest = wp.float64(8.452712498170644e270)
     a0 = wp.float64(1.153448873291078)
     a6 = wp.float64(1.0950742059245102)
     a12 = wp.float64(0.9130806937859801)
@@ -411,7 +412,6 @@ def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
     b9 = wp.float64(0.11198670291284574)
     b10 = wp.float64(0.19422424881893974)
     b22 = wp.float64(0.019133730997429727)
-    largest = wp.float64(8.452712498170644e270)
     if not (speed >= wp.float64(0.0) and beta >= wp.float64(0.0)):
         return wp.float64(wp.nan)
     square = beta * beta
@@ -435,6 +435,7 @@ def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
 @wp.func
 def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
+    largest = wp.float64(8.452712498170644e270)
     a0 = wp.float64(1.153448873291078)
     a6 = wp.float64(1.0950742059245102)
     a12 = wp.float64(0.9130806937859801)
@@ -448,7 +449,6 @@ def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
     b9 = wp.float64(0.11198670291284574)
     b10 = wp.float64(0.19422424881893974)
     b22 = wp.float64(0.019133730997429727)
-    largest = wp.float64(8.452712498170644e270)
     if not (speed >= wp.float64(0.0) and beta >= wp.float64(0.0)):
         return wp.float64(wp.nan)
     square = beta * beta
@@ -472,6 +472,7 @@ def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
 @wp.func
 def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
+    largest = wp.float64(8.452712498170644e270)
     a0 = wp.float64(1.153448873291078)
     a6 = wp.float64(1.0950742059245102)
     a12 = wp.float64(0.9130806937859801)
@@ -485,7 +486,6 @@ def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     b9 = wp.float64(0.11198670291284574)
     b10 = wp.float64(0.19422424881893974)
     b22 = wp.float64(0.019133730997429727)
-    largest = wp.float64(8.452712498170644e270)
     if not (speed >= wp.float64(0.0) and beta >= wp.float64(0.0)):
         return wp.float64(wp.nan)
     square = beta * beta

@@ -435,7 +435,8 @@ def _kernel(
         for letter in "ab"
     )
     return Kernel(
-        name, label, "v_star", f"eps = ({top})/({bottom})", "", "", tuple(functions), constants, (*bounds, *of_speeds)
+        name, label, "v_star", f"eps = ({top})/({bottom})", "", "", tuple(functions), constants, (*bounds, *of_speeds),
+        law=law,
     )  # fmt: skip
 
 
