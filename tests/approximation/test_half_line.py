@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from flint import arb
 
+from tests.approximation.arrays import half_line_values
 from viscopade.approximation import half_line
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.approximation.lawson import Sample, rough
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.kernels.registry_arrays import half_line_values
 
 RECOMMENDED = [(half_line.RELATIVE[0], "relative"), (half_line.RELATIVE[2], "relative"), (half_line.BOTH[3], "both")]
 SPEEDS = np.geomspace(1e-6, 1e9, 20_011)

@@ -1,13 +1,15 @@
 """Proofs read the expressions that code is written from: a formula that is changed is no longer proven."""
 
 from fractions import Fraction
+from functools import cache
 
 import pytest
 
-from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels import formulas, prove_lacunary
+from viscopade.arithmetic.formats import FLOAT
+from viscopade.kernels import compact, formulas
+from viscopade.kernels.arithmetic import HOST
 from viscopade.kernels.expressions import Call, Literal, Name, Select, Statement
-from viscopade.kernels.forms import last_place, speed_table, table_free
+from viscopade.kernels.forms import last_place, speed_table
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 
@@ -64,38 +66,40 @@ def test_a_panel_with_other_results_is_refused(monkeypatch):
         last_place.check_panel_results()
 
 
-@pytest.mark.parametrize("name", ["elastic", "lost", *table_free.FUNCTIONS])
+@cache
+def compact_kernel():
+    powers = compact.compact_powers(Fraction(1, 1000), "both")
+    variant = compact.compact_fit(powers, "both").variants[0]
+    return powers, variant.a, variant.b
+
+
+@pytest.mark.parametrize("name", ["elastic", "lost", *compact.MEANINGS])
 def test_a_changed_compact_kernel_is_refused(monkeypatch, name):
-    kernel = prove_lacunary.half_line_kernel("1e-3")
-    variant, program = kernel.variant(DOUBLE), table_free.table_free_program(kernel.powers)
-    table_free.check_formula(kernel.powers, variant.a, variant.b)
-    if name in table_free.FUNCTIONS:
-        other = program._replace(results=program.results | {name: program.results[name] * Literal("1.0000001")})
+    kernel = compact_kernel()
+    body = compact.body(kernel[0])
+    compact.check_formula(*kernel)
+    if name in compact.MEANINGS:
+        other = body._replace(results=body.results | {name: body.results[name] * Literal("1.0000001")})
     else:
-        parts = ((s.name, s.expression * MORE if s.name == name else s.expression) for s in program.common)
-        other = program._replace(common=tuple(Statement(*part) for part in parts))
-    monkeypatch.setattr(table_free, "table_free_program", lambda *_: other)
+        other = changed(body, name)
+    monkeypatch.setattr(compact, "body", lambda *_: other)
     with pytest.raises(ArithmeticError, match=f"{name} of the program is not that of the proven formula"):
-        table_free.check_formula(kernel.powers, variant.a, variant.b)
+        compact.check_formula(*kernel)
 
 
 @pytest.mark.parametrize("change", [lambda e: e * Literal("0.5"), lambda e: -e])
 def test_a_changed_root_is_refused(monkeypatch, change):
-    kernel = prove_lacunary.half_line_kernel("1e-3")
-    program = table_free.table_free_program(kernel.powers)
-    (first, call), *rest = program.common
-    other = program._replace(common=(Statement(first, Call("exp2", (change(call.arguments[0]),))), *rest))
-    monkeypatch.setattr(table_free, "table_free_program", lambda *_: other)
+    call = compact.root_of(Name("w"))
+    monkeypatch.setattr(compact, "root_of", lambda _: Call("exp2", (change(call.arguments[0]),)))
     with last_place.working(128), pytest.raises(ArithmeticError, match="y of the program"):
-        table_free._error_of_y(kernel.powers, table_free.LIBRARY["double"], Fraction(1, 2), Fraction(3, 4))
+        compact._error_of_y(HOST, Fraction(1, 2), Fraction(3, 4))
 
 
 def test_a_changed_w_is_refused(monkeypatch):
-    kernel = prove_lacunary.half_line_kernel("1e-3")
-    variant, (square, w) = kernel.variant(DOUBLE), formulas.w_program()
-    monkeypatch.setattr(table_free, "w_program", lambda: (square, Statement("w", w.expression * Name("beta"))))
+    square, w = formulas.w_program()
+    monkeypatch.setattr(formulas, "w_program", lambda: (square, Statement("w", w.expression * Name("beta"))))
     with pytest.raises(ArithmeticError, match="w of the program"):
-        table_free.check_formula(kernel.powers, variant.a, variant.b)
+        compact.check_formula(*compact_kernel())
 
 
 @pytest.mark.parametrize(("branch", "name"), [("full_row_branch", "eps"), ("full_panel_branch", "result")])

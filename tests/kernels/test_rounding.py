@@ -14,16 +14,21 @@ from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels import formulas
-from viscopade.kernels.expressions import CodeBranch, Name
+from viscopade.kernels import formulas, quotient, rounding_bounds
+from viscopade.kernels.arithmetic import ARITHMETICS, DEVICE, SHADER
+from viscopade.kernels.expressions import CodeBranch, Name, Reading, Run, Statement, by_powers, evaluate, powers
 from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.rounding import Rounded, of_branch
-from viscopade.kernels.rounding_bounds import BITS, ULPS, of_powers, quotient_rounding
+from viscopade.kernels.rounding_bounds import BITS, ULPS, of_powers
 
 LOOSE = 12  # how much larger the bound may be than the largest error found
 A, B = (Fraction(1), Fraction(1, 4)), (Fraction(1), Fraction(1, 4), Fraction(23, 20), Fraction(1, 8), Fraction(1, 5))
 FORMS = {"double": (DOUBLE, np.float64), "float": (FLOAT, np.float32)}
+
+
+def quotient_rounding(a, b, form, *ends, **coefficients):
+    return quotient.rounding(a, b, ARITHMETICS[f"host {form.name}"], *ends, **coefficients)
 
 
 @cache
@@ -88,6 +93,33 @@ def test_the_bound_holds_and_is_not_vacuous(name, number, low, high):
     bound = float(quotient_rounding(a, b, form, Fraction(low), Fraction(high)))
     error = largest_error(a, b, kind, Fraction(low), Fraction(high), number)
     assert error <= bound <= LOOSE * error
+
+
+@pytest.mark.parametrize("place", [DEVICE, SHADER], ids=lambda place: place.place)
+def test_the_bound_holds_for_machines_as_bad_as_assumed(place):
+    """In shaders sums and products are either neighbour of the exact result; quotients are off by 2 units more."""
+    draw, (a, b) = np.random.default_rng(5), machine("float")
+
+    def neighbour(exact):
+        near = exact.astype(np.float32)
+        if place is DEVICE:
+            return near
+        other = np.nextafter(near, np.where(exact > near, np.inf, -np.inf).astype(np.float32))
+        return np.where((draw.random(len(near)) < 0.5) & (exact != near), other, near)
+
+    def total(values):
+        found = np.full(len(v_star), np.float32(float(values[-1])))
+        for c in reversed(values[:-1]):
+            product = neighbour(v_star.astype(float) * found)
+            found = neighbour(float(c) + product.astype(float))
+        return found
+
+    v_star = draw.uniform(0, 5, 100_000).astype(np.float32)
+    ratio = total(a) / total(b).astype(float)
+    found = (ratio + draw.uniform(-1.99, 1.99, len(ratio)) * np.ldexp(1.0, np.frexp(ratio)[1] - 24)).astype(np.float32)
+    exact = np.divide(*(np.polynomial.polynomial.polyval(v_star.astype(float), [*map(float, c)]) for c in (a, b)))
+    error = np.abs(found / exact - 1).max()
+    assert error <= float(quotient.rounding(a, b, place, Fraction(0), Fraction(5))) <= LOOSE * error
 
 
 @pytest.mark.parametrize("name", FORMS)
@@ -333,3 +365,134 @@ def test_the_stated_units_cover_the_last_operations(name):
     assert max(found.values()) > LAST_ULPS - 1
     full = LastPlaceTable()
     assert max(found.values()) * 2.0**-DOUBLE.precision < full.of_products - full.proven.relative
+
+
+# --- slopes, and the largest bound of all parts -----------------------------------------------------------------------
+
+
+def random_float(generator, low, high):
+    return float(np.float32(generator.uniform(low, high)))
+
+
+def test_bounds_of_rounding_errors_hold():
+    """Random programs of type float: no error beyond the bound, and some not far below."""
+    generator, closest = random.Random(3), 0.0
+    lacunary_sum = by_powers("y", ((0, "a"), (2, "b"), (7, "c")))
+    program_ = (*powers("y", {2, 5}), Statement("sum", lacunary_sum))
+    branch = CodeBranch(None, program_, {"result": Name("sum") / (Name("a") + Name("y5") * Name("y2"))})
+    for _ in range(400):
+        low = generator.uniform(0, 1)
+        part = (low, low + generator.uniform(0, 0.05))
+        a, b, c = (random_float(generator, *ends) for ends in ((0.5, 2), (-2, 2), (-2, 2)))
+        with working(128):
+            given = {k: Rounded(arb(x), FLOAT) for k, x in (("a", a), ("b", b), ("c", c))}
+            y = arb(part[0]).union(arb(part[1]))
+            try:
+                found = of_branch(branch, ["result"], given | {"y": Rounded(y, FLOAT, slope=1)}, FLOAT)
+                bound = found["result"].with_error_of_y(arb(0))
+            except ArithmeticError:  # the sum vanishes
+                continue
+        for _ in range(20):
+            x = random_float(generator, *part)
+            inputs = {"a": a, "b": b, "c": c, "y": x}
+            found, true = (
+                evaluate(
+                    branch.results["result"],
+                    Run(program_, {k: kind(v) for k, v in inputs.items()}, Reading(kind)),
+                    Reading(kind),
+                )
+                for kind in (np.float32, Fraction)
+            )
+            error = abs(Fraction(float(found)) - true)
+            assert bound.value.contains(arb(true.numerator) / true.denominator) or not part[0] <= x <= part[1]
+            assert error <= Fraction(float(bound.relative)) * abs(true) + Fraction(float(bound.underflow))
+            closest = max(closest, float(error / abs(true)) / float(bound.relative))
+    assert closest > 0.1
+
+
+def test_a_sum_that_may_vanish_is_refused():
+    with working(128):
+        one, y = Rounded(arb(1), FLOAT), Rounded(arb(-1, 0.5), FLOAT, relative=1e-3, slope=1)
+        vanishing = one + y
+        assert not vanishing.relative.is_finite()
+        assert 1e-3 < vanishing.absolute < 2e-3
+        with pytest.raises(ArithmeticError, match="may vanish"):
+            vanishing.with_error_of_y(arb(0))
+        with pytest.raises(ArithmeticError, match="may vanish"):
+            one / vanishing
+        assert (one + vanishing).relative > 1e-3
+
+
+def test_slopes():
+    """d ln/d ln y of y^5/(1 + 2 y^3) at y = 1/2: 5 - 3/5."""
+    with working(128):
+        y = Rounded(arb("0.5"), DOUBLE, slope=1)
+        one, two = Rounded(arb(1), DOUBLE), Rounded(arb(2), DOUBLE)
+        cube = y * y * y
+        result = cube * y * y / (one + two * cube)
+        assert abs(result.slope - arb(22) / 5) < 1e-30
+        assert result.with_error_of_y(arb(1e-3)).relative > 4.4e-3
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_slopes_of_sums_with_one_large_term_are_close_on_wide_parts(sign):
+    """y^16/(y^16 + sign) goes with 16; between 3.9 and 4.1 y^16 changes by more than a factor 2."""
+    with working(128):
+        y = Rounded(arb(4, 0.1), DOUBLE, slope=1)
+        power = y * y
+        for _ in range(3):
+            power = power * power
+        for total in (power + Rounded(arb(sign), DOUBLE), Rounded(arb(sign), DOUBLE) + power):
+            for at in (arb("3.91"), arb(4), arb("4.09")):
+                assert total.slope.contains(16 * at**16 / (at**16 + sign))
+            assert total.slope.rad() < 1e-6
+            assert total.relative < 17 * arb(2) ** -53
+
+
+def test_the_error_of_a_sum_that_nearly_vanishes_stays_absolute():
+    """On a part where a sum is from 1/1000 to 1/10, what is added to it decides how much its error counts."""
+    with working(128):
+        y = Rounded(arb("0.9495", "0.0495"), DOUBLE, relative=1e-9, slope=1)
+        small = Rounded(arb(1), DOUBLE) + Rounded(arb(-1), DOUBLE) * y
+        assert small.value.abs_lower() > 0.0009
+        total = Rounded(arb(1), DOUBLE) + small
+        assert 0.9e-9 < total.relative < 1.1e-9
+
+
+def test_the_part_with_the_largest_bound_is_halved():
+    """x (1 - x) on [0, 1], with bounds that are too large by the width of the part, and none for wide ones."""
+
+    def on(part):
+        if part[1] - part[0] > Fraction(1, 10):
+            raise ArithmeticError("too wide")
+        return part
+
+    def bound(part):
+        nearest = min(max(Fraction(1, 2), part[0]), part[1])
+        return ball_of(nearest * (1 - nearest) + part[1] - part[0])
+
+    with working(64):
+        found = rounding_bounds.largest(on, [(Fraction(0), Fraction(1))], bound)
+        assert 0.25 <= found <= 0.25 * (1 + 1 / 16)
+
+
+def test_what_has_no_bound_is_refused(monkeypatch):
+    monkeypatch.setattr(rounding_bounds, "MOST_PARTS", 30)
+    whole = [(Fraction(0), Fraction(1))]
+
+    def never(part):
+        raise ArithmeticError("never")
+
+    with pytest.raises(ArithmeticError, match="never"):
+        rounding_bounds.largest(never, whole, lambda _: arb(1))
+    with pytest.raises(ArithmeticError, match="there is no bound from 0 to "):
+        rounding_bounds.largest(lambda part: part, whole, lambda part: arb.nan() if part[0] == 0 else arb(1))
+
+
+def test_what_underflow_does_is_counted():
+    with working(128):
+        tiny = Rounded(arb(2) ** -1000, DOUBLE)
+        square = tiny * tiny
+        assert square.underflow == arb(2) ** -1075
+    assert DOUBLE.smallest == Fraction(5e-324)
+    assert FLOAT.smallest == Fraction(1, 2**149)

@@ -99,8 +99,8 @@ def prove(formula: Formula, low: Fraction, high: End, measure: AnyMeasure = "bot
         raise ValueError("1 - R must vanish like v*^2 where the deviation is measured relative to 1 - eps")
     proof = _Proof(formula, measure)
     with working(reference.BITS, ORDER + 1):
-        if isinstance(high, Fraction):
-            return proof.on_panels(low, high)
+        if high != math.inf:
+            return proof.on_panels(low, Fraction(high))
         if low >= panel_proof.END:
             raise ValueError(
                 f"low is {low}: accepted for an interval without an end is a number below {panel_proof.END}"

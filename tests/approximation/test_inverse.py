@@ -1,4 +1,4 @@
-"""Kernels eps -> v*: errors by a second route, there and back, limits, and what is refused."""
+"""Approximants of the inverse, eps -> v*: errors by a second route, there and back, limits, and what is refused."""
 
 import math
 from fractions import Fraction
@@ -8,13 +8,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.approximation.arrays import half_line_values
 from viscopade.approximation import half_line, inverse, lawson
 from viscopade.approximation.lacunary import Powers
 from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.kernels import formulas
 from viscopade.kernels.expressions import Reading, Run, evaluate
-from viscopade.kernels.registry_arrays import half_line_values
 
 
 class Kernel:

@@ -1,0 +1,309 @@
+"""Compact kernels and those of v*: programs, bounds of rounding on each machine, choice of powers, refusals."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from flint import arb
+
+from viscopade import store
+from viscopade.approximation import half_line
+from viscopade.approximation.lacunary import Powers
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
+from viscopade.kernels import compact, formulas, machine
+from viscopade.kernels.arithmetic import ARITHMETICS, DEVICE, HOST, HOST_FLOAT, SHADER
+from viscopade.kernels.coefficients import Coefficients
+from viscopade.kernels.expressions import Name, Reading, Run, evaluate
+from viscopade.kernels.kernel import names_of
+
+ACCURACIES = ("1e-3", "1e-5", "1e-7")
+MIXED_SIGNS = Powers((0, 4, 12, 19), (0, 4, 6, 8, 15))
+NOT_IN_FLOAT = Powers((0, 6, 12, 13, 17, 18, 26), (0, 6, 8, 9, 10, 22))
+EXACTLY = Reading(Fraction, {"divide": lambda top, bottom: top / bottom})
+
+
+def of(accuracy, form=DOUBLE):
+    """Return the powers and the coefficients of a kernel in a type."""
+    powers = compact.compact_powers(Fraction(accuracy), "both")
+    return powers, next(v for v in compact.compact_fit(powers, "both").variants if v.form == form)
+
+
+def sums(powers, variant, y, number=Fraction):
+    """Return N and D, evaluated term by term."""
+    return (
+        sum(number(c) * y**k for k, c in zip(*part, strict=True))
+        for part in ((powers.top, variant.a), (powers.bottom, variant.b))
+    )
+
+
+# --- programs ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("accuracy", ACCURACIES)
+def test_the_programs_are_the_formula(accuracy):
+    """In exact numbers, given the root: of the speed, and of v* on both branches."""
+    powers, variant = of(accuracy)
+    numbers = {name: Fraction(c) for name, c in formulas.constants(powers, variant.a, variant.b).items()}
+    y, speed = Fraction(3, 5), Fraction(7, 2)
+    n, d = sums(powers, variant, y)
+    eps = d / (d + y**6 * n)
+    body = compact.body(powers)
+    run = Run(body.program, numbers | {"y": y, "speed": speed}, EXACTLY)
+    found = {name: evaluate(expression, run, EXACTLY) for name, expression in body.results.items()}
+    assert found == {"restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps**2}
+    for variable, branch in zip("yu", formulas.half_line_branches(powers), strict=True):
+        at = y if variable == "y" else 1 / y
+        n, d = sums(powers, variant, at)
+        run = Run(branch.program, numbers | {variable: y, "v_star": at**3}, EXACTLY)
+        assert evaluate(branch.results["epsilon"], run, EXACTLY) == d / (d + at**6 * n)
+        assert evaluate(branch.results["one_minus_epsilon"], run, EXACTLY) == at**6 * n / (d + at**6 * n)
+        if "limit" in branch.results:
+            assert evaluate(branch.results["limit"], run, EXACTLY) == d / (d + at**6 * n) * at**10
+
+
+def test_powers_of_another_kind_are_refused():
+    with pytest.raises(ValueError, match="deg N must be deg D"):
+        compact.body(Powers((0, 4), (0, 4)))
+
+
+def test_there_is_no_logarithm_of_0_and_no_branch():
+    kernel = compact.compact("1e-3")
+    for function in kernel.functions:
+        (branch,) = function.branches
+        assert branch.guard is None
+        assert "largest" not in names_of(branch)
+    for form in (FORMATS[name] for name in kernel.formats):
+        with np.errstate(all="raise"):
+            found = machine.evaluated(kernel, "restitution", [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], form=form)
+        assert (found == 1).all()
+        cut = 2.0 ** compact.LARGEST[form.name]
+        far = machine.evaluated(kernel, "restitution", [cut, 2 * cut, math.inf], 1.0, form=form)
+        assert (far == far[0]).all()
+        assert 0 < far[0] < (1e-89 if form == DOUBLE else 2e-12)
+        pairs = [-1.0, 1.0, math.nan, 1.0], [1.0, -1.0, 1.0, math.nan]
+        outside = machine.evaluated(kernel, "restitution", *pairs, form=form)
+        assert np.isnan(outside).all()
+
+
+# --- bounds of rounding -----------------------------------------------------------------------------------------------
+
+
+def emulated(powers, variant, place, generator, w):
+    """The program in type float, with functions whose results are moved by random errors within their bounds."""
+    f32 = np.float32
+
+    def moved(exact, ulps, absolute=0.0):
+        steps = generator.uniform(-1, 1, len(w)) * np.asarray(ulps, dtype=float)
+        near = np.abs(exact) <= 1
+        error = np.where(near & (absolute > 0), generator.uniform(-absolute, absolute, len(w)), steps * spacing(exact))
+        # A little less, as the result is rounded to a number of the type.
+        return (exact + error * (1 - 2**-2)).astype(f32)
+
+    def spacing(exact):
+        return np.ldexp(1.0, np.frexp(exact)[1] - 24)
+
+    library = float(place.library)
+    functions = {
+        "log2": lambda x: moved(np.log2(x.astype(float)), library, float(place.log2_absolute)),
+        "exp2": lambda x: moved(np.exp2(x.astype(float)), library + float(place.exp2_slope) * np.abs(x.astype(float))),
+        "divide": lambda a, b: moved(np.divide(a, b, dtype=float), max(float(place.quotient) - 0.5, 0)),
+    }
+    given = {k: f32(c) for k, c in formulas.constants(powers, variant.a, variant.b).items()}
+    given |= {"thirtieth": f32(compact.thirtieth(FLOAT)), "speed": np.ones(len(w), f32), "w": w}
+    by, body = Reading(f32, functions), compact.body(powers)
+    run = Run(body.program, given | {"y": evaluate(compact.root_of(Name("w")), given, by)}, by)
+    return {name: evaluate(expression, run, by) for name, expression in body.results.items()}
+
+
+def formula(powers, variant, w):
+    """The formula with the coefficients of a type, in extended precision, with few roundings."""
+    y = np.longdouble(w) ** (np.longdouble(1) / 30)
+    n, d = sums(powers, variant, y, np.longdouble)
+    eps, loss = d / (d + y**6 * n), y**6 * n / (d + y**6 * n)
+    return {"restitution": eps, "rebound": eps, "dissipation": loss * (1 + eps)}
+
+
+@pytest.mark.parametrize("place", [HOST_FLOAT, DEVICE, SHADER], ids=lambda place: place.place)
+@pytest.mark.parametrize("accuracy", ACCURACIES[:2])
+def test_bounds_hold_for_machines_as_bad_as_assumed(place, accuracy):
+    """The part of rounding, relative to the formula; the bounds of eps relative to the smaller one hold as well."""
+    (powers, variant), generator = of(accuracy, FLOAT), np.random.default_rng(5)
+    w = np.exp2(generator.uniform(-125, 119, 60_000)).astype(np.float32)
+    v_star = w.astype(float) ** 0.1
+    found, true = emulated(powers, variant, place, generator, w), formula(powers, variant, w)
+    bounds = [b for b in variant.bounds if b.arithmetic == place and b.result in compact.MEANINGS]
+    assert len(bounds) == 8
+    for bound in bounds:
+        inside = (v_star >= float(bound.low)) & (v_star <= float(bound.high))
+        eps, value = true["restitution"][inside], true[bound.result][inside]
+        reference = np.minimum(eps, 1 - eps) if bound.relative_to == "smaller" else value
+        allowed = (float(bound.rounding) * reference + float(bound.last) * value) / (1 + float(bound.formula))
+        share = np.abs(found[bound.result][inside] - value) / allowed
+        assert 0.05 < share.max() <= 1, bound
+
+
+@pytest.mark.parametrize("place", [HOST, HOST_FLOAT, SHADER], ids=lambda place: place.name)
+def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(place):
+    powers, variant = of("1e-5", place.form)
+    exponents = np.linspace(1 - place.form.largest, compact.LARGEST[place.form.name], 150)
+    with working(128):
+        parts = [Fraction(2.0**e) for e in (*(exponents / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
+        alone = [(y**3, compact._on_part(powers, variant.a, variant.b, place, y, y)) for y in parts]
+    for function, sizes in compact.rounding_bounds(powers, variant.a, variant.b, place).items():
+        common = [found for v, found in alone if compact.COMMON[0] <= v <= compact.COMMON[1]]
+        for size, among in zip(sizes, ([found for _, found in alone], common), strict=True):
+            assert 0.85 * float(size) < max(float(found[function]) for found in among) <= float(size)
+
+
+def test_common_speeds_are_covered():
+    low, high = compact._COMMON_Y
+    assert low**3 <= compact.COMMON[0]
+    assert compact.COMMON[1] <= high**3 < compact.COMMON[1] * Fraction(101, 100)
+    for form in FORMATS.values():
+        for ends in (compact._COMMON_Y, compact._ends(form)):
+            parts = list(compact._parts(form, *ends))
+            assert (parts[0][0], parts[-1][1]) == ends
+            assert all(left[1] == right[0] for left, right in itertools.pairwise(parts))
+        (low, high), (least, most) = compact._ends(form), compact.reach(form)
+        assert low**30 <= Fraction(2) ** (1 - form.largest) < least**10
+        assert most**10 < Fraction(2) ** compact.LARGEST[form.name] <= high**30
+
+
+BAD = {
+    "library": replace(HOST_FLOAT, library=Fraction(2000)),
+    "log2, absolute": replace(HOST_FLOAT, log2_absolute=Fraction(1, 100)),
+    "exp2, slope": replace(HOST_FLOAT, exp2_slope=Fraction(1000)),
+    "quotient": replace(HOST_FLOAT, quotient=Fraction(1000)),
+}
+
+
+@pytest.mark.parametrize("place", BAD.values(), ids=BAD)
+def test_every_error_of_a_machine_counts(place):
+    """One that is far larger than all others: results come close to the bound, and not beyond it."""
+    (powers, variant), generator = of("1e-5", FLOAT), np.random.default_rng(6)
+    ends = (-1, 1) if place.log2_absolute else (-126, 120)
+    w = np.exp2(generator.uniform(*ends, 20_000)).astype(np.float32)
+    bounds = compact.rounding_bounds(powers, variant.a, variant.b, place)
+    found, true = emulated(powers, variant, place, generator, w), formula(powers, variant, w)
+    ratio = {f: np.abs(found[f] / true[f] - 1).max() / float(bounds[f][0]) for f in compact.MEANINGS}
+    assert max(ratio.values()) <= 1
+    assert ratio["restitution"] > (0.1 if place.log2_absolute else 0.2)
+
+
+def test_powers_that_overflow_are_refused(monkeypatch):
+    powers, variant = of("1e-3", FLOAT)
+    monkeypatch.setitem(compact.LARGEST, "float", 150)
+    with pytest.raises(ArithmeticError, match="may overflow in type float"):
+        compact.rounding_bounds(powers, variant.a, variant.b, DEVICE)
+
+
+def arguments(form, generator):
+    """Return v* of all sizes, where branches change, and where results underflow."""
+    kind = np.float64 if form == DOUBLE else np.float32
+    subnormal, tiny_loss = {"double": ((92, 97), (-162, -154)), "float": ((11, 13.6), (-22.5, -19))}[form.name]
+    near = [float(np.nextafter(kind(1), kind(side))) for side in (0, 2)]
+    found = [10.0 ** generator.uniform(*ends) for ends in (subnormal, tiny_loss) * 3]
+    return np.array([*found, *2.0 ** generator.uniform(-15, 15, 1000), *near, 1.0], kind)
+
+
+@pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
+def test_rounding_of_functions_of_v_star_is_within_its_bound(form):
+    (powers, variant), kernel = of("1e-5", form), compact.half_line("1e-5")
+    for function in compact.OF_V_STAR:
+        bound, closest = variant.bound(function), 0.0
+        x = arguments(form, np.random.default_rng(5))
+        for at, found in zip(x.tolist(), machine.evaluated(kernel, function, x, form=form).tolist(), strict=True):
+            with working(300):
+                n, d = sums(powers, variant, arb(at).root(3), arb)
+                value = (d if function == "epsilon" else arb(at) ** 2 * n) / (d + arb(at) ** 2 * n)
+                error, allowed = abs(found - value), arb(float(bound.last / (1 + bound.formula))) * value
+                assert error <= allowed + float(bound.absolute * form.smallest), (function, at)
+                if value > float(form.least):
+                    closest = max(closest, float(error / allowed))
+        assert closest > 0.03
+
+
+# --- which powers -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("accuracy", "measure"), [("1e-3", "relative"), (3.5e-6, "both")])
+def test_the_fewest_coefficients_that_are_accurate_enough(accuracy, measure):
+    powers = compact.compact_powers(Fraction(accuracy), measure)
+    variant = compact.compact_fit(powers, measure).variants[0]
+    assert variant.certificate.bound < variant.error("restitution") <= Fraction(accuracy)
+    before = half_line.BEST[measure][: half_line.BEST[measure].index(powers)]
+    assert all(half_line.fit_half_line(powers_, measure).error > float(accuracy) for powers_ in before)
+
+
+def test_relative_kernels_claim_nothing_of_the_loss():
+    for kernel in (compact.compact("1e-3", "relative"), compact.half_line("1e-3", "relative")):
+        assert kernel.name.endswith("_1em3_relative")
+        assert {bound.result for bound in kernel.bounds} <= {"restitution", "rebound", "epsilon"}
+        assert {bound.relative_to for bound in kernel.bounds} == {"value"}
+
+
+def test_what_is_said_to_be_accepted_is_accepted():
+    with pytest.raises(ValueError, match=r"accuracy is 1e-09: accepted is a number >= 2.8.*e-8") as refused:
+        compact.compact(1e-9)
+    accuracy = re.search(r">= (\S+),", str(refused.value))[1]
+    assert compact.compact(accuracy).formats == ("double",)
+
+
+def test_a_refusal_names_an_error_that_a_proof_reaches():
+    """Candidates without a proof are passed over; the nearest miss with one is named if no other candidate has one."""
+    proven, made = {"near": "1.1e-11", "far": "1e-20"}, []
+
+    def error_of(choice):
+        made.append(choice)
+        if choice.startswith("unproven"):
+            raise ArithmeticError
+        return Fraction(proven[choice])
+
+    sampled = [(1e-10, "far"), (2e-12, "near"), (1e-12, "unproven miss"), (6e-14, "unproven")]
+    with pytest.raises(ValueError, match=r"^accuracy is 1e-13: accepted is a number >= 1\.1e-11, "):
+        compact.first(Fraction("1e-13"), sampled, error_of)
+    assert made == ["unproven", "unproven miss", "near"]
+
+
+def test_a_float_that_is_much_less_accurate_is_left_out():
+    fitted = compact.compact_fit(NOT_IN_FLOAT, "both")
+    assert [v.form for v in fitted.variants] == [DOUBLE]
+    assert "the error would be" in fitted.missing["float"]
+
+
+def test_a_kernel_that_is_proven_again_has_the_same_record():
+    with store.anew():
+        assert compact.compact_fit(MIXED_SIGNS, "both") == compact.compact_fit.__wrapped__(MIXED_SIGNS, "both")
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: compact.compact(0.1, "absolute"), ValueError, "measure is 'absolute': accepted is 'both' or"),
+        (lambda: compact.compact(None), TypeError, "accuracy is None: accepted is a number from"),
+    ],
+)
+def test_bad_input(call, error, message):
+    with pytest.raises(error, match=message):
+        call()
+
+
+def test_coefficients_that_contradict_themselves_cannot_be_made():
+    _, variant = of("1e-5", FLOAT)
+    with pytest.raises(ValueError, match="not a number of type float"):
+        Coefficients(FLOAT, (0.1, *variant.a[1:]), variant.b, variant.certificate)
+    with pytest.raises(ValueError, match="b_0 must be 1"):
+        Coefficients(FLOAT, variant.a, (2.0, *variant.b[1:]), variant.certificate)
+
+
+def test_assumptions_are_those_of_the_record():
+    assert {bound.arithmetic for v in compact.compact_fit(MIXED_SIGNS, "both").variants for bound in v.bounds} == {
+        *ARITHMETICS.values()
+    }

@@ -1,0 +1,167 @@
+"""Inverse kernels: programs, bounds of rounding, ends of intervals, choice of powers, refusals."""
+
+from __future__ import annotations
+
+import random
+import re
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+import pytest
+from flint import arb
+
+from tests import compiled
+from viscopade.approximation import inverse as approximants
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.formats import DOUBLE, FORMATS
+from viscopade.kernels import formulas, inverse, machine, rounding_bounds
+from viscopade.kernels.expressions import Reading, Run, evaluate
+from viscopade.kernels.machine import TYPES
+
+EPSILON_MIN = Fraction("0.3")
+each_form = pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
+
+
+@cache
+def kernels():
+    """Return kernels on all of (0, 1] and on an interval, with powers and coefficients."""
+    found = []
+    for accuracy, low in (("1e-3", 0), ("1e-5", 0), ("3e-4", EPSILON_MIN)):
+        powers = inverse.inverse_powers(Fraction(accuracy), Fraction(low))
+        found.append((inverse.inverse(accuracy, low), powers, inverse.inverse_fit(powers, Fraction(low))))
+    return found
+
+
+def v_star_of(powers, variant, form, y, number):
+    n, d = (
+        sum(number(c) * y**k for k, c in zip(*part, strict=True))
+        for part in ((powers.top, variant.a), (powers.bottom, variant.b))
+    )
+    return y**form.shift * n / d
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_programs_are_the_formula(which):
+    """In exact numbers, given the root: all branches."""
+    kernel, powers, fitted = kernels()[which]
+    variant, form = fitted.variants[0], inverse._form(EPSILON_MIN if which == 2 else Fraction(0))
+    numbers, y = {k: Fraction(c) for k, c in kernel.constants["double"].items()}, Fraction(3, 5)
+    for variable, branch in zip("yu", formulas.inverse_branches(powers, form), strict=False):
+        run = Run(branch.program, {**numbers, variable: y}, Reading(Fraction))
+        at = y if variable == "y" else 1 / y
+        assert evaluate(branch.results["v_star"], run, Reading(Fraction)) == v_star_of(
+            powers, variant, form, at, Fraction
+        )
+
+
+@pytest.mark.parametrize("which", range(3))
+@each_form
+def test_rounding_is_within_its_bound(which, form):
+    kernel, powers, fitted = kernels()[which]
+    variant = next(v for v in fitted.variants if v.form == form)
+    kind, generator = TYPES[form.name], random.Random(5)
+    low = max(kernel.constants[form.name].get("least_epsilon", 0.0), float(form.least))
+    points = [low, 0.5, float(np.nextafter(kind(1), kind(0))), *(low ** generator.random() for _ in range(300))]
+    x = np.array([point for point in points if low <= kind(point) < 1], kind)
+    bounds = {result: variant.bound(result) for result in ("v_star", "beta")}
+    sizes = {result: float(b.rounding / (1 + b.formula)) for result, b in bounds.items()}
+    found = {
+        "v_star": machine.evaluated(kernel, "v_star", x, form=form).tolist(),
+        "beta": machine.evaluated(kernel, "beta", x, 3.0, form=form).tolist(),
+    }
+    for i, at in enumerate(x.tolist()):
+        with working(300):
+            odds = (1 - arb(at)) / arb(at)
+            y = odds.sqrt() if which == 2 else odds.root(10)
+            exact = v_star_of(powers, variant, inverse._form(EPSILON_MIN if which == 2 else Fraction(0)), y, arb)
+            assert abs(found["v_star"][i] / exact - 1) <= sizes["v_star"], at
+            assert abs(found["beta"][i] / (exact**2 / arb(3).root(5)) - 1) <= sizes["beta"], at
+
+
+@each_form
+def test_ends_of_an_interval_are_within(form):
+    """0.3 in decimal is a little below or above 3/10 in binary: it belongs to the interval, as does 1 - 0.3."""
+    kernel, kind = kernels()[2][0], TYPES[form.name]
+    least = float(kernel.domain.split()[0])  # as stated
+    inside = [0.3, float(kind(0.3)), least]
+    assert (machine.evaluated(kernel, "v_star", inside, form=form) > 1).all()
+    inside = [0.7, float(kind(0.7)), float(kind(1) - kind(0.3))]
+    assert (machine.evaluated(kernel, "v_star_from_loss", inside, form=form) > 1).all()
+    assert np.isnan(machine.evaluated(kernel, "v_star", np.nextafter(kind(least), kind(0)), form=form))
+    assert np.isnan(machine.evaluated(kernel, "v_star_from_loss", np.nextafter(kind(1 - least), kind(1)), form=form))
+    for low in (Fraction("0.3"), Fraction("0.1"), Fraction(1, 3), Fraction(1, 5000)):
+        start = inverse.interval_start(low)
+        assert 0 <= low - start < Fraction(1, 2**24)
+        assert all(Fraction(float(np.float32(float(x)))) == x for x in (start, 1 - start))
+
+
+@each_form
+def test_outside_the_domain_there_is_nan(form):
+    kernel = kernels()[0][0]
+    assert np.isnan(machine.evaluated(kernel, "v_star", [0.0, -1.0, 1.5, np.nan, np.inf], form=form)).all()
+    assert np.isnan(machine.evaluated(kernel, "v_star_from_loss", [1.0, -0.5, 2.0, np.nan], form=form)).all()
+    assert np.isnan(machine.evaluated(kernel, "beta", [0.5, 0.5, 0.0], [0.0, -1.0, 1.0], form=form)).all()
+    assert machine.evaluated(kernel, "v_star", 1.0, form=form) == 0
+
+
+def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(monkeypatch):
+    """A search that stops later finds hardly less."""
+    _, powers, fitted = kernels()[1]
+    for variant in fitted.variants:
+        given = powers, approximants.WHOLE_FORM, Fraction(0), variant.a, variant.b, variant.form
+        monkeypatch.setattr(rounding_bounds, "_NEARLY", Fraction(1, 1024))
+        bound = variant.bound("v_star")
+        assert 0.9 < float(inverse.rounding_bounds(*given)["v_star"] / bound.rounding * (1 + bound.formula)) <= 1
+
+
+@each_form
+def test_math_h_is_as_accurate_as_assumed(form, tmp_path):
+    """A sample: cbrt and pow of this machine against exact powers."""
+    source = (
+        "#include <math.h>\n"
+        "static inline double viscopade_cbrt(double x) { return cbrt(x); }\n"
+        "static inline double viscopade_pow(double x) { return pow(x, 0.1); }\n"
+        "static inline float viscopade_cbrtf(float x) { return cbrtf(x); }\n"
+        "static inline float viscopade_powf(float x) { return powf(x, 0.1f); }\n"
+    )
+    library = compiled.build(tmp_path, [re.sub(r"\) \{ (.*) \}", r")\n{ \1 }", source)])
+    generator = random.Random(7)
+    exponent = {"cbrt": Fraction(1, 3), "pow": Fraction(form.nearest(Fraction("0.1")))}
+    for name in ("cbrt", "pow"):
+        worst = 0.0
+        for _ in range(3000):
+            x = float(TYPES[form.name](2.0 ** generator.uniform(-120, 120)))
+            found = library[name + form.suffix](x)
+            with working(128):
+                true = (arb(x).log() * exponent[name].numerator / exponent[name].denominator).exp()
+                worst = max(worst, float(abs(found - true) / float(form.ulp(Fraction(found)))))
+        assert 0.3 < worst < rounding_bounds.ULPS
+
+
+def test_the_fewest_coefficients_that_are_accurate_enough():
+    fewest = next(powers for powers in approximants.WHOLE if approximants.fit_whole(powers).error <= 1e-3)
+    assert kernels()[0][1].coefficients == fewest.coefficients
+    powers = inverse.inverse_powers(Fraction("1e-3"), Fraction(1, 2))
+    variant = inverse.inverse_fit(powers, Fraction(1, 2)).variants[0]
+    assert variant.form == DOUBLE
+    assert variant.error("v_star") <= Fraction("1e-3")
+    count = powers.coefficients
+    for m in range(count - 1):
+        assert approximants.fit_interval(m, count - 2 - m, "0.5").error > 1e-3
+
+
+def test_names_have_the_interval():
+    assert [kernel.name for kernel, *_ in kernels()] == ["inverse_1em3", "inverse_1em5", "inverse_e0p3_3em4"]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: inverse.inverse(0.1, 1), "epsilon_min is 1: accepted is 0, or a number"),
+        (lambda: inverse.inverse(1e-12), "accuracy of the inverse is 1e-12: accepted is a number >="),
+    ],
+)
+def test_bad_input(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
