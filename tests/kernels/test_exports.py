@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from contextlib import nullcontext
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
@@ -16,8 +17,7 @@ from tests import daily
 from tests.cli import called
 from viscopade import pade, series, store
 from viscopade.cli.main import command
-from viscopade.kernels import requests
-from viscopade.kernels.prove_rational import of_pade
+from viscopade.kernels import compact, quotient, requests
 from viscopade.kernels.requests import NAMES, PAPER_DEGREES
 
 DIRECTORY = Path(__file__).parents[2] / "exports"
@@ -99,17 +99,20 @@ for powers, form in {half_lines}:
 
 def test_coefficients_do_not_depend_on_the_processor():
     """NumPy's last digits do: here without its faster instructions, and with another BLAS kernel."""
-    quotients, half_lines = requests.RECOMMENDED.quotients(), requests.COMPACT.half_line_kernels()
+    end, measure = Fraction(requests.RECOMMENDED.v_star_max), requests.COMPACT.measure
+    quotients = [quotient.accurate_fit(Fraction(a), Fraction(0), end, "both") for a in requests.RECOMMENDED.accuracy]
+    chosen = [compact.compact_powers(Fraction(accuracy), measure) for accuracy in requests.COMPACT.accuracy]
+    half_lines = [(powers, compact.compact_fit(powers, measure)) for powers in chosen]
     code = FITS.format(
-        quotients=[(k.m, k.n, variant.form.name) for k in quotients for variant in k.variants],
-        half_lines=[(k.powers, variant.form.name) for k in half_lines for variant in k.variants],
+        quotients=[(len(v.a) - 1, len(v.b) - 1, v.form.name) for fitted in quotients for v in fitted.variants],
+        half_lines=[(powers, v.form.name) for powers, fitted in half_lines for v in fitted.variants],
         end=requests.RECOMMENDED.v_star_max,
-        measure=requests.COMPACT.measure,
+        measure=measure,
     )
     old = {"NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX2 FMA3", "OPENBLAS_CORETYPE": "Nehalem"}
     words = [sys.executable, "-W", "ignore", "-c", code]
     run = subprocess.run(words, env={**os.environ, **old}, check=True, capture_output=True, text=True)
-    ours = [(variant.a, variant.b) for kernel in [*quotients, *half_lines] for variant in kernel.variants]
+    ours = [(v.a, v.b) for fitted in (*quotients, *(fitted for _, fitted in half_lines)) for v in fitted.variants]
     assert run.stdout.splitlines() == [str(pair) for pair in ours]
     assert len(ours) >= 8
 
@@ -123,10 +126,10 @@ def test_no_trace_of_the_machine(name):
 @pytest.mark.parametrize(("m", "n"), PAPER_DEGREES)
 def test_kernel_states_the_first_deviation_with_its_sign(m, n):
     """[m/n] - eps = next_term v*^(m+n+1) + …, against the series at a small v*."""
-    k = of_pade(m, n)
+    next_term = quotient.proven_pade(m, n).next_term
     with mp.workdps(200):
         v = mpf("1e-15")
         h = series(m + n + 3, 180).decimals()
         a, b = (mp.polyval([mpf(x) for x in c[::-1]], v) for c in pade(m, n, 180).decimals())
         deviation = (a / b - mp.polyval([mpf(x) for x in h[::-1]], v)) / v ** (m + n + 1)
-        assert mp.almosteq(deviation, mpf(str(k.next_term)), rel_eps=mpf("1e-9"))
+        assert mp.almosteq(deviation, mpf(str(next_term)), rel_eps=mpf("1e-9"))

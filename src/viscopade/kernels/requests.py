@@ -9,10 +9,8 @@ from typing import Any
 
 from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.decimals import identifier
-from viscopade.kernels import catalogue, compact, inverse, prove_lacunary, prove_rational, quotient
+from viscopade.kernels import catalogue, compact, inverse, prove_lacunary, quotient
 from viscopade.kernels.catalogue import Entry
-from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
-from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.names import FAST, LANGUAGES, SERIES_DIGITS, SERIES_ORDER, TABLES, TARGETS, TIERS
 from viscopade.kernels.targets import last_place, speed
@@ -137,35 +135,6 @@ class Request:
                 texts = (item if isinstance(item, str) else "/".join(map(str, item)) for item in given)
                 words += (f"--{option.name.replace('_', '-')} {text}".rstrip() for text in texts)
         return " ".join(words)
-
-    def quotients(self) -> list[Quotient]:
-        """Return the requested quotients of polynomials, with their proofs.
-
-        Raises
-        ------
-        ValueError
-            If an approximant does not exist or is eps = 1, or cannot be as accurate as wanted.
-        """
-        law = law_of(self.law)
-        for m, n in self.pade:
-            if m + n < law.d:
-                raise ValueError(f"pade is {m}/{n}: accepted is m + n >= {law.d}, as 1 - eps begins with v*^{law.d}")
-        ends = self.v_star_max, self.v_star_min, self.measure
-        found: list[Quotient] = [
-            prove_rational.of_pade(m, n) if law == VISCOELASTIC else prove_rational.sampled_pade(m, n, law)
-            for m, n in self.pade
-        ]
-        found += (prove_rational.of_minimax(m, n, *ends) for m, n in self.minimax)
-        found += (prove_rational.accurate(accuracy, *ends) for accuracy in self.accuracy)
-        return found
-
-    def half_line_kernels(self) -> list[HalfLineKernel]:
-        """Return the requested kernels for all v* >= 0, with their proofs; errors as for `quotients`."""
-        return [prove_lacunary.half_line_kernel(accuracy, self.measure) for accuracy in self.accuracy]
-
-    def inverse_kernels(self) -> list[InverseKernel]:
-        """Return the requested inverse kernels, with their proofs; errors as for `quotients`."""
-        return [prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse]
 
     def render(self, target: str, module: str | None = None) -> str:
         """Return the text that `viscopade export` makes; `module` is the module's name, if it has one of its own.
