@@ -2,8 +2,7 @@
 //
 //     node examples/vectors/check.mjs exports/vectors_compact.json [MODULE.mjs]
 //
-// Vectors of functions that the module does not have are left out, and so are those beyond the functions' domain, which
-// are the list "beyond" of a file. Exit status: 0 if all pass.
+// Vectors of functions that the module does not have are left out. Exit status: 0 if all pass.
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 

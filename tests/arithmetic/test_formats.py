@@ -69,3 +69,14 @@ def test_literals_of_doubles_read_back(x: float) -> None:
 def test_literals_of_floats_read_back(x: float) -> None:
     assert float.fromhex(FLOAT.hexadecimal(x).removesuffix("f")) == x
     assert FLOAT.nearest(decimal_value(FLOAT.decimal(x).removesuffix("f"))) == x
+
+
+@each_form
+def test_subnormal_and_infinite_numbers(form: Format) -> None:
+    smallest = form.smallest
+    largest = (2 - Fraction(form.epsilon)) * Fraction(2) ** form.largest
+    assert smallest == Fraction(2) ** (2 - form.largest - form.precision) == form.ulp(smallest)
+    assert form.rounded(smallest / 2) == 0
+    assert form.rounded(smallest * 3 / 4) == form.rounded(smallest) == smallest
+    assert form.rounded(largest) == largest
+    assert form.rounded(2 * largest) == float("inf") == -form.rounded(-2 * largest)
