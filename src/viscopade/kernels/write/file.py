@@ -30,10 +30,10 @@ from viscopade.theory.law import VISCOELASTIC, Law
 HEAD = 25
 """Lines at the beginning of a file, with those that begin and end the comment."""
 SPDX = "SPDX-License-Identifier: MIT"
-PAGE = "docs/usage/kernels.md"
+PAGE = "docs/reference/kernels.md"
 """The generated page: what is assumed, special values, monotonicity."""
 
-_DIGITS = 2  # of a printed bound
+_DIGITS = 3  # of a printed bound
 _COLUMNS = 116  # of the head
 _OF_RANGES = 6  # digits of a range
 _LONG = 6  # digits before the point; a longer number has an exponent
@@ -149,12 +149,13 @@ def call(kernel: Kernel, function: Function, language: Language, arguments: Sequ
 
 
 def error_text(bound: ErrorBound) -> str:
-    """Return an error as text, rounded up: E m + R r."""
-    by_m, by_r = bound.relative, bound.last
-    if bound.relative_to == "value":
-        by_m, by_r = Fraction(0), by_r + by_m
-    sizes = (by_m, "m"), (by_r, "r"), (bound.ulps, "ulp")
-    return " + ".join(f"{at_most(size, _DIGITS)} {unit}" for size, unit in sizes if size) or "0"
+    """Return an error as text, rounded up: E m + R r. Rounding that E would not show is in R: m is at most r."""
+    unit = "r" if bound.relative_to == "value" else "m"
+    seen = bound.rounding * 10**_DIGITS > bound.formula
+    sizes = [(bound.formula + seen * bound.rounding, unit), (bound.last + (not seen) * bound.rounding, "r")]
+    if unit == "r" and seen:
+        sizes = [(sum(size for size, _ in sizes), "r")]
+    return " + ".join(f"{at_most(size, _DIGITS)} {of}" for size, of in (*sizes, (bound.ulps, "ulp")) if size) or "0"
 
 
 def stated(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> list[ErrorBound]:
