@@ -8,12 +8,12 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
  * x returns to 0.
  *
- * function                                         range                       error, double         error, float
- * viscopade_restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 m + 2.3e-13 r  2.1e-4 m + 1.9e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.4e-6 m + 2.3e-13 r  3.4e-6 m + 1.9e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 m + 2.4e-13 r  -
+ * function                                         range                       error, double           error, float
+ * viscopade_restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 1.81e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 1.81e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
  * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
- * outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
+ * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): double eps = viscopade_restitution_compact_1em7(2.0, 1.307);
  * Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -200,9 +200,9 @@ VISCOPADE_KERNEL(0xddb1d416)
 
 /*
  * eps.
- * Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERROR 2.1e-4 /* m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -234,12 +234,12 @@ VISCOPADE_CALLED(restitution, compact_1em3, double, viscopade_restitution_compac
 
 /*
  * eps.
- * Error on the host <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <=
- * v* <= 4060.
- * Error on the device <= 2.1e-4 m + 9.2e-6 r for 0.001 <= v* <= 10; 2.1e-4 m + 1.9e-5 r for 1.63e-4 <=
- * v* <= 4060.
+ * Error on the host <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4
+ * <= v* <= 4060.
+ * Error on the device <= 2.09e-4 m + 9.11e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
+ * 1.63e-4 <= v* <= 4060.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERRORF 2.1e-4 /* m + 1.9e-5 r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -271,9 +271,9 @@ VISCOPADE_CALLED(restitution, compact_1em3, float, viscopade_restitution_compact
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM3_ERROR 2.1e-4 /* m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_REBOUND_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -305,12 +305,12 @@ VISCOPADE_CALLED(rebound, compact_1em3, double, viscopade_rebound_compact_1em3)
 
 /*
  * eps speed, the speed after the collision.
- * Error on the host <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <=
- * v* <= 4060.
- * Error on the device <= 2.1e-4 m + 9.3e-6 r for 0.001 <= v* <= 10; 2.1e-4 m + 1.9e-5 r for 1.63e-4 <=
- * v* <= 4060.
+ * Error on the host <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4
+ * <= v* <= 4060.
+ * Error on the device <= 2.09e-4 m + 9.21e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
+ * 1.63e-4 <= v* <= 4060.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM3_ERRORF 2.1e-4 /* m + 1.9e-5 r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_REBOUND_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -342,9 +342,9 @@ VISCOPADE_CALLED(rebound, compact_1em3, float, viscopade_rebound_compact_1em3f)
 
 /*
  * 1 - eps^2.
- * Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERROR 2.1e-4 /* r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERROR 2.1e-4 /* r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -377,10 +377,10 @@ VISCOPADE_CALLED(dissipation, compact_1em3, double, viscopade_dissipation_compac
 
 /*
  * 1 - eps^2.
- * Error on the host <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
- * Error on the device <= 2.2e-4 r for 0.001 <= v* <= 10; 2.3e-4 r for 1.63e-4 <= v* <= 4060.
+ * Error on the host <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
+ * Error on the device <= 2.18e-4 r for 0.001 <= v* <= 10; 2.21e-4 r for 1.63e-4 <= v* <= 4060.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERRORF 2.3e-4 /* r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERRORF 2.21e-4 /* r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -430,9 +430,9 @@ VISCOPADE_KERNEL(0x675c53ac)
 
 /*
  * eps.
- * Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERROR 3.4e-6 /* m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -467,12 +467,12 @@ VISCOPADE_CALLED(restitution, compact_1em5, double, viscopade_restitution_compac
 
 /*
  * eps.
- * Error on the host <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <=
+ * Error on the host <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <=
  * v* <= 4060.
- * Error on the device <= 3.4e-6 m + 9.4e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.9e-5 r for 1.63e-4 <=
- * v* <= 4060.
+ * Error on the device <= 3.4e-6 m + 9.31e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for 1.63e-4
+ * <= v* <= 4060.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 1.9e-5 r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -507,9 +507,9 @@ VISCOPADE_CALLED(restitution, compact_1em5, float, viscopade_restitution_compact
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM5_ERROR 3.4e-6 /* m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_REBOUND_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -544,12 +544,12 @@ VISCOPADE_CALLED(rebound, compact_1em5, double, viscopade_rebound_compact_1em5)
 
 /*
  * eps speed, the speed after the collision.
- * Error on the host <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <=
+ * Error on the host <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <=
  * v* <= 4060.
- * Error on the device <= 3.4e-6 m + 9.4e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.9e-5 r for 1.63e-4 <=
- * v* <= 4060.
+ * Error on the device <= 3.4e-6 m + 9.31e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for 1.63e-4
+ * <= v* <= 4060.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 1.9e-5 r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_REBOUND_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -584,9 +584,9 @@ VISCOPADE_CALLED(rebound, compact_1em5, float, viscopade_rebound_compact_1em5f)
 
 /*
  * 1 - eps^2.
- * Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERROR 3.4e-6 /* r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERROR 3.37e-6 /* r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -622,10 +622,10 @@ VISCOPADE_CALLED(dissipation, compact_1em5, double, viscopade_dissipation_compac
 
 /*
  * 1 - eps^2.
- * Error on the host <= 1.6e-5 r for 0.001 <= v* <= 10; 1.9e-5 r for 1.63e-4 <= v* <= 4060.
- * Error on the device <= 1.2e-5 r for 0.001 <= v* <= 10; 1.5e-5 r for 1.63e-4 <= v* <= 4060.
+ * Error on the host <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
+ * Error on the device <= 1.2e-5 r for 0.001 <= v* <= 10; 1.45e-5 r for 1.63e-4 <= v* <= 4060.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERRORF 1.5e-5 /* r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERRORF 1.45e-5 /* r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -678,9 +678,9 @@ VISCOPADE_KERNEL(0x9751b870)
 
 /*
  * eps.
- * Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM7_ERROR 2.8e-8 /* m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -720,9 +720,9 @@ VISCOPADE_CALLED(restitution, compact_1em7, double, viscopade_restitution_compac
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM7_ERROR 2.8e-8 /* m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_REBOUND_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -762,9 +762,9 @@ VISCOPADE_CALLED(rebound, compact_1em7, double, viscopade_rebound_compact_1em7)
 
 /*
  * 1 - eps^2.
- * Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM7_ERROR 2.8e-8 /* r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM7_ERROR 2.8e-8 /* r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);

@@ -7,12 +7,12 @@
 ! End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 ! x returns to 0.
 !
-! function                               range                       error, double         error, float
-! restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 m + 2.3e-13 r  2.1e-4 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-! restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.4e-6 m + 2.3e-13 r  3.4e-6 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-! restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 m + 2.4e-13 r  -
+! function                               range                       error, double           error, float
+! restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+! restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+! restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
 ! E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-! outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
+! outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 !
 ! Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = restitution_compact_1em7(2.0_real64, 1.307_real64)
 ! Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -66,7 +66,7 @@ public :: dissipation_compact_1em7
 contains
 
 ! eps.
-! Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -112,7 +112,8 @@ pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) r
 end function
 
 ! eps.
-! Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+! Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4 <= v* <=
+! 4060.
 pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -158,7 +159,7 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -204,7 +205,8 @@ pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) resul
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+! Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4 <= v* <=
+! 4060.
 pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -250,7 +252,7 @@ pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) resul
 end function
 
 ! 1 - eps^2.
-! Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -297,7 +299,7 @@ pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) r
 end function
 
 ! 1 - eps^2.
-! Error <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
+! Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -344,7 +346,7 @@ pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) r
 end function
 
 ! eps.
-! Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -393,7 +395,7 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
 end function
 
 ! eps.
-! Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+! Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -442,7 +444,7 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -491,7 +493,7 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+! Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -540,7 +542,7 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
 end function
 
 ! 1 - eps^2.
-! Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -590,7 +592,7 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
 end function
 
 ! 1 - eps^2.
-! Error <= 1.6e-5 r for 0.001 <= v* <= 10; 1.9e-5 r for 1.63e-4 <= v* <= 4060.
+! Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
 pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -640,7 +642,7 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
 end function
 
 ! eps.
-! Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -694,7 +696,7 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -748,7 +750,7 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
 end function
 
 ! 1 - eps^2.
-! Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta

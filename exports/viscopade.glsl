@@ -8,14 +8,14 @@
 // x returns to 0.
 //
 // function                                         range                  error, float
-// viscopade_restitution_compact_1em3(speed, beta)  1.63e-4 <= v* <= 4060  2.1e-4 m + 3.5e-5 r
-// viscopade_rebound_compact_1em3(speed, beta)      1.63e-4 <= v* <= 4060  2.1e-4 m + 3.5e-5 r
+// viscopade_restitution_compact_1em3(speed, beta)  1.63e-4 <= v* <= 4060  2.09e-4 m + 3.41e-5 r
+// viscopade_rebound_compact_1em3(speed, beta)      1.63e-4 <= v* <= 4060  2.09e-4 m + 3.41e-5 r
 // viscopade_dissipation_compact_1em3(speed, beta)  1.63e-4 <= v* <= 4060  2.3e-4 r
-// viscopade_restitution_compact_1em5(speed, beta)  1.63e-4 <= v* <= 4060  3.4e-6 m + 3.5e-5 r
-// viscopade_rebound_compact_1em5(speed, beta)      1.63e-4 <= v* <= 4060  3.4e-6 m + 3.5e-5 r
-// viscopade_dissipation_compact_1em5(speed, beta)  1.63e-4 <= v* <= 4060  2.4e-5 r
+// viscopade_restitution_compact_1em5(speed, beta)  1.63e-4 <= v* <= 4060  3.4e-6 m + 3.41e-5 r
+// viscopade_rebound_compact_1em5(speed, beta)      1.63e-4 <= v* <= 4060  3.4e-6 m + 3.41e-5 r
+// viscopade_dissipation_compact_1em5(speed, beta)  1.63e-4 <= v* <= 4060  2.35e-5 r
 // E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-// outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
+// outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 //
 // Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): float eps = viscopade_restitution_compact_1em5(2.0, 1.307);
 // Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -36,7 +36,8 @@
 #define VISCOPADE_COMPACT_1EM3 0x2c4f08f8
 
 // eps.
-// Error <= 2.1e-4 m + 1.7e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 3.5e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 2.09e-4 m + 1.61e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 3.41e-5 r for 1.63e-4 <= v* <=
+// 4060.
 highp float viscopade_restitution_compact_1em3(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
@@ -69,7 +70,8 @@ highp float viscopade_restitution_compact_1em3(highp float speed, highp float be
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.1e-4 m + 1.7e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 3.5e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 2.09e-4 m + 1.61e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 3.41e-5 r for 1.63e-4 <= v* <=
+// 4060.
 highp float viscopade_rebound_compact_1em3(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
@@ -102,7 +104,7 @@ highp float viscopade_rebound_compact_1em3(highp float speed, highp float beta)
 }
 
 // 1 - eps^2.
-// Error <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
+// Error <= 2.26e-4 r for 0.001 <= v* <= 10; 2.3e-4 r for 1.63e-4 <= v* <= 4060.
 highp float viscopade_dissipation_compact_1em3(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
@@ -143,7 +145,7 @@ highp float viscopade_dissipation_compact_1em3(highp float speed, highp float be
 #define VISCOPADE_COMPACT_1EM5 0xd9a92d4e
 
 // eps.
-// Error <= 3.4e-6 m + 1.8e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 3.5e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.71e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 3.41e-5 r for 1.63e-4 <= v* <= 4060.
 highp float viscopade_restitution_compact_1em5(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
@@ -179,7 +181,7 @@ highp float viscopade_restitution_compact_1em5(highp float speed, highp float be
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.4e-6 m + 1.8e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 3.5e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.71e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 3.41e-5 r for 1.63e-4 <= v* <= 4060.
 highp float viscopade_rebound_compact_1em5(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
@@ -215,7 +217,7 @@ highp float viscopade_rebound_compact_1em5(highp float speed, highp float beta)
 }
 
 // 1 - eps^2.
-// Error <= 2e-5 r for 0.001 <= v* <= 10; 2.4e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 1.95e-5 r for 0.001 <= v* <= 10; 2.35e-5 r for 1.63e-4 <= v* <= 4060.
 highp float viscopade_dissipation_compact_1em5(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;

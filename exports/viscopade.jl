@@ -7,12 +7,12 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 # x returns to 0.
 #
-# function                                         range                       error, double         error, float
-# Viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 m + 2.3e-13 r  2.1e-4 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-# Viscopade.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.4e-6 m + 2.3e-13 r  3.4e-6 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-# Viscopade.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 m + 2.4e-13 r  -
+# function                                         range                       error, double           error, float
+# Viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# Viscopade.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# Viscopade.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-# outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
+# outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = Viscopade.restitution_compact_1em7(2.0, 1.307)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -23,7 +23,7 @@ const VERSION = v"2.0.0"
 const VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 # eps.
-# Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function restitution_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -52,7 +52,8 @@ function restitution_compact_1em3(speed::Float64, beta::Float64)
 end
 
 # eps.
-# Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4 <= v* <=
+# 4060.
 function restitution_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -81,7 +82,7 @@ function restitution_compact_1em3(speed::Float32, beta::Float32)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function rebound_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -110,7 +111,8 @@ function rebound_compact_1em3(speed::Float64, beta::Float64)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4 <= v* <=
+# 4060.
 function rebound_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -139,7 +141,7 @@ function rebound_compact_1em3(speed::Float32, beta::Float32)
 end
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function dissipation_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -169,7 +171,7 @@ function dissipation_compact_1em3(speed::Float64, beta::Float64)
 end
 
 # 1 - eps^2.
-# Error <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
+# Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
 function dissipation_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -199,7 +201,7 @@ function dissipation_compact_1em3(speed::Float32, beta::Float32)
 end
 
 # eps.
-# Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function restitution_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -231,7 +233,7 @@ function restitution_compact_1em5(speed::Float64, beta::Float64)
 end
 
 # eps.
-# Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
 function restitution_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -263,7 +265,7 @@ function restitution_compact_1em5(speed::Float32, beta::Float32)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function rebound_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -295,7 +297,7 @@ function rebound_compact_1em5(speed::Float64, beta::Float64)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
 function rebound_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -327,7 +329,7 @@ function rebound_compact_1em5(speed::Float32, beta::Float32)
 end
 
 # 1 - eps^2.
-# Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function dissipation_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -360,7 +362,7 @@ function dissipation_compact_1em5(speed::Float64, beta::Float64)
 end
 
 # 1 - eps^2.
-# Error <= 1.6e-5 r for 0.001 <= v* <= 10; 1.9e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
 function dissipation_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -393,7 +395,7 @@ function dissipation_compact_1em5(speed::Float32, beta::Float32)
 end
 
 # eps.
-# Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function restitution_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -430,7 +432,7 @@ function restitution_compact_1em7(speed::Float64, beta::Float64)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function rebound_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -467,7 +469,7 @@ function rebound_compact_1em7(speed::Float64, beta::Float64)
 end
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 function dissipation_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270

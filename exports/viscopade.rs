@@ -7,12 +7,12 @@
 // End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 // x returns to 0.
 //
-// function                                          range                       error, double         error, float
-// viscopade::restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 m + 2.3e-13 r  2.1e-4 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-// viscopade::restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.4e-6 m + 2.3e-13 r  3.4e-6 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-// viscopade::restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 m + 2.4e-13 r  -
+// function                                          range                       error, double           error, float
+// viscopade::restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// viscopade::restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+// viscopade::restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
 // E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-// outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
+// outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 //
 // Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): let eps = viscopade::restitution_compact_1em7(2.0, 1.307);
 // Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -21,7 +21,7 @@ pub const VERSION: &str = "2.0.0";
 pub const VERSION_NUMBER: u32 = 20000; // 10000 major + 100 minor + patch
 
 // eps.
-// Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -51,7 +51,8 @@ pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
 }
 
 // eps.
-// Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4 <= v* <=
+// 4060.
 pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
     let largest: f32 = 1.329228e36;
@@ -81,7 +82,7 @@ pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -111,7 +112,8 @@ pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4 <= v* <=
+// 4060.
 pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
     let largest: f32 = 1.329228e36;
@@ -141,7 +143,7 @@ pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // 1 - eps^2.
-// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -172,7 +174,7 @@ pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
 }
 
 // 1 - eps^2.
-// Error <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
+// Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
 pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
     let largest: f32 = 1.329228e36;
@@ -203,7 +205,7 @@ pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps.
-// Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -236,7 +238,7 @@ pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 // eps.
-// Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
 pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
     let largest: f32 = 1.329228e36;
@@ -269,7 +271,7 @@ pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -302,7 +304,7 @@ pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
 pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
     let largest: f32 = 1.329228e36;
@@ -335,7 +337,7 @@ pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // 1 - eps^2.
-// Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -369,7 +371,7 @@ pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 // 1 - eps^2.
-// Error <= 1.6e-5 r for 0.001 <= v* <= 10; 1.9e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
 pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
     let largest: f32 = 1.329228e36;
@@ -403,7 +405,7 @@ pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps.
-// Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -441,7 +443,7 @@ pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -479,7 +481,7 @@ pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
 }
 
 // 1 - eps^2.
-// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;

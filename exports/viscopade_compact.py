@@ -8,11 +8,11 @@
 # x returns to 0.
 #
 # function                                         range                       error, double
-# viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 m + 2.3e-13 r
-# viscopade.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.4e-6 m + 2.3e-13 r
-# viscopade.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 m + 2.4e-13 r
+# viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
+# viscopade.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r
+# viscopade.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-# outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
+# outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = viscopade.restitution_compact_1em7(2.0, 1.307)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -24,7 +24,7 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 def restitution_compact_1em3(speed: float, beta: float) -> float:
     """Return eps."""
     thirtieth = 0.03333333333333333
@@ -52,7 +52,7 @@ def restitution_compact_1em3(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 def rebound_compact_1em3(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -80,7 +80,7 @@ def rebound_compact_1em3(speed: float, beta: float) -> float:
 
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 def dissipation_compact_1em3(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
@@ -109,7 +109,7 @@ def dissipation_compact_1em3(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 def restitution_compact_1em5(speed: float, beta: float) -> float:
     """Return eps."""
     thirtieth = 0.03333333333333333
@@ -140,7 +140,7 @@ def restitution_compact_1em5(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 def rebound_compact_1em5(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -171,7 +171,7 @@ def rebound_compact_1em5(speed: float, beta: float) -> float:
 
 
 # 1 - eps^2.
-# Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 def dissipation_compact_1em5(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
@@ -203,7 +203,7 @@ def dissipation_compact_1em5(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 def restitution_compact_1em7(speed: float, beta: float) -> float:
     """Return eps."""
     thirtieth = 0.03333333333333333
@@ -239,7 +239,7 @@ def restitution_compact_1em7(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 def rebound_compact_1em7(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -275,7 +275,7 @@ def rebound_compact_1em7(speed: float, beta: float) -> float:
 
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 def dissipation_compact_1em7(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333

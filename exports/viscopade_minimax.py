@@ -8,14 +8,14 @@
 # x returns to 0.
 #
 # function                                            range          error, double
-# viscopade.epsilon_minimax_v5_1em3(v_star)           v* <= 5        9.9e-4 m + 9.1e-16 r
-# viscopade.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99992  9.9e-4 m + 9.2e-16 r
-# viscopade.epsilon_minimax_v5_1em5(v_star)           v* <= 5        2.9e-6 m + 1.7e-15 r
-# viscopade.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99992  2.9e-6 m + 1.8e-15 r
-# viscopade.epsilon_minimax_v5_1em8(v_star)           v* <= 5        3.1e-9 m + 2.5e-15 r
-# viscopade.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99992  3.1e-9 m + 2.6e-15 r
+# viscopade.epsilon_minimax_v5_1em3(v_star)           v* <= 5        9.87e-4 m + 9.1e-16 r
+# viscopade.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99992  9.87e-4 m + 1.87e-14 r
+# viscopade.epsilon_minimax_v5_1em5(v_star)           v* <= 5        2.84e-6 m + 1.7e-15 r
+# viscopade.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99992  2.84e-6 m + 1.94e-14 r
+# viscopade.epsilon_minimax_v5_1em8(v_star)           v* <= 5        3.06e-9 m + 2.5e-15 r
+# viscopade.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99992  3.06e-9 m + 2.02e-14 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-# outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
+# outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = viscopade.restitution_minimax_v5_1em8(2.0, 1.307)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -27,7 +27,7 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 9.9e-4 m + 9.1e-16 r for v* <= 5.
+# Error <= 9.87e-4 m + 9.1e-16 r for v* <= 5.
 def epsilon_minimax_v5_1em3(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -46,7 +46,8 @@ def epsilon_minimax_v5_1em3(v_star: float) -> float:
 
 
 # eps.
-# Error <= 9.9e-4 m + 9.2e-16 r for v* <= 4.99992.
+# Error <= 9.87e-4 m + 5.95e-15 r for v* <= 4.99992, 1e-30 <= speed <= 1e+30; 9.87e-4 m + 1.87e-14 r
+# for v* <= 4.99992.
 def restitution_minimax_v5_1em3(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -68,7 +69,7 @@ def restitution_minimax_v5_1em3(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 2.9e-6 m + 1.7e-15 r for v* <= 5.
+# Error <= 2.84e-6 m + 1.7e-15 r for v* <= 5.
 def epsilon_minimax_v5_1em5(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -93,7 +94,8 @@ def epsilon_minimax_v5_1em5(v_star: float) -> float:
 
 
 # eps.
-# Error <= 2.9e-6 m + 1.8e-15 r for v* <= 4.99992.
+# Error <= 2.84e-6 m + 6.74e-15 r for v* <= 4.99992, 1e-30 <= speed <= 1e+30; 2.84e-6 m + 1.94e-14 r
+# for v* <= 4.99992.
 def restitution_minimax_v5_1em5(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -121,7 +123,7 @@ def restitution_minimax_v5_1em5(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 3.1e-9 m + 2.5e-15 r for v* <= 5.
+# Error <= 3.06e-9 m + 2.5e-15 r for v* <= 5.
 def epsilon_minimax_v5_1em8(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -152,7 +154,8 @@ def epsilon_minimax_v5_1em8(v_star: float) -> float:
 
 
 # eps.
-# Error <= 3.1e-9 m + 2.6e-15 r for v* <= 4.99992.
+# Error <= 3.06e-9 m + 7.54e-15 r for v* <= 4.99992, 1e-30 <= speed <= 1e+30; 3.06e-9 m + 2.02e-14 r
+# for v* <= 4.99992.
 def restitution_minimax_v5_1em8(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0

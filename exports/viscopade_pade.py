@@ -8,16 +8,16 @@
 # x returns to 0.
 #
 # function                                     range          error, double
-# viscopade.epsilon_pade_0_3(v_star)           v* <= 5        4.7 m + 3.5e-15 r
-# viscopade.restitution_pade_0_3(speed, beta)  v* <= 4.99992  4.7 m + 3.6e-15 r
-# viscopade.epsilon_pade_1_4(v_star)           v* <= 5        0.36 m + 1.6e-15 r
-# viscopade.restitution_pade_1_4(speed, beta)  v* <= 4.99992  0.36 m + 1.7e-15 r
-# viscopade.epsilon_pade_2_5(v_star)           v* <= 5        0.79 m + 5.5e-15 r
-# viscopade.restitution_pade_2_5(speed, beta)  v* <= 4.99992  0.79 m + 5.6e-15 r
+# viscopade.epsilon_pade_0_3(v_star)           v* <= 5        4.68 m + 3.5e-15 r
+# viscopade.restitution_pade_0_3(speed, beta)  v* <= 4.99992  4.68 m + 1.04e-13 r
+# viscopade.epsilon_pade_1_4(v_star)           v* <= 5        0.357 m + 1.6e-15 r
+# viscopade.restitution_pade_1_4(speed, beta)  v* <= 4.99992  0.357 m + 2.56e-14 r
+# viscopade.epsilon_pade_2_5(v_star)           v* <= 5        0.785 m + 5.5e-15 r
+# viscopade.restitution_pade_2_5(speed, beta)  v* <= 4.99992  0.785 m + 3.71e-14 r
 # viscopade.epsilon_pade_3_6(v_star)           v* <= 5        0.064 m + 2e-15 r
-# viscopade.restitution_pade_3_6(speed, beta)  v* <= 4.99992  0.065 m + 2.1e-15 r
+# viscopade.restitution_pade_3_6(speed, beta)  v* <= 4.99992  0.064 m + 2.09e-14 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-# outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
+# outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = viscopade.restitution_pade_3_6(2.0, 1.307)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -29,8 +29,8 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 0.068 m + 3.5e-15 r for v* <= 0.5; 0.18 m + 3.5e-15 r for v* <= 1; 0.92 m + 3.5e-15 r for
-# v* <= 2; 4.7 m + 3.5e-15 r for v* <= 5.
+# Error <= 0.0673 m + 3.5e-15 r for v* <= 0.5; 0.179 m + 3.5e-15 r for v* <= 1; 0.916 m + 3.5e-15 r
+# for v* <= 2; 4.68 m + 3.5e-15 r for v* <= 5.
 def epsilon_pade_0_3(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -50,8 +50,11 @@ def epsilon_pade_0_3(v_star: float) -> float:
 
 
 # eps.
-# Error <= 0.068 m + 3.6e-15 r for v* <= 0.499992; 0.18 m + 3.6e-15 r for v* <= 0.999984; 0.92 m +
-# 3.6e-15 r for v* <= 1.99996; 4.7 m + 3.6e-15 r for v* <= 4.99992.
+# Error <= 0.0673 m + 8.88e-15 r for v* <= 0.499992, 1e-30 <= speed <= 1e+30; 0.0673 m + 2.24e-14 r
+# for v* <= 0.499992; 0.179 m + 9.44e-15 r for v* <= 0.999984, 1e-30 <= speed <= 1e+30; 0.179 m +
+# 2.44e-14 r for v* <= 0.999984; 0.916 m + 1.32e-14 r for v* <= 1.99996, 1e-30 <= speed <= 1e+30;
+# 0.916 m + 3.74e-14 r for v* <= 1.99996; 4.68 m + 3.21e-14 r for v* <= 4.99992, 1e-30 <= speed <=
+# 1e+30; 4.68 m + 1.04e-13 r for v* <= 4.99992.
 def restitution_pade_0_3(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -74,8 +77,8 @@ def restitution_pade_0_3(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 0.0019 m + 1.6e-15 r for v* <= 0.5; 0.013 m + 1.6e-15 r for v* <= 1; 0.09 m + 1.6e-15 r for
-# v* <= 2; 0.36 m + 1.6e-15 r for v* <= 5.
+# Error <= 0.00185 m + 1.6e-15 r for v* <= 0.5; 0.0122 m + 1.6e-15 r for v* <= 1; 0.0899 m + 1.6e-15 r
+# for v* <= 2; 0.357 m + 1.6e-15 r for v* <= 5.
 def epsilon_pade_1_4(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -99,8 +102,11 @@ def epsilon_pade_1_4(v_star: float) -> float:
 
 
 # eps.
-# Error <= 0.0019 m + 1.7e-15 r for v* <= 0.499992; 0.013 m + 1.7e-15 r for v* <= 0.999984; 0.09 m +
-# 1.7e-15 r for v* <= 1.99996; 0.36 m + 1.7e-15 r for v* <= 4.99992.
+# Error <= 0.00185 m + 6.65e-15 r for v* <= 0.499992, 1e-30 <= speed <= 1e+30; 0.00185 m + 1.94e-14 r
+# for v* <= 0.499992; 0.0122 m + 6.7e-15 r for v* <= 0.999984, 1e-30 <= speed <= 1e+30; 0.0122 m +
+# 1.95e-14 r for v* <= 0.999984; 0.0899 m + 7.09e-15 r for v* <= 1.99996, 1e-30 <= speed <= 1e+30;
+# 0.0899 m + 2.09e-14 r for v* <= 1.99996; 0.357 m + 8.43e-15 r for v* <= 4.99992, 1e-30 <= speed <=
+# 1e+30; 0.357 m + 2.56e-14 r for v* <= 4.99992.
 def restitution_pade_1_4(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -127,8 +133,8 @@ def restitution_pade_1_4(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 1.5e-4 m + 5.5e-15 r for v* <= 0.5; 0.0032 m + 5.5e-15 r for v* <= 1; 0.067 m + 5.5e-15 r
-# for v* <= 2; 0.79 m + 5.5e-15 r for v* <= 5.
+# Error <= 1.47e-4 m + 5.5e-15 r for v* <= 0.5; 0.00313 m + 5.5e-15 r for v* <= 1; 0.0665 m + 5.5e-15
+# r for v* <= 2; 0.785 m + 5.5e-15 r for v* <= 5.
 def epsilon_pade_2_5(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -150,8 +156,11 @@ def epsilon_pade_2_5(v_star: float) -> float:
 
 
 # eps.
-# Error <= 1.5e-4 m + 5.6e-15 r for v* <= 0.499992; 0.0032 m + 5.6e-15 r for v* <= 0.999984; 0.067 m +
-# 5.6e-15 r for v* <= 1.99996; 0.79 m + 5.6e-15 r for v* <= 4.99992.
+# Error <= 1.47e-4 m + 1.06e-14 r for v* <= 0.499992, 1e-30 <= speed <= 1e+30; 1.47e-4 m + 2.32e-14 r
+# for v* <= 0.499992; 0.00313 m + 1.06e-14 r for v* <= 0.999984, 1e-30 <= speed <= 1e+30; 0.00313 m +
+# 2.33e-14 r for v* <= 0.999984; 0.0665 m + 1.09e-14 r for v* <= 1.99996, 1e-30 <= speed <= 1e+30;
+# 0.0665 m + 2.44e-14 r for v* <= 1.99996; 0.785 m + 1.45e-14 r for v* <= 4.99992, 1e-30 <= speed <=
+# 1e+30; 0.785 m + 3.71e-14 r for v* <= 4.99992.
 def restitution_pade_2_5(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -176,8 +185,8 @@ def restitution_pade_2_5(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 5.5e-6 m + 2e-15 r for v* <= 0.5; 2.6e-4 m + 2e-15 r for v* <= 1; 0.0066 m + 2e-15 r for v*
-# <= 2; 0.064 m + 2e-15 r for v* <= 5.
+# Error <= 5.47e-6 m + 2e-15 r for v* <= 0.5; 2.6e-4 m + 2e-15 r for v* <= 1; 0.00659 m + 2e-15 r for
+# v* <= 2; 0.064 m + 2e-15 r for v* <= 5.
 def epsilon_pade_3_6(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -206,8 +215,11 @@ def epsilon_pade_3_6(v_star: float) -> float:
 
 
 # eps.
-# Error <= 5.5e-6 m + 2.1e-15 r for v* <= 0.499992; 2.7e-4 m + 2.1e-15 r for v* <= 0.999984; 0.0066 m
-# + 2.1e-15 r for v* <= 1.99996; 0.065 m + 2.1e-15 r for v* <= 4.99992.
+# Error <= 5.47e-6 m + 7.04e-15 r for v* <= 0.499992, 1e-30 <= speed <= 1e+30; 5.47e-6 m + 1.97e-14 r
+# for v* <= 0.499992; 2.6e-4 m + 7.04e-15 r for v* <= 0.999984, 1e-30 <= speed <= 1e+30; 2.6e-4 m +
+# 1.97e-14 r for v* <= 0.999984; 0.00659 m + 7.07e-15 r for v* <= 1.99996, 1e-30 <= speed <= 1e+30;
+# 0.00659 m + 1.98e-14 r for v* <= 1.99996; 0.064 m + 7.36e-15 r for v* <= 4.99992, 1e-30 <= speed <=
+# 1e+30; 0.064 m + 2.09e-14 r for v* <= 4.99992.
 def restitution_pade_3_6(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0

@@ -7,12 +7,12 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 # x returns to 0.
 #
-# function                                         range                       error, double         error, float
-# viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 m + 2.3e-13 r  2.1e-4 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-# viscopade.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.4e-6 m + 2.3e-13 r  3.4e-6 m + 2.5e-5 r (1.63e-4 <= v* <= 4060)
-# viscopade.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 m + 2.4e-13 r  -
+# function                                         range                       error, double           error, float
+# viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-# outside the domain. Assumptions, special values, monotonicity: docs/usage/kernels.md
+# outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = viscopade.restitution_compact_1em7(wp.float64(2.0), wp.float64(1.307))
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -24,7 +24,7 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -53,7 +53,8 @@ def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
 
 
 # eps.
-# Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4 <= v* <=
+# 4060.
 @wp.func
 def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -82,7 +83,7 @@ def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.1e-4 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -111,7 +112,8 @@ def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.1e-4 m + 1.3e-5 r for 0.001 <= v* <= 10; 2.1e-4 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for 1.63e-4 <= v* <=
+# 4060.
 @wp.func
 def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -140,7 +142,7 @@ def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
 
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -170,7 +172,7 @@ def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
 
 
 # 1 - eps^2.
-# Error <= 2.3e-4 r for 1.63e-4 <= v* <= 4060.
+# Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
 @wp.func
 def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -200,7 +202,7 @@ def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
 
 
 # eps.
-# Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -232,7 +234,7 @@ def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps.
-# Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
 @wp.func
 def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -264,7 +266,7 @@ def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 2.3e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -296,7 +298,7 @@ def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 1.4e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.5e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
 @wp.func
 def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -328,7 +330,7 @@ def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
 
 
 # 1 - eps^2.
-# Error <= 3.4e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -361,7 +363,7 @@ def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # 1 - eps^2.
-# Error <= 1.6e-5 r for 0.001 <= v* <= 10; 1.9e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
 @wp.func
 def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -394,7 +396,7 @@ def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
 
 
 # eps.
-# Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -431,7 +433,7 @@ def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.8e-8 m + 2.4e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -468,7 +470,7 @@ def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
 
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)

@@ -5,6 +5,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,8 +13,10 @@ import click
 import pytest
 
 from tests.patience import HANGS
+from viscopade.arithmetic.decimals import at_most
 from viscopade.cli.main import command as viscopade
 from viscopade.collision.spheres import beta_si_from_cgs
+from viscopade.kernels import catalogue, compact
 from viscopade_lab.bench import picture
 from viscopade_lab.bench.result import from_csv
 
@@ -151,21 +154,27 @@ def test_the_table_names_headers():
     assert all(shown == file and (ROOT / "exports" / file).is_file() for shown, file, _, _ in ROWS)
 
 
+OF_ROWS = {
+    "viscopade_minimax.h": ("minimax 1e-5 v5", "epsilon", "host", "double", 5),
+    "viscopade_pade.h": ("pade 3/6", "epsilon", "host", "double", 1),
+    "viscopade_inverse.h": ("inverse 1e-5", "v_star", "host", "double", 5),
+    "viscopade.cuh": ("compact 1e-5", "restitution", "device", "float", 10),
+}
+"""Kernel, function and arithmetic of rows, and where their range ends."""
+
+
 @pytest.mark.parametrize(("file", "error"), [(file, error) for _, file, error, _ in ROWS])
-def test_the_tables_errors_are_those_that_the_files_state(file, error):
-    text = comment(file)
-    if file.endswith(".cuh"):
-        text = text.partition(" compact_1em5 ")[2].partition(" compact_1em7 ")[0]
-        (formula,) = re.findall(r"min\(eps, 1 - eps\) <= \S+ in type double and (\S+) in type float", text)
-        rounding = re.search(r"rounding of restitution:.*?\((\S+) for 1e-3 <= v <= 10\) on the device", text).group(1)
-        assert float(formula) + float(rounding) <= float(error) < 1.1 * (float(formula) + float(rounding))
+def test_the_tables_errors_are_those_of_the_kernels(file, error):
+    if file in OF_ROWS:
+        key, function, place, form, end = OF_ROWS[file]
+        bounds = catalogue.kernel(key).bound(function, place, form)
+        bound = min((b for b in bounds if b.holds_at(Fraction(end))), key=lambda b: b.formula + b.rounding + b.last)
+        rounding = bound.rounding + bound.last if form == "float" else 0  # the row of the GPU has it
+        assert error == at_most(bound.formula + rounding, 2 if form == "float" else 3)
     elif error.endswith(" ulp"):
-        assert f"at most {error.removesuffix(' ulp')} " in text
-    elif "speed" in file:
-        stated = re.search(r"min\(eps, 1 - eps\) <= (\S+) in the table, (?:(\S+) elsewhere|that of)", text)
-        assert error == max(filter(None, stated.groups()), key=float)
+        assert f"{error.removesuffix(' ulp')} " in comment(file)
     else:
-        assert error in re.findall(r"\d[\d.]*(?:e-\d+)?", " ".join(re.findall(r"proven: .formula.*?rounding", text)))
+        assert error in comment(file)
 
 
 @pytest.mark.parametrize(("file", "cost"), [(file, cost) for _, file, _, cost in ROWS])
@@ -231,9 +240,11 @@ def test_proven_errors_and_size_of_full_accuracy():
 
 
 def stated():
-    """Return all proven errors of the exported headers and of the file for other languages, as they are written."""
-    files = [*ROOT.glob("exports/*.h"), *(ROOT / "exports" / f"viscopade{name}" for name in (".cuh", "_jax.py"))]
-    return set(re.findall(r"\d\.\d\de-\d+", " ".join(comment(path.name) for path in files)))
+    """Return the proven errors of all kernels that stand ready, of the formula, and those in heads of headers."""
+    bounds = [bound for entry in catalogue.CATALOGUE.values() for bound in entry.kernel.bounds]
+    bounds += compact.half_line("1e-3").bounds + compact.half_line("1e-5").bounds + compact.half_line("1e-7").bounds
+    of_tables = " ".join(comment(path.name) for path in ROOT.glob("exports/*.h"))
+    return {at_most(bound.formula) for bound in bounds} | set(re.findall(r"\d\.\d\de-\d+", of_tables))
 
 
 @pytest.mark.parametrize("name", ["reference/exports", "reference/languages", "usage/which-kernel"])

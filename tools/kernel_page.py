@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import click
+
 from viscopade.arithmetic.decimals import at_most
 from viscopade.kernels.arithmetic import ARITHMETICS, Arithmetic
 from viscopade.kernels.catalogue import CATALOGUE, Entry
@@ -65,5 +67,11 @@ def _rows(kernel: Kernel, function: Function, names: list[str]) -> Iterator[str]
         head = ""
 
 
-if __name__ == "__main__":
+@click.command()
+def main() -> None:
+    """Write what is generated on docs/reference/kernels.md."""
     PAGE.write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
