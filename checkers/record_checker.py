@@ -416,32 +416,29 @@ def check_speeds(variant: Value, powers: Any, place: str, sample: Sample) -> Non
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def by_name(key: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of all records of a table, by what they are."""
-    return {record["key"][0]: record["value"] for record in records() if record["key"][1:] == [key]}
+def record_of(*key: Any) -> Any:
+    """Return the value of a record, by its key."""
+    return next(record["value"] for record in records() if record["key"] == list(key))
 
 
-def table_of(key: Mapping[str, Any]) -> Header:
-    """Return a table with the bounds of its other records."""
-    found = by_name(key)
-    full = "last_place_rows" in found
-    rows = tuple(tuple(map(number, row)) for row in found["last_place_rows" if full else "table_rows"])
-    bounds = found["last_place_bounds" if full else "table_bounds"]
-    kind = "double" if full else key["form"]
+def table_of(key: Mapping[str, Any], value: Value) -> Header:
+    """Return a table with its bounds; the value of a record is one of both."""
+    listed = value if isinstance(value, list) else record_of("speed table rows", key)
+    proven = value if isinstance(value, dict) else record_of("speed table bounds", key)
+    rows = tuple(tuple(map(number, row)) for row in listed)
+    stated = {name: Fraction(text) for name, text in proven.items()}
+    kind = key["form"]
     octaves, left = divmod(len(rows), 1 << key["split"])
     claim((octaves, left) == (128, 0), "the table has not 128 octaves")
     claim(all(rounded(c, PRECISION[kind]) == c for row in rows for c in row), f"a number is none of type {kind}")
-    stated = {name: Fraction(text) for name, text in bounds.items() if isinstance(text, str)}
-    if not full:
-        stated["rise"] = Fraction(found["table_rise"])
+    full = "ulp" in stated
     return Header(f"table {key}", full, kind, key["first"], octaves, 1 << key["split"], rows, stated)
 
 
 def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check rows of a table: their errors at both ends and three places, in the middle of the row and between."""
-    table = table_of(key[0])
-    bounds = value if "rounding" in value else by_name(key[0]).get("table_bounds", {})
-    rounding = bounds.get("rounding", ())
+    table = table_of(key[0], value)
+    rounding = [(kind, bound) for kind, bound in table.bounds.items() if kind in PRECISION]
     for index in sample.of(range(len(table.rows))):
         exponent, low, high = table.interval(index)
         for share in (Fraction(0), Fraction(1, 7), Fraction(1, 2), Fraction(6, 7), 1 - Fraction(1, 2**30)):
@@ -459,7 +456,7 @@ def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 
 def check_sums(
-    row: Sequence[Fraction], m: Fraction, smaller: Fraction, stated: Sequence[tuple[str, str]], what: str
+    row: Sequence[Fraction], m: Fraction, smaller: Fraction, stated: Sequence[tuple[str, Fraction]], what: str
 ) -> None:
     """Check what rounding does to a row's sum near m, in each type."""
     for kind, bound in stated:
@@ -468,20 +465,16 @@ def check_sums(
         exact = sum((c * near**k for k, c in enumerate(row)), Fraction(0))
         off = abs(in_pairs(machine, row, near) - exact) / smaller
         # The smaller of eps and 1 - eps changes by less than 2^-20 of it from m to its neighbour in the type.
-        claim(off <= Fraction(bound) * (1 + Fraction(1, 2**20)), f"{what}: rounding in type {kind} exceeds its bound")
+        claim(off <= bound * (1 + Fraction(1, 2**20)), f"{what}: rounding in type {kind} exceeds its bound")
 
 
-def check_falling(key: Sequence[Any], value: Value, sample: Sample) -> None:
-    """Check that rows fall, as recorded."""
-    table = table_of(key[0])
-    claim(value.get("falling", False), "the record says that a row may not fall")
-    for index in sample.of(range(len(table.rows))):
-        claim(falls(table, index), f"row {index} does not fall")
-
-
-def check_rise(key: Sequence[Any], value: Value, sample: Sample) -> None:
-    """Check how far eps rises from one row to the next: all of them, exactly."""
-    claim(max(0, *rises(table_of(key[0]))) == Fraction(value), "the largest rise is another one")
+def check_slope(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check that rows fall, and how far eps rises from one row to the next: all of them, exactly."""
+    table = table_of(key[0], value)
+    if not table.full:
+        for index in sample.of(range(len(table.rows))):
+            claim(falls(table, index), f"row {index} does not fall")
+        claim(max(0, *rises(table)) == table.bounds["rise"], "the largest rise is another one")
 
 
 # --- full accuracy ----------------------------------------------------------------------------------------------------
@@ -502,12 +495,11 @@ def full_value(function: str, v: Fraction) -> Fraction:
     machine, loss = Machine("double", Random(0)), function == "one_minus_epsilon"
     exponent = exponent_of(v)
     panel = 16 * (exponent + 4) + int((v / Fraction(2) ** exponent - 1) * 16)
-    row = next(record["value"] for record in records() if record["key"] == ["double_rows"])[1 + panel]
-    centre, high, slope, low, second = (number(row[n]) for n in ("centre", "a0_high", "a1_high", "a0_low", "a1_low"))
+    centre, high, slope, low, second, *a = map(number, record_of("full rows")[1 + panel])
     cleared = Fraction(int(v / Fraction(2) ** (exponent - 26))) * Fraction(2) ** (exponent - 26)
     t, t_1, t_2 = v - centre, cleared - centre, v - cleared
     claim(machine(t) == t and machine(high + slope * t_1) == high + slope * t_1, "what must be exact is not")
-    more = machine(second + machine(t * in_pairs(machine, [number(c) for c in row["a"]], t)))
+    more = machine(second + machine(t * in_pairs(machine, a, t)))
     rest = machine(machine(low + machine(slope * t_2)) + machine(t * more))
     head_part = high + slope * t_1
     base = Fraction(int(head_part < 0))
@@ -519,24 +511,26 @@ def full_value(function: str, v: Fraction) -> Fraction:
 
 
 def check_ulps(key: Sequence[Any], value: Value, sample: Sample) -> None:
-    """Check the errors of full accuracy in units in the last place, at a random number of each panel."""
-    (function,) = key
-    ends = [(Fraction(bound["low"]), Fraction(bound["high"])) for bound in value]
-    claim(ends[0][0] == 0 and all(a[1] == b[0] for a, b in pairwise(ends)), "a gap between panels")
-    claim(ends[-1][1] == LAST, "the panels end too early")
-    for bound in sample.of([bound for bound in value if 1 <= 16 * Fraction(bound["low"]) < 2**24]):
-        low, high = Fraction(bound["low"]), Fraction(bound["high"])
-        share = Fraction(Random(f"{sample.start} {low}").randrange(1, 2**20), 2**20)
-        v = rounded(low + (high - low) * share, PRECISION["double"])
-        exact = truth(real(v))[function]
-        error = abs(full_value(function, v) - exact) - 2 * ERROR * exact
-        claim(error <= Fraction(bound["ulp"]) * ulp(exact, PRECISION["double"]), f"v* = {float(v).hex()}: too far off")
+    """Check the errors of full accuracy in units in the last place, at a random number of each panel below 2^20."""
+    for function, bounds in value.items():
+        claim(len(bounds) == 1 + 16 * 27, "the panels end too early")
+        for panel in sample.of(range(16 * 24)):
+            share = Fraction(Random(f"{sample.start} {panel}").randrange(1, 2**20), 2**20)
+            v = rounded(Fraction(2) ** (panel // 16 - 4) * (1 + (panel % 16 + share) / 16), PRECISION["double"])
+            exact = truth(real(v))[function]
+            error = abs(full_value(function, v) - exact) - 2 * ERROR * exact
+            claim(
+                error <= Fraction(bounds[1 + panel]) * ulp(exact, PRECISION["double"]),
+                f"v* = {float(v).hex()}: too far off",
+            )
 
 
 def check_full_rows(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check that rows of full accuracy are numbers of type double and nearly the function, at three places of each."""
-    texts = [text for row in value for text in flat(row.values())]
-    claim(all(rounded(number(text), 53) == number(text) for text in texts), "a number is none of type double")
+    claim(
+        all(rounded(number(text), 53) == number(text) for row in value for text in row),
+        "a number is none of type double",
+    )
     claim(len(value) == 1 + 16 * 27, "the panels end too early")
     for panel in sample.of(range(16 * 24)):
         for share in (Fraction(1, 9), Fraction(1, 2), Fraction(8, 9)):
@@ -545,12 +539,6 @@ def check_full_rows(key: Sequence[Any], value: Value, sample: Sample) -> None:
                 exact = truth(real(v))[function]
                 error = abs(full_value(function, v) - exact)
                 claim(error <= ulp(exact, PRECISION["double"]), f"v* = {float(v).hex()}: the row is wrong")
-
-
-def flat(values: Any) -> Iterator[str]:
-    """Yield the texts in lists and beside them."""
-    for value in values:
-        yield from value if isinstance(value, list) else [value]
 
 
 # --- from the speed ---------------------------------------------------------------------------------------------------
@@ -586,15 +574,12 @@ CHECKS: dict[str, tuple[Callable[[Sequence[Any], Value, Sample], None], ...]] = 
     # Of makers that are on their way out:
     **dict.fromkeys(("pade_kernel", "minimax_kernel", "half_line_kernel", "half_line_powers"), ()),
     **dict.fromkeys(("inverse_kernel", "inverse_powers", "table_free_rounding"), ()),
-    "table_rows": (check_table,),
-    "table_bounds": (check_table, check_falling),
-    "table_rise": (check_rise,),
-    "last_place_rows": (check_table,),
-    "last_place_bounds": (check_table,),
-    "double_rows": (check_full_rows,),
-    "ulp_bounds": (check_ulps,),
+    "speed table rows": (check_table,),
+    "speed table bounds": (check_table, check_slope),
+    "full rows": (check_full_rows,),
+    "full bounds": (check_ulps,),
     "v_star_rounding": (check_of_v_star,),
-    "w_rounding": (check_of_w,),
+    "rounding of w": (check_of_w,),
 }
 
 

@@ -113,12 +113,12 @@ _FULL = {
 
 def read(text: str) -> Header:
     """Read a header's text."""
-    comment = re.sub(r"\s*\n \* *", " ", text[: text.index("*/")])
     table = re.search(
         r"VISCOPADE_TABLE (double|float) viscopade_table_(\w+)\[([0-9]+)\]\[([0-9]+)\] = \{\n(.*?)\n\};", text, re.S
     )
     if not table:
         raise Wrong("there is no table in the header")
+    comment = re.sub(r"\s*\n \* *", " ", text[: table.start()])
     number, name, size, width, body = table.groups()
     full = "units in the last place (ulp) of eps(w)" in comment
     stated = {key: int(_found(pattern, comment)) for key, pattern in _STATED.items()}

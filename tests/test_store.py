@@ -6,6 +6,7 @@ import re
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -13,10 +14,16 @@ from viscopade import store
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision import curve
 from viscopade.kernels import quotient
-from viscopade.kernels.forms.speed_table import RowBounds, Table, table_rows
+from viscopade.kernels.speed_table import Polynomials, table_rows
 
 FOLDER = Path(store.__file__).parent / store.FOLDER
 KEY = ["pade", "1/3", "float"]
+
+
+class RowBounds(NamedTuple):
+    error: Fraction
+    rounding: tuple[tuple[str, Fraction], ...]
+    falling: bool
 
 
 def counted():
@@ -82,11 +89,11 @@ def test_ready_kernels_are_neither_fitted_nor_proven(monkeypatch):
     def never(*_, **__):
         raise AssertionError("made")
 
-    for module, name in ((quotient.certificate, "prove"), (Table, "row"), (curve, "interpolant")):
+    for module, name in ((quotient.certificate, "prove"), (Polynomials, "row"), (curve, "interpolant")):
         monkeypatch.setattr(module, name, never)
     store._clear()
     quotient.proven_pade(3, 6)
-    assert len(table_rows(Table(6, -96, 1, FLOAT))) == 8192
+    assert len(table_rows(Polynomials(6, -96, 1, FLOAT))) == 8192
     curve.curve_tables(curve.law_of("tsuji", "return"))
 
 

@@ -13,7 +13,7 @@ import argparse
 import numpy as np
 
 from viscopade.kernels.machine import TYPES
-from viscopade.kernels.targets.vectors import hard_arguments
+from viscopade.kernels.write.vectors import hard_arguments
 from viscopade_lab.hard_cases.worst import Function, functions, worst
 
 NUMBER, ROUNDS, ROWS = 1200, 8, 4  # of the search; rows of each table

@@ -8,18 +8,15 @@ from fractions import Fraction
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import MARKER
-from viscopade.kernels import formulas, prove_lacunary
-from viscopade.kernels.expressions import Name, simple_operations
-from viscopade.kernels.forms import last_place, table_free
+from viscopade.kernels import formulas, full, prove_lacunary
+from viscopade.kernels.expressions import simple_operations
+from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, LacunaryVariant
-from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
-from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES
-from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, MachineArithmetic
+from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.names import COMPACT, FAST, FULL
-from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.registry import HOST, Entry, Kind
-from viscopade.kernels.targets.last_place import table_bytes
+from viscopade.kernels.speed_table import LAST_ULPS, TABLES, in_table, speed_table
 from viscopade.kernels.targets.table_free import name_of
 from viscopade.kernels.v_star import of_v_star
 
@@ -43,21 +40,21 @@ ALSO = {"device": (HOST, FLOAT)}
 
 def computed() -> Iterator[Entry]:
     """Prove everything anew."""
-    for tier, size in [*TABLES, (FULL, FAST)]:
-        yield from _of_speed(tier, size, speed_kernel(tier, size))
+    for tier, size in TABLES:
+        yield from _of_speed(tier, size)
     for accuracy in COMPACT:
         yield from _of_compact_kernel(accuracy, prove_lacunary.half_line_kernel(accuracy))
-    error = last_place.largest_ulp() * _ulp(DOUBLE)
-    yield _everywhere("full", FULL, DOUBLE, error, _operations_of_full(), table_bytes())
+    error = max(map(full.largest_ulp, full.FUNCTIONS)) * _ulp(DOUBLE)
+    yield _everywhere("full", FULL, DOUBLE, error, _operations_of_full(), full.full().bytes)
     for form in (DOUBLE, FLOAT):
         yield _everywhere("v*", "", form, of_v_star(form))
 
 
 def _operations_of_full() -> int:
     """Return the number of operations of eps to the last place."""
-    start, panel = last_place.branches("epsilon")
-    of_panel = simple_operations(panel.program, panel.results["result"] * Name("scale"))
-    return simple_operations(start.program, *start.results.values()) + of_panel
+    epsilon = full.full().function("epsilon")
+    (branch,) = epsilon.branches
+    return simple_operations((*epsilon.start, *branch.program), branch.results["epsilon"])
 
 
 def _everywhere(kind: Kind, tier: str, form: Format, error: Fraction, operations: int = 0, size: int = 0) -> Entry:
@@ -85,37 +82,40 @@ def _ulp(form: Format) -> Fraction:
     return Fraction(2) ** (1 - form.precision)
 
 
-def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
-    table = given.table
+def _of_speed(tier: str, size: str) -> Iterator[Entry]:
+    kernel = speed_table(tier, size)
     # In v*, rounded inwards: w itself is rounded.
-    low, high = (2.0 ** (e / 10) for e in (table.first, table.first + OCTAVES))
+    low, high = (2.0 ** (e / 10) for e in (TABLES[tier, size].first, TABLES[tier, size].first + 128))
+    formula = max(bound.formula for bound in kernel.bounds if bound.result == "restitution")
     for form in (DOUBLE, FLOAT):
-        branch = table.branch(form)
-        operations = simple_operations(branch.program, table.holds(form), branch.results["restitution"])
-        inside = table.inside(given.computed_in(form))
+        function = kernel.function("restitution")
+        (branch,) = function.branches
+        assert branch.guard is not None
+        program = (*function.start, *branch.program)
+        bound = in_table(kernel, "rebound" if tier == FULL else "restitution", form)
         yield Entry(
             "speed",
             tier,
             size,
-            given.name,
+            kernel.name,
             HOST,
             form.name,
-            given.bytes,
-            operations,
+            kernel.bytes,
+            simple_operations(program, branch.guard, branch.results["restitution"]),
             f"{low * 1.01:.3g}",
             f"{high * 0.99:.3g}",
-            at_most(inside, PLACES),
-            at_most(max(inside, _beyond(given)), PLACES),
+            at_most(bound.relative, PLACES),
+            at_most(max(bound.relative, _beyond(kernel)), PLACES),
             *_last("speed", form),
-            "" if isinstance(table, LastPlaceTable) else given.bound,
+            "" if tier == FULL else at_most(formula),
         )
 
 
-def _beyond(given: SpeedKernel) -> Fraction:
+def _beyond(kernel: Kernel) -> Fraction:
     """Return the bound of the kernel that is used outside the table, always in type double."""
-    if given.slow is None:
-        return _both(last_place.largest_ulp() * _ulp(DOUBLE), of_v_star())
-    return _both(given.slow.variant(DOUBLE).total(given.slow.checked), of_v_star())
+    assert kernel.elsewhere is not None
+    sizes = (b.relative + b.last + b.ulps * _ulp(DOUBLE) for b in kernel.elsewhere.bounds)
+    return _both(max(sizes), of_v_star())
 
 
 def _both(first: Fraction, second: Fraction) -> Fraction:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import re
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -17,14 +16,12 @@ import pytest
 
 from tests.compiled import WARNINGS, compiler
 from tests.kernels import long_double
-from viscopade.kernels import prove_lacunary
-from viscopade.kernels.forms import speed_kernel
-from viscopade.kernels.targets import speed
+from viscopade.kernels import speed_table
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 FORMS = {"double": np.float64, "float": np.float32}
 SUFFIXES = {"double": "", "float": "f"}
-FUNCTIONS = tuple(function for function, _ in speed.FUNCTIONS)
+FUNCTIONS = tuple(speed_table.MEANINGS)
 
 _serial = count()
 
@@ -34,63 +31,46 @@ _serial = count()
 
 @dataclass(frozen=True)
 class Header:
-    """The text of a header, and what it states about errors: the tests hold it to its own words."""
+    """The text of a header, its kernel and its table."""
 
     text: str
-
-    @cached_property
-    def name(self):
-        return self._word(r"viscopade_restitution_array_(\w+)\(")
-
-    @cached_property
-    def head(self):
-        lines = self.text.split("*/")[0].splitlines()
-        return " ".join(line.removeprefix(" *").strip() for line in lines)
+    tier: str
 
     @property
-    def full(self):
-        return self.name == "full"
+    def kernel(self):
+        return speed_table.speed_table(self.tier)
 
-    @cached_property
+    @property
+    def layout(self):
+        return speed_table.TABLES[self.tier, "fast"]
+
+    @property
+    def name(self):
+        return self.kernel.name
+
+    @property
     def native(self):
         """The types in which the table's sums are computed; the other is converted."""
-        return [form for form, s in SUFFIXES.items() if f"viscopade_block_{self.name}{s}(" in self.text]
+        return [form.name for form in speed_table.forms_of(self.layout)]
 
     @property
-    def block(self):
-        return int(self._word(r"\* (\d+) speeds at a time"))
-
-    def number(self, pattern, where=None):
-        """Return the number that the head states in a sentence of this pattern."""
-        return float(self._word(pattern, self.head if where is None else where))
-
-    def _word(self, pattern, where=None):
-        found = re.search(pattern, self.text if where is None else where)
-        assert found, f"the header has no text like {pattern}"
-        return found[1]
-
-    @cached_property
     def first(self):
         """The table begins at w = 2^first, and ends at 2^end."""
-        return int(self._word(r"for each e from (-\d+) to", self.head))
+        return self.layout.first
 
-    @cached_property
+    @property
     def end(self):
-        return int(self._word(r"for each e from -\d+ to (\d+)", self.head)) + 1
+        return self.layout.first + speed_table.OCTAVES
 
-    @cached_property
+    @property
     def split(self):
-        """There are 2^split rows to an octave."""
-        return int(self._word(r"(\d+) rows of coefficients", self.head)).bit_length() - 1
+        return self.layout.split
 
 
 @cache
 def header(tier):
-    """Return a header as it lies in exports/, made anew only if it does not."""
-    path = EXPORTS / speed_kernel.file_of(tier)
-    if path.exists():
-        return Header(path.read_text(encoding="utf-8"))
-    return Header(speed.render(prove_lacunary.speed_kernel(tier), f"viscopade export c --from-speed {tier}"))
+    """Return a header as it lies in exports/."""
+    return Header((EXPORTS / f"viscopade_speed_{tier.replace('-', 'm')}.h").read_text(encoding="utf-8"), tier)
 
 
 # --- compiled functions -----------------------------------------------------------------------------------------------
@@ -229,10 +209,10 @@ def machine_flags():
 
 
 class Truth:
-    """eps and 1 - eps in long double, from the table of `viscopade.arrays.double`, and the bounds that a header states.
+    """eps and 1 - eps in long double, from the table of `viscopade.arrays.double`, and what a kernel's bounds allow.
 
     w = beta^5 speed is not rounded to double, and the polynomials are those of double.txt: nothing here comes from
-    `viscopade.kernels.forms.speed_table`. Relative errors are below 2^-56 (x86's long double).
+    `viscopade.kernels.speed_table`. Relative errors are below 2^-56 (x86's long double).
     """
 
     def __init__(self, values, beta):
@@ -259,31 +239,32 @@ class Truth:
         return in_table(given, form, self.speed, self.beta)
 
     def bound(self, function, given, form, more=0, flushed=False):
-        """Return the largest error that the header allows to a function, in the units of the result.
+        """Return the largest error that the kernel's bounds allow to a function, in the units of the result.
 
         `more` units in the last place are added; `flushed` says that subnormal numbers are set to 0.
         """
-        table = self.in_table(given, form)
-        relative, absolute = (
-            _full_bounds(self, function, table) if given.full else relative_bounds(self, given, form, table)
-        )
-        true = self.of(function)
-        kind = FORMS[form] if form in given.native else float
-        if function == "restitution":
-            found = relative * self.smaller + absolute
-            if not given.full:
-                found = found + spacing(true, kind) / 2
-        else:
-            share = np.where(self.eps > 0, absolute / np.where(self.eps > 0, self.eps, 1), 0)
-            found = (relative + share) * true + (0 if given.full else 3 * spacing(true, kind))
-        least = [2.0 * np.finfo(FORMS[form]).tiny, 2.0 * np.finfo(float).tiny] if flushed else [0.0, 2.0**-1074]
-        lost = least[0] + _underflow(given, function) * np.longdouble(least[1])
-        found = found + lost * (1 + (self.speed if function == "rebound" else 0)) + 2.0**-57 * true
-        if kind is not FORMS[form]:
-            found = found + spacing(true, FORMS[form]) / 2 * (1 + 2.0**-20)
-        elif kind is np.float32:  # outside the table the result comes from type double
-            found = found + np.where(table, 0, spacing(true, kind) / 2)
-        return found + more * spacing(true, FORMS[form])
+        true, factor = self.of(function), self.speed if function == "rebound" else np.longdouble(1)
+        least = np.full(true.shape, np.inf, np.longdouble)
+        for bound in given.kernel.bound(function, "host", form):
+            low, high = float(bound.low), float(bound.high)
+            holds = (self.v_star >= low * (1 + 1e-12)) & (self.v_star <= high * (1 - 1e-12))
+            if bound.speeds is not None:
+                holds &= (self.speed >= number(bound.speeds[0])) & (self.speed <= number(bound.speeds[1]))
+            reference = true if bound.relative_to == "value" else self.smaller * factor
+            sizes = number(bound.relative) * reference + number(bound.last) * true
+            sizes += number(bound.absolute) * np.longdouble(np.finfo(FORMS[form]).smallest_subnormal) * (1 + factor)
+            sizes += number(bound.ulps) * spacing(true + sizes, FORMS[form])
+            least = np.where(holds, np.minimum(least, sizes), least)
+        # Subnormal products and results count as 0, in type double those beyond the table, too.
+        lost = [2.0 * np.finfo(FORMS[form]).tiny, 2.0 * np.finfo(float).tiny] if flushed else [0.0, 0.0]
+        tiny = max(float(bound.absolute) for bound in given.kernel.bounds)
+        lost = (lost[0] + (1 + tiny) * np.longdouble(lost[1])) * (1 + factor)
+        return least + lost + 2.0**-57 * true + more * spacing(true, FORMS[form])
+
+
+def number(fraction):
+    """Return a fraction in long double."""
+    return np.longdouble(fraction.numerator) / np.longdouble(fraction.denominator)
 
 
 def spacing(numbers, kind):
@@ -304,53 +285,3 @@ def in_table(given, form, values, beta):
         scale = b2 * b2 * beta
         w = scale * values
     return (w >= 2.0**given.first) & (w < 2.0**given.end) & (scale >= np.finfo(kind).tiny)
-
-
-def _underflow(given, function):
-    """What underflow adds beyond the table, in numbers of the smallest size."""
-    if function == "dissipation":
-        return given.number(r"and so off by up to (\S+) of the smallest numbers")
-    return _slow(given)[2] if "underflow: adds" in given.text else 0.5
-
-
-def _slow(given):
-    """Return what rounding adds to eps and 1 - eps in the kernel for w beyond the table, and what underflow does."""
-    code = " ".join(line.strip().removeprefix("* ") for line in given.text.splitlines()[:200])
-    return (
-        given.number(r"rounding of epsilon: adds at most (\S+) eps in type double", code),
-        given.number(r"rounding of one_minus_epsilon: adds at most (\S+) \(1 - eps\) in type double", code),
-        given.number(r"underflow: adds at most (\d+) of", code),
-    )
-
-
-def relative_bounds(truth, given, form, table):
-    """Return the relative error of the smaller of eps and 1 - eps, and what is absolute."""
-    proven = given.number(r"<= (\S+) in the table")
-    kind = form if form in given.native else "double"
-    rounding = given.number(rf"rounding of restitution:.*?(\S+) min\(eps, 1 - eps\) in type {kind}")
-    of_v_star = _beyond(truth, given, r"rounding of restitution:.*?elsewhere", re.escape("min(eps, 1 - eps)"))
-    if "viscopade_full.h elsewhere" in given.head:
-        return np.where(table, proven + rounding, of_v_star), np.where(table, 0, 0.6 * 2.0**-52 * truth.eps)
-    elsewhere = given.number(r"in the table, (\S+) elsewhere")
-    of_eps, of_loss, _ = _slow(given)
-    relative = np.where(table, proven + rounding, elsewhere + of_v_star)
-    return relative, np.where(table, 0, (of_eps + of_loss) * truth.eps)
-
-
-def _beyond(truth, given, start, unit):
-    """Return what the header states for each speed where w is not in the table."""
-    found = given.number(rf"{start} (\S+) {unit} for 1e-30 <= speed <= 1e30")
-    every = given.number(rf"{start}.*? and (\S+) {unit} for every other speed")
-    return np.where((truth.speed >= 1e-30) & (truth.speed <= 1e30), found, every)
-
-
-def _full_bounds(truth, function, table):
-    given = header("full")
-    outside = _beyond(truth, given, "elsewhere: at most", "ulp(?: in all)?")
-    if function == "restitution":
-        of_w = given.number(r"rounding of w.{0,40}? (?:is|adds) at most (\S+) ulp")
-        inside = given.number(r"off by at most (\S+) units") + of_w
-        return 0, np.where(table, inside, outside) * spacing(truth.eps, float)
-    own = given.number(r"dissipation and rebound: relative errors of at most (\S+) in the table")
-    of_w = given.number(r"dissipation and rebound:.*? rounding of w.{0,40}? at most (\d\S*\d)")
-    return np.where(table, own + of_w, outside * 2.0**-52), 0

@@ -5,9 +5,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arrays import double
+from viscopade.kernels import full
 from viscopade.kernels.expressions import (
-    Call,
     CodeBranch,
     Literal,
     Name,
@@ -24,84 +25,95 @@ from viscopade.kernels.expressions import (
     prepared,
     read,
 )
-from viscopade.kernels.forms import last_place
-from viscopade.kernels.forms.bits import power_of_two
-from viscopade.kernels.forms.speed_kernel import TABLES
-from viscopade.kernels.forms.speed_table import SMALLEST, TABLE
-from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
-from viscopade.kernels.machine import TYPES, machine_arithmetic, rows_of
+from viscopade.kernels.machine import TYPES, located, machine_arithmetic
 from viscopade.kernels.rounding_bounds import rounding_of_w
-from viscopade.kernels.targets.syntax import Syntax, of_c, text
+from viscopade.kernels.speed_table import OCTAVES, TABLES, index_of, speed_table
+from viscopade.kernels.write import languages
+from viscopade.kernels.write.writer import expression_text
 
-TABLES_AND_TYPES = [(table, form) for table in (*TABLES.values(), LastPlaceTable()) for form in FORMATS.values()]
+CASES = [(key, form) for key in TABLES for form in (DOUBLE, FLOAT)]
 
 
-@pytest.mark.parametrize(("table", "form"), TABLES_AND_TYPES, ids=str)
-def test_the_first_and_the_last_number_of_every_row_lead_to_it(table, form):
+def run(key, form, **given):
+    """Return the values of a table's program for arrays, and its guard."""
+    kernel, kind, by = speed_table(*key), TYPES[form.name], machine_arithmetic(form)
+    function = kernel.function("restitution")
+    (branch,) = function.branches
+    table = np.array(kernel.tables[0].rows, kind)
+    values = Run((*function.start, *branch.program), {"table": table, "smallest": kind(form.least), **given}, by)
+    return values, evaluate(branch.guard, {**given, "scale": kind(1), **values} | {"place": values["place"]}, by)
+
+
+@pytest.mark.parametrize(("key", "form"), CASES, ids=str)
+def test_the_first_and_the_last_number_of_every_row_lead_to_it(key, form):
     """So do all between them: the index grows with the bits."""
-    kind, one = TYPES[form.name], Fraction(1)
+    table, kind = TABLES[key], TYPES[form.name]
     ends = [table.interval(index) for index in range(table.size)]
     low = np.array([float(m * Fraction(2) ** e) for e, m, _ in ends], kind)
     above = np.array([float(m * Fraction(2) ** e) for e, _, m in ends])  # the last one overflows in no type
     high = np.nextafter(above.astype(kind), kind(0))
-    assert [Fraction(float(x)) for x in low] == [m * Fraction(2) ** e for e, m, _ in ends]
     expected = np.arange(table.size)
     for w in (low, high):
-        run = Run(table.branch(form).program, {"w": w, TABLE: rows_of(table, DOUBLE)}, machine_arithmetic(form))
-        assert evaluate(table.within(form), run, machine_arithmetic(form)).all()
-        assert np.array_equal(run["index"], expected)
-        assert np.array_equal(run["row"], np.array(table.rows))
-        assert [Fraction(float(x)) for x in run["middle"]] == [table.centre(i) for i in expected]
-        assert np.array_equal(run["base"], [table.base(i) for i in expected])
-        assert np.array_equal(run["rest_of_base"], 1 - run["base"])
-        exponents = np.array([float(2 * one**e) for e, _, _ in ends])
-        assert ((run["m"] >= 1) & (run["m"] < exponents)).all()
-        assert np.array_equal(np.ldexp(run["m"], [e for e, _, _ in ends]), w)
-        assert np.array_equal(run["t"].astype(float), run["m"].astype(float) - run["middle"])
+        values, inside = run(key, form, w=w, scale=kind(1))
+        assert np.all(inside)
+        assert np.array_equal(evaluate(index_of(table), values, machine_arithmetic(form)), expected)
+        assert np.array_equal(values["row"], np.array(table.rows, kind))
+        assert [Fraction(float(x)) for x in values["middle"]] == [table.centre(i) for i in expected]
+        assert np.array_equal(values["base"], [table.base(i) for i in expected])
+        assert np.array_equal(values["rest_of_base"], 1 - values["base"])
+        assert np.array_equal(np.ldexp(values["m"], [e for e, _, _ in ends]), w)
+        assert np.array_equal(values["t"].astype(float), values["m"].astype(float) - values["middle"])
 
 
-@pytest.mark.parametrize(("table", "form"), TABLES_AND_TYPES, ids=str)
-def test_numbers_outside_of_a_table_are_known(table, form):
-    kind, by = TYPES[form.name], machine_arithmetic(form)
-    low, high = (kind(end) for end in table.ends)
+@pytest.mark.parametrize(("key", "form"), CASES, ids=str)
+def test_numbers_outside_of_a_table_are_known(key, form):
+    kind, first = TYPES[form.name], TABLES[key].first
+    low, high = kind(2.0**first), kind(2.0 ** (first + OCTAVES))
     w = np.array([np.nextafter(low, kind(0)), high, 0, -0.0, np.inf, np.nan, -1, -low], kind)
-    assert not evaluate(table.within(form), Run(table.branch(form).program, {"w": w}, by), by).any()
-    smallest = kind(2.0 ** (1 - form.largest))
+    assert not np.any(run(key, form, w=w, scale=kind(1))[1])
+    smallest = kind(form.least)
     for scale, inside in ((smallest, True), (np.nextafter(smallest, kind(0)), False)):
-        given = {"w": np.array([low, 1], kind), "scale": scale, SMALLEST: smallest}
-        assert (evaluate(table.holds(form), Run(table.branch(form).program, given, by), by) == inside).all()
+        assert np.all(run(key, form, w=np.array([low, 1], kind), scale=scale)[1] == inside)
 
 
-@pytest.mark.parametrize(("table", "form"), TABLES_AND_TYPES, ids=str)
-def test_a_table_gives_arrays_of_any_shape_what_it_gives_numbers(table, form):
-    speed = (2.0 ** np.array([[-110, -20, -1], [0.5, 20, 110]])).astype(TYPES[form.name])
-    values, within = table.evaluated_in(form, "restitution", speed, 1.5)
-    assert within.tolist() == [[False, True, True], [True, True, False]]
-    for place in np.argwhere(within):
-        found, inside = table.evaluated_in(form, "restitution", speed[tuple(place)], 1.5)
-        assert inside
+@pytest.mark.parametrize(("key", "form"), CASES, ids=str)
+def test_a_table_gives_arrays_of_any_shape_what_it_gives_numbers(key, form):
+    """Beyond the table, the kernel of v* serves, which is another branch."""
+    kernel, kind = speed_table(*key), TYPES[form.name]
+    speed = (2.0 ** np.array([[-110, -20, -1], [0.5, 20, 110]])).astype(kind)
+    values, branch = located(kernel, "restitution", speed, 1.5, form=form)
+    assert (branch == 0).tolist() == [[False, True, True], [True, True, False]]
+    assert branch.max() == 1
+    assert np.allclose(values, double.epsilon((speed.astype(float) * 1.5**5) ** 0.1), rtol=1e-5, atol=0)
+    for place in np.ndindex(speed.shape):
+        found, _ = located(kernel, "restitution", speed[place], 1.5, form=form)
         assert found.dtype == values.dtype == speed.dtype
-        assert found == values[tuple(place)]
+        assert found == values[place]
 
 
-def test_the_first_and_the_last_number_of_every_panel_lead_to_it():
-    panels, by = last_place.smaller_panels(), machine_arithmetic(DOUBLE)
+def of_panel(name, x):
+    function = full.full().function(name)
+    program = (*function.start, *function.branches[-1].program)
+    table = np.array(full.rows())
+    return Run(program, {"v_star": x, "panels": table}, machine_arithmetic(DOUBLE))
+
+
+@pytest.mark.parametrize("function", full.FUNCTIONS)
+def test_the_first_and_the_last_number_of_every_panel_lead_to_it(function):
+    panels = [panel for panel in full.smaller_panels() if function == "epsilon" or panel.centre < 2**full.FOLD]
     low = np.array([float(panel.centre - panel.half) for panel in panels])
     high = np.nextafter(np.array([float(panel.centre + panel.half) for panel in panels]), 0)
     for x in (low, high):
-        run = Run(last_place.panel_branch().program, {"bits": x.view(np.uint64)}, by)
-        assert np.array_equal(run["index"], np.arange(len(panels)) + 1)
-        assert np.array_equal(run["elastic"], [panel.elastic for panel in panels])
-    assert np.array_equal(low.view(np.uint64)[0], last_place.near_bits().value)
+        values = of_panel(function, x)
+        assert np.array_equal(values["index"], np.arange(len(panels)) + 1)
+        assert np.array_equal(values["elastic"], [panel.elastic for panel in panels])
 
 
 def test_large_numbers_are_divided_by_a_power_of_eight():
-    exponents = np.arange(-1, last_place.LARGEST)
+    exponents = np.arange(-1, full.LARGEST)
     x = np.ldexp(1.375, exponents)
-    run = Run(last_place.fold_program(), {"bits": x.view(np.uint64)}, machine_arithmetic(DOUBLE))
-    s = run["folded"].astype(np.uint64).view(np.float64)
-    n = np.maximum(exponents - last_place.FOLD, 0) // 3
-    assert np.array_equal(s * 8.0**n, x)
+    s = of_panel("epsilon", x)["folded"].astype(np.uint64).view(np.float64)
+    assert np.array_equal(s * 8.0 ** (np.maximum(exponents - full.FOLD, 0) // 3), x)
 
 
 def test_all_five_roundings_of_w_can_add():
@@ -124,7 +136,7 @@ COUNT = Word(3, pattern=False)
 @pytest.mark.parametrize(
     ("expression", "written"),
     [
-        ((x & Word(255)) | power_of_two(FLOAT, 0), "(x & UINT32_C(0xff)) | UINT32_C(0x3f800000)"),
+        ((x & Word(255)) | full.power_of_two(0), "(x & UINT32_C(0xff)) | UINT32_C(0x3f800000)"),
         (Word(0, pattern=False) - ((x - n) >> COUNT), "0 - ((x - n) >> 3)"),
         (x - ((COUNT * n) << COUNT), "x - ((3 * n) << 3)"),
         (x & ~Word(7), "x & ~UINT32_C(0x7)"),
@@ -132,20 +144,16 @@ COUNT = Word(3, pattern=False)
         (x + Select(yes, -n, n), "x + (yes ? -n : n)"),
         (-(x + n), "-(x + n)"),
         (Negation("-", -x), "-(-x)"),
-        (-Literal("-1.5"), "-(-1.5f)"),
         (equal(x & n, yes), "(x & n) == yes"),
         (Select(Select(x, yes, n), x, yes), "(x ? yes : n) ? x : yes"),
         (Select(equal(yes, n < x), x, n), "yes == (n < x) ? x : n"),
         (both(both(x < n, x >= n), yes), "x < n && x >= n && yes"),
-        (Call("f", (Select(yes, x, Literal("1.0")),)), "f(yes ? x : 1.0f)".replace("f(", "ff(")),
+        (full.from_bits(full.bits(x)), "viscopade_from_bitsf(viscopade_bitsf(x))"),
     ],
 )
 def test_text_of_words_and_conditions(expression, written):
-    assert text(expression, of_c(FLOAT)) == written
-
-
-def test_conditions_of_arrays_are_in_parentheses():
-    assert text(both(x >= n, x <= yes), Syntax(both="&")) == "(x >= n) & (x <= yes)"
+    language = languages.language("c")
+    assert expression_text(full.full(), expression, language, language.number("float")) == written
 
 
 def test_a_prepared_branch_is_read_like_the_branch():

@@ -20,7 +20,9 @@ COMPACT = [entry.kernel for entry in catalogue.group("compact")]
 
 def test_keys_and_names_are_those_of_one_kernel() -> None:
     assert all(entry.key == key for key, entry in CATALOGUE.items())
-    names = [entry.kernel.name for entry in CATALOGUE.values() if not entry.key.endswith(" small")]
+    names = [
+        (entry.kernel.argument, entry.kernel.name) for entry in CATALOGUE.values() if not entry.key.endswith(" small")
+    ]
     assert len(set(names)) == len(names)
     with pytest.raises(ValueError, match="the kernel asked for is 'compact 1e-4': expected pade 0/3, "):
         catalogue.kernel("compact 1e-4")
@@ -50,12 +52,13 @@ def test_formulas_are_as_far_off_as_the_bounds_say(entry) -> None:
         v_star = np.geomspace(*ends, 20001)[1:-1]
         given = (v_star,) if name == "epsilon" else (v_star**10, 1.0)
         eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-        off = np.abs(machine.evaluated(kernel, name, *given) - eps) - 1e-14 * np.minimum(eps, loss)  # of w and double
+        off = np.abs(machine.evaluated(kernel, name, *given) - eps)
+        off -= 1e-14 * np.minimum(eps, loss) + np.spacing(eps)  # of w and double
         allowed = float(bound.relative) * (np.minimum(eps, loss) if bound.relative_to == "smaller" else eps)
         allowed += float(bound.last) * eps + float(bound.ulps) * np.spacing(eps)
         assert (off <= allowed).all()
         most = max(most, (off / allowed).max())
-    assert most > 0.9 or entry.key in ("full", "speed full")
+    assert most > (0.65 if kernel.tables else 0.9) or entry.key in ("full", "speed full")
 
 
 def test_kernels_on_arrays_have_their_shape_and_nan_outside() -> None:

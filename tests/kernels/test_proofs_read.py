@@ -5,21 +5,21 @@ from functools import cache
 
 import pytest
 
+from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import FLOAT
-from viscopade.kernels import compact, formulas
+from viscopade.kernels import compact, formulas, full, speed_table
 from viscopade.kernels.arithmetic import HOST
-from viscopade.kernels.expressions import Call, Literal, Name, Select, Statement
-from viscopade.kernels.forms import last_place, speed_table
-from viscopade.kernels.forms.speed_table import Table
-from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
+from viscopade.kernels.expressions import Call, Literal, Name, Statement
+from viscopade.kernels.speed_table import LastPlace, Polynomials
 
 ROW = 500
 MORE = Literal("1.25")
+ROUGH, LAST = Polynomials(4, -90, 1, FLOAT), speed_table.TABLES["full", "fast"]
 BOUNDS = {
-    "table_row_branch": ("p", lambda: Table(4, -90, 1, FLOAT).bounds(ROW).error),
-    "full_row_branch": ("rest", lambda: LastPlaceTable().bounds(ROW).ulp),
-    "full_panel_branch": ("rest", lambda: last_place._panel_bound(40, False)),
-    "full_near_branch": ("q", last_place._near_bound),
+    "polynomials": (Polynomials, "sums", "p", lambda: ROUGH.bounds(ROW)["error"]),
+    "last place": (LastPlace, "sums", "rest", lambda: LAST.bounds(ROW)["ulp"]),
+    "panel": (full, "panel_sums", "rest", lambda: full.panel_bound(40, False)),
+    "near 0": (full, "near_sums", "q", full._near_bound),
 }
 
 
@@ -32,38 +32,38 @@ def changed(branch, name):
 
 @pytest.mark.parametrize("branch", BOUNDS)
 def test_a_changed_table_has_another_bound(monkeypatch, branch):
-    name, bound = BOUNDS[branch]
-    with last_place.working(last_place._BITS):
-        proven, formula = bound(), getattr(formulas, branch)
-        monkeypatch.setattr(formulas, branch, lambda *given: changed(formula(*given), name))
+    owner, formula, name, bound = BOUNDS[branch]
+    with working(128):
+        proven, sums = bound(), getattr(owner, formula)
+        monkeypatch.setattr(owner, formula, lambda *given: changed(sums(*given), name))
         assert bound() > 10 * proven
 
 
 @pytest.mark.parametrize("name", ["eps", "restitution", "rebound", "dissipation"])
-@pytest.mark.parametrize("table", [Table(4, -90, 1, FLOAT), LastPlaceTable()])
-def test_a_table_with_other_results_is_refused(monkeypatch, table, name):
-    speed_table.check_row_results(table)
-    branch = table.sums(table.names)
+@pytest.mark.parametrize("layout", [ROUGH, LAST])
+def test_a_table_with_other_results_is_refused(monkeypatch, layout, name):
+    speed_table.check_results(layout)
+    branch = layout.sums()
     if name in branch.results:
         other = branch._replace(results={**branch.results, name: branch.results[name] * MORE})
     else:
         other = changed(branch, name)
-    monkeypatch.setattr(type(table), "sums", lambda *_: other)
+    monkeypatch.setattr(type(layout), "sums", lambda _: other)
     with pytest.raises(ArithmeticError, match="are not eps = base"):
-        speed_table.check_row_results(table)
+        speed_table.check_results(layout)
 
 
 def test_a_panel_with_other_results_is_refused(monkeypatch):
-    last_place.check_panel_results()
-    formula = formulas.full_panel_branch
+    full.check_panel_results()
+    sums = full.panel_sums
 
-    def other(names):
-        found = formula(names)
+    def other(loss):
+        found = sums(loss)
         return found._replace(results={"result": -found.results["result"]})
 
-    monkeypatch.setattr(formulas, "full_panel_branch", other)
+    monkeypatch.setattr(full, "panel_sums", other)
     with pytest.raises(ArithmeticError, match="are not eps and 1 - eps"):
-        last_place.check_panel_results()
+        full.check_panel_results()
 
 
 @cache
@@ -91,7 +91,7 @@ def test_a_changed_compact_kernel_is_refused(monkeypatch, name):
 def test_a_changed_root_is_refused(monkeypatch, change):
     call = compact.root_of(Name("w"))
     monkeypatch.setattr(compact, "root_of", lambda _: Call("exp2", (change(call.arguments[0]),)))
-    with last_place.working(128), pytest.raises(ArithmeticError, match="y of the program"):
+    with working(128), pytest.raises(ArithmeticError, match="y of the program"):
         compact._error_of_y(HOST, Fraction(1, 2), Fraction(3, 4))
 
 
@@ -102,21 +102,19 @@ def test_a_changed_w_is_refused(monkeypatch):
         compact.check_formula(*compact_kernel())
 
 
-@pytest.mark.parametrize(("branch", "name"), [("full_row_branch", "eps"), ("full_panel_branch", "result")])
-def test_a_sum_without_its_loss_is_refused(monkeypatch, branch, name):
+def test_a_sum_without_its_loss_is_refused(monkeypatch):
     """Exactly, the loss of the leading sum is 0; that it is added is seen with another sum in its place."""
-    formula = getattr(formulas, branch)
-
-    def other(*given):
-        found = formula(*given)
-        if name == "result":
-            loss = Select(Name("loss"), -Name("rest"), Name("rest"))
-            return found._replace(results={"result": Name("head") + loss})
-        program = (
-            Statement(s.name, Name("head") + Name("rest") if s.name == name else s.expression) for s in found.program
-        )
-        return found._replace(program=tuple(program))
-
-    monkeypatch.setattr(formulas, branch, other)
+    without, sums, rows = Name("head") + Name("rest"), full.panel_sums, LastPlace.sums
+    monkeypatch.setattr(full, "panel_sums", lambda loss: sums(loss)._replace(results={"result": without}))
     with pytest.raises(ArithmeticError, match="are not eps"):
-        last_place.check_panel_results() if name == "result" else speed_table.check_row_results(LastPlaceTable())
+        full.check_panel_results()
+
+    def other(layout):
+        found = rows(layout)
+        return found._replace(
+            program=tuple(s._replace(expression=without) if s.name == "eps" else s for s in found.program)
+        )
+
+    monkeypatch.setattr(LastPlace, "sums", other)
+    with pytest.raises(ArithmeticError, match="are not eps"):
+        speed_table.check_results(LAST)

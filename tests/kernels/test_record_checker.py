@@ -118,11 +118,14 @@ WRONG = {
     "inverse": [*IN_POWERS, *(((*BOUNDS, i, "rounding"), by(0.001)) for i in range(3))],
     "compact powers": [(("top", 1), lambda x: x + 1)],
     "inverse powers": [(("top", 1), lambda x: x + 1)],
-    "table_rise": [((), lambda x: fraction_by(x, 0.9))],
-    "table_bounds": [(("falling",), lambda x: False), (("rounding", 0, 1), lambda x: fraction_by(x, 0.01))],
-    "ulp_bounds": [((100, "high"), lambda x: fraction_by(x, 1.01)), ((150, "ulp"), lambda x: "1/10")],
+    "speed table bounds": [
+        (("rise",), lambda x: fraction_by(x, 0.9)),
+        (("double",), lambda x: fraction_by(x, 0.01)),
+        (("error",), lambda x: fraction_by(x, 0.5)),
+    ],
+    "full bounds": [(("epsilon",), lambda x: x[1:]), (("one_minus_epsilon", 150), lambda x: "1/10")],
     "v_star_rounding": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
-    "w_rounding": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
+    "rounding of w": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
 }
 
 
@@ -132,20 +135,17 @@ def test_a_wrong_record_is_refused(kind, place, change):
     record = copy.deepcopy(next(of_kind))
     set_at(record, ("value", *place), change)
     with pytest.raises(Wrong):
-        check(record, Sample(1 if kind in ("pade", "minimax", "ulp_bounds") else 100, 0))
+        check(record, Sample(1 if kind in ("pade", "minimax", "full bounds") else 100, 0))
 
 
-@pytest.mark.parametrize("kind", ["table_rows", "last_place_rows", "double_rows"])
+@pytest.mark.parametrize("kind", ["speed table rows", "full rows"])
 def test_a_wrong_row_is_refused(kind, monkeypatch):
     """The checks of tables read all records of a table: all of them, with one number changed, take their place."""
     changed = copy.deepcopy(record_checker.records())
     record = next(one for one in changed if one["key"][0] == kind)
     at = len(record["value"]) // 4
-    place = (at, "a0_high") if kind == "double_rows" else (at, 0)
-    set_at(
-        record["value"], place, lambda x: (float.fromhex(x) * (1 + 2**-20)).hex() if kind != "table_rows" else "-0x1p-8"
-    )
+    set_at(record["value"], (at, kind == "full rows"), lambda x: (float.fromhex(x) * (1 + 2**-6)).hex())
     monkeypatch.setattr(record_checker, "records", lambda: changed)
-    within = at - (kind == "double_rows")
+    within = at - (kind == "full rows")
     with pytest.raises(Wrong):
         check(record, Sample(len(record["value"]), within))

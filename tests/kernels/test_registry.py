@@ -17,15 +17,12 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays import double
 from viscopade.kernels import prove_lacunary, registry
 from viscopade.kernels.expressions import Run, evaluate
-from viscopade.kernels.forms import last_place, table_free
-from viscopade.kernels.forms.speed_kernel import TABLES, file_of
-from viscopade.kernels.forms.speed_table import OCTAVES
-from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
-from viscopade.kernels.names import FULL
+from viscopade.kernels.forms import table_free
 from viscopade.kernels.registry import Entry, entries, limits
 from viscopade.kernels.registry_arrays import entry_epsilon
 from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.kernels.rounding_bounds import BITS
+from viscopade.kernels.speed_table import OCTAVES, TABLES, speed_table
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 FILE = Path(registry.__file__).parents[1] / registry.DATA
@@ -53,8 +50,12 @@ def test_names_of_columns_and_rows() -> None:
 def test_every_exported_table_is_there_with_its_name(form: str) -> None:
     for tier, size in TABLES:
         entry = of("speed", tier, form, size=size)
-        assert entry.bytes == TABLES[tier, size].bytes
-        assert size == "small" or f"viscopade_restitution_{entry.name}(" in (EXPORTS / file_of(tier)).read_text()
+        assert entry.bytes == speed_table(tier, size).bytes
+        assert (
+            size == "small"
+            or f"viscopade_restitution_{entry.name}("
+            in (EXPORTS / f"viscopade_speed_{tier.replace('-', 'm')}.h").read_text()
+        )
 
 
 def test_the_file_as_computed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -62,16 +63,12 @@ def test_the_file_as_computed(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == FILE.read_text()
 
 
-def test_full_rows_as_proven() -> None:
-    assert Fraction(of("full", "full", "double").inside) >= last_place.largest_ulp() * Fraction(DOUBLE.epsilon)
-
-
 # --- what entries say -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("entry", [e for e in entries() if e.kind == "speed"], ids=lambda e: f"{e.name}-{e.format}")
 def test_ranges_are_within_the_tables(entry: Entry) -> None:
-    first = (LastPlaceTable() if entry.tier == FULL else TABLES[entry.tier, entry.size]).first
+    first = TABLES[entry.tier, entry.size].first
     least, most = (Fraction(2) ** e for e in (first, first + OCTAVES))
     margin = 1 + Fraction(1, 1000)  # far more than rounding of w
     assert least * margin < Fraction(entry.v_star_min) ** 10 < least * 2

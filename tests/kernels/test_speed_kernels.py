@@ -25,8 +25,8 @@ from tests.kernels.speed_headers import (
     named_compiler,
     spacing,
 )
-from viscopade.kernels import names
-from viscopade.kernels.forms import speed_table
+from viscopade.arithmetic.formats import FORMATS
+from viscopade.kernels import names, speed_table
 from viscopade_lab.studies import exhaustive
 
 FUSED = ("-ffp-contract=fast",)
@@ -201,7 +201,7 @@ def test_errors_are_within_the_stated_bounds(built, build, tier):
         worst = int(np.argmax(parts))
         values, beta = inputs(tier, form)
         assert parts[worst] <= 1, (form, function, float(values[worst]).hex(), float(beta[worst]).hex())
-        if function == "restitution" and not header(tier).full:
+        if function == "restitution" and tier != "full":
             inside = truth(tier, form).in_table(header(tier), form)
             assert parts[inside].max() > 0.6  # no bound is far too large
             assert not inside.all()
@@ -266,9 +266,9 @@ def test_arrays_by_other_shuffles(tmp_path, without, four, flags):
     given, tier = header("1e-10"), "1e-10"
     text = given.text
     for condition in without:
-        text = changed(Header(text), condition, "#if 0").text
+        text = changed(Header(text, tier), condition, "#if 0").text
     text = text if four == "" else f"#define VISCOPADE_BY_FOUR {four}\n{text}"
-    functions = Functions(tmp_path, [Header(text)], named_compiler("cc", "c99", ("-O2", *flags, *PLAIN)))
+    functions = Functions(tmp_path, [Header(text, tier)], named_compiler("cc", "c99", ("-O2", *flags, *PLAIN)))
     for form, function in itertools.product(FORMS, FUNCTIONS):
         values, beta = batch(tier, form, np.random.default_rng(7), 1999, 0.01)
         assert same(functions("each", function, given, values, beta), expected(functions, function, tier, values, beta))
@@ -318,20 +318,15 @@ def rises(functions, tier, form, values, beta):
     return np.diff(eps), eps[1:], inside[1:] & inside[:-1]
 
 
-def allowed_rise(given, form, eps, inside):
-    """Return what the header says of the rise, with rounding; at the ends of the table, both errors."""
-    kind = FORMS[form] if form in given.native else float
-    smaller = np.minimum(eps, 1 - eps)
-    last = spacing(eps, FORMS[form])  # half a unit for each of two roundings
-    if given.full:
-        ulp = given.number(r"off by at most (\S+) units")
-        return 2 * np.where(inside, ulp, 160) * spacing(eps, float) + (last if kind is not FORMS[form] else 0)
-    proven = given.number(r"<= (\S+) in the table")
-    rise = given.number(r"rises by at most (\S+) min")
-    type_ = form if form in given.native else "double"
-    rounding = given.number(rf"rounding of restitution:.*?(\S+) min\(eps, 1 - eps\) in type {type_}")
-    elsewhere = 0 if "viscopade_full.h elsewhere" in given.head else given.number(r"in the table, (\S+) elsewhere")
-    return (np.where(inside, rise, proven + elsewhere) + 2 * rounding) * smaller + last + spacing(eps, kind)
+def allowed_rise(given, form, values, beta, eps, inside):
+    """Return how much eps may rise from a speed to the next: by both errors, in a table as is proven of its rows."""
+    error = Truth(np.unique(values), beta).bound("restitution", given, form)
+    both, proven = error[1:] + error[:-1], speed_table.table_bounds(given.layout)
+    if "rise" not in proven:
+        return both
+    table = speed_table.in_table(given.kernel, "restitution", FORMATS[form])
+    rise = float(proven["rise"] * (1 + proven["error"]) + 2 * (table.rounding + table.last))
+    return np.where(inside, rise * np.minimum(eps, 1 - eps) + 2 * spacing(eps, FORMS[form]), both)
 
 
 def ordered_speeds(given, form, beta, number):
@@ -352,7 +347,8 @@ def test_eps_rises_by_no_more_than_stated(built, tier, form, number):
             continue
         values = ordered_speeds(given, form, beta, number)
         found, eps, inside = rises(built(build, tier), tier, form, values, beta)
-        assert np.all(found <= allowed_rise(given, form, eps, inside)), float(values[np.argmax(found)]).hex()
+        allowed = allowed_rise(given, form, values, beta, eps, inside)
+        assert np.all(found <= allowed), float(values[np.argmax(found)]).hex()
         assert np.count_nonzero(found < 0) > found.size / 4
 
 
@@ -363,9 +359,8 @@ def layout(given, form):
     """Return which numbers of a type say what is read: begin, end, shift of the ends, and sizes of tables by shift."""
     s = SUFFIXES[form]
     code = given.text
-    begin = int(
-        re.search(rf"viscopade_place_{given.name}{s}\(.*?return bits - UINT\d+_C\((\w+)\)", code, re.DOTALL)[1], 16
-    )
+    at = rf"viscopade_place_{given.name}{s}\(.*?viscopade_bits\w?\(w\) - UINT\d+_C\((\w+)\)"
+    begin = int(re.search(at, code, re.DOTALL)[1], 16)
     one, block = (code.split(f" viscopade_{part}_{given.name}{s}(")[1].split("\n}")[0] for part in ("one", "block"))
     end = int(re.search(r"place < UINT\d+_C\((\w+)\)", one)[1], 16)
     ends = int(re.search(r"beyond >> (\d+)\) == 0", block)[1])
@@ -383,13 +378,6 @@ def reads_within(end, ends, sizes):
     return end == 1 << ends and all((end - 1) >> shift == size - 1 for size, shift in sizes)
 
 
-def rows_of(given):
-    """Return the coefficients in the text."""
-    lines = given.text.split(f"viscopade_table_{given.name}[")[1].split("};")[0]
-    rows = re.findall(r"^    \{(.*)\},", lines, re.MULTILINE)
-    return [[float.fromhex(c.strip().rstrip("f")) for c in row.split(",")] for row in rows]
-
-
 @each_tier
 def test_no_row_beyond_the_table_is_read(tier):
     """By reasoning, for all places: x < 2^k if and only if x >> k is 0, so x | y < 2^k too; x >> shift is monotonic."""
@@ -397,8 +385,7 @@ def test_no_row_beyond_the_table_is_read(tier):
     for form in given.native:
         begin, end, ends, sizes = layout(given, form)
         assert reads_within(end, ends, sizes)
-        fraction = np.finfo(FORMS[form]).nmant
-        assert (len(rows_of(given)), fraction - given.split) in sizes
+        assert (given.layout.size, np.finfo(FORMS[form]).nmant - given.split) in sizes
         assert begin == int(bits(form, [2.0**given.first])[0])
         assert begin + end == int(bits(form, [2.0**given.end])[0])
 
@@ -419,7 +406,7 @@ def changed(given, old, new, times=1):
     """Return a header with a mistake; `old` is a regular expression."""
     text, number = re.subn(old, new, given.text)
     assert number >= times, f"nothing to change: {old}"
-    return Header(text)
+    return Header(text, given.tier)
 
 
 BEYOND = {

@@ -10,14 +10,11 @@ from tests.kernels.contracted import Contracted
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
-from viscopade.kernels import rounding_bounds
+from viscopade.kernels import rounding_bounds, speed_table
 from viscopade.kernels.expressions import Reading, Run
-from viscopade.kernels.forms import speed_table, speed_table_last_place
-from viscopade.kernels.forms.speed_table import MantissaPiece, Table
-from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
+from viscopade.kernels.speed_table import TABLES, MantissaPiece, Polynomials
 
-SMALL = Table(2, -96, 3, FLOAT)
-FULL = LastPlaceTable()
+SMALL, FULL = TABLES["1e-5", "small"], TABLES["full", "fast"]
 U = Fraction(1, 2**53)
 E = Fraction(1, 2**60)
 
@@ -51,7 +48,7 @@ def test_least_and_most_count_the_polynomial_and_its_error():
 @pytest.mark.parametrize("index", [7, 300, 371, 372, 504, 511])
 def test_errors_of_pieces_count_the_remainder_and_the_reference(index):
     """The remainder is seen at the ends, in 40 digits; its enclosure is not wider than 100 times."""
-    for piece in SMALL.pieces(index, SMALL.degree):
+    for piece in SMALL.pieces(index):
         exponent = SMALL.interval(index)[0]
         assert piece.error > E * (1 + E) * abs(to_fraction(piece.p[0])) * Fraction(99, 100)
         found = []
@@ -75,44 +72,34 @@ def test_a_panel_of_the_reference_ends_where_the_next_begins():
 
 @pytest.mark.parametrize("index", [300, 372, 511])
 def test_bounds_of_a_row_count_every_part(index):
-    """What `RowBounds` says, from its definition; |p| may be above 1/2 at row 372, where 1 - |p| is the smaller one."""
-    pieces = SMALL.pieces(index, 3)
+    """What is bounded, from its definition; |p| may be above 1/2 at row 372, where 1 - |p| is the smaller one."""
+    pieces = SMALL.pieces(index)
     more = Fraction(1, 10**4)
     for piece in pieces:
-        plain, wider = (SMALL._bounds_on(index, x, 1) for x in (piece, piece._replace(error=piece.error + more)))
+        plain, wider = (SMALL.bounds_on(index, x, 1) for x in (piece, piece._replace(error=piece.error + more)))
         smaller = min(piece.least, 1 - piece.most)
-        difference = greatest(SMALL.machine(index, piece) - piece.p)
-        assert plain.error == (difference + piece.error) / smaller
-        assert wider.error == (difference + piece.error + more) / (smaller - more)
+        difference = greatest(SMALL.machine(index, speed_table._of_s(piece)) - piece.p)
+        assert plain["error"] == (difference + piece.error) / smaller
+        assert wider["error"] == (difference + piece.error + more) / (smaller - more)
         for form in (DOUBLE, FLOAT):
-            assert dict(plain.rounding)[form.name] == SMALL._rounding_on(index, piece, form) / smaller
+            assert plain[form.name] == SMALL.rounding_on(index, piece, form) / smaller
     assert index != 372 or any(1 - piece.most < piece.least for piece in pieces)
 
 
 def test_the_worst_of_all_rows():
-    first, second = SMALL.bounds(3), SMALL.bounds(400)._replace(falling=False)
-    for found in (speed_table._worst([first, second]), speed_table._worst([second, first])):
-        for name, value in found._asdict().items():
-            a, b = getattr(first, name), getattr(second, name)
-            if name == "rounding":
-                assert value == tuple((kind, max(x, dict(b)[kind])) for kind, x in a)
-            else:
-                assert value == (a and b if isinstance(a, bool) else max(a, b)), name
+    first, second = SMALL.bounds(3), SMALL.bounds(400)
+    for found in (speed_table.worst([first, second]), speed_table.worst([second, first])):
+        assert found == {name: max(first[name], second[name]) for name in ("error", "double", "float")}
 
 
-def test_a_row_that_falls_in_its_middle_only_is_not_falling():
+def test_a_row_that_falls_in_its_middle_only_is_refused():
     _, low, high = SMALL.interval(450)
     centre = (low + high) / 2
     for sign in (1, -1):  # p' = -1/8 + sign 2 (m - centre): 0 within the row
         c = (Fraction(1, 4) + sign * centre**2 + centre / 8, -Fraction(1, 8) - sign * 2 * centre, Fraction(sign))
         changed = with_rows(SMALL, {450: (*map(float, c), 0.0)})
-        (piece,) = SMALL.pieces(450, 3)
-        assert to_fraction(changed.machine(450, piece).derivative()[0]) < 0
-        assert not changed.bounds(450).falling
-    assert SMALL.bounds(450).falling
-
-
-rise_of = speed_table.table_rise.__wrapped__  # computed: the record is that of the table as it is
+        with pytest.raises(ArithmeticError, match="eps may rise in row 450"):
+            changed.bounds(450)
 
 
 def value(row, m):
@@ -125,7 +112,7 @@ def value(row, m):
 
 def test_a_rise_is_relative_to_the_smaller_function():
     """At the first border after the switch eps is above 1/2, so that 1 - eps is the smaller one."""
-    table = Table(3, -96, 1, FLOAT)
+    table = Polynomials(3, -96, 1, FLOAT)
     index = table.switch
     first, *others = table.rows[index + 1]
     changed = with_rows(table, {index + 1: (first + 0.125, *others)})
@@ -133,10 +120,10 @@ def test_a_rise_is_relative_to_the_smaller_function():
     after = value(changed.rows[index + 1], table.interval(index)[2])
     assert before > Fraction(1, 2)
     wanted = (after - before) / (1 - before)
-    assert wanted <= rise_of(changed) <= wanted * (1 + Fraction(1, 100))
+    assert wanted <= changed.rise_after(index) <= wanted * (1 + Fraction(1, 100))
     last = table.size - 1
     changed = with_rows(table, {last: (table.rows[last][0] * 2, *table.rows[last][1:])})
-    assert rise_of(changed) > Fraction(1, 2)  # the last border counts
+    assert changed.rise_after(last - 1) > Fraction(1, 2)
 
 
 # --- rounding ---------------------------------------------------------------------------------------------------------
@@ -144,11 +131,11 @@ def test_a_rise_is_relative_to_the_smaller_function():
 
 def sums(table, row, x, kind, contracted):
     """Return p, or the rest of a row of full accuracy, as the exported code sums it."""
-    names = [f"c{n}" for n in range(len(row))]
+    names = table.names
     wrap = Contracted if contracted else (lambda number: number)
     given = {name: wrap(kind(c)) for name, c in zip(names, row, strict=True)}
     variable, result = ("t", "rest") if table is FULL else ("m", "p")
-    found = Run(table.sums(names).program, {**given, variable: wrap(x)}, Reading(kind))[result]
+    found = Run(table.sums().program, {**given, variable: wrap(x)}, Reading(kind))[result]
     return found.value if contracted else found
 
 
@@ -164,10 +151,10 @@ def errors(table, row, x, kind, start=0):
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 def test_roundings_of_a_row_stay_within_the_bound_and_come_near_it(degree, kind):
     form = FLOAT if kind is np.float32 else DOUBLE
-    table, closest = Table(2, -96, degree, FLOAT), 0.0
+    table, closest = Polynomials(2, -96, degree, FLOAT), 0.0
     for index in (100, 300, 371, 372, 420, 500):
-        for piece in table.pieces(index, degree):
-            bound = table._rounding_on(index, piece, form)
+        for piece in table.pieces(index):
+            bound = table.rounding_on(index, piece, form)
             ends = float(piece.centre - piece.half), float(piece.centre + piece.half)
             m = np.random.default_rng(index).uniform(*ends, 250).astype(kind)
             found = max(errors(table, table.row(index), m, kind))
@@ -180,7 +167,7 @@ def test_roundings_of_a_row_stay_within_the_bound_and_come_near_it(degree, kind)
 def test_roundings_of_a_row_of_full_accuracy_stay_within_the_bound(index):
     _, start, end = FULL.interval(index)
     centre, half = (start + end) / 2, (end - start) / 2
-    rest, _ = FULL._rounding_on(index, fmpq_poly([0, to_fmpq(half)]))
+    rest, _ = FULL.rounding_on(index, fmpq_poly([0, to_fmpq(half)]))
     t = np.random.default_rng(index).uniform(float(start), float(end), 600) - float(centre)
     found = max(errors(FULL, FULL.rows[index], t, np.float64, start=1))
     assert Fraction(1, 5) * rest < found <= rest
@@ -195,7 +182,6 @@ def test_what_the_rounding_of_w_does_is_within_its_bound(w):
     assert max(loss - low_loss, high_loss - loss) / loss <= bound
     if w > 1000:  # the slope is nearly 1/3
         assert (low - middle) / middle > bound * Fraction(95, 100)
-    assert speed_table_last_place.ulp_of_w() == bound / U
 
 
 def test_the_reference_is_known_up_to_its_error_on_both_sides_of_a_border():
@@ -208,32 +194,32 @@ def test_the_reference_is_known_up_to_its_error_on_both_sides_of_a_border():
 
 @pytest.mark.parametrize("index", [100, 487, 488, 1016])
 def test_bounds_of_a_full_row_count_every_part(index):
-    """What `FullBounds` says, from its definition."""
+    """What is bounded, from its definition."""
     low, *a = map(Fraction, FULL.rows[index][1:])
     _, start, end = FULL.interval(index)
     half, base = (end - start) / 2, FULL.base(index)
     more = Fraction(1, 2**70)
-    for piece in FULL.pieces(index, DEGREE):
-        plain, wider = (FULL._bounds_on(index, x, 1) for x in (piece, piece._replace(error=piece.error + more)))
-        assert wider.relative - plain.relative > more
-        assert wider.ulp > plain.ulp
+    for piece in FULL.pieces(index):
+        plain, wider = (FULL.bounds_on(index, x, 1) for x in (piece, piece._replace(error=piece.error + more)))
+        assert wider["relative"] - plain["relative"] > more
+        assert wider["ulp"] > plain["ulp"]
         t = fmpq_poly([to_fmpq(piece.centre - (start + end) / 2), to_fmpq(piece.half)])
         machine = fmpq_poly([to_fmpq(c) for c in (Fraction(FULL.rows[index][0]) + low, *a)])(t)
         given = greatest(machine - piece.p) + piece.error
-        rest, added = FULL._rounding_on(index, t)
+        rest, added = FULL.rounding_on(index, t)
         least = 1 - piece.most if base else piece.least
-        assert plain.relative == ((given + rest) / piece.least + U) * (1 + U)
+        assert plain["relative"] == ((given + rest) / piece.least + U) * (1 + U)
         # The sum of what is lost, half a unit of base + high at most, and of the rest is rounded, too.
         lost = U / 2 * (DOUBLE.ulp(1 + Fraction(FULL.rows[index][0])) * 2**53) / 2 if base else 0
         assert rest < added <= rest + U * (abs(low) + sum(abs(c) * half ** (n + 1) for n, c in enumerate(a)) + lost)
-        assert plain.ulp == Fraction(1, 2) + (given + added) / DOUBLE.ulp(least)
+        assert plain["ulp"] == Fraction(1, 2) + (given + added) / DOUBLE.ulp(least)
 
 
 def test_the_unit_is_that_of_the_least_eps():
     """With 1 - eps = 0.45, eps may be below 1/2 if p is known less well: there the unit is half as large."""
-    (piece,) = FULL.pieces(100, DEGREE)
+    (piece,) = FULL.pieces(100)
     constant = piece._replace(p=fmpq_poly([to_fmpq(Fraction(-45, 100))]))
-    near, far = (FULL._bounds_on(100, constant._replace(error=Fraction(error, 1000)), 1).ulp for error in (49, 51))
+    near, far = (FULL.bounds_on(100, constant._replace(error=Fraction(error, 1000)), 1)["ulp"] for error in (49, 51))
     assert far > Fraction(19, 10) * near  # nearly all of both is the distance of p from the row
 
 
@@ -244,9 +230,9 @@ def test_units_in_the_last_place():
 
 
 def test_p_of_1_or_more_is_refused():
-    (piece,) = FULL.pieces(100, DEGREE)
+    (piece,) = FULL.pieces(100)
     with pytest.raises(ArithmeticError, match="p may vanish"):
-        FULL._bounds_on(100, piece._replace(p=fmpq_poly([to_fmpq(Fraction(-6, 5))])), 1)
+        FULL.bounds_on(100, piece._replace(p=fmpq_poly([to_fmpq(Fraction(-6, 5))])), 1)
 
 
 # --- small things -----------------------------------------------------------------------------------------------------
@@ -256,9 +242,3 @@ def test_greatest_sees_the_whole_interval():
     for parts in (1, 2, 5, 16):
         for p in (fmpq_poly([1, 1]), fmpq_poly([1, -1]), fmpq_poly([0, 0, 0, -2])):
             assert greatest(p, parts) == 2
-
-
-def test_sizes_in_memory():
-    assert Table(6, -96, 1, FLOAT).bytes == 65536
-    assert Table(4, -96, 3, DOUBLE).bytes == 65536
-    assert panel_proof.proven_error() == E

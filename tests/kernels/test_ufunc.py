@@ -21,14 +21,14 @@ from hypothesis.extra import numpy as hnp
 import viscopade as vp
 from viscopade.collision import exact
 from viscopade.kernels import native
-from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
+from viscopade.kernels.speed_table import OCTAVES, SWITCH, TABLES
 
 try:
     from viscopade.kernels import _native
 except ImportError:
     _native = None
 
-FULL = LastPlaceTable()
+FIRST = TABLES["full", "fast"].first
 NUMPY = native.numpy_restitution
 COMPILED = {name: native.compiled_restitution(name) for name in _native.instruction_sets()} if _native else {}
 BACKENDS = {"numpy": NUMPY, **COMPILED}
@@ -71,7 +71,7 @@ def samples(dtype, number, seed):
 
 def edges(dtype):
     """Return numbers next to where the code branches, and the special ones."""
-    ends = np.array([*FULL.ends, FULL.ends[0] * 2.0 ** (FULL.switch >> FULL.split), 1, 2])
+    ends = np.array([2.0**FIRST, 2.0 ** (FIRST + OCTAVES), 2.0**SWITCH, 1, 2])
     form = np.finfo(dtype)
     numbers = [*ends, form.tiny, form.smallest_subnormal, form.max, form.eps, 1.5, 1e-30, 1e30, 0.0, np.inf, np.nan]
     with np.errstate(all="ignore"):
@@ -515,7 +515,7 @@ def test_programs_are_loaded_when_numpy_needs_them():
     code = """
 import sys, viscopade
 def loaded():
-    return bool({"flint", "viscopade.kernels.forms.speed_table"} & {*sys.modules})
+    return bool({"flint", "viscopade.kernels.speed_table"} & {*sys.modules})
 viscopade.restitution
 before = loaded()
 viscopade.restitution(1.0, 1.0)

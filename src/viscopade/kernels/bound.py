@@ -22,8 +22,9 @@ class ErrorBound:
 
         |computed - exact| <= (formula + rounding) * reference + last * |value| + ulps * ulp(value) + absolute * tiny,
 
-    where the reference is `smaller` or |value|, and tiny the smallest positive number of the format. All numbers are
-    exact; a file rounds them up.
+    where the reference is `smaller` or |value|, and tiny the smallest positive number of the format (for rebound, times
+    a speed above 1). The ulp is that of the result before its last rounding, which may be beyond a power of two that
+    the exact one is below. All numbers are exact; a file rounds them up.
 
     Attributes
     ----------
@@ -75,12 +76,13 @@ class ErrorBound:
         fast = self.speeds is None or (speed is not None and self.speeds[0] <= speed <= self.speeds[1])
         return self.low <= v_star <= self.high and fast
 
-    def allowed(self, value: Fraction, smaller: Fraction) -> Fraction:
+    def allowed(self, value: Fraction, smaller: Fraction, speed: Fraction | None = None) -> Fraction:
         """Return the largest error, given upper bounds of |exact result| and of min(eps, 1 - eps)."""
         form = self.arithmetic.form
         reference = value if self.relative_to == "value" else smaller
-        last = self.ulps * form.ulp(value) if self.ulps else Fraction(0)
-        return (self.formula + self.rounding) * reference + self.last * value + last + self.absolute * form.smallest
+        tiny = form.smallest * (max(speed or Fraction(1), Fraction(1)) if self.result == "rebound" else 1)
+        first = (self.formula + self.rounding) * reference + self.last * value + self.absolute * tiny
+        return first + (self.ulps * form.ulp(value + first) if self.ulps and value + first else Fraction(0))
 
     def on(self, low: Fraction, high: End) -> bool:
         """Return whether the bound covers a range of v*."""

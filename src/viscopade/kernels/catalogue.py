@@ -75,6 +75,18 @@ def _inverse(accuracy: str) -> Kernel:
     return inverse.inverse(accuracy)
 
 
+def _full() -> Kernel:
+    from viscopade.kernels import full
+
+    return full.full()
+
+
+def _speed(accuracy: str, size: str) -> Kernel:
+    from viscopade.kernels import speed_table
+
+    return speed_table.speed_table(accuracy, size)
+
+
 def _entries() -> Iterator[Entry]:
     for m, n in TABLE:  # the paper's
         yield Entry(f"pade {m}/{n}", {"pade": ((m, n),)}, partial(_pade, m, n))
@@ -85,6 +97,10 @@ def _entries() -> Iterator[Entry]:
         yield Entry(f"compact {accuracy}", {"accuracy": (accuracy,)}, partial(_compact, accuracy))
     for accuracy in ("1e-3", "1e-5"):
         yield Entry(f"inverse {accuracy}", {"inverse": (accuracy,)}, partial(_inverse, accuracy))
+    yield Entry("full", {"full": True}, _full)
+    for accuracy, size in (("1e-5", "fast"), ("1e-5", "small"), ("1e-10", "fast"), ("full", "fast")):
+        options = {"from_speed": (accuracy,)} | ({} if size == "fast" else {"size": size})
+        yield Entry(f"speed {accuracy}" + f" {size}" * (size != "fast"), options, partial(_speed, accuracy, size))
 
 
 CATALOGUE: Mapping[str, Entry] = {entry.key: entry for entry in _entries()}

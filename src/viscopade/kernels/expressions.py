@@ -3,7 +3,7 @@
 A program is a sequence of assignments; a branch is a program for a part of the arguments, with expressions for its
 results. `Run` and `evaluate` read a program with numbers of any kind: balls of power series for the proof
 (`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers (`machine`), fractions;
-`targets.syntax` writes it in a language, and `operations` counts. What is read many times is `prepared`. Nothing here
+`write.writer` writes it in a language, and `operations` counts. What is read many times is `prepared`. Nothing here
 needs FLINT.
 
 Besides numbers there are words, which are the bits of numbers, and conditions. Code adds, shifts and masks words modulo
@@ -19,7 +19,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import count as numbers
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from viscopade.arithmetic.formats import Format
 
 # --- expressions ------------------------------------------------------------------------------------------------------
 
@@ -62,10 +65,14 @@ class Literal(Expression):
 
 @dataclass(frozen=True)
 class Word(Expression):
-    """A constant word; a `pattern` of bits is written in hexadecimal digits, a count in decimal ones."""
+    """A constant word, or one for each format; a `pattern` has hexadecimal digits in code, a count decimal ones."""
 
-    value: int
+    value: int | Callable[[Format], int]
     pattern: bool = True
+
+    def of(self, form: Format) -> int:
+        """Return the word for numbers of a format."""
+        return self.value if isinstance(self.value, int) else self.value(form)
 
 
 @dataclass(frozen=True)
@@ -100,6 +107,14 @@ class TableRow(Expression):
 
     table: str
     index: Expression
+
+
+@dataclass(frozen=True)
+class Column(Expression):
+    """A number of a row, which has a name."""
+
+    row: str
+    index: int
 
 
 @dataclass(frozen=True)
@@ -208,6 +223,8 @@ def names_in(expression: Expression) -> Iterator[str]:
         case TableRow(table, index):
             yield table
             yield from names_in(index)
+        case Column(row, _):
+            yield row
         case Call(_, arguments):
             for part in arguments:
                 yield from names_in(part)
@@ -230,11 +247,11 @@ class Reading(NamedTuple):
     operations, exactly : mapping
         By symbol, operations other than Python's; those that do not round.
     word : callable
-        From a whole number to a word.
+        From a `Word` to its value.
     choose : callable or None
         From a condition and two values to the one that it chooses; None: only the chosen one is computed.
-    row : callable
-        From a table and an index to a row.
+    row, column : callable
+        From a table and an index to a row; from a row and an index to a number.
     """
 
     literal: Callable[[str], Any]
@@ -242,9 +259,10 @@ class Reading(NamedTuple):
     polynomial: Callable[[Sequence[tuple[int, Any]], Any], Any] | None = None
     operations: Mapping[str, Callable[[Any, Any], Any]] = {}
     exactly: Mapping[str, Callable[[Any, Any], Any]] = {}
-    word: Callable[[int], Any] = int
+    word: Callable[[Word], Any] = lambda word: word.value
     choose: Callable[[Any, Any, Any], Any] | None = None
     row: Callable[[Any, Any], Any] = op.getitem
+    column: Callable[[Any, int], Any] = op.getitem
 
 
 class Run(dict[str, Any]):
@@ -303,8 +321,8 @@ def function_of(expression: Expression, arithmetic: Reading) -> Function:
             return op.itemgetter(name)
         case Literal(number):
             return _constant(arithmetic.literal(number))
-        case Word(number):
-            return _constant(arithmetic.word(number))
+        case Word():
+            return _constant(arithmetic.word(expression))
         case Call(function, arguments):
             parts = (function_of(part, arithmetic) for part in arguments)
             return _applied(arithmetic.functions[function], *parts)
@@ -324,6 +342,8 @@ def function_of(expression: Expression, arithmetic: Reading) -> Function:
             return lambda known: known[values][known[place]]
         case TableRow(table, index):
             return _applied(arithmetic.row, op.itemgetter(table), function_of(index, arithmetic))
+        case Column(row, number):
+            return lambda values: arithmetic.column(values[row], number)
     raise TypeError(f"{expression!r} is no expression")
 
 

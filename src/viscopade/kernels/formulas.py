@@ -15,10 +15,6 @@ so that no power overflows. Inverse kernels, with y = ((1 - eps)/eps)^root, u = 
 
     v* = y^k N(y)/D(y)    and for eps < 1/2, where y has no end:    v* = N^(u)/(u^j D^(u)),    j = k + deg N - deg D.
 
-Rows of tables are chosen by the bits of a number, x = 2^e m with 1 <= m < 2: by e and the leading bits of m. They are
-polynomials in t or in m that are summed in pairs; those of full accuracy have a leading part apart,
-whose sums are exact.
-
 Besides the results of exported code the programs have those that proofs need: "loss_ratio" is (1 - eps)/v*^d, "ratio"
 is N/D, and "limit" is what is left of eps v*^k, or of v* y^(-j), for large v*.
 """
@@ -34,7 +30,6 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.kernels.expressions import (
     Call,
     CodeBranch,
-    Exact,
     Expression,
     Literal,
     Name,
@@ -46,10 +41,8 @@ from viscopade.kernels.expressions import (
     by_horner,
     by_powers,
     gaps,
-    in_pairs,
     power,
     powers,
-    unequal,
 )
 
 Number = TypeVar("Number")
@@ -257,7 +250,7 @@ def lost_energy(epsilon: Expression, loss: Expression) -> dict[str, Expression]:
     }
 
 
-# --- rows of tables ---------------------------------------------------------------------------------------------------
+# --- w ---------------------------------------------------------------------------------------------------
 
 
 def fifth_power(square: str) -> Expression:
@@ -277,86 +270,3 @@ W_BEYOND = Name("w") > Name("largest")
 """The condition that w is replaced by `largest`."""
 W_CUT = Select(W_BEYOND, Name("largest"), Name("w"))
 """The w that compact kernels compute with, if it is accepted."""
-
-
-def table_row_branch(names: Sequence[str], rest: str) -> CodeBranch:
-    """Return what a speed table computes from m and a row's coefficients: p = eps - base, and its results.
-
-    `rest` is the name of 1 - base.
-    """
-    m, p, base = Name("m"), Name("p"), Name("base")
-    program = (Statement("mm", m * m), Statement("p", in_pairs("m", "mm", names)))
-    return _from_speed(program, base + p, rest)
-
-
-def full_row_branch(names: Sequence[str], rest_of_base: str) -> CodeBranch:
-    """Return what the speed table of full accuracy computes from t and a row high, low, a_1, ….
-
-    p is high + rest; eps is base + high + rest, of which the first sum is taken with its error. `rest_of_base` is the
-    name of 1 - base.
-    """
-    t, base, high, rest = Name("t"), Name("base"), Name("high"), Name("rest")
-    program = (
-        Statement("tt", t * t),
-        Statement("high", Name(names[0])),
-        Statement("rest", Name(names[1]) + t * in_pairs("t", "tt", names[2:])),
-        *_sum_with_error(base, high),
-        Statement("p", high + rest),
-    )
-    return _from_speed(program, Name("head") + (Name("lost") + rest), rest_of_base)
-
-
-def _from_speed(program: Program, eps: Expression, rest: str) -> CodeBranch:
-    """Return the results of a speed table; 1 - eps^2 = (1 - base) - p (2 base + p) loses no digits."""
-    p, base = Name("p"), Name("base")
-    dissipation = Name(rest) - p * (Exact(Literal("2.0") * base, "base is 0 or 1") + p)
-    results = {"restitution": Name("eps"), "rebound": Name("eps") * Name("speed"), "dissipation": dissipation}
-    return CodeBranch(None, (*program, Statement("eps", eps)), results)
-
-
-def full_panel_branch(names: Sequence[str]) -> CodeBranch:
-    """Return what a kernel of full accuracy computes on a panel; names are those of `DoubleRow.numbers`.
-
-    t = t1 + t2 is the distance from the centre. `elastic` is true where 1 - eps is on the panel's row, `loss` where it
-    is wanted.
-    """
-    _, a0_high, a1_high, a0_low, a1_low = map(Name, names[:5])
-    t, t1, t2 = map(Name, ("t", "t1", "t2"))
-    head, lost, rest, exact, loss = map(Name, ("head", "lost", "rest", "exact", "loss"))
-    reason = "multiples of one unit, and below 2^53 of it"
-    program = (
-        Statement("tt", t * t),
-        Statement("q", in_pairs("t", "tt", names[5:])),
-        Statement("rest", (a0_low + a1_high * t2) + t * (a1_low + t * Name("q"))),
-        Statement("exact", Exact(a0_high + Exact(a1_high * t1, reason), reason)),
-        Statement("sum", Select(loss, -exact, exact)),
-        Statement("base", Select(unequal(Name("elastic"), loss), ONE, ZERO)),
-        *_sum_with_error(Name("base"), Name("sum")),
-    )
-    return CodeBranch(None, program, {"result": head + Select(loss, lost - rest, lost + rest)})
-
-
-def _sum_with_error(base: Expression, part: Expression) -> Program:
-    """Return the assignments of base + part, and of its rounding's loss: Fast2Sum, as base is 0 or the larger."""
-    reason = "Fast2Sum"
-    return (
-        Statement("head", base + part),
-        Statement("lost", Exact(Exact(base - Name("head"), reason) + part, reason)),
-    )
-
-
-def full_near_branch(names: Sequence[str]) -> CodeBranch:
-    """Return 1 - eps near 0, times a power of 2: v*^2 (c + v*^2 (a_0 + a_1 v* + ...)).
-
-    w is v* times a power of 2, high its leading bits; c = c_high + c_low, and c_high high^2 is exact.
-    """
-    w, high, c_high = map(Name, ("w", "high", "c_high"))
-    reason = "few bits"
-    factor = Name("c_low") + Name("tt") * Name("q")
-    program = (
-        Statement("tt", Name("v_star") * Name("v_star")),
-        Statement("q", in_pairs("v_star", "tt", names)),
-        Statement("rest", c_high * (Exact(w - high, reason) * (w + high)) + w * w * factor),
-    )
-    leading = Exact(Exact(c_high * high, reason) * high, reason)
-    return CodeBranch(None, program, {"factor": factor, "result": leading + Name("rest")})

@@ -21,7 +21,7 @@ from viscopade.kernels.expressions import CodeBranch, Expression, Item, Program,
 from viscopade.theory.law import VISCOELASTIC, Law
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """A table of numbers of one format, which programs read by rows (`expressions.TableRow`)."""
 
@@ -71,7 +71,7 @@ class Function:
         branches = tuple(_pruned(branch, self.result) for branch in self.branches)
         wanted = {name for branch in branches for name in names_of(branch)}
         return Function(
-            self.name, self.arguments, self.meaning, self.domain, _needed(self.start, wanted), branches, self.result
+            self.name, self.arguments, self.meaning, self.domain, needed(self.start, wanted), branches, self.result
         )
 
     @property
@@ -115,7 +115,7 @@ def names_of(branch: CodeBranch) -> Iterator[str]:
         yield from names_in(branch.guard)
 
 
-def _needed(program: Program, wanted: Iterable[str]) -> Program:
+def needed(program: Program, wanted: Iterable[str]) -> Program:
     """Return the statements of a program that lead to the wanted names."""
     known, kept = set(wanted), list[Statement]()
     for statement in reversed(program):
@@ -127,7 +127,7 @@ def _needed(program: Program, wanted: Iterable[str]) -> Program:
 
 def _pruned(branch: CodeBranch, result: str) -> CodeBranch:
     value = branch.results[result]
-    return CodeBranch(branch.guard, _needed(branch.program, names_in(value)), {result: value})
+    return CodeBranch(branch.guard, needed(branch.program, names_in(value)), {result: value})
 
 
 @dataclass(frozen=True)
@@ -149,12 +149,16 @@ class Kernel:
         By name of a format and name of a constant; a format without constants has an entry, too.
     bounds : tuple of ErrorBound
     tables : tuple of Table
+        In a narrower type than a table's, functions are computed in the table's type, and rounded.
     lists : mapping
         By name, constants that functions read by a whole number (`expressions.Item`), such as one for each pair.
     missing : mapping
         Why a format is left out, by its name.
     record : mapping
         The formula for tables, as JSON-able data: coefficients as decimals, domain, measure, …
+    elsewhere : Kernel or None
+        For functions of the speed: the kernel of v* = sqrt(beta) pow(speed, 0.1), in type double, that serves where no
+        branch does. None: NaN.
     proofs : tuple of mapping
         What independent checkers need to check the bounds, as JSON-able data.
     law : Law
@@ -181,20 +185,21 @@ class Kernel:
     record: Mapping[str, Any] = field(default_factory=dict)
     proofs: tuple[Mapping[str, Any], ...] = ()
     law: Law = VISCOELASTIC
+    elsewhere: Kernel | None = None
 
     def __post_init__(self) -> None:
         for form, constants in self.constants.items():
             for name, value in constants.items():
                 if FORMATS[form].rounded(Fraction(value)) != value:
                     raise ValueError(f"{self.name}: {name} is no number of type {form}")
-            rows = {name for table in self.tables for name in (table.name, *_columns(table))}
+            tables = {table.name for table in self.tables}
             for function in (whole.pruned() for whole in self.functions):
                 unknown = (
                     function.names
                     - function.assigned
                     - set(function.arguments)
                     - set(constants)
-                    - rows
+                    - tables
                     - MACHINE
                     - set(self.lists)
                 )
@@ -234,7 +239,7 @@ class Kernel:
     ) -> Fraction | None:
         """Return the least of the largest errors that bounds allow; None where none holds. See `ErrorBound.allowed`."""
         found = self.bound(function, arithmetic.place, arithmetic.form.name)
-        return min((b.allowed(value, smaller) for b in found if b.holds_at(v_star, speed)), default=None)
+        return min((b.allowed(value, smaller, speed) for b in found if b.holds_at(v_star, speed)), default=None)
 
     @property
     def bytes(self) -> int:
@@ -244,7 +249,3 @@ class Kernel:
 
 MACHINE = frozenset({"least"})
 """Names of constants that the arithmetic gives: its `least`."""
-
-
-def _columns(table: Table) -> Iterator[str]:
-    yield from (f"a[{n}]" for n in range(len(table.rows[0])))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.expressions import (
     CodeBranch,
     Expression,
@@ -21,7 +21,7 @@ from viscopade.kernels.expressions import (
     evaluate,
     read,
 )
-from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.kernel import Function, Kernel, Table
 
 TYPES: Mapping[str, Any] = {DOUBLE.name: np.float64, FLOAT.name: np.float32}
 """NumPy's type of numbers by the name of a format."""
@@ -31,6 +31,7 @@ _WORDS: Mapping[str, Any] = {DOUBLE.name: np.uint64, FLOAT.name: np.uint32}
 @cache
 def machine_arithmetic(form: Format) -> Reading:
     """Return how arrays of numbers of a format are computed with, and words as long as these."""
+    kind, word = TYPES[form.name], _WORDS[form.name]
     functions: dict[str, Any] = {
         "cbrt": np.cbrt,
         "sqrt": np.sqrt,
@@ -39,15 +40,14 @@ def machine_arithmetic(form: Format) -> Reading:
         "exp2": np.exp2,
         "divide": operator.truediv,
         "index": np.asarray,
+        "bits": lambda x: np.asarray(x, kind).view(word),
+        "from_bits": lambda bits: np.asarray(bits, word).view(kind),
+        "uint32": np.uint32,
+        "uint64": np.uint64,
     }
-    for name, word in _WORDS.items():
-        size = 8 * FORMATS[name].bytes
-        functions |= {
-            f"uint{size}": word,
-            f"bits{size}": lambda x, kind=TYPES[name], word=word: np.asarray(x, kind).view(word),
-            f"from_bits{size}": lambda x, kind=TYPES[name], word=word: np.asarray(x, word).view(kind),
-        }
-    return Reading(TYPES[form.name], functions, word=_WORDS[form.name], choose=np.where, row=_rows_at)
+    return Reading(
+        kind, functions, word=lambda constant: word(constant.of(form)), choose=np.where, row=_rows_at, column=_column
+    )
 
 
 def _power(x: Any, p: Any) -> Any:
@@ -61,21 +61,18 @@ def _rows_at(table: Any, index: Any) -> Any:
     return table.take(index, axis=0, mode="clip")
 
 
+def _column(row: Any, index: int) -> Any:
+    return row[..., index]
+
+
 def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Format) -> Any:
     """Return a result of a branch, or one of its variables, for inputs and constants: numbers or arrays of a format."""
     return read(branch, [result], given, machine_arithmetic(form))[result]
 
 
-def run_on_row(branch: CodeBranch, names: Sequence[str], given: Mapping[str, Any], by: Reading) -> Run:
-    """Return the values of a branch that assigns a row of a table to "row", given the names of the row's numbers."""
-    run = Run(branch.program, given, by)
-    run.update({name: run["row"][..., n] for n, name in enumerate(names)})
-    return run
-
-
 @lru_cache(maxsize=32)
-def rows_of(table: Any, form: Format) -> Any:
-    """Return the rows of a table, which has the attribute `rows`, as an array of numbers of a format."""
+def rows_of(table: Table, form: Format) -> Any:
+    """Return the rows of a table as an array of numbers of a format."""
     return np.array(table.rows, TYPES[form.name])
 
 
@@ -86,7 +83,7 @@ def _given(kernel: Kernel, function: Function, arguments: Sequence[Any], form: F
     """Return the arguments, the constants and the tables by name."""
     kind = TYPES[form.name]
     constants = {name: kind(value) for name, value in kernel.constants[form.name].items()}
-    tables = {table.name: rows_of(table, FORMATS[table.form]) for table in kernel.tables}
+    tables = {table.name: rows_of(table, form) for table in kernel.tables}
     values = np.broadcast_arrays(*(np.asarray(x, kind) for x in arguments))
     return {"least": kind(0), **constants, **tables, **dict(zip(function.arguments, values, strict=True))}
 
@@ -94,8 +91,12 @@ def _given(kernel: Kernel, function: Function, arguments: Sequence[Any], form: F
 def located(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> tuple[Any, Any]:
     """Return a function's results on numbers or arrays, and the index of the branch that gives each.
 
-    Outside the domain, and where no guard holds, they are NaN and -1.
+    Outside the domain, and where no guard holds, they are NaN and -1; where the kernel's `elsewhere` serves, the index
+    is the number of branches. In a narrower type than a table's, results are computed in the table's type, and rounded.
     """
+    if form != DOUBLE and any(table.form == DOUBLE.name for table in kernel.tables):
+        found, taken = located(kernel, name, *(np.asarray(x, TYPES[form.name]) for x in arguments))
+        return found.astype(TYPES[form.name]), taken
     function, by = kernel.function(name).pruned(), machine_arithmetic(form)
     given = _given(kernel, function, arguments, form)
     shape = given[function.arguments[0]].shape
@@ -113,7 +114,22 @@ def located(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -
             run = Run((*function.start, *branch.program), inner, by)
             found[here], taken[here] = evaluate(branch.results[function.result], run, by), index
             rest = rest & ~here
+        if kernel.elsewhere is not None and rest.any():
+            given = {argument: given[argument][rest] for argument in function.arguments}
+            found[rest], taken[rest] = _elsewhere(kernel.elsewhere, name, **given), len(function.branches)
     return found, taken
+
+
+def _elsewhere(kernel: Kernel, name: str, speed: Any, beta: Any) -> Any:
+    """Return results of a speed and beta by a kernel of v*, in type double."""
+    speed, beta = speed.astype(np.float64), beta.astype(np.float64)
+    v_star = np.where(speed >= 0, np.sqrt(beta) * _power(speed, 0.1), math.nan)
+    eps = evaluated(kernel, "epsilon", v_star)
+    if name == "dissipation":
+        return np.where(eps < 0.5, 1 - eps * eps, evaluated(kernel, "one_minus_epsilon", v_star) * (1 + eps))
+    if name == "rebound":
+        return np.where((eps == 0) & (speed == np.inf), speed, eps * speed)
+    return eps
 
 
 def evaluated(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> Any:

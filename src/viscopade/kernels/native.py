@@ -18,6 +18,7 @@ import numpy.typing as npt
 from viscopade.arguments import without_unit
 from viscopade.arrays import checked
 from viscopade.arrays.checked import Accepted
+from viscopade.kernels import machine
 
 Array = npt.NDArray[Any]
 
@@ -131,10 +132,10 @@ def _computed_type(x1: Any, x2: Any, dtype: npt.DTypeLike | None) -> np.dtype[An
 
 def _by_numpy(speed: Array, beta: Array) -> Array:
     """Return eps of two arrays of one type; float is computed in double and rounded."""
-    from viscopade.kernels.forms.speed_table_last_place import restitution  # loads FLINT
+    from viscopade.kernels.speed_table import speed_table  # loads FLINT
 
-    result: Array = restitution(speed.astype(np.float64, copy=False), beta.astype(np.float64, copy=False))
-    return result.astype(speed.dtype, copy=False)
+    speed, beta, form = speed.astype(np.float64), beta.astype(np.float64), speed.dtype
+    return np.asarray(machine.evaluated(speed_table("full"), "restitution", speed, beta)).astype(form, copy=False)
 
 
 def compiled_restitution(instructions: str | None = None) -> np.ufunc:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache
 from operator import itemgetter
 
 from viscopade import arguments
@@ -23,9 +22,6 @@ from viscopade.kernels import certificate, rounding_bounds
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import exact_formulas
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant, interval_start
-from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
-from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
-from viscopade.kernels.names import COMPACT, FAST, FULL
 from viscopade.kernels.prove_rational import accuracy_of, in_types
 from viscopade.kernels.rounding_bounds import Size, Values
 from viscopade.store import recorded
@@ -200,28 +196,3 @@ def _variants(
         lambda v: v.error,
         lambda error: f"with coefficients of that type the error would be {at_most(error)}",
     )
-
-
-@cache
-def speed_kernel(tier: str, size: str = FAST) -> SpeedKernel:
-    """Return the kernel from speed to eps of an accuracy and a table size.
-
-    Parameters
-    ----------
-    tier : str
-        One of `TIERS`.
-    size : "fast" or "small"
-        The small tables need more operations.
-
-    Raises
-    ------
-    ValueError
-        If there is no such kernel.
-    """
-    if tier == FULL and size == FAST:
-        return SpeedKernel(FULL, LastPlaceTable(), None)
-    if (tier, size) not in TABLES:
-        known = ", ".join(f"{name} ({which})" for name, which in [*TABLES, (FULL, FAST)])
-        raise ValueError(f"the kernel of speed asked for is {tier} ({size}): accepted are {known}")
-    slow = half_line_kernel(tier) if tier in COMPACT else None
-    return SpeedKernel(tier, TABLES[tier, size], slow)

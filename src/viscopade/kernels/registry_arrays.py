@@ -12,11 +12,10 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import formulas, prove_lacunary
 from viscopade.kernels.expressions import CodeBranch, read
-from viscopade.kernels.forms.speed_kernel import TABLES
-from viscopade.kernels.forms.speed_table import Table
-from viscopade.kernels.machine import machine_arithmetic
-from viscopade.kernels.names import COMPACT
+from viscopade.kernels.machine import located, machine_arithmetic
+from viscopade.kernels.names import COMPACT, FULL
 from viscopade.kernels.registry import Entry
+from viscopade.kernels.speed_table import speed_table
 
 
 def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
@@ -26,8 +25,7 @@ def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
     but for rounding, where it is used beyond a table as well.
     """
     found = np.asarray(_of_half_line(entry.tier, v_star) if entry.tier in COMPACT else double.epsilon(v_star))
-    table = TABLES.get((entry.tier, entry.size)) if entry.kind == "speed" else None
-    return found if table is None else _of_table(table, v_star, found)
+    return _of_table(entry, v_star, found) if entry.kind == "speed" and entry.tier != FULL else found
 
 
 def _of_half_line(tier: str, v_star: FloatArray) -> FloatArray:
@@ -53,8 +51,8 @@ def half_line_values(
     return epsilon, loss
 
 
-def _of_table(table: Table, v_star: FloatArray, beyond: FloatArray) -> FloatArray:
+def _of_table(entry: Entry, v_star: FloatArray, beyond: FloatArray) -> FloatArray:
     """Return base + p of the row of w = v*^10; `beyond` where w is not in the table."""
     with np.errstate(over="ignore"):
-        found, inside = table.evaluated_in(DOUBLE, "restitution", v_star**10, 1.0)
-    return np.where(inside, found, beyond)
+        found, branch = located(speed_table(entry.tier, entry.size), "restitution", v_star**10, 1.0)
+    return np.where(branch == 0, found, beyond)

@@ -9,12 +9,10 @@ from typing import Any
 
 from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.decimals import identifier
-from viscopade.kernels import catalogue, compact, inverse, prove_lacunary, quotient
+from viscopade.kernels import catalogue, compact, full, inverse, quotient, speed_table
 from viscopade.kernels.catalogue import Entry
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.names import FAST, LANGUAGES, SERIES_DIGITS, SERIES_ORDER, TABLES, TARGETS, TIERS
-from viscopade.kernels.targets import last_place, speed
-from viscopade.kernels.targets import vectors as old_vectors
 from viscopade.kernels.write import tables, vectors
 from viscopade.kernels.write.file import file_text, version_text
 from viscopade.kernels.write.languages import language
@@ -123,7 +121,9 @@ class Request:
             ends = self.v_star_max, self.v_star_min, self.measure
             found += [quotient.best(m, n, *ends) for m, n in self.minimax]
             found += [quotient.accurate(accuracy, *ends) for accuracy in self.accuracy]
-        return [*found, *(inverse.inverse(accuracy, self.epsilon_min) for accuracy in self.inverse)]
+        found += [inverse.inverse(accuracy, self.epsilon_min) for accuracy in self.inverse]
+        found += [full.full()] if self.full else []
+        return [*found, *(speed_table.speed_table(accuracy, self.size) for accuracy in self.from_speed)]
 
     def command(self, target: str) -> str:
         """Return the command line."""
@@ -146,29 +146,21 @@ class Request:
         """
         if target not in TARGETS:
             raise ValueError(f"target is {target!r}: expected {', '.join(TARGETS)}")
-        if self.full or self.from_speed:
-            return self._with_tables(target)
         if target in ("certificates", "vectors") and law_of(self.law) != VISCOELASTIC:
             raise ValueError(f"the law is {self.law}, of which nothing is proven: expected viscoelastic for {target}")
         kernels = distinct(self.kernels())
         if target in _TABLES:
+            if target != "vectors" and any(kernel.tables for kernel in kernels):
+                raise ValueError(f"target is {target!r}: expected c or vectors, as the kernel has a table")
             return _TABLES[target](kernels, self.command(target))
         return file_text(kernels, language(target), self.command(target), module)
-
-    def _with_tables(self, target: str) -> str:
-        found: list[Any] = [None] if self.full else [prove_lacunary.speed_kernel(t, self.size) for t in self.from_speed]
-        if target == "vectors":
-            return old_vectors.render(found, self.command(target))
-        if target != "c":
-            raise ValueError(f"target is {target!r}: expected c or vectors, as the kernel has a table")
-        return last_place.render(self.command(target)) if self.full else speed.render(found[0], self.command(target))
 
 
 def distinct(kernels: Sequence[Kernel]) -> Sequence[Kernel]:
     """Return the kernels; refuse an empty sequence and repeated names."""
     if not kernels:
         raise ValueError("no kernel is asked for: expected at least one")
-    for name, count in Counter(kernel.name for kernel in kernels).items():
+    for (_, name), count in Counter((kernel.argument, kernel.name) for kernel in kernels).items():
         if count > 1:
             raise ValueError(f"the kernel {name} is asked for twice: expected each kernel once")
     return kernels

@@ -20,8 +20,8 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import expressions, formulas, machine, prove_rational, registry, registry_arrays, requests
 from viscopade.kernels.forms.minimax import MinimaxKernel
-from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.registry import HOST, Entry, limits
+from viscopade.kernels.speed_table import LAST_ULPS
 from viscopade.scene.cost import Operations
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval

@@ -35,14 +35,16 @@ from textwrap import wrap
 import numpy as np
 from mpmath import mp
 
+from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair
 from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, written_template
-from viscopade.kernels import names, prove_lacunary
-from viscopade.kernels.forms import speed_kernel
-from viscopade.kernels.targets import speed
+from viscopade.kernels import names, speed_table
+from viscopade.kernels.kernel import Kernel
+from viscopade.kernels.write.file import file_text
+from viscopade.kernels.write.languages import language as language_of
 from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, DampingFormula, viscoelastic_kappa, wanted_kappa
 from viscopade.simulators.setup import NamedContact, Setup
@@ -87,7 +89,7 @@ def _size_error(pair: Pair, speeds: FloatArray, typical: FloatArray) -> SizeErro
     return SizeError(pair, float(error.max()), float((error / exact).max()), float(speeds[error.argmax()]))
 
 
-def callback_kernel(tier: str) -> speed_kernel.SpeedKernel:
+def callback_kernel(tier: str) -> Kernel:
     """Return the kernel from speed to eps in the files; of the two tables for 1e-5, the small one.
 
     Collisions come one at a time, between other work: a large table would not stay in the cache.
@@ -97,7 +99,7 @@ def callback_kernel(tier: str) -> speed_kernel.SpeedKernel:
     ValueError
         If there is no such tier.
     """
-    return prove_lacunary.speed_kernel(tier, names.SMALL if (tier, names.SMALL) in speed_kernel.TABLES else names.FAST)
+    return speed_table.speed_table(tier, names.SMALL if (tier, names.SMALL) in speed_table.TABLES else names.FAST)
 
 
 def contacts(setup: Setup) -> dict[str, NamedContact]:
@@ -139,7 +141,7 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
         The command line that makes the file.
     language : "c" or "python"
     tier : str
-        Accuracy of the kernel in the C file, as for `kernels.prove_lacunary.speed_kernel`.
+        Accuracy of the kernel in the C file, as for `kernels.speed_table.speed_table`.
 
     Raises
     ------
@@ -155,7 +157,7 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
         return written_template(_PYTHON_TEXT).render(head=comment(head, "#"), contacts=_numbers(named))
     return written_template(_C_TEXT).render(
         head=comment(head, " *"),
-        kernel=speed.render(chosen, command),
+        kernel=file_text([chosen], language_of("c"), command),
         name=chosen.name,
         contacts=_numbers(named),
     )
@@ -206,11 +208,10 @@ Without it Python functions with viscopade.restitution (full accuracy) are calle
 _ON = {"c": _C, "python": _PYTHON}
 
 
-def _head(
-    setup: Setup, named: dict[str, NamedContact], chosen: speed_kernel.SpeedKernel, command: str, use: str
-) -> list[str]:
+def _head(setup: Setup, named: dict[str, NamedContact], chosen: Kernel, command: str, use: str) -> list[str]:
     """Return the lines of the comment that begins a file."""
     units, opening = setup.units, setup.opening
+    error = max(bound.formula for bound in chosen.bounds if bound.result == "restitution")
     return [
         marker_line(command),
         "",
@@ -224,7 +225,7 @@ def _head(
         ),
         *wrap(f"End condition: {END_CONDITION}.", WIDTH),
         *wrap(
-            f"Error of the compiled functions: |eps - exact|/min(eps, 1 - eps) <= {chosen.bound} at all speeds "
+            f"Error of the compiled functions: |eps - exact|/min(eps, 1 - eps) <= {at_most(error)} at all speeds "
             "(proven; besides rounding, as the kernel's comment says).",
             WIDTH,
         ),

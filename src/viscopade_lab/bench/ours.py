@@ -9,11 +9,9 @@ import viscopade
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels import catalogue
-from viscopade.kernels.forms import last_place
-from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
+from viscopade.kernels import catalogue, full
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.prove_lacunary import speed_kernel
+from viscopade.kernels.speed_table import in_table, speed_table
 from viscopade_lab.bench.contender import Contender, ProvenError
 from viscopade_lab.bench.rivals import of_expression, tenth_root
 
@@ -37,7 +35,7 @@ def contenders() -> Iterator[Contender]:
         group="ours",
         header="viscopade_full.h",
         formats=(DOUBLE,),
-        proven={"double": ProvenError(ulps=float(last_place.largest_ulp("epsilon")), of_v_star=True)},
+        proven={"double": ProvenError(ulps=float(full.largest_ulp("epsilon")), of_v_star=True)},
     )
     yield Contender(  # the extension has the functions of the header for full accuracy
         "vp.restitution",
@@ -58,26 +56,19 @@ def _restitution(speed: FloatArray, beta: float) -> tuple[float, FloatArray]:
 
 def _of_tier(tier: str) -> Contender:
     """Return a kernel from speed to eps."""
-    kernel = speed_kernel(tier)
-    name, table = kernel.name, kernel.table
-    if isinstance(table, LastPlaceTable):
-        ulps = float(table.proven.ulp + ulp_of_w())
-        proven = {"double": ProvenError(ulps=ulps), "float": ProvenError(ulps=_ROUNDED_TO_FLOAT)}
-    else:
-        in_float = FLOAT in kernel.formats  # else it is the double, rounded
-        proven = {
-            "double": ProvenError(float(table.inside(DOUBLE)), 0.5),
-            "float": ProvenError(
-                float(table.inside(FLOAT if in_float else DOUBLE)), 0.5 if in_float else _ROUNDED_TO_FLOAT
-            ),
-        }
+    kernel = speed_table(tier)
+    proven = {}
+    for form in (DOUBLE, FLOAT):
+        inside = in_table(kernel, "restitution", form)
+        relative, ulps = float(inside.relative + inside.last), float(inside.ulps)
+        proven[form.name] = ProvenError(relative, ulps)
     return Contender(
         f"speed-{tier}",
         f"from speed, {tier}",
         "ours",
         header=f"viscopade_speed_{tier.replace('-', 'm')}.h",
-        scalar=f"viscopade_restitution_{name}",
-        array=f"viscopade_restitution_array_{name}",
+        scalar=f"viscopade_restitution_{kernel.name}",
+        array=f"viscopade_restitution_array_{kernel.name}",
         proven=proven,
     )
 

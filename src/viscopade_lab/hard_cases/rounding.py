@@ -19,8 +19,7 @@ from flint import arb
 
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import FORMATS
-from viscopade.kernels import catalogue, truth
-from viscopade.kernels.forms import last_place
+from viscopade.kernels import catalogue, full, truth
 from viscopade.kernels.machine import TYPES, computed, evaluated
 from viscopade.plots.sheet import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from viscopade.progress import track
@@ -80,8 +79,8 @@ def far_quotients() -> list[FarQuotient]:
 def losses() -> tuple[list[float], list[float]]:
     """Return the relative errors of 1 - eps of full accuracy at `ELASTIC`: as a difference, and by its own function."""
     ways = (
-        1 - np.asarray(last_place.evaluated("epsilon", ELASTIC)),
-        np.asarray(last_place.evaluated("one_minus_epsilon", ELASTIC)),
+        1 - np.asarray(evaluated(full.full(), "epsilon", ELASTIC)),
+        np.asarray(evaluated(full.full(), "one_minus_epsilon", ELASTIC)),
     )
     with working(BITS):
         exact = [truth.enclosed(arb(v)).loss for v in ELASTIC.tolist()]
@@ -114,7 +113,7 @@ def judged(
         Row("quotients at large v*: error / bound of leading terms", max(one.error for one in far), 1),
         Row(
             "1 - eps of full accuracy, v* to 1e-150: error / proven bound",
-            max(direct) / (float(last_place.largest_ulp("one_minus_epsilon")) * 2.0**-52),
+            max(direct) / (float(full.largest_ulp("one_minus_epsilon")) * 2.0**-52),
             1,
         ),
     )

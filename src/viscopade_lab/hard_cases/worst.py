@@ -17,17 +17,15 @@ import numpy.typing as npt
 from flint import arb
 
 from viscopade.arithmetic.balls import ball_of, working
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.kernels import catalogue, compact, prove_lacunary, truth
+from viscopade.arithmetic.decimals import identifier
+from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
+from viscopade.kernels import catalogue, compact, full, truth
 from viscopade.kernels.expressions import CodeBranch, Reading, read
-from viscopade.kernels.forms import last_place
-from viscopade.kernels.forms.speed_kernel import TABLES
-from viscopade.kernels.forms.speed_table import REST, Table
-from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, restitution
 from viscopade.kernels.kernel import Function as KernelFunction
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.machine import TYPES, located, machine_arithmetic
+from viscopade.kernels.machine import TYPES, evaluated, located, machine_arithmetic
 from viscopade.kernels.names import FAST
+from viscopade.kernels.speed_table import TABLES, Polynomials, forms_of, speed_table, table_bounds
 
 Array = npt.NDArray[Any]
 Inputs = Callable[[Any], dict[str, Any]]
@@ -157,9 +155,9 @@ def functions(rows: int) -> Iterator[Function]:
             for form in map(FORMATS.get, entry.kernel.formats):
                 yield from _of_kernel(family, entry.kernel, cast(Format, form))
     for (tier, size), table in TABLES.items():
-        if size == FAST:
-            yield from _of_table(prove_lacunary.speed_kernel(tier).name, table, rows)
-    for name in last_place.FUNCTIONS:
+        if size == FAST and isinstance(table, Polynomials):
+            yield from _of_table(identifier(tier), table, rows)
+    for name in full.FUNCTIONS:
         yield _full(name)
     yield _full_from_speed()
 
@@ -214,18 +212,18 @@ def _readings(
     return computed, exact
 
 
-def _of_table(kernel: str, table: Table, rows: int) -> Iterator[Function]:
+def _of_table(kernel: str, table: Polynomials, rows: int) -> Iterator[Function]:
     """Yield eps and 1 - eps^2 on some rows, as functions of the mantissa m of w = v*^10, for an exact w."""
     inside = range(table.switch % 7, table.size, table.size // rows)
-    row = table.sums(table.names)
-    for form in (DOUBLE, FLOAT) if table.form == FLOAT else (DOUBLE,):
+    row = table.sums()
+    for form in forms_of(table):
         unit = Fraction(1, 2**form.precision)
         for index in sorted({*inside, table.switch - 1, table.switch}):  # the last with base 1, the first with base 0
             base, (exponent, low, high), proven = table.base(index), table.interval(index), table.bounds(index)
             # |dp| <= rounding min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
-            size = dict(proven.rounding)[form.name] * (1 + proven.error)
+            size = proven[form.name] * (1 + proven["error"])
             constants = {f"c{n}": c for n, c in enumerate(table.rows[index])}
-            constants |= {"base": float(base), REST: float(1 - base)}
+            constants |= {"base": float(base), "rest_of_base": float(1 - base)}
             ends = float(low), float(form.nearest(high * (1 - 2 * unit)))
             for result, bound in (("restitution", size + unit), ("dissipation", size + 6 * unit)):
                 name, scale = f"{result}_{kernel}", 2.0**exponent
@@ -240,15 +238,15 @@ def _full(name: str) -> Function:
         true = truth.enclosed(arb(x))
         return true.epsilon if name == "epsilon" else true.loss
 
-    bound, computed = last_place.largest_ulp(name), lambda x: np.asarray(last_place.evaluated(name, x))
+    bound, computed = full.largest_ulp(name), lambda x: np.asarray(evaluated(full.full(), name, x))
     return Function("full", f"{name}_full", DOUBLE, computed, exact, 2.0**-20, 2.0**19, bound, ulp=True)
 
 
 def _full_from_speed() -> Function:
     """Return eps of the table of full accuracy, for beta = 1, where w is exact."""
-    table = LastPlaceTable()
+    kernel, table = speed_table("full"), TABLES["full", FAST]
     return Function(
-        "full", "restitution_full", DOUBLE, lambda x: restitution(x, np.ones_like(x)),
-        lambda x: truth.enclosed(arb(x).root(10)).epsilon, 2.0**table.first, 2.0**60, table.proven.ulp, ulp=True,
-        second=(1.0,),
+        "full", "restitution_full", DOUBLE, lambda x: evaluated(kernel, "restitution", x, np.ones_like(x)),
+        lambda x: truth.enclosed(arb(x).root(10)).epsilon, 2.0**table.first, 2.0**60, table_bounds(table)["ulp"],
+        ulp=True, second=(1.0,),
     )  # fmt: skip

@@ -30,10 +30,7 @@ from rich.table import Table
 
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import panels
-from viscopade.kernels import prove_lacunary
-from viscopade.kernels.forms import last_place, speed_table
-from viscopade.kernels.targets import last_place as full
-from viscopade.kernels.targets import speed
+from viscopade.kernels import full, requests, speed_table
 
 MODES = {"plain": ("-O3", "-ffp-contract=off"), "fused": ("-O3", "-march=native", "-ffp-contract=fast")}
 """How the kernels are compiled: without fused multiplications, and with those of this machine."""
@@ -49,7 +46,7 @@ REFERENCE_ULP = 0.01
 
 PIECES = 64  # of all floats
 LAST_FLOAT = 0x7F7FFFFF  # its bits
-FUNCTIONS = tuple(function for function, _ in speed.FUNCTIONS)
+FUNCTIONS = tuple(speed_table.MEANINGS)
 
 
 class Errors(NamedTuple):
@@ -104,10 +101,10 @@ def double_files(text: str) -> dict[str, str]:
         f"       PANELS = {panels.PANELS}, COEFFICIENTS = {panels.COEFFICIENTS} }};",
         "static const long double table[2][PANELS][1 + COEFFICIENTS] = {",
     ]
-    for function in last_place.FUNCTIONS:
+    for function in full.FUNCTIONS:
         lines.append("{")
         for index in range(panels.PANELS):
-            exponent, a = last_place.table_row(function, index)
+            exponent, a = full.table_row(function, index)
             high = a[0] >> 8 << 8  # 58 bits
             lines.append("{" + ", ".join(f"{c:#x}p{exponent}L" for c in (high, a[0] - high, *a[1:])) + "},")
         lines.append("},")
@@ -116,12 +113,11 @@ def double_files(text: str) -> dict[str, str]:
 
 def doubles(program: Path, function: str, samples: int, jobs: int) -> Iterator[Errors]:
     """Yield the errors of a function in ulp, range by range."""
-    normal, subnormal = last_place.largest_ulp(function), last_place.largest_subnormal(function)
+    normal, subnormal = full.largest_ulp(function), (1 + full.largest_ulp(function)) / 2
     for ends in pairwise(RANGES[function]):
         bits = [struct.unpack("<Q", struct.pack("<d", 2.0**end))[0] for end in ends]
         arguments = [
-            (last_place.FUNCTIONS.index(function), *bits, samples // STREAMS, 1 + 1000 * stream)
-            for stream in range(STREAMS)
+            (full.FUNCTIONS.index(function), *bits, samples // STREAMS, 1 + 1000 * stream) for stream in range(STREAMS)
         ]
         lines = outputs(program, arguments, jobs)
         largest, at = max((float(error), float.fromhex(v_star)) for _, error, v_star, _ in lines)
@@ -139,16 +135,16 @@ def floats(text: str, mode: str, step: int = 1, jobs: int = 1) -> tuple[list[Err
     Every `step`-th speed is tested. The bound is relative to the smaller of eps and 1 - eps, rounding included but for
     the last one of eps.
     """
-    kernel = prove_lacunary.speed_kernel("1e-5")
-    first = kernel.table.first
+    layout, kernel = speed_table.TABLES["1e-5", "fast"], speed_table.speed_table("1e-5")
+    inside, first = speed_table.in_table(kernel, "restitution", FLOAT).relative, layout.first
     # Beyond the table numbers are computed in type double: some roundings in 1e-13 of the result.
-    beyond_table = float(Fraction(kernel.bound) + Fraction(1, 10**13))
+    beyond_table = float(max(bound.formula for bound in kernel.bounds) + Fraction(1, 10**13))
     files = {
-        "full.h": full.render("viscopade_lab.studies.exhaustive"),
+        "full.h": requests.Request(full=True).render("c"),
         "speed.h": text,
         "bounds.h": f"#define NAME(function) viscopade_##function##_{kernel.name}f\n"
         f"static const double LOW = 0x1p{first}, HIGH = 0x1p{first + speed_table.OCTAVES};\n"
-        f"static const double INSIDE = {float(kernel.table.inside(FLOAT))!r}, OUTSIDE = {beyond_table!r};\n",
+        f"static const double INSIDE = {float(inside)!r}, OUTSIDE = {beyond_table!r};\n",
     }
     length = -(-LAST_FLOAT // (PIECES * step)) * step
     arguments = [(at, min(at + length, LAST_FLOAT + 1), step) for at in range(1, LAST_FLOAT + 1, length)]
@@ -172,11 +168,11 @@ def floats(text: str, mode: str, step: int = 1, jobs: int = 1) -> tuple[list[Err
 def main(samples: int, step: int, jobs: int) -> None:
     """Test, print the errors, and exit with 1 if one is beyond its bound, or an array differs."""
     out, holds = Console(width=160, highlight=False), True
-    source = full.render("viscopade_lab.studies.exhaustive")
-    table = speed.render(prove_lacunary.speed_kernel("1e-5"), "viscopade_lab.studies.exhaustive")
+    source = requests.Request(full=True).render("c")
+    table = requests.Request(from_speed=("1e-5",)).render("c")
     for mode, flags in MODES.items():
         with compiled("exhaustive_double", mode, double_files(source)) as program:
-            in_ulp = [row for function in last_place.FUNCTIONS for row in doubles(program, function, samples, jobs)]
+            in_ulp = [row for function in full.FUNCTIONS for row in doubles(program, function, samples, jobs)]
         parts, differ = floats(table, mode, step, jobs)
         for title, rows, word in (
             ("full kernel, type double: errors in ulp", in_ulp, "above 0.5"),

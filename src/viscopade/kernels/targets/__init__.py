@@ -3,7 +3,5 @@
 __all__ = [
     "language",
     "languages",
-    "last_place",
-    "speed",
     "syntax",
 ]

@@ -76,6 +76,7 @@ def text(expression: Expression, syntax: Syntax) -> str:
         case Call(function, arguments):
             return f"{syntax.function(function)}({', '.join(text(part, syntax) for part in arguments)})"
         case Word(value, pattern):
+            assert isinstance(value, int)
             return syntax.word(value) if pattern else str(value)
         case Negation(symbol, operand):
             return f"{symbol}{_in_parentheses(operand, syntax)}"

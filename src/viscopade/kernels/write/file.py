@@ -23,8 +23,9 @@ from viscopade.generated import (
 from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import INFINITY, End, ErrorBound
 from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.write import speed_table
 from viscopade.kernels.write.language import Language, Number
-from viscopade.kernels.write.writer import function_text, generic_text, names_of
+from viscopade.kernels.write.writer import function_text, generic_text, names_of, table_text
 from viscopade.theory.law import VISCOELASTIC, Law
 
 HEAD = 25
@@ -83,8 +84,8 @@ def file_text(kernels: Sequence[Kernel], language: Language, command: str, modul
     return language.file.format(
         head=language.block.format(lines=comment(lines, language.comment)),
         version=_version(language),
-        prelude=prelude(language),
-        functions=("\n" * (language.apart + 1)).join(kernel_text(kernel, language) for kernel in kernels),
+        prelude="\n\n".join(preludes(kernels, language)),
+        functions=("\n" * (language.apart + 1)).join(_texts(kernels, language)),
         generics="\n".join(filter(None, (generics(kernel, language) for kernel in kernels))),
         module=name,
         Module=name.title().replace("_", ""),
@@ -102,16 +103,40 @@ def _version(language: Language) -> str:
     return language.version.format(version=__version__, number=version_number())
 
 
-def prelude(language: Language) -> str:
-    """Return what a file needs before its functions."""
-    folder = files(__package__) / "preludes"
-    texts = ((folder / name).read_text(encoding="utf-8") for name in language.prelude.split())
-    return "\n".join(texts).rstrip("\n")
+def preludes(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
+    """Yield what a file needs before its functions."""
+    names = [*language.prelude.split(), *[language.words] * any(kernel.tables for kernel in kernels)]
+    for name in names:
+        yield (files(__package__) / "preludes" / name).read_text(encoding="utf-8").rstrip("\n")
+
+
+def _texts(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
+    """Yield the texts of kernels, each after that of the one that serves elsewhere."""
+    if any(kernel.elsewhere for kernel in kernels):
+        yield speed_table.once()
+    for kernel in kernels:
+        yield from (kernel_text(each, language) for each in (kernel.elsewhere, kernel) if each is not None)
 
 
 def kernel_text(kernel: Kernel, language: Language) -> str:
-    """Return the functions of a kernel, each after what is proven of it."""
-    code, texts = list[str](), list[str]()
+    """Return the functions of a kernel, each after what is proven of it.
+
+    Raises
+    ------
+    ValueError
+        If the language has no tables, which the kernel needs.
+    """
+    if kernel.tables and not language.table:
+        raise ValueError(f"the language is {language.name}: expected c, as {kernel.label} has a table")
+    code = [table_text(kernel, table, language) for table in kernel.tables]
+    texts = list(code)
+    if kernel.elsewhere is not None:
+        stated = [
+            "\n".join(_comment(kernel, function, language, number))
+            for function in kernel.functions
+            for number in numbers_of(kernel, language)
+        ]
+        return _framed(kernel, language, [*stated, speed_table.functions_text(kernel, language)], code)
     for function in kernel.functions:
         for number in numbers_of(kernel, language):
             code.append(function_text(kernel, function, language, number))
@@ -119,11 +144,16 @@ def kernel_text(kernel: Kernel, language: Language) -> str:
     for form in (number.form for number in language.numbers if number.form not in kernel.formats):
         lines = wrap(f"There are no functions of type {form}: {kernel.missing.get(form, 'nothing is proven')}.", WIDTH)
         texts.append(language.block.format(lines=comment(lines, language.comment)))
+    return _framed(kernel, language, texts, code)
+
+
+def _framed(kernel: Kernel, language: Language, texts: Sequence[str], code: Sequence[str]) -> str:
+    """Return the functions of a kernel in a guard of their own; the code makes the guard's value."""
     return language.kernel.format(
         functions=("\n" * (language.apart + 1)).join(texts),
         generics=generics(kernel, language),
         name=kernel.name,
-        GUARD=f"VISCOPADE_{kernel.name.upper()}",
+        GUARD=f"VISCOPADE_{'SPEED_' * bool(kernel.elsewhere)}{kernel.name.upper()}",
         identity=f"{crc32(''.join(code).encode()):#010x}",
     )
 

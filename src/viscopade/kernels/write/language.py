@@ -47,6 +47,10 @@ class Number:
     nan : str
     coefficient : callable or None
         The text of a kernel's constants, if they are written in another way than literals.
+    types : mapping
+        Of what is no number: "word" (the bits of one), "uint32", "uint64", "index", "row", "condition".
+    word : str
+        Pattern of a word as hexadecimal {digits}.
     """
 
     arithmetics: tuple[Arithmetic, ...]
@@ -57,6 +61,8 @@ class Number:
     calls: Mapping[str, str] = field(default_factory=dict)
     nan: str = "nan"
     coefficient: Callable[[float], str] | None = None
+    types: Mapping[str, str] = field(default_factory=dict)
+    word: str = "{digits}"
 
     @property
     def form(self) -> str:
@@ -152,6 +158,11 @@ class Language:
         Lines between functions.
     prelude : str
         Names of files with what functions need besides, in `preludes`.
+    words : str
+        The same for kernels with tables.
+    table, row : str
+        A kernel's table: {type}, {table}, {kernel}, {rows}, {columns}, {values}; a row of it: {table}, {kernel},
+        {index}. "": kernels with tables cannot be written.
     call : str
         A call: {name} or {Name}, {suffix}, {arguments}.
     use : str
@@ -200,6 +211,9 @@ class Language:
     straight: bool = False
     apart: int = 1
     prelude: str = ""
+    words: str = ""
+    table: str = ""
+    row: str = ""
     call: str = "{name}{suffix}({arguments})"
     use: str = "{call}"
     stem: str = "viscopade"

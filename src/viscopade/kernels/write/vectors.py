@@ -78,7 +78,8 @@ def render(kernels: Sequence[Kernel], command: str) -> str:
     }
     if "\n" in command:
         raise ValueError("expected a command of one line")
-    lines = (dumps(row) for kernel in kernels for row in rows(kernel))
+    wholes = (each for kernel in kernels for each in (kernel.elsewhere, kernel) if each is not None)
+    lines = (dumps(row) for kernel in wholes for row in rows(kernel))
     start = dumps(head | {"vectors": []}, indent=1, ensure_ascii=False).removesuffix("]\n}")
     return start + "\n" + ",\n".join(dict.fromkeys(lines)) + "\n]}\n"
 
@@ -103,7 +104,8 @@ def vectors(kernel: Kernel, function: Function, form: Format, given: Iterable[Ar
 def _vector(kernel: Kernel, function: Function, form: Format, given: Arguments) -> list[str] | None:
     found, branch = machine.located(kernel, function.name, *given, form=form)
     computed, indices = float(found), range(len(function.branches)) if branch < 0 else (int(branch),)
-    called = any(function.calls(index) & INEXACT for index in indices)
+    elsewhere = branch == len(function.branches)
+    called = elsewhere or any(function.calls(index) & INEXACT for index in indices)
     answer = _answer(kernel, function, form, given, computed, called)
     if answer is None and called:
         return None
@@ -143,7 +145,7 @@ def _answer(
     if not machine.is_normal(kernel, name, *given, form=form):  # bounds of a part of v* assume that products are
         bounds = [bound for bound in bounds if bound.low == 0]
     value = _above(exact.value)
-    allowed = [b.allowed(value, exact.smaller) for b in bounds if b.holds_at(exact.v_star, speed)]
+    allowed = [b.allowed(value, exact.smaller, speed) for b in bounds if b.holds_at(exact.v_star, speed)]
     if not allowed:
         return None
     if len({form.rounded(end) for end in _ends(exact.value)}) > 1:  # it is not clear which number is nearest

@@ -17,6 +17,7 @@ from viscopade.kernels.expressions import (
     AND,
     Call,
     CodeBranch,
+    Column,
     Expression,
     Item,
     Literal,
@@ -30,7 +31,7 @@ from viscopade.kernels.expressions import (
     Word,
     bare,
 )
-from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.kernel import Function, Kernel, Table
 from viscopade.kernels.write.language import Language, Number
 from viscopade.kernels.write.straight import straight
 
@@ -70,6 +71,26 @@ def names_of(kernel: Kernel, function: Function) -> dict[str, str]:
     }
 
 
+def table_text(kernel: Kernel, table: Table, language: Language) -> str:
+    """Return the text of a table, whose numbers are hexadecimal."""
+    form = FORMATS[table.form]
+    lines = (f"    {{{', '.join(map(form.hexadecimal, row))}}}," for row in table.rows)
+    return language.table.format(
+        type=language.number(table.form).type, table=table.name, kernel=kernel.name, rows=len(table.rows),
+        columns=len(table.rows[0]), values="\n".join(lines),
+    )  # fmt: skip
+
+
+def program_text(kernel: Kernel, program: Program, language: Language, number: Number) -> list[str]:
+    """Return the lines of assignments alone."""
+    return _Writer(kernel, Function("", (), "", None, program, (), ""), language, number).program(program)
+
+
+def expression_text(kernel: Kernel, expression: Expression, language: Language, number: Number) -> str:
+    """Return the text of an expression alone."""
+    return _Writer(kernel, Function("", (), "", None, (), (), ""), language, number).expression(expression)
+
+
 class _Writer:
     """Writer of one function in one format."""
 
@@ -78,7 +99,9 @@ class _Writer:
         self.words = {"type": number.type, "suffix": number.suffix, "nan": number.nan}
         self.least = number.arithmetics[-1].least
         self.variables: list[str] = []
-        self.kinds = {s.name: _kind(s.expression) for s in self._statements()}
+        self.kinds: dict[str, str] = {}
+        for name, expression in self._statements():
+            self.kinds[name] = _kind(expression, self.kinds)
 
     def _statements(self) -> Iterator[Statement]:
         yield from self.function.start
@@ -88,7 +111,7 @@ class _Writer:
     def text(self) -> str:
         """Return the whole text."""
         language, function, given = self.language, self.function, self.language.between.join(self._arguments())
-        body = [*self._absent(), *self._unless(function.domain), *self._program(function.start), *self._branches()]
+        body = [*self._absent(), *self._unless(function.domain), *self.program(function.start), *self._branches()]
         constants, head = list(self._constants()), []
         if language.locals and self.variables:
             head = self._line(language.locals, names=", ".join(dict.fromkeys(self.variables)))
@@ -106,7 +129,7 @@ class _Writer:
             yield pattern.format(argument=argument, **self.words)
 
     def _line(self, pattern: str, **words: str) -> list[str]:
-        return pattern.format(**self.words, **words).splitlines() if pattern else []
+        return pattern.format(**{**self.words, **words}).splitlines() if pattern else []
 
     def _constants(self) -> Iterator[str]:
         known, read = dict(self.kernel.constants[self.number.form]), self.function.names
@@ -152,24 +175,25 @@ class _Writer:
         return [*lines, *self._unless(last.guard), *self._branch(last, self.language.last or self.language.result)]
 
     def _branch(self, branch: CodeBranch, result: str) -> list[str]:
-        lines = self._program(branch.program)
+        lines = self.program(branch.program)
         before, value = self._lowered(branch.results[self.function.result], "chosen")
-        return [*lines, *self._program(before), *self._wrapped(result, value)]
+        return [*lines, *self.program(before), *self._wrapped(result, value)]
 
-    def _program(self, program: Program) -> list[str]:
+    def program(self, program: Program) -> list[str]:
         lines = list[str]()
         for name, expression in program:
             before, value = self._lowered(expression, name)
-            lines += self._program(before)
+            lines += self.program(before)
             if isinstance(value, Select) and not self.language.select:
                 lines += self._choice(name, value)
             else:
                 self.variables.append(name)
                 kind = _kind(value, self.kinds)
-                pattern = (
-                    self.language.condition if kind == "condition" and self.language.condition else self.language.assign
-                )
-                lines += self._wrapped(pattern, value, name=name)
+                condition = kind == "condition" and self.language.condition
+                lines += self._wrapped(
+                    self.language.condition if condition else self.language.assign, value, name=name,
+                    type=self.number.types.get(kind, self.number.type),
+                )  # fmt: skip
         return lines
 
     def _choice(self, name: str, value: Select) -> list[str]:
@@ -240,8 +264,9 @@ class _Writer:
                 if function in number.calls:
                     return number.calls[function].format(*parts)
                 return f"{number.functions.format(name=function)}({', '.join(parts)})"
-            case Word(value, pattern):
-                return hex(value) if pattern else str(value)
+            case Word(_, pattern) as word:
+                value = word.of(FORMATS[number.form])
+                return number.word.format(digits=hex(value)) if pattern else str(value)
             case Negation(symbol, operand):
                 return f"{symbol}{self._in_parentheses(operand)}"
             case Select(condition, met, otherwise):
@@ -251,7 +276,9 @@ class _Writer:
             case Item(values, place):
                 return language.item.format(name=values, index=place)
             case TableRow(table, index):
-                return f"{table}[{self.expression(index)}]"
+                return language.row.format(table=table, kernel=self.kernel.name, index=self.expression(index))
+            case Column(row, index):
+                return f"{row}[{index}]"
             case Operation(symbol, left, right):
                 written = {AND: language.both, "//": "/"}.get(symbol, symbol)
                 return f"{self._operand(left, symbol, 0)} {written} {self._operand(right, symbol, 1)}"
@@ -294,11 +321,27 @@ _BINDING = {
 }
 
 
-def _kind(expression: Expression, known: Mapping[str, str] | None = None) -> str:
-    """Return what an expression is: a "number" or a "condition"."""
+_KINDS = {"bits": "word", "uint32": "uint32", "uint64": "uint64", "index": "index"}
+
+
+def _kind(expression: Expression, known: Mapping[str, str]) -> str:
+    """Return what an expression is: a "number", a "condition", a "row", or a word of some kind; "" if it is a constant.
+
+    An operation on words of two kinds is of the first one's.
+    """
     match bare(expression):
-        case Operation(symbol, _, _) if symbol in _CONDITIONS:
-            return "condition"
-        case Name(name) if known:
+        case Operation(symbol, left, right):
+            return "condition" if symbol in _CONDITIONS else _kind(left, known) or _kind(right, known)
+        case Negation(_, operand):
+            return _kind(operand, known)
+        case Select(_, met, otherwise):
+            return _kind(met, known) or _kind(otherwise, known)
+        case Call(function, _):
+            return _KINDS.get(function, "number")
+        case TableRow():
+            return "row"
+        case Word():
+            return ""
+        case Name(name):
             return known.get(name, "number")
     return "number"

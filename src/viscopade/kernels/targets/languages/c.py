@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels.targets import c, last_place, speed
+from viscopade.kernels.targets import c
 from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, Number, Runner, Target
 from viscopade.kernels.targets.syntax import constant_of_c, of_c, shortest
 
@@ -35,8 +35,6 @@ TARGET = Target(
     renderers={
         "quotient": c.render,
         "inverse": c.render,
-        "full": lambda _, command: last_place.render(command),
-        "speed": lambda kernels, command: speed.render(kernels[0], command),
     },
     runner=Runner(("cc",), ".c", (TOOL, "-O2", DRIVER, "-o", PROGRAM, "-lm"), START, "CC"),
     kinds={

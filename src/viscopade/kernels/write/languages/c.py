@@ -2,6 +2,7 @@
 
 from functools import partial
 
+from viscopade.arithmetic.formats import Format
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
 from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
@@ -11,13 +12,22 @@ def _constant(value: float, arithmetic: object) -> str:
     return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"
 
 
+def _words(form: Format) -> dict[str, str]:
+    """Return the calls of the functions in words.h, and casts."""
+    own = {name: f"viscopade_{name}{form.suffix}({{0}})" for name in ("bits", "from_bits")}
+    return own | {"uint32": "(uint32_t)({0})", "uint64": "(uint64_t)({0})", "index": "(unsigned)({0})"}
+
+
 LANGUAGE = Language(
     name="c",
     ending=".h",
     comment=" *",
     numbers=tuple(
         Number((a,), a.form.name, shortest(a, "{}" + a.form.suffix), a.form.suffix, "{name}" + a.form.suffix,
-               nan=f'nan{a.form.suffix}("")', coefficient=partial(_constant, arithmetic=a))
+               nan=f'nan{a.form.suffix}("")', coefficient=partial(_constant, arithmetic=a), calls=_words(a.form),
+               word=f"UINT{8 * a.form.bytes}_C({{digits}})",
+               types={"word": f"uint{8 * a.form.bytes}_t", "uint32": "uint32_t", "uint64": "uint64_t",
+                      "index": "unsigned", "row": f"{a.form.name} *", "condition": "int"})
         for a in (HOST, HOST_FLOAT)
     ),
     begin="VISCOPADE_INLINE {type} viscopade_{name}{suffix}({arguments})\n{{",
@@ -26,7 +36,6 @@ LANGUAGE = Language(
     list="static const {type} {name}[{count}] = {{{values}}};",
     constant="const {type} {name} = {value};",
     assign="const {type} {name} = {value};",
-    condition="const int {name} = {value};",
     result="return {value};",
     unless="if (!({condition})) {{",
     when="if ({condition}) {{",
@@ -41,7 +50,11 @@ LANGUAGE = Language(
     '#error "viscopade: two headers have different kernels of one name"\n#endif',
     macro="#define VISCOPADE_{NAME}_ERROR{SUFFIX} {error} /* {rest} */",
     prelude="c.h",
+    words="words.h",
     call="viscopade_{name}{suffix}({arguments})",
     use="{type} {result} = {call};",
+    table="VISCOPADE_HEXADECIMAL\nVISCOPADE_TABLE {type} viscopade_{table}_{kernel}[{rows}][{columns}] = {{\n{values}\n"
+    "}};\nVISCOPADE_HEXADECIMAL_END",
+    row="viscopade_{table}_{kernel}[{index}]",
     run=Runner("c.c", ("cc", "gcc", "clang"), "{tool} -O2 {driver} -o {program} -lm", "{program}", "CC"),
 )  # fmt: skip

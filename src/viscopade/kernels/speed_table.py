@@ -1,0 +1,689 @@
+r"""Speed tables: eps without a root, by the leading bits of w = beta^5 v = v*^10, with proofs of their errors.
+
+A floating-point number w = 2^e m, 1 <= m < 2, says by its exponent e and the leading bits of m which row of a table it
+belongs to; no root and no logarithm is needed. A row holds a polynomial for
+
+    p = eps - base,    base = 1 for w < 2^SWITCH (p = -(1 - eps)), 0 else (p = eps),
+
+the smaller of eps and 1 - eps, so that its relative error is what counts (section 2.7), and
+
+    1 - eps^2 = (1 - base) - p (2 base + p)
+
+loses no digits either. The polynomials interpolate the rows of `panel_proof`, as functions of m, at Chebyshev points.
+They are summed in pairs: `Polynomials` in m, p = (c_0 + m c_1) + m^2 ((c_2 + m c_3) + m^2 (…)), and `LastPlace`, to the
+last place of type double, in t = m - centre, which is exact,
+
+    p = high + rest,    rest = low + t ((a_1 + t a_2) + t^2 ((a_3 + t a_4) + t^2 (…))),
+
+|rest| being some per cent of |p|, so that its rounding errors are as small; eps = base + high + rest is summed with the
+error of the first sum (which `Fast2Sum` gives exactly), p alone makes 1 - eps^2. Where w is not in the table, or beta^5
+is no normal number, a kernel of v* = sqrt(beta) pow(speed, 0.1) serves, in type double.
+
+Bounds are proven row by row, exactly or in ball arithmetic: of the error of the polynomials with their machine
+coefficients, of the rounding error in the exported code's sequence of operations, of the effect of an error of w, and
+of the largest increase of eps with v (docs/reference/speed.md).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache, cached_property, lru_cache
+from itertools import pairwise, product
+from typing import NamedTuple
+
+from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly
+
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
+from viscopade.arithmetic.chebyshev import greatest, interpolated, nodes, to_fmpq, to_fraction
+from viscopade.arithmetic.decimals import at_most, identifier
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
+from viscopade.collision import panel_proof
+from viscopade.kernels import formulas, rounding_bounds, truth
+from viscopade.kernels.arithmetic import HOST, HOST_FLOAT, Arithmetic
+from viscopade.kernels.bound import INFINITY, ErrorBound
+from viscopade.kernels.compact import half_line
+from viscopade.kernels.enclosure import exactly, polynomial
+from viscopade.kernels.expressions import (
+    CodeBranch,
+    Column,
+    Exact,
+    Expression,
+    Literal,
+    Name,
+    Program,
+    Statement,
+    TableRow,
+    Word,
+    both,
+    in_pairs,
+)
+from viscopade.kernels.full import bits, count, from_bits, full, octaves, power_of_two, sum_with_error
+from viscopade.kernels.kernel import Function, Kernel, Table
+from viscopade.kernels.rounding import Rounded, half_unit, of_branch
+from viscopade.kernels.v_star import USUAL, of_v_star
+from viscopade.progress import track
+from viscopade.store import recorded
+
+OCTAVES = 128
+"""Of w, in every table: a power of 2, so that the range is checked by a shift."""
+FIRSTS = range(-124, -27)
+"""Where a table may begin: w and 2^(first + OCTAVES) are normal numbers of type float."""
+SWITCH = -3
+"""Below w = 2^SWITCH, p is -(1 - eps); there eps is about 1/2."""
+MOST_SPLIT = 8
+MOST_DEGREE = 15
+LAST_ULPS = 3
+"""Units in the last place of what the last operations add to the relative errors of rebound and dissipation."""
+MEANINGS = {
+    "restitution": "eps",
+    "rebound": "eps speed, the speed after the collision",
+    "dissipation": "1 - eps^2, which loses no digits where eps is near 1",
+}
+
+_BITS = 160
+_U = Fraction(1, 2**53)
+_PARTS = 16  # of a piece of a row, where the error is no multiple of one Chebyshev polynomial
+_MORE = 7  # terms of Taylor polynomials beyond the degree
+
+
+# --- rows -------------------------------------------------------------------------------------------------------------
+
+
+class MantissaPiece(NamedTuple):
+    """p on an interval of m as a polynomial in s, |s| <= 1, m = centre + half s, with a bound of its error."""
+
+    centre: Fraction
+    half: Fraction
+    p: fmpq_poly
+    error: Fraction
+
+    @property
+    def least(self) -> Fraction:
+        """A lower bound of |p|."""
+        first = to_fraction(self.p[0])
+        return abs(first) - greatest(self.p - to_fmpq(first)) - self.error
+
+    @property
+    def most(self) -> Fraction:
+        """An upper bound of |p|."""
+        return greatest(self.p) + self.error
+
+
+Bounds = Mapping[str, Fraction]
+"""Proven bounds of a row or of a table, by what they bound."""
+
+
+@dataclass(frozen=True)
+class Layout(ABC):
+    """Layout of a speed table: the row of every number w.
+
+    Attributes
+    ----------
+    split : int
+        There are 2^split rows to an octave.
+    first : int
+        The table begins at w = 2^first, and ends at 2^(first + OCTAVES).
+    degree : int
+    form : Format
+        Type of the coefficients.
+
+    Raises
+    ------
+    ValueError
+        If there is no such table.
+    """
+
+    split: int
+    first: int
+    degree: int
+    form: Format
+
+    def __post_init__(self) -> None:
+        if self.split not in range(MOST_SPLIT + 1):
+            raise ValueError(f"split is {self.split}: expected 0 to {MOST_SPLIT}")
+        if self.first not in FIRSTS:
+            raise ValueError(f"first is {self.first}: expected {FIRSTS.start} to {FIRSTS.stop - 1}")
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return OCTAVES << self.split
+
+    @property
+    def switch(self) -> int:
+        """The first row with base = 0."""
+        return (SWITCH - self.first) << self.split
+
+    def base(self, index: int) -> int:
+        """Return 1 or 0."""
+        return int(index < self.switch)
+
+    def interval(self, index: int) -> tuple[int, Fraction, Fraction]:
+        """Return e and the ends in m of a row."""
+        octave, place = divmod(index, 1 << self.split)
+        low = 1 + Fraction(place, 1 << self.split)
+        return self.first + octave, low, low + Fraction(1, 1 << self.split)
+
+    def centre(self, index: int) -> Fraction:
+        """Return the middle of a row, in m."""
+        _, low, high = self.interval(index)
+        return (low + high) / 2
+
+    @cached_property
+    def rows(self) -> tuple[tuple[float, ...], ...]:
+        """The numbers c_0, c_1, … of every row."""
+        return table_rows(self)
+
+    @property
+    @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """The names of a row's numbers."""
+
+    @abstractmethod
+    def row(self, index: int) -> tuple[float, ...]:
+        """Return the numbers of one row."""
+
+    @abstractmethod
+    def sums(self) -> CodeBranch:
+        """Return p and the results from a row's numbers, m or t, base, and `rest_of_base` = 1 - base."""
+
+    @abstractmethod
+    def bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> Bounds:
+        """Prove the bounds of a piece of a row; ArithmeticError if p may vanish, or eps rise."""
+
+    def bounds(self, index: int) -> Bounds:
+        """Prove the bounds of a row."""
+        pieces = self.pieces(index)
+        return worst([self.bounds_on(index, piece, 1 if len(pieces) == 1 else _PARTS) for piece in pieces])
+
+    def best(self, index: int, origin: Fraction) -> fmpq_poly:
+        """Return the row's p in m - origin: the interpolation polynomial at Chebyshev points, nearly the best one."""
+        exponent, low, high = self.interval(index)
+        points = [self.centre(index) + (high - low) / 2 * s for s in nodes(self.degree + 1)]
+        values = [_smaller_at(m * Fraction(2) ** exponent, self.base(index)) for m in points]
+        return interpolated([m - origin for m in points], values)
+
+    def pieces(self, index: int) -> list[MantissaPiece]:
+        """Return p as Taylor polynomials with bounds of their errors; cut where the panels of `panel_proof` end."""
+        exponent, low, high = self.interval(index)
+        first, last = _panel_at(exponent, low), _panel_at(exponent, high)
+        ends = [low, *(edge / Fraction(2) ** exponent for edge in _edges()[first:last]), high]
+        return [
+            smaller(exponent, start, end, self.base(index), self.degree, panel)
+            for panel, (start, end) in enumerate(pairwise(ends), first)
+            if start < end
+        ]
+
+
+class Polynomials(Layout):
+    """A speed table whose rows are polynomials in m of odd degree."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.degree not in range(1, MOST_DEGREE + 1, 2):
+            raise ValueError(f"degree is {self.degree}: expected odd numbers from 1 to {MOST_DEGREE}")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of a row's numbers."""
+        return tuple(f"c{n}" for n in range(self.degree + 1))
+
+    def row(self, index: int) -> tuple[float, ...]:
+        """Return the coefficients of one row."""
+        p = self.best(index, Fraction(0))
+        return tuple(self.form.nearest(to_fraction(p[n])) for n in range(self.degree + 1))
+
+    def sums(self) -> CodeBranch:
+        """Return p and the results from a row's coefficients and m."""
+        m = Name("m")
+        program = (Statement("mm", m * m), Statement("p", in_pairs("m", "mm", self.names)))
+        return _from_speed(program, Name("base") + Name("p"))
+
+    def machine(self, index: int, m: fmpq_poly) -> fmpq_poly:
+        """Return a row's p, exactly."""
+        return exactly(self.sums(), "p", {"m": m}, dict(zip(self.names, self.rows[index], strict=True)))
+
+    def bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> Bounds:
+        """Bound the errors relative to the smaller of eps and 1 - eps: of p, and of what rounding does in each type."""
+        machine, least, most = self.machine(index, _of_s(piece)), piece.least, piece.most
+        smallest = min(least, 1 - most)
+        if not smallest > 0:
+            raise ArithmeticError(f"p may vanish in row {index}")
+        rise = machine.derivative()
+        if not to_fraction(rise[0]) + greatest(rise - rise[0]) < 0:
+            raise ArithmeticError(f"eps may rise in row {index}")
+        found = {"error": (greatest(machine - piece.p, parts) + piece.error) / smallest}
+        for form in forms_of(self):
+            found[form.name] = self.rounding_on(index, piece, form) / smallest
+        return found
+
+    def rounding_on(self, index: int, piece: MantissaPiece, form: Format) -> Fraction:
+        """Bound the rounding error of p."""
+        with working(_BITS):
+            given = {name: Rounded(arb(c), form) for name, c in zip(self.names, self.rows[index], strict=True)}
+            given["m"] = Rounded(ball_of(piece.centre) + ball_of(piece.half) * arb(0, 1), form)
+            return exact_middle(of_branch(self.sums(), ["p"], given, form)["p"].absolute)
+
+    def rise_after(self, index: int) -> Fraction:
+        """Return the increase of eps from a row to the next, relative to the smaller of eps and 1 - eps, exactly."""
+        ends = (index, self.interval(index)[2]), (index + 1, self.interval(index + 1)[1])
+        before, after = (to_fraction(self.machine(i, fmpq_poly([to_fmpq(m)]))[0]) for i, m in ends)
+        after += self.base(index + 1) - self.base(index)
+        return (after - before) / min(abs(before), 1 - abs(before))
+
+
+class LastPlace(Layout):
+    """A speed table to the last place: rows are high, low, a_1, …, of an even degree."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of a row's numbers."""
+        return ("high", "low", *(f"a{n}" for n in range(1, self.degree + 1)))
+
+    def row(self, index: int) -> tuple[float, ...]:
+        """Return the numbers of one row."""
+        p = self.best(index, self.centre(index))
+        first, *others = (to_fraction(p[n]) for n in range(self.degree + 1))
+        head = DOUBLE.nearest(first)
+        return head, DOUBLE.nearest(first - Fraction(head)), *map(DOUBLE.nearest, others)
+
+    def sums(self) -> CodeBranch:
+        """Return p = high + rest and the results from a row's numbers and t."""
+        t, base, high, rest = map(Name, ("t", "base", "high", "rest"))
+        program = (
+            Statement("tt", t * t),
+            Statement("rest", Name("low") + t * in_pairs("t", "tt", self.names[2:])),
+            *sum_with_error(base, high),
+            Statement("p", high + rest),
+        )
+        return _from_speed(program, Name("head") + (Name("lost") + rest))
+
+    def bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> Bounds:
+        """Bound the error of eps in ulp of the true value, and the relative one of p; w is exact."""
+        t = fmpq_poly([to_fmpq(piece.centre - self.centre(index)), to_fmpq(piece.half)])
+        machine = exactly(self.sums(), "p", {"t": t}, dict(zip(self.names, self.rows[index], strict=True)))
+        given = greatest(machine - piece.p, parts) + piece.error
+        least, most, base = piece.least, piece.most, self.base(index)
+        if not 0 < least <= most < 1:
+            raise ArithmeticError(f"p may vanish in row {index}")
+        rest, added = self.rounding_on(index, t)
+        return {
+            "ulp": Fraction(1, 2) + (given + added) / DOUBLE.ulp(1 - most if base else least),
+            "relative": ((given + rest) / least + _U) * (1 + _U),
+        }
+
+    def rounding_on(self, index: int, t: fmpq_poly) -> tuple[Fraction, Fraction]:
+        """Bound the rounding errors of `rest`, and of what is added to the leading sum."""
+        with working(_BITS):
+            given = {name: Rounded(arb(c), DOUBLE) for name, c in zip(self.names, self.rows[index], strict=True)}
+            given["t"] = Rounded(arb_poly(t)(arb(0, 1)), DOUBLE)
+            # Both leading operands are normal numbers of which the first is the larger: Fast2Sum is exact.
+            lost = half_unit(1 + given["high"].value, DOUBLE) if self.base(index) else arb(0)
+            given["lost"] = Rounded(arb(0, lost), DOUBLE)
+            found = of_branch(self.sums(), ["rest", "lost"], given, DOUBLE)
+            return exact_middle(found["rest"].absolute), exact_middle((found["lost"] + found["rest"]).absolute)
+
+
+def forms_of(layout: Layout) -> tuple[Format, ...]:
+    """Return the types in which a table's sums are computed."""
+    return (DOUBLE, FLOAT) if layout.form == FLOAT else (DOUBLE,)
+
+
+def worst(found: Sequence[Bounds]) -> Bounds:
+    """Return the largest of each bound."""
+    return {name: max(bounds[name] for bounds in found) for name in found[0]}
+
+
+def _of_s(piece: MantissaPiece) -> fmpq_poly:
+    return fmpq_poly([to_fmpq(piece.centre), to_fmpq(piece.half)])
+
+
+# --- what is tabulated ------------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=1)
+def _edges() -> tuple[Fraction, ...]:
+    """Return where the panels of `panel_proof` end, in w."""
+    return tuple((Fraction(float(CENTRES[i])) + Fraction(float(HALF_WIDTHS[i]))) ** 10 for i in range(PANELS))
+
+
+def _panel_at(exponent: int, m: Fraction) -> int:
+    return min(bisect_left(_edges(), m * Fraction(2) ** exponent), PANELS - 1)
+
+
+def _smaller_at(w: Fraction, base: int) -> Fraction:
+    """Return p at a point, to far more digits than a double has."""
+    with working(_BITS):
+        portions = truth.at(w)
+        return exact_middle(-portions.loss if base else portions.epsilon)
+
+
+def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int, panel: int) -> MantissaPiece:
+    """Return p on low <= m <= high from one panel of `panel_proof`, a Taylor polynomial whose remainder is enclosed."""
+    centre, half = (low + high) / 2, (high - low) / 2
+    order = degree + _MORE
+    with working(_BITS, order + 1):
+        scale = arb(2) ** exponent
+        name, sign = ("one_minus_epsilon", -1) if base else ("epsilon", 1)
+        row = panel_proof.panel_rows()[name, panel].poly().coeffs()
+        ends = arb(float(CENTRES[panel])), arb(float(HALF_WIDTHS[panel]))
+
+        def at(s: arb) -> list[arb]:
+            w = arb_series([(ball_of(centre) + ball_of(half) * s) * scale, ball_of(half) * scale])
+            v_star = (w.log() / 10).exp()
+            return (polynomial(row, (v_star - ends[0]) / ends[1]) * sign).coeffs()
+
+        coefficients = [*at(arb(0))[:order], *at(arb(0, 1))[order:]]
+        if len(coefficients) != order + 1:
+            raise ArithmeticError("a Taylor polynomial lost terms")
+        own = sum((c.rad() for c in coefficients), arb(0)).abs_upper()
+        p = fmpq_poly([_middle(c) for c in coefficients])
+        enclosed, relative = to_fraction(_middle(own)), Fraction(panel_proof.proven_error())
+        error = enclosed + relative / (1 - relative) * (greatest(p) + enclosed)
+    return MantissaPiece(centre, half, p, error)
+
+
+def _middle(ball: arb) -> fmpq:
+    return fmpq(ball.mid().fmpq())
+
+
+# --- records ----------------------------------------------------------------------------------------------------------
+
+FIRST = -96
+TABLES: Mapping[tuple[str, str], Layout] = {
+    ("1e-5", "fast"): Polynomials(6, FIRST, 1, FLOAT),
+    ("1e-5", "small"): Polynomials(2, FIRST, 3, FLOAT),
+    ("1e-10", "fast"): Polynomials(4, FIRST, 5, DOUBLE),
+    ("full", "fast"): LastPlace(3, -64, 10, DOUBLE),
+}
+"""By accuracy and size, the tables that are exported. That of full accuracy ends at v* = 84."""
+
+
+@recorded("speed table rows")
+def table_rows(layout: Layout) -> tuple[tuple[float, ...], ...]:
+    """Return all rows of a table."""
+    return tuple(layout.row(i) for i in track(range(layout.size), f"table of degree {layout.degree}"))
+
+
+@recorded("speed table bounds")
+def table_bounds(layout: Layout) -> Mapping[str, Fraction]:
+    """Prove the bounds of a whole table; "rise" is the largest increase of eps from one row to the next, or 0."""
+    check_results(layout)
+    found = dict(worst([layout.bounds(i) for i in track(range(layout.size), "proof")]))
+    if isinstance(layout, Polynomials):
+        found["rise"] = max(Fraction(0), *map(layout.rise_after, range(layout.size - 1)))
+    return found
+
+
+def check_results(layout: Layout) -> None:
+    """Check that without rounding a table's results are eps = base + p, eps speed, and 1 - eps^2.
+
+    Raises
+    ------
+    ArithmeticError
+        If they are not.
+    """
+    branch, x = layout.sums(), fmpq_poly([0, 1])
+    # Any coefficients, any speed, and any leading sum, as its loss makes up for what it lacks.
+    speed, head = x**5 + 2, x**7 - 3
+    for base in (0, 1):
+        numbers = {name: 1.375 + n for n, name in enumerate(layout.names)} | {"base": base, "rest_of_base": 1 - base}
+        given = {"m": x, "t": x, "speed": speed, "head": head}
+        found = {name: exactly(branch, name, given, numbers) for name in ("p", *branch.results)}
+        eps = found["p"] + base
+        if found != {"p": eps - base, "restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps * eps}:
+            raise ArithmeticError("the results of a speed table are not eps = base + p, eps speed, and 1 - eps^2")
+
+
+@recorded("rounding of w")
+def of_w(form: Format) -> Fraction:
+    """Return a bound of the relative errors of eps and of 1 - eps by the rounding of w = beta^5 v.
+
+    A w that is rounded across a border is in the domain of another row, or panel of `panel_proof`; that adds the errors
+    of its rows twice.
+    """
+    change = rounding_bounds.rounding_of_w(form)
+    return change * (1 + change) * panel_proof.steepest() / 10 + 4 * Fraction(panel_proof.proven_error())
+
+
+# --- the sequence of operations ---------------------------------------------------------------------------------------
+
+
+def _from_speed(program: Program, eps: Expression) -> CodeBranch:
+    """Return the results of a speed table; 1 - eps^2 = (1 - base) - p (2 base + p) loses no digits."""
+    p, base = Name("p"), Name("base")
+    dissipation = Name("rest_of_base") - p * (Exact(Literal("2.0") * base, "base is 0 or 1") + p)
+    results = {"restitution": Name("eps"), "rebound": Name("eps") * Name("speed"), "dissipation": dissipation}
+    return CodeBranch(None, (*program, Statement("eps", eps)), results)
+
+
+def place_program(layout: Layout) -> Program:
+    """Return the assignments of w, and of how far its bits are beyond those of the table's beginning.
+
+    beta^5 comes first, so that a compiler can move it out of loops.
+    """
+    beta = Name("beta")
+    return (
+        Statement("b2", beta * beta),
+        Statement("scale", formulas.fifth_power("b2")),
+        Statement("w", Name("scale") * Name("speed")),
+        Statement("place", bits(Name("w")) - power_of_two(layout.first)),
+    )
+
+
+def index_of(layout: Layout) -> Expression:
+    """Return the number of the row of a place."""
+    return Name("place") >> count(lambda form: form.precision - 1 - layout.split)
+
+
+def base_of(layout: Layout) -> Expression:
+    """Return 1 below w = 2^SWITCH, else 0, without a comparison, which could become a branch."""
+    sign = count(lambda form: 8 * form.bytes - 1)
+    below = count(0) - ((Name("place") - octaves(SWITCH - layout.first)) >> sign)
+    return from_bits(below & power_of_two(0))
+
+
+def row_branch(layout: Layout) -> CodeBranch:
+    """Return the results from place, base and a row's numbers."""
+    place, one = Name("place"), power_of_two(0)
+
+    def half_a_row(form: Format) -> int:
+        return one.of(form) | (1 << (form.precision - 2 - layout.split))
+
+    leading = Word(lambda form: ((1 << layout.split) - 1) << (form.precision - 1 - layout.split))
+    sums = layout.sums()
+    program = (
+        Statement("m", from_bits((place & Word(lambda form: (1 << (form.precision - 1)) - 1)) | one)),
+        Statement("middle", from_bits((place & leading) | Word(half_a_row))),
+        Statement("t", Name("m") - Name("middle")),
+        Statement("rest_of_base", from_bits(bits(Name("base")) ^ one)),
+        *sums.program,
+    )
+    return sums._replace(program=program)
+
+
+def _functions(layout: Layout) -> Iterator[Function]:
+    program = (
+        Statement("row", TableRow("table", index_of(layout))),
+        *(Statement(name, Column("row", n)) for n, name in enumerate(layout.names)),
+        Statement("base", base_of(layout)),
+    )
+    branch = row_branch(layout)
+    inside = both(Name("place") < octaves(OCTAVES), Name("scale") >= Name("smallest"))
+    branch = CodeBranch(inside, (*program, *branch.program), branch.results)
+    for name, meaning in MEANINGS.items():
+        yield Function(name, ("speed", "beta"), meaning, None, place_program(layout), (branch,), name)
+
+
+# --- kernels ----------------------------------------------------------------------------------------------------------
+
+
+@cache
+def speed_table(accuracy: str, size: str = "fast") -> Kernel:
+    """Return the kernel from speed to eps of an accuracy and a table size.
+
+    Parameters
+    ----------
+    accuracy : str
+        "1e-5", "1e-10" or "full".
+    size : "fast" or "small"
+        The small table needs more operations.
+
+    Raises
+    ------
+    ValueError
+        If there is no such kernel.
+    """
+    layout = layout_of(accuracy, size)
+    elsewhere = _of_v_star(half_line(accuracy) if accuracy == "1e-5" else full())
+    low, high = (2.0 ** (e / 10) for e in (layout.first, layout.first + OCTAVES))
+    return Kernel(
+        identifier(accuracy),
+        f"speed table {accuracy}" + f" ({size})" * (size != "fast"),
+        "speed",
+        f"w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree {layout.degree} in m, "
+        f"{1 << layout.split} rows of coefficients for each e from {layout.first} to {layout.first + OCTAVES - 1} "
+        f"({low:.3g} <= v* < "
+        f"{high:.3g}); elsewhere, and where beta^5 is no normal number, {elsewhere.label} of v* = sqrt(beta) "
+        f"pow(speed, 0.1), in type double{_monotonic(layout)}",
+        "interpolation of the proven polynomials of viscopade.epsilon",
+        "speed >= 0, beta >= 0",
+        tuple(_functions(layout)),
+        {form.name: {"smallest": float(form.least)} for form in (DOUBLE, FLOAT)},
+        tuple(_bounds(layout, elsewhere)),
+        (Table("table", layout.form.name, layout.rows),),
+        elsewhere=elsewhere,
+    )
+
+
+def _monotonic(layout: Layout) -> str:
+    """Return what is proven of the slope of eps, as text."""
+    proven = table_bounds(layout)
+    if "rise" not in proven:
+        return ""
+    rise = at_most(proven["rise"] * (1 + proven["error"]))
+    return (
+        "; in the table, rounding apart, eps falls with speed within each row, and from one row to the next it rises "
+        f"by at most {rise} min(eps, 1 - eps)"
+    )
+
+
+def _of_v_star(kernel: Kernel) -> Kernel:
+    """Return a kernel with its functions of v* in type double alone."""
+    functions = tuple(f for f in kernel.functions if f.arguments == ("v_star",))
+    names, double = {f.name for f in functions}, DOUBLE.name
+    bounds = tuple(b for b in kernel.bounds if b.result in names and b.arithmetic.form == DOUBLE)
+    missing = {"float": "beyond tables of speed, eps is computed in type double"}
+    constants = {double: kernel.constants[double]}
+    return replace(kernel, functions=functions, bounds=bounds, constants=constants, missing=missing)
+
+
+def layout_of(accuracy: str, size: str = "fast") -> Layout:
+    """Return the table of a kernel; errors as for `speed_table`."""
+    if (accuracy, size) not in TABLES:
+        known = ", ".join(f"{name} ({which})" for name, which in TABLES)
+        raise ValueError(f"the kernel of speed asked for is {accuracy} ({size}): expected {known}")
+    return TABLES[accuracy, size]
+
+
+def in_table(kernel: Kernel, result: str, form: Format) -> ErrorBound:
+    """Return the bound that holds in the table of a kernel, on a host."""
+    return next(b for b in kernel.bound(result, HOST.place, form.name) if b.low > 0 and b.high < INFINITY)
+
+
+# --- bounds -----------------------------------------------------------------------------------------------------------
+
+_FOR_ALL = Fraction(0), INFINITY
+_LAST = Fraction(1, 2)  # ulp
+
+
+def _bounds(layout: Layout, elsewhere: Kernel) -> Iterator[ErrorBound]:
+    """Yield the bounds in the table, on both sides of it, and everywhere; elsewhere for usual speeds and for all."""
+    # Of the exact w and beta^5, by which the computed ones are in the table, and normal, or not; one octave is spare.
+    first, end = layout.first, layout.first + OCTAVES
+    low, high = _tenth_root(first), _tenth_root(end)
+    inner, outer = 1 + Fraction(1, 10**6), 1 - Fraction(1, 10**6)
+    for arithmetic, name in product((HOST, HOST_FLOAT), MEANINGS):
+        form = arithmetic.form if arithmetic.form in forms_of(layout) else DOUBLE
+        speeds = Fraction(2) ** (end + 1 - form.largest), Fraction(2) ** (first + form.largest - 2)
+        inside = replace(_inside(layout, name, arithmetic), low=low * inner, high=high * outer, speeds=speeds)
+        yield inside
+        for usual in (True, False):
+            outside = _outside(elsewhere, name, arithmetic, usual)
+            yield replace(outside, high=low * outer)
+            yield replace(outside, low=high * inner)
+            yield _either(inside, outside)
+
+
+def _tenth_root(exponent: int) -> Fraction:
+    """Return 2^(exponent/10), rounded to 12 digits, far closer than its neighbours that are used."""
+    return Fraction(f"{2.0 ** (exponent / 10):.12g}")
+
+
+def _inside(layout: Layout, name: str, arithmetic: Arithmetic) -> ErrorBound:
+    """Return the bound in the table; it counts w's rounding, and that to a narrower type than the table's."""
+    form, proven, zero = arithmetic.form, table_bounds(layout), Fraction(0)
+    computed_in = form if form in forms_of(layout) else DOUBLE
+    rounding, eps = of_w(computed_in), name == "restitution"
+    last = zero if computed_in == form else _LAST
+    if isinstance(layout, LastPlace):
+        if eps:
+            return _in(arithmetic, ErrorBound(name, *_FOR_ALL, "smaller", zero, rounding, ulps=proven["ulp"]), last)
+        # p, and 4 roundings
+        return _in(arithmetic, ErrorBound(name, *_FOR_ALL, "value", proven["relative"] + 4 * _U, rounding), last)
+    rounding = ((1 + proven[computed_in.name]) * (1 + rounding) - 1) * (1 + proven["error"])
+    ulps = _LAST if eps else Fraction(LAST_ULPS)
+    return _in(
+        arithmetic,
+        ErrorBound(name, *_FOR_ALL, "smaller" if eps else "value", proven["error"], rounding, ulps=ulps),
+        last,
+    )
+
+
+def _outside(elsewhere: Kernel, name: str, arithmetic: Arithmetic, usual: bool) -> ErrorBound:
+    """Return the bound where the kernel of v* serves, in type double."""
+    eps, loss = (elsewhere.bound(function, "host", "double")[-1] for function in ("epsilon", "one_minus_epsilon"))
+    speeds, rounding = (1 / USUAL, USUAL) if usual else None, of_v_star(DOUBLE, USUAL if usual else None)
+    last = _LAST if arithmetic.form == FLOAT else Fraction(0)
+    if name == "restitution":
+        found = replace(eps, result=name, relative_to="smaller", rounding=rounding, speeds=speeds)
+    else:
+        of_both = _relative(eps) + (_relative(loss) if name == "dissipation" else 0)
+        # Where 1 - eps is subnormal, 1 - eps^2 is exactly twice that; where eps is, rebound has its error times speed.
+        half = Fraction(1, 2)
+        absolute = 2 * max(loss.absolute, half) if name == "dissipation" else max(eps.absolute, half)
+        found = ErrorBound(
+            name, *_FOR_ALL, "value", eps.formula, rounding + of_both, ulps=Fraction(LAST_ULPS), absolute=absolute,
+            speeds=speeds,
+        )  # fmt: skip
+    return _in(arithmetic, found, last)
+
+
+def _relative(bound: ErrorBound) -> Fraction:
+    """Return what rounding adds relative to the value, where it is normal."""
+    return bound.last + bound.ulps * Fraction(DOUBLE.epsilon)
+
+
+def _in(arithmetic: Arithmetic, found: ErrorBound, last: Fraction) -> ErrorBound:
+    """Return a bound of double as one of another type: its units are relative errors, and there is one rounding more.
+
+    No speed and beta of type float have a subnormal result of type double.
+    """
+    if not last:
+        return replace(found, arithmetic=arithmetic)
+    relative = found.last + found.ulps * Fraction(DOUBLE.epsilon)
+    return replace(found, last=relative, ulps=last, absolute=Fraction(0), arithmetic=arithmetic)
+
+
+def _either(one: ErrorBound, other: ErrorBound) -> ErrorBound:
+    """Return a bound that holds wherever one of two does."""
+    sizes = {
+        name: max(getattr(one, name), getattr(other, name))
+        for name in ("formula", "rounding", "last", "ulps", "absolute")
+    }
+    return replace(other, **sizes)
