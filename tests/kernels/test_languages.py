@@ -17,6 +17,7 @@ import pytest
 from tests import compiled, daily
 from tests.kernels import languages
 from tests.kernels.languages import COMPILED_ONLY, FORMS, TYPES, WAYS, tool
+from tests.kernels.test_same_bits import HASHES, digest, functions_of, v_stars
 from viscopade.arrays import double
 from viscopade.kernels import catalogue
 from viscopade.kernels.kernel import Kernel
@@ -111,17 +112,29 @@ def of(words):
     return words.replace(", ", "-").replace(" ", "-")
 
 
+@pytest.fixture(scope="module")
+def results(run):
+    """Return a function from a way, a type and a number of arguments to the results of functions at their vectors."""
+
+    @cache
+    def computed(way, form, arity):
+        everything = {name: rows(key, form)[name] for key in KERNELS for name in named(key, form, arity)}
+        given = np.array([line[:arity] for lines in everything.values() for line in lines], TYPES[form])
+        found, ends = run(way, form, arity)(*given.T), np.cumsum([0, *map(len, everything.values())])
+        return {name: found[name][start:end] for name, start, end in zip(everything, ends, ends[1:], strict=False)}
+
+    return computed
+
+
 @pytest.mark.parametrize("key", KERNELS, ids=of)
 @pytest.mark.parametrize("way", WAYS, ids=of)
-def test_results_are_within_the_proven_bounds_and_have_the_bits(run, way, key):
+def test_results_are_within_the_proven_bounds_and_have_the_bits(results, way, key):
     """NaN for bad input; what the operations of IEEE 754 determine is the same everywhere."""
     checked = 0
     for form, arity in product(WAYS[way].written.forms, (1, 2)):
         for name in named(key, form, arity):
-            lines = rows(key, form)[name]
-            given = np.array([line[:arity] for line in lines], TYPES[form])
-            found = run(way, form, arity)(*given.T)[name].astype(float)
-            for result, (*point, least, most, bits) in zip(found, lines, strict=True):
+            pairs = zip(results(way, form, arity)[name].astype(float), rows(key, form)[name], strict=True)
+            for result, (*point, least, most, bits) in pairs:
                 said = name, form, point, result
                 assert least is None or (math.isnan(least) and math.isnan(result)) or least <= result <= most, said
                 exact = bits is not None and WAYS[way].exact
@@ -129,6 +142,16 @@ def test_results_are_within_the_proven_bounds_and_have_the_bits(run, way, key):
                 checked += 1
     if WAYS[way].written.forms != ("float",) or "float" in kernel(key).formats:
         assert checked > 50
+
+
+@pytest.mark.parametrize("way", [way for way, found in WAYS.items() if found.exact], ids=of)
+def test_ten_thousand_results_have_the_hashes(run, way):
+    """Those of version 1.0.0, as `test_same_bits` has it."""
+    for form in WAYS[way].written.forms:
+        found = run(way, form, 1)(*v_stars(form))
+        for kind in ("pade", "minimax"):
+            hashes = {name: digest(found[name]) for name in functions_of(kind, form)}
+            assert hashes == HASHES[kind][form]
 
 
 # --- exceptions -------------------------------------------------------------------------------------------------------
