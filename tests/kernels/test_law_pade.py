@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from viscopade.kernels.names import TARGETS
 from viscopade.kernels.requests import Request
+from viscopade.kernels.write.targets import TARGETS
 from viscopade.theory.law import law_of
 
 REQUESTS = [Request(law=law, pade=[degrees]) for law, degrees in (("tsuji", (1, 3)), ("hunt-crossley:1", (2, 3)))]

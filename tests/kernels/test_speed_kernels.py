@@ -26,7 +26,7 @@ from tests.kernels.speed_headers import (
     spacing,
 )
 from viscopade.arithmetic.formats import FORMATS
-from viscopade.kernels import names, speed_table
+from viscopade.kernels import catalogue, speed_table
 from viscopade_lab.studies import exhaustive
 
 FUSED = ("-ffp-contract=fast",)
@@ -43,14 +43,14 @@ BUILDS = {
 IEEE = tuple(name for name in BUILDS if "fast" not in name)
 
 slow = pytest.mark.slow
-each_tier = pytest.mark.parametrize("tier", names.TIERS)
+each_tier = pytest.mark.parametrize("tier", catalogue.TIERS)
 each_form = pytest.mark.parametrize("form", FORMS)
 
 
 FEW = {
     "O0": ("1e-5", "full"),
     "native": ("1e-5", "full"),
-    "clang-O0": (daily.chosen(names.TIERS),),
+    "clang-O0": (daily.chosen(catalogue.TIERS),),
     "clang": ("1e-5",),
     "fast": ("1e-5", "full"),
     "clang-fast": ("1e-5",),
@@ -61,8 +61,8 @@ FEW = {
 def few(builds):
     """Return all pairs of build and tier, most of those that take long being marked as slow."""
     return [
-        pytest.param(build, tier, marks=slow if tier not in FEW.get(build, names.TIERS) else ())
-        for build, tier in itertools.product(builds, names.TIERS)
+        pytest.param(build, tier, marks=slow if tier not in FEW.get(build, catalogue.TIERS) else ())
+        for build, tier in itertools.product(builds, catalogue.TIERS)
     ]
 
 

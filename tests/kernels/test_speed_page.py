@@ -6,7 +6,7 @@ from pathlib import Path
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.collision import panel_proof
-from viscopade.kernels.names import FAST
+from viscopade.kernels.catalogue import FAST
 from viscopade.kernels.speed_table import TABLES, in_table, of_w, speed_table, table_bounds
 
 ROOT = Path(__file__).parents[2]

@@ -17,7 +17,7 @@ import pytest
 
 from tests.compiled import compiler
 from tests.kernels.speed_headers import FORMS, FUNCTIONS, SUFFIXES, header
-from viscopade.kernels import names
+from viscopade.kernels import catalogue
 
 ARM = "aarch64-linux-gnu"
 REPORTS = {
@@ -60,7 +60,7 @@ OF_TWO = ("1e-5",)  # tables with rows of two numbers
 CASES = [
     pytest.param(target, tier, marks=() if tier in ALWAYS.get(target, ()) else slow)
     for target in TARGETS
-    for tier in names.TIERS
+    for tier in catalogue.TIERS
 ]
 
 
@@ -207,7 +207,9 @@ def sanitized(folder, source, *flags):
 def test_no_undefined_behaviour_of_array_functions(tmp_path, math_flag):
     """For any speeds and lengths, with the rules of IEEE and without them."""
     body, runs = ["#include <stdlib.h>"], []
-    for name, (form, suffix) in itertools.product([tier.replace("-", "m") for tier in names.TIERS], SUFFIXES.items()):
+    for name, (form, suffix) in itertools.product(
+        [tier.replace("-", "m") for tier in catalogue.TIERS], SUFFIXES.items()
+    ):
         end = f"{name}{suffix}"
         calls = "\n    ".join(
             f"viscopade_{function}_{kind_}_{end}(n, speed, {beta}, out);"
@@ -218,5 +220,5 @@ def test_no_undefined_behaviour_of_array_functions(tmp_path, math_flag):
         body.append(made.replace("TYPE", form))
         runs.append(f"arrays_{end}(n);")
     main = f"int main(void) {{ for (size_t n = 0; n < 300; n++) {{ {' '.join(runs)} }} return 0; }}"
-    headers = [header(tier).text for tier in names.TIERS]
+    headers = [header(tier).text for tier in catalogue.TIERS]
     sanitized(tmp_path, "\n".join([*headers, *body, main]), math_flag)

@@ -25,10 +25,10 @@ from table_checker import (
     ulp,
 )
 from viscopade.collision import exact
-from viscopade.kernels import names
+from viscopade.kernels import catalogue
 
 EXPORTS = Path(__file__).parents[2] / "exports"
-FILES = {tier: EXPORTS / f"viscopade_speed_{tier.replace('-', 'm')}.h" for tier in names.TIERS}
+FILES = {tier: EXPORTS / f"viscopade_speed_{tier.replace('-', 'm')}.h" for tier in catalogue.TIERS}
 TEXTS = {tier: path.read_text() for tier, path in FILES.items()}
 EVERY = pytest.mark.parametrize("tier", TEXTS)
 

@@ -21,7 +21,8 @@ from viscopade.cli.console import (
     show,
 )
 from viscopade.cli.writer import check_targets, write_all
-from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TARGETS, TIERS
+from viscopade.kernels.catalogue import FAST, SIZES, TIERS
+from viscopade.kernels.write.targets import SERIES_DIGITS, SERIES_ORDER, TARGETS
 from viscopade.shipped import example_scenes
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--size",
-    type=click.Choice((FAST, SMALL)),
+    type=click.Choice(SIZES),
     default=FAST,
     show_default=True,
     help="Size of the table of --from-speed 1e-5: the large one (fast), or the small one that needs more operations.",

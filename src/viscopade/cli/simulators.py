@@ -12,7 +12,7 @@ import click
 from viscopade.cli.console import OUTPUT, Quantity, Real, deliver, double, limits_of, material, pair_of
 from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import write_all
-from viscopade.kernels.names import TIERS
+from viscopade.kernels.catalogue import TIERS
 from viscopade.simulators import TARGETS, simulator_with
 
 if TYPE_CHECKING:

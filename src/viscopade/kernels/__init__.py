@@ -1,4 +1,4 @@
-"""Proven kernels: formulas with certificates and rounding bounds, the registry of ready kernels, their code."""
+"""Proven kernels: formulas with certificates and rounding bounds, the catalogue of ready kernels, their code."""
 
 __all__ = [
     "catalogue",
@@ -7,7 +7,6 @@ __all__ = [
     "expressions",
     "kernel",
     "machine",
-    "names",
     "native",
     "prove_lacunary",
     "prove_rational",

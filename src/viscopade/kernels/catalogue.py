@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     from viscopade.kernels.kernel import Kernel
 
+FAST, SMALL = SIZES = ("fast", "small")
+"""Sizes of the speed tables."""
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -98,13 +101,16 @@ def _entries() -> Iterator[Entry]:
     for accuracy in ("1e-3", "1e-5"):
         yield Entry(f"inverse {accuracy}", {"inverse": (accuracy,)}, partial(_inverse, accuracy))
     yield Entry("full", {"full": True}, _full)
-    for accuracy, size in (("1e-5", "fast"), ("1e-5", "small"), ("1e-10", "fast"), ("full", "fast")):
-        options = {"from_speed": (accuracy,)} | ({} if size == "fast" else {"size": size})
-        yield Entry(f"speed {accuracy}" + f" {size}" * (size != "fast"), options, partial(_speed, accuracy, size))
+    for accuracy, size in (("1e-5", FAST), ("1e-5", SMALL), ("1e-10", FAST), ("full", FAST)):
+        small = f" {size}" if size != FAST else ""
+        options = {"from_speed": (accuracy,), **({"size": size} if small else {})}
+        yield Entry(f"speed {accuracy}{small}", options, partial(_speed, accuracy, size))
 
 
 CATALOGUE: Mapping[str, Entry] = {entry.key: entry for entry in _entries()}
 """All ready kernels by their keys."""
+TIERS = tuple(dict.fromkeys(entry.key.split()[1] for entry in CATALOGUE.values() if entry.group == "speed"))
+"""Accuracies of speed tables."""
 
 
 def group(name: str) -> tuple[Entry, ...]:

@@ -10,12 +10,13 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels import formulas, prove_lacunary
+from viscopade.kernels import catalogue, formulas, prove_lacunary
 from viscopade.kernels.expressions import CodeBranch, read
 from viscopade.kernels.machine import located, machine_arithmetic
-from viscopade.kernels.names import COMPACT, FULL
 from viscopade.kernels.registry import Entry
 from viscopade.kernels.speed_table import speed_table
+
+COMPACT, FULL = [entry.key.split()[1] for entry in catalogue.group("compact")], "full"
 
 
 def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:

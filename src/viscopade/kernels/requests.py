@@ -10,12 +10,13 @@ from typing import Any
 from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.decimals import identifier
 from viscopade.kernels import catalogue, compact, full, inverse, quotient, speed_table
-from viscopade.kernels.catalogue import Entry
+from viscopade.kernels.catalogue import FAST, Entry
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.names import FAST, LANGUAGES, SERIES_DIGITS, SERIES_ORDER, TABLES, TARGETS, TIERS
 from viscopade.kernels.write import tables, vectors
 from viscopade.kernels.write.file import file_text, version_text
+from viscopade.kernels.write.languages import NAMES as LANGUAGES
 from viscopade.kernels.write.languages import language
+from viscopade.kernels.write.targets import SERIES_DIGITS, SERIES_ORDER, TABLES, TARGETS
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, law_of
 from viscopade.theory.series import series
@@ -48,7 +49,7 @@ class Request:
     inverse : sequence of str
         Proven relative errors of v*(eps).
     from_speed : sequence of str
-        At most one of `names.TIERS`: a kernel that needs no root, in C.
+        At most one of `catalogue.TIERS`: a kernel that needs no root, in C.
     size : "fast" or "small"
         Of its table.
     v_star_min, v_star_max : str or None
@@ -202,7 +203,7 @@ _FILES = {
     **{f"viscopade_inverse{ending}": (INVERSE, target) for target, ending in _ENDINGS.items()},
     "inverse_certificates.json": (INVERSE, "certificates"),
     "viscopade_full.h": (Request(full=True), "c"),
-    **{f"viscopade_speed_{identifier(tier)}.h": (Request(from_speed=(tier,)), "c") for tier in TIERS},
+    **{f"viscopade_speed_{identifier(tier)}.h": (Request(from_speed=(tier,)), "c") for tier in catalogue.TIERS},
 }
 # Test vectors of each header's kernels.
 _FILES |= {

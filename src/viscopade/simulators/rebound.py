@@ -41,7 +41,7 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair
 from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, written_template
-from viscopade.kernels import names, speed_table
+from viscopade.kernels import catalogue
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.file import file_text
 from viscopade.kernels.write.languages import language as language_of
@@ -99,7 +99,8 @@ def callback_kernel(tier: str) -> Kernel:
     ValueError
         If there is no such tier.
     """
-    return speed_table.speed_table(tier, names.SMALL if (tier, names.SMALL) in speed_table.TABLES else names.FAST)
+    key = f"speed {tier}"
+    return catalogue.kernel(f"{key} small" if f"{key} small" in catalogue.CATALOGUE else key)
 
 
 def contacts(setup: Setup) -> dict[str, NamedContact]:

@@ -10,8 +10,7 @@ import numpy as np
 
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import spheres
-from viscopade.kernels import native, registry_arrays
-from viscopade.kernels.registry import entries
+from viscopade.kernels import catalogue, machine, native
 from viscopade.plots.sheet import BLACK, label_axes, new_sheet
 from viscopade.theory.pade import horner, pade
 from viscopade.theory.paper import BETA_ICE_CGS
@@ -68,8 +67,13 @@ def pade_restitution(m: int, n: int) -> gas.RestitutionFunction:
 
 def kernel_restitution(tier: str) -> gas.RestitutionFunction:
     """Return what the kernel of speed of this accuracy computes for ice, for which the exported header is in C."""
-    entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
-    return lambda speed: registry_arrays.entry_epsilon(entry, _v_star(speed))
+    kernel = catalogue.kernel(f"speed {tier}")
+
+    def restitution(speed: FloatArray) -> FloatArray:
+        value: FloatArray = machine.evaluated(kernel, "restitution", speed, BETA)
+        return value
+
+    return restitution
 
 
 @lru_cache(maxsize=4 * SEEDS)

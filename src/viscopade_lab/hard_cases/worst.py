@@ -20,11 +20,11 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import identifier
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.kernels import catalogue, compact, full, truth
+from viscopade.kernels.catalogue import FAST
 from viscopade.kernels.expressions import CodeBranch, Reading, read
 from viscopade.kernels.kernel import Function as KernelFunction
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.machine import TYPES, evaluated, located, machine_arithmetic
-from viscopade.kernels.names import FAST
 from viscopade.kernels.speed_table import TABLES, Polynomials, forms_of, speed_table, table_bounds
 
 Array = npt.NDArray[Any]

@@ -1,0 +1,8 @@
+"""What an exported file may be: code in a language, or a table of numbers."""
+
+from viscopade.kernels.write import languages
+
+TABLES = ("csv", "json", "latex", "certificates", "vectors")
+TARGETS = (*languages.NAMES, *TABLES)
+SERIES_ORDER, SERIES_DIGITS = 60, 50
+"""Highest power and digits of a file with the coefficients h_k, unless the request has others."""
