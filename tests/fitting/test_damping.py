@@ -17,7 +17,7 @@ from viscopade.fitting.scene_text import scene_text
 from viscopade.fitting.verdict import MODELS, Verdict
 from viscopade.quantity import uncertain
 from viscopade.scene import read
-from viscopade.scene.setup import setup
+from viscopade.scene.sense import setup
 
 BALL = vp.Sphere(radius=0.005, density=2500, young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=5e-7)
 PAIR = vp.Pair(BALL, BALL)

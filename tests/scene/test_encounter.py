@@ -17,7 +17,7 @@ from viscopade import Pair, Sphere
 from viscopade.collision import limits
 from viscopade.scene import encounter, read, sense
 from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, Speeds, Tolerance
-from viscopade.scene.setup import setup
+from viscopade.scene.sense import setup
 from viscopade.scene.units import Scale
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -397,7 +397,12 @@ def test_ice_is_that_of_the_paper():
     """v* = 1 at 0.262 cm/s, for the ball that was measured."""
     scene = read.from_toml((ROOT / "examples" / "ice_rings.toml").read_bytes(), "ice_rings.toml")
     ice = scene.materials["ice"]
-    pair = Pair(ice.sphere(0.0275), ice.wall())
+    law = {
+        "young_modulus": ice.young_modulus,
+        "poisson_ratio": ice.poisson_ratio,
+        "dissipative_constant": ice.dissipative_constant,
+    }
+    pair = Pair(Sphere(radius=0.0275, density=ice.density, **law), Sphere.wall(**law))
     assert pair.speed(1.0) == pytest.approx(0.00262, rel=0.2)
     assert pair.epsilon(0.01) == pytest.approx(0.32, rel=1e-12, abs=0)
 

@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from viscopade import Pair, Sphere
+from viscopade.kernels.write.languages import NAMES, language
 from viscopade.scene import description, read
 from viscopade.scene.description import Code, Sizes, Speeds, Tolerance
 from viscopade.scene.units import Scale
@@ -166,17 +167,16 @@ def test_tolerance(values):
     assert parsed(("tolerance", values)).tolerance.given() == values
 
 
-@pytest.mark.parametrize("language", read.LANGUAGES)
-def test_languages(language):
-    formats = {"glsl": {"float"}, "wgsl": {"float"}, "javascript": {"double"}, "python": {"double"}}
-    accepted = formats.get(language, {"double", "float"})
-    assert parsed(("code.language", language)).code.format == ("float" if accepted == {"float"} else "double")
+@pytest.mark.parametrize("name", NAMES)
+def test_languages(name):
+    accepted = language(name).forms
+    assert parsed(("code.language", name)).code.format == accepted[0]
     for form in ("double", "float"):
         if form in accepted:
-            assert parsed(("code", {"language": language, "format": form})).code == Code(language, form)
+            assert parsed(("code", {"language": name, "format": form})).code == Code(name, form)
         else:
-            message = refusal(text(edited(("code", {"language": language, "format": form}))))
-            assert message == f"code.format is {form!r}: accepted is {next(iter(accepted))}"
+            message = refusal(text(edited(("code", {"language": name, "format": form}))))
+            assert message == f"code.format is {form!r}: accepted is {accepted[0]}"
 
 
 @pytest.mark.parametrize(
@@ -421,9 +421,9 @@ REFUSED = [  # a place, what stands there, the key that the message names, a par
         for name, value in (("epsilon", 0), ("dissipation", 1), ("absolute", "1e-3"))
     ),
     # code, gas, units
-    ("code.language", "perl", "code.language", ", ".join(read.LANGUAGES)),
+    ("code.language", "perl", "code.language", ", ".join(NAMES)),
     ("code.format", "half", "code.format", "double, float"),
-    ("code", {"language": "rust", "argument": "v_star"}, "code.argument", "speed"),
+    ("code", {"language": "rust", "argument": "w"}, "code.argument", "speed, v_star"),
     *(("code.largest_table", v, "code.largest_table", "a positive integer") for v in (-1, 1.5, True)),
     ("gas.volume_fraction", 0.74, "gas.volume_fraction", "a number > 0 and < 0.74"),
     ("units.length", "g", "units.length", 'a unit of length, such as "m" or "mm"'),

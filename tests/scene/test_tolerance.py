@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import random
-from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
 import pytest
 
+from viscopade.kernels import compact
+from viscopade.kernels.arithmetic import DEVICE, HOST, HOST_FLOAT
+from viscopade.kernels.bound import ErrorBound
 from viscopade.scene.description import Tolerance
-from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
+from viscopade.scene.tolerance import (
+    HOPELESS,
+    MEASURES,
+    Range,
+    allowed,
+    errors_of,
+    errors_on,
+    excess,
+    failing,
+    last_of_product,
+    worst,
+)
 
 F = Fraction
-TINY = F(1, 10**12)
 RANGES = [
     (F(1, 10), F(2, 10)),
     (F(1, 10), F(9, 10)),
@@ -22,68 +36,77 @@ RANGES = [
     (F(6, 10), F(999, 1000)),
     (F(1, 10**9), F(1, 10**8)),
     (1 - F(1, 10**9), 1 - F(1, 10**15)),
-    (F(3, 10), F(3, 10)),
 ]
+
+ZERO = F(0)
+
+
+def bound(relative_to: str, formula: Fraction, last: Fraction = ZERO, arithmetic=HOST) -> ErrorBound:
+    return ErrorBound("epsilon", F(0), math.inf, relative_to, formula, last=last, arithmetic=arithmetic)
+
+
 BOUNDS = [
-    Bound(F(1, 1000), F(0)),
-    Bound(F(0), F(1, 1000)),
-    Bound(F(1, 10), F(1, 20), F(1, 30)),
-    Bound(F(1, 10), F(1, 20), F(1, 30), apart=True),
-    Bound(F(999, 1000), F(0)),
-    Bound(F(4, 10**4), F(1, 2**24), F(6, 2**24), apart=True),
-    Bound(F(3, 10**5), F(2, 2**24), F(4, 2**24)),
+    bound("smaller", F(1, 1000)),
+    bound("value", F(1, 1000)),
+    bound("smaller", F(1, 10), F(1, 20)),
+    bound("smaller", F(999, 1000)),
+    bound("smaller", F(3, 10**5), F(1, 2**23), HOST_FLOAT),
 ]
 
 
-def computed(bound: Bound, eps: Fraction, signs: tuple[int, int, int]) -> tuple[Fraction, Fraction]:
-    """Return an eps and a 1 - eps^2 that are as far off as a bound admits."""
-    of_both, of_relative, of_loss = signs
-    exact = eps + of_both * bound.both * min(eps, 1 - eps)
-    rounded = exact + of_relative * bound.relative * eps
-    loss = 1 - (exact if bound.apart else rounded) ** 2
-    return rounded, loss * (1 + of_loss * bound.loss)
-
-
-def values(low: Fraction, high: Fraction) -> Iterator[Fraction]:
-    generator = random.Random(3)
-    yield from (low, high, *(x for x in (F(1, 2),) if low < x < high))
-    for _ in range(12):
-        yield low + (high - low) * F(generator.random())
-
-
-def attained(bound: Bound, low: Fraction, high: Fraction) -> Errors:
-    found = []
-    for eps, signs in product(values(low, high), product((-1, 0, 1), repeat=3)):
-        rounded, loss = computed(bound, eps, signs)
-        lost = 1 - eps**2
-        found.append(Errors(abs(rounded - eps) / eps, abs(loss - lost) / lost, abs(rounded - eps)))
+def attained(of: ErrorBound, low: Fraction, high: Fraction) -> dict[str, Fraction]:
+    """Return the largest errors of an eps, and of its (1 - eps) (1 + eps), that are as far off as a bound admits."""
+    generator, found = random.Random(3), []
+    values = [low, high, *(low + (high - low) * F(generator.random()) for _ in range(12))]
+    values += [F(1, 2)] if low < F(1, 2) < high else []
+    share, relative = (of.formula, of.last) if of.relative_to == "smaller" else (0, of.formula + of.last)
+    for eps, signs in product(values, product((-1, 0, 1), repeat=3)):
+        computed = eps + signs[0] * share * min(eps, 1 - eps) + signs[1] * relative * eps
+        lost = (1 - computed**2) * (1 + signs[2] * last_of_product(of.arithmetic))
+        off = abs(computed - eps)
+        found.append(
+            {"epsilon": off / eps, "dissipation": abs(lost - 1 + eps**2) / (1 - eps**2), "absolute": off}
+        )  # fmt: skip
     return worst(found)
 
 
-@pytest.mark.parametrize("bound", BOUNDS)
+@pytest.mark.parametrize("of", BOUNDS)
 @pytest.mark.parametrize("epsilon", RANGES)
-def test_no_perturbation_exceeds_the_errors_and_one_reaches_them(
-    bound: Bound, epsilon: tuple[Fraction, Fraction]
-) -> None:
-    stated, found = bound.errors(epsilon), attained(bound, *epsilon)
-    for name in vars(stated):
-        assert getattr(found, name) <= getattr(stated, name)
-        assert getattr(found, name) >= F(9, 10) * getattr(stated, name) * (F(1, 2) if name == "absolute" else 1)
-    assert found.absolute > F(1, 2) * stated.absolute
+def test_no_perturbation_exceeds_the_errors_and_one_reaches_them(of: ErrorBound, epsilon) -> None:
+    stated, found = errors_of(of, epsilon), attained(of, *epsilon)
+    for name in MEASURES:
+        assert found[name] <= stated[name]
+        assert found[name] >= F(9, 10) * stated[name] * (F(1, 2) if name == "absolute" else 1)
 
 
-def test_the_share_of_the_smaller_one_is_largest_at_one_half() -> None:
-    assert Bound(F(1, 100), F(0)).errors((F(1, 10), F(9, 10))).absolute == F(1, 200)
-    assert Bound(F(1, 100), F(0)).errors((F(1, 10), F(2, 10))).absolute == F(1, 500)
-    assert Bound(F(1, 100), F(0)).errors((F(8, 10), F(9, 10))).absolute == F(1, 500)
+def test_absolute_parts_of_bounds_count() -> None:
+    tiny = ErrorBound("epsilon", F(0), math.inf, "value", F(0), ulps=F(1), absolute=F(2**1000))
+    found = errors_of(tiny, (F(1, 8), F(1, 2)))
+    assert found["epsilon"] == HOST.ulp + 8 * 2**1000 * HOST.form.smallest
+    assert errors_of(replace(tiny, absolute=ZERO), (F(6, 10), F(7, 10)))["epsilon"] == HOST.ulp / 2 / F(6, 10)
+    assert found["absolute"] == HOST.ulp / 2 + 2**1000 * HOST.form.smallest
 
 
 def test_dissipation_near_one_is_bounded_only_if_it_is_computed_apart() -> None:
     near = (1 - F(1, 10**18), F(1))
-    apart = Bound(F(1, 1000), F(1, 2**24), F(1, 2**22), apart=True).errors(near)
-    assert F(1, 1000) <= apart.dissipation < F(1001, 10**6)
-    assert Bound(F(1, 1000), F(1, 2**24)).errors(near).dissipation == HOPELESS
-    assert Bound(F(1, 1000), F(0)).errors(near).dissipation == F(1, 1000)
+    assert errors_of(bound("smaller", F(1, 1000), F(1, 2**24)), near)["dissipation"] == HOPELESS
+    assert errors_of(bound("smaller", F(1, 1000)), near)["dissipation"] < F(1001, 10**6)
+    kernel, v_star = compact.compact("1e-5"), (F(1, 10**9), F(1, 10**8))
+    where = Range(v_star, (1 - F(2, 10**16), 1 - F(1, 10**18)), (F(1), F(1)))
+    found = errors_on(kernel, "restitution", [HOST], [where])
+    assert found["dissipation"] < F(1, 10**5)
+
+
+def test_errors_are_those_of_the_worst_range_and_machine_and_none_where_nothing_is_proven() -> None:
+    kernel = compact.compact("1e-3")
+
+    def errors(arithmetics, *ranges):
+        return errors_on(kernel, "restitution", arithmetics, [Range(v, e, (F(1), F(1))) for v, e in ranges])
+
+    low, high = ((F(1, 10), F(2, 10)), (F(9, 10), F(99, 100))), ((F(1), F(2)), (F(1, 10), F(4, 10)))
+    assert errors([HOST_FLOAT], low, high) == worst([errors([HOST_FLOAT], low), errors([HOST_FLOAT], high)])
+    assert errors([HOST_FLOAT, DEVICE], low) == worst([errors([HOST_FLOAT], low), errors([DEVICE], low)])
+    assert errors([HOST_FLOAT], low, ((F(1), F(10**5)), (F(1, 10**9), F(1, 3)))) is None
 
 
 @pytest.mark.parametrize("measure", ["both", "relative"])
@@ -97,25 +120,20 @@ def test_dissipation_near_one_is_bounded_only_if_it_is_computed_apart() -> None:
     ],
 )
 @pytest.mark.parametrize("ranges", [[RANGES[0]], [RANGES[4]], [RANGES[0], RANGES[4]], RANGES])
-def test_allowed_is_the_largest_error_that_keeps_the_tolerance(tolerance: Tolerance, ranges, measure: str) -> None:
+def test_allowed_is_the_largest_error_within_the_tolerance(tolerance: Tolerance, ranges, measure: str) -> None:
     limit = allowed(tolerance, ranges, measure)
 
-    def failing(size: Fraction) -> list[str]:
-        bound = Bound(size, F(0)) if measure == "both" else Bound(F(0), size)
-        return worst([bound.errors(epsilon) for epsilon in ranges]).failing(tolerance)
+    def fails(size: Fraction) -> bool:
+        of = bound("smaller" if measure == "both" else "value", size)
+        return bool(failing(worst(errors_of(of, epsilon) for epsilon in ranges), tolerance))
 
-    assert not failing(limit * F(99, 100))
-    assert failing(limit * F(101, 100))
+    assert not fails(limit * F(99, 100))
+    assert fails(limit * F(101, 100))
 
 
 def test_a_tolerance_is_the_decimal_that_was_written() -> None:
-    at = Errors(F(1, 10), F(1, 10), F(1, 10))
-    assert at.failing(Tolerance(epsilon=0.1)) == []
-    assert Errors(F(1, 10) + TINY**2, F(0), F(0)).failing(Tolerance(epsilon=0.1, absolute=0.1)) == ["epsilon"]
-    assert at.failing(Tolerance(dissipation=0.09, absolute=0.2)) == ["dissipation"]
-
-
-def test_the_worst_of_errors_is_the_worst_of_each() -> None:
-    first, second = Errors(F(1), F(2), F(3)), Errors(F(3), F(1), F(2))
-    assert worst([first, second]) == first.worse(second) == Errors(F(3), F(2), F(3))
-    assert worst([first]) == first
+    at = dict.fromkeys(MEASURES, F(1, 10))
+    assert failing(at, Tolerance(epsilon=0.1)) == ()
+    assert failing(at | {"epsilon": F(1, 10) + F(1, 10**24)}, Tolerance(epsilon=0.1, absolute=0.1)) == ("epsilon",)
+    assert failing(at, Tolerance(dissipation=0.09, absolute=0.2)) == ("dissipation",)
+    assert excess(at, Tolerance(dissipation=0.05, absolute=0.2)) == (2, "dissipation")

@@ -170,7 +170,7 @@ def scene_command(
         raise click.UsageError(f"there is no example scene {example!r}: accepted are {', '.join(example_scenes())}")
     words, source = ("", file) if file is not None else ("--example ", example_scenes()[str(example)])
     scene = read_scene(source)
-    if cc is not None and not (checking and scene.code.target.runner.variable == "CC"):
+    if cc is not None and not (checking and scene.code.spoken.run.variable == "CC"):
         raise click.UsageError("--cc is given and would not be used: accepted is --cc with the check of code in C")
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)

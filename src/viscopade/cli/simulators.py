@@ -121,7 +121,7 @@ def _given(
     yield_strength: str | None,
     **options: Any,
 ) -> _Given:
-    from viscopade.scene.setup import setup
+    from viscopade.scene.sense import setup
 
     if gravity is not None and not gravity > 0:
         raise ValueError(f"gravity is {gravity:g}: accepted is a number > 0")

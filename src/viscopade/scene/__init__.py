@@ -6,7 +6,7 @@ __all__ = [
     "description",
     "read",
     "render",
-    "setup",
+    "sense",
     "tables",
     "units",
 ]

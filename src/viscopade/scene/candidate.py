@@ -1,324 +1,196 @@
-"""Candidate kernels for a scene, each with its operations, its proven errors on the scene, and its code."""
+"""Candidates for a scene: kernels with their costs and their proven errors there."""
 
 from __future__ import annotations
 
 import math
 import operator
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
-from typing import cast
 
 import numpy as np
 
 from viscopade.approximation import cheapest, minimax
-from viscopade.approximation.measure import RELATIVE_TO, Measure
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.approximation.measure import Measure
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels import expressions, formulas, machine, prove_rational, registry, registry_arrays, requests
-from viscopade.kernels.forms.minimax import MinimaxKernel
-from viscopade.kernels.registry import HOST, Entry, limits
-from viscopade.kernels.speed_table import LAST_ULPS
-from viscopade.scene.cost import Operations
+from viscopade.kernels import catalogue, expressions, quotient
+from viscopade.kernels.bound import ErrorBound
+from viscopade.kernels.expressions import CodeBranch, Item
+from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.machine import evaluated, located
+from viscopade.kernels.v_star import USUAL, of_v_star
 from viscopade.scene.description import Code, Scene, Tolerance
-from viscopade.scene.encounter import Encounter, Interval
-from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
+from viscopade.scene.encounter import Encounter, Interval, hull
+from viscopade.scene.tolerance import (
+    HOPELESS,
+    MEASURES,
+    Errors,
+    Range,
+    allowed,
+    errors_of,
+    errors_on,
+    failing,
+    in_eps,
+    worst,
+)
 
-LARGEST_V_STAR = Fraction(1000)  # of quotients of polynomials
+DIVISION, LOGARITHM, POWER = 4, 20, 50
+"""Costs in multiplications: about what these take on processors of our days (docs/results/benchmark.md)."""
+COSTS = (
+    f"a count of operations (a division or a square root counts {DIVISION}, a logarithm or an exponential {LOGARITHM}, "
+    f"a power {POWER})"
+)
+_COSTS = {"/": DIVISION, "divide": DIVISION, "sqrt": DIVISION, "pow": POWER, "cbrt": LOGARITHM}
+_COSTS |= {"log2": LOGARITHM, "exp2": LOGARITHM}
+AS_CHEAP = 1.2
+"""Costs that differ by less are equal: the smaller table decides, then whether a kernel holds for all speeds."""
+
+READY = {
+    "compact": "quotient for all v*, {}, without tables",
+    "speed": "speed table, {}",
+    "full": "table of v*, {}",
+}
+"""The groups of the catalogue that are offered, in words."""
+LARGEST_V_STAR = Fraction(1000)  # of best quotients
 STEEPEST = 4  # |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| are less: 10/3 at most
 WIDER = Fraction(1, 1 << 18)  # more than what type float does to beta, the speed and v*, relatively
+BEYOND = Fraction(1, 50)  # by which the interval of a quotient exceeds that of the scene: 20 % in speed
 LEAST_ACCURACY = Fraction(1, 10**15)
 TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # by which accuracy is increased to find a kernel of type float
 SAMPLES = 4001
+VALUES = "values"
+"""Name of the list of constants."""
 _LEAST = 2e-38  # constant: a normal number of type float
 NOISE = 1e-15  # more than double precision adds to a sampled error of eps, relatively
 
 
 @dataclass(frozen=True)
-class Candidate(ABC):
-    """A candidate: a kernel on the pairs of a scene.
+class Candidate:
+    """A kernel for the pairs of a scene.
 
     Attributes
     ----------
-    encounters : sequence of Encounter
-        The pairs of the scene.
-    code : Code
+    kernel : Kernel
+    label : str
+        The kernel in words.
+    cost : int
+        The weighted number of operations of one eps.
+    errors : mapping of str to Fraction
+        The largest errors on the scene (proven), rounding included, by the name of the tolerance.
+    failing : tuple of str
+        The names of the tolerances that they exceed.
+    measure : "both", "relative" or None
+        Of the error of a best quotient.
     """
 
-    encounters: Sequence[Encounter]
-    code: Code
+    kernel: Kernel
+    label: str
+    cost: int
+    errors: Errors
+    failing: tuple[str, ...]
+    measure: Measure | None = None
 
     @property
-    @abstractmethod
-    def label(self) -> str:
-        """The kernel in words, for the reader."""
+    def rank(self) -> tuple[int, int, Fraction]:
+        """The key for comparison: cost, size of the table, error."""
+        return self.cost, self.kernel.bytes, self.errors["epsilon"]
 
     @property
-    @abstractmethod
-    def name(self) -> str:
-        """The end of the functions' names."""
+    def is_constant(self) -> bool:
+        """Whether eps depends on the pair alone."""
+        return self.kernel.argument == "pair"
 
-    @property
-    @abstractmethod
-    def operations(self) -> Operations:
-        """Operations of one evaluation."""
+    def epsilon(self, pair: int, v_star: FloatArray) -> FloatArray:
+        """Return the kernel's eps for a pair, by its number, in type double."""
+        if self.is_constant:
+            return np.full_like(v_star, self.kernel.lists[VALUES][pair])
+        if any(function.name == "epsilon" for function in self.kernel.functions):
+            return np.asarray(evaluated(self.kernel, "epsilon", v_star))
+        return np.asarray(evaluated(self.kernel, "restitution", np.ones_like(v_star), v_star**2))
 
-    @property
-    @abstractmethod
-    def errors(self) -> Errors:
-        """The largest errors on the scene (proven), with rounding."""
-
-    @abstractmethod
-    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
-        """Return the formula's eps for a pair, to find the place of its largest error."""
-
-    @property
-    def bytes(self) -> int:
-        """Size of the table."""
-        return 0
-
-    def request(self) -> requests.Request | None:
-        """Return the request to `viscopade export` for this kernel; None if no export has it."""
-        return None
-
-    def sampled(self, measure: str) -> tuple[float, float, str]:
+    def sampled(self, met: Sequence[Encounter], measure: str) -> tuple[float, float, str]:
         """Return the largest error found (sampled) in a measure of the tolerance, its v*, and its pair.
 
-        Of the formula, without rounding: what rounding may have done to the sample is taken off.
+        In type double; what rounding may have done to the sample is taken off.
         """
-        return max(self._sampled(encounter, measure) for encounter in self.encounters)
+        return max(self._sampled(i, encounter, measure) for i, encounter in enumerate(met))
 
-    def _sampled(self, encounter: Encounter, measure: str) -> tuple[float, float, str]:
-        low, high = (float(v) for v in encounter.v_star)
+    def _sampled(self, pair: int, encounter: Encounter, measure: str) -> tuple[float, float, str]:
+        low, high = map(float, encounter.v_star)
         v_star = np.geomspace(low, high, SAMPLES)
         eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-        off = np.maximum(np.abs(self.epsilon(encounter, v_star) - eps) - NOISE * eps, 0.0)
-        scale = {"epsilon": eps, "dissipation": loss * (1 + eps) / (2 * eps), "absolute": np.ones_like(eps)}[measure]
+        off = np.maximum(np.abs(self.epsilon(pair, v_star) - eps) - NOISE * eps, 0.0)
+        scale = in_eps(measure, eps, loss)
         i = int(np.argmax(off / scale))
         return float(off[i] / scale[i]), float(v_star[i]), encounter.name
 
 
-@dataclass(frozen=True)
-class PairConstant(Candidate):
-    """The candidate of a constant eps for each pair.
-
-    Attributes
-    ----------
-    tolerance : Tolerance
-    """
-
-    tolerance: Tolerance
-
-    @property
-    def label(self) -> str:
-        """The kernel in words."""
-        return "a constant" + (" for each pair" if len(self.encounters) > 1 else "")
-
-    @property
-    def name(self) -> str:
-        """The name."""
-        return "constant"
-
-    @property
-    def operations(self) -> Operations:
-        """Nothing."""
-        return Operations()
-
-    @cached_property
-    def values(self) -> tuple[str, ...]:
-        """The constant eps of each pair, as a decimal."""
-        met = (in_format(encounter, self.code) for encounter in self.encounters)
-        return tuple(_constant(epsilon, self.tolerance, self.code) for _, epsilon in met)
-
-    @cached_property
-    def errors(self) -> Errors:
-        """Errors at the ends of the ranges; they are largest there, as eps falls with v*."""
-        found = None
-        for value, encounter in zip(self.values, self.encounters, strict=True):
-            mine = _of_constant(value, in_format(encounter, self.code)[1], self.code)
-            found = mine if found is None else found.worse(mine)
-        assert found is not None
-        return found
-
-    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
-        """Return the constant."""
-        return np.full_like(v_star, float(self.values[list(self.encounters).index(encounter)]))
+def candidates(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
+    """Yield the kernels for a scene's language, format and argument; a best quotient if it may be cheaper."""
+    code = scene.code
+    others = [constant(scene, met), *_ready(scene, met)]
+    yield from others
+    # None by pow is cheaper than a table or a compact kernel, and fits take time.
+    least = 2 + (POWER + DIVISION + 1 if code.argument == "speed" else 0)
+    enough = any(not each.failing and each.cost <= AS_CHEAP * least for each in others)
+    if not enough and too_rough(scene, met) is None and (found := best_quotient(scene, met)) is not None:
+        yield found
 
 
-def _of_constant(text: str, epsilon: Interval, code: Code) -> Errors:
-    """Return the errors of a decimal, rounded to the format, and of (1 - eps) (1 + eps)."""
-    value = Fraction(FORMATS[code.format].nearest(Fraction(text)))
-    off = [abs(value - e) for e in epsilon]
-    lost = [1 - e**2 for e in epsilon]
-    computed = (1 - value**2) * _of_product(code)
-    of_dissipation = [(abs(1 - value**2 - d) + computed) / d if d else HOPELESS for d in lost]
-    return Errors(max(o / e for o, e in zip(off, epsilon, strict=True)), max(of_dissipation), max(off))
+def _ready(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
+    """Yield the kernels of the catalogue that the language can have, and that are proven on the scene."""
+    code = scene.code
+    groups = READY.keys() - ({"compact"} if uncovered(scene, met) else set())
+    for entry in (entry for entry in catalogue.CATALOGUE.values() if entry.group in groups):
+        kernel = entry.kernel
+        written = bool(code.spoken.table) if kernel.tables else True
+        fits = code.largest_table is None or kernel.bytes <= code.largest_table
+        if written and fits and any(function.name == code.function for function in kernel.functions):
+            tier, *size = (*entry.key.split()[1:], "")
+            label = READY[entry.group].format(f"to {tier}" if "1e-" in tier else "full accuracy")
+            ready = _candidate(scene, met, kernel, label + " (small table)" * ("small" in size))
+            if ready is not None:
+                yield ready
 
 
-def _constant(epsilon: Interval, tolerance: Tolerance, code: Code) -> str:
-    """Return the shortest decimal that keeps the tolerance, or the best number if none does."""
-    low, high = (float(e) for e in epsilon)
-    # By tolerance t: the least and the largest constant that keep it.
-    keep: Mapping[str, Callable[[float], tuple[float, float]]] = {
-        "epsilon": lambda t: (high * (1 - t), low * (1 + t)),
-        "dissipation": lambda t: (_with_loss((1 - high**2) * (1 + t)), _with_loss((1 - low**2) * (1 - t))),
-        "absolute": lambda t: (high - t, low + t),
-    }
-
-    def kept(scale: float) -> tuple[float, float]:
-        """Return the least and the largest constant that keep this multiple of the tolerance; none if out of order."""
-        ends = [keep[name](scale * limit) for name, limit in tolerance.given().items()]
-        return max(least for least, _ in ends), min(most for _, most in ends)
-
-    middle = sum(kept(_smallest(lambda scale: operator.le(*kept(scale))))) / 2
-    for digits in range(1, 18):
-        text = f"{middle:.{digits}g}"
-        if _LEAST <= float(text) <= 1 and not _of_constant(text, epsilon, code).failing(tolerance):
-            return text
-    return f"{min(max(middle, low, _LEAST), 1.0):.17g}"
+def _candidate(
+    scene: Scene, met: Sequence[Encounter], kernel: Kernel, label: str, measure: Measure | None = None
+) -> Candidate | None:
+    """Return a candidate; None if nothing is proven of it on the scene."""
+    code = scene.code
+    if code.format not in kernel.formats:
+        return None
+    errors = errors_on(kernel, code.function, code.number.arithmetics, ranges(scene, met))
+    if errors is None:
+        return None
+    count = cost(kernel, code.function, met[0])
+    return Candidate(kernel, label, count, errors, failing(errors, scene.tolerance), measure)
 
 
-def _smallest(holds: Callable[[float], bool]) -> float:
-    """Return 1 if that holds, or nearly the smallest number above for which it does: what holds once, holds on."""
-    low, high = 1.0, 1e30
-    if holds(low):
-        return low
-    while high > 1.0001 * low:
-        middle = math.sqrt(low * high)
-        low, high = (low, middle) if holds(middle) else (middle, high)
-    return high
+def cost(kernel: Kernel, result: str, encounter: Encounter) -> int:
+    """Return the weighted number of operations of a result, in the branch that a typical impact takes."""
+    function, v_star = kernel.function(result), float(encounter.pair.v_star(encounter.speeds.typical))
+    given = {"v_star": v_star, "speed": 1.0, "beta": v_star**2}
+    taken = int(located(kernel, result, *(given[name] for name in function.arguments))[1])
+    if taken == len(function.branches) and kernel.elsewhere is not None:
+        return cost(kernel.elsewhere, "epsilon", encounter) + POWER + DIVISION + 1
+    branch = function.branches[taken]
+    found = expressions.operations((*function.start, *branch.program), branch.results[function.result])
+    return sum(number * _COSTS.get(name, not name.isidentifier()) for name, number in found.items())
 
 
-def _with_loss(loss: float) -> float:
-    """Return the eps with 1 - eps^2 = loss."""
-    return math.sqrt(max(1 - loss, 0.0))
+# --- ranges -----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class BestApproximant(Candidate):
-    """The candidate of a best approximant [m/n] on the scene's range of v*; [2/0] is a two-term series.
-
-    Attributes
-    ----------
-    kernel : MinimaxKernel
-    wanted : Request
-        The request to `viscopade export` for it.
-    """
-
-    kernel: MinimaxKernel
-    wanted: requests.Request
-
-    @property
-    def label(self) -> str:
-        """The kernel in words."""
-        of_speed = ", v* by pow" if self.code.argument == "speed" else ""
-        kind = "best series" if self.kernel.n == 0 else "best quotient"
-        return f"{kind} {self.kernel.label}{of_speed}"
-
-    @property
-    def name(self) -> str:
-        """The name."""
-        return self.kernel.name
-
-    @property
-    def operations(self) -> Operations:
-        """Operations: those of the formula, and v*."""
-        near, _ = self._in_v_star(FORMATS[self.code.format])
-        simple = expressions.simple_operations(near.program, near.results["epsilon"])
-        return Operations(simple, int(self.kernel.n > 0), int(self.code.argument == "speed"))
-
-    def _in_v_star(self, form: Format) -> tuple[expressions.CodeBranch, dict[str, float]]:
-        """Return the formula in powers of v*, and its coefficients."""
-        a, b = self.kernel.rounded(form)
-        given = formulas.dense(a=a, b=b)
-        return formulas.epsilon_branches(given)[0], given
-
-    @cached_property
-    def errors(self) -> Errors:
-        """Errors on the scene."""
-        variant = self.kernel.variant(FORMATS[self.code.format])
-        bound = variant.error
-        rounding, of_v_star = Fraction(variant.rounding), _of_v_star(self.code)
-        if variant.certificate.measure == "both":
-            both, relative = bound * (1 + of_v_star) + of_v_star, rounding
-        else:
-            both, relative = of_v_star, bound + rounding
-        whole = Bound(both, relative * (1 + of_v_star), _of_product(self.code))
-        return worst([whole.errors(in_format(encounter, self.code)[1]) for encounter in self.encounters])
-
-    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
-        """Return the quotient."""
-        near, given = self._in_v_star(DOUBLE)
-        return np.asarray(machine.computed(near, "epsilon", {**given, "v_star": v_star}, DOUBLE))
-
-    def request(self) -> requests.Request:
-        """Return the request to `viscopade export` for this kernel."""
-        return self.wanted
-
-
-@dataclass(frozen=True)
-class RegistryKernel(Candidate):
-    """The candidate of a kernel in the registry.
-
-    Attributes
-    ----------
-    entry : Entry
-    """
-
-    entry: Entry
-
-    @property
-    def label(self) -> str:
-        """The kernel in words."""
-        tier, size = self.entry.tier, " (small table)" if self.entry.size == "small" else ""
-        accuracy = "full accuracy" if tier == "full" else f"to {tier}"
-        return {
-            "speed": f"speed table, {accuracy}{size}",
-            "compact": f"quotient for all v*, {accuracy}, without tables",
-            "full": "table of v*, full accuracy",
-        }[self.entry.kind]
-
-    @property
-    def name(self) -> str:
-        """The name."""
-        return self.entry.name
-
-    @property
-    def bytes(self) -> int:
-        """Size of the table."""
-        return self.entry.bytes
-
-    @property
-    def operations(self) -> Operations:
-        """Operations as counted in the formulas."""
-        called = int(self.entry.kind == "compact")  # a division, and logarithm and exponential, which count as a power
-        return Operations(self.entry.operations, called, called)
-
-    @cached_property
-    def errors(self) -> Errors:
-        """Errors on the scene."""
-        last, loss = Fraction(self.entry.rounding), Fraction(self.entry.loss)
-        found = []
-        for encounter in self.encounters:
-            v_star, epsilon = in_format(encounter, self.code)
-            both = self.entry.error(*v_star)
-            found.append(Bound(both, last * (1 + both), loss, True).errors(epsilon))
-        return worst(found)
-
-    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
-        """Return the kernel's eps, without rounding."""
-        return registry_arrays.entry_epsilon(self.entry, v_star)
-
-    def request(self) -> requests.Request:
-        """Return the request to `viscopade export` for this kernel."""
-        if self.entry.kind == "speed":
-            return requests.Request(from_speed=(self.entry.tier,), size=self.entry.size)
-        if self.entry.kind == "full":
-            return requests.Request(full=True)
-        return requests.Request(accuracy=(self.entry.tier,))
+def ranges(scene: Scene, met: Sequence[Encounter]) -> list[Range]:
+    """Return the ranges of v*, eps and speeds of each pair, with those roundings that come before v*."""
+    unit = Fraction(scene.scale.speed)
+    speeds = [(Fraction(each.speeds.slowest) / unit, Fraction(each.speeds.fastest) / unit) for each in met]
+    return [Range(*in_format(each, scene.code), ends) for each, ends in zip(met, speeds, strict=True)]
 
 
 def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
@@ -334,137 +206,196 @@ def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
     return wide, (least * (1 - wider), 1 - (1 - most) * (1 - wider))
 
 
-def _of_product(code: Code) -> Fraction:
-    """Return what the last roundings of 1 - eps^2 add, relatively."""
-    return 2 * LAST_ULPS * Fraction(2) ** -FORMATS[code.format].precision
-
-
-def _of_v_star(code: Code) -> Fraction:
-    """Return what the rounding of v* adds, if the kernel is given a speed."""
-    if code.argument == "v_star":
-        return Fraction(0)
-    entry = next(e for e in registry.entries() if e.kind == "v*" and e.format == code.format)
-    return Fraction(entry.inside)
-
-
-# --- all of them ------------------------------------------------------------------------------------------------------
-
-
-def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candidate]:
-    """Yield the kernels for a scene's language, format and argument; of best quotients on the range, the cheapest."""
-    code = scene.code
-    yield PairConstant(encounters, code, scene.tolerance)
-    target = code.target
-    kinds = target.kinds[code.argument]
-    if "polynomial" in kinds:
-        found = best_polynomial(scene, encounters)
-        if found is not None:
-            yield found
-    covered = uncovered(scene, encounters) is None
-    for entry in registry.entries():
-        fits = code.largest_table is None or entry.bytes <= code.largest_table
-        here = entry.place == (HOST if code.format == DOUBLE.name else target.place)
-        if entry.kind in kinds and entry.format == code.format and here and fits and covered:
-            yield RegistryKernel(encounters, code, entry)
-
-
-def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
+def uncovered(scene: Scene, met: Sequence[Encounter]) -> str | None:
     """Return the reason why no compact kernel is proven on this scene (v* or beta beyond the type's range), or None."""
-    code = scene.code
-    if not code.target.compact:
-        return None
-    low, high = (pick(in_format(e, code)[0][i] for e in encounters) for i, pick in enumerate((min, max)))
-    least, largest = limits(code.format)
-    if not least <= low <= high <= largest:
+    code, arithmetic = scene.code, scene.code.number.arithmetics[-1]
+    compact = catalogue.group("compact")[0].kernel.bound("restitution", arithmetic.place, code.format)[-1]
+    largest = 2.0 ** ((FORMATS[code.format].largest - 2) / 5)  # beta^2, beta^4 and beta^5 must be normal numbers
+    v_star = hull(each.v_star for each in ranges(scene, met))
+    beta = hull((each.weakest.beta, each.strongest.beta) for each in met)
+    for name, (low, high), (least, most) in (
+        ("v*", v_star, (compact.low, compact.high)),
+        (f"beta in {scene.units.beta}", map(scene.scale.beta, beta), (1 / largest, largest)),
+    ):
+        if not least <= low <= high <= most:
+            return (
+                f"{name} is from {float(low):.3g} to {float(high):.3g}: accepted for {code.language} ({code.format}) "
+                f"is {float(least):.3g} to {float(most):.3g}"
+            )
+    return None
+
+
+# --- constants --------------------------------------------------------------------------------------------------------
+
+
+def constant(scene: Scene, met: Sequence[Encounter]) -> Candidate:
+    """Return the candidate of a constant eps for each pair: the shortest decimal within the tolerance."""
+    code, eps = scene.code, [each.epsilon for each in ranges(scene, met)]
+    values = [_decimal(epsilon, scene.tolerance, code) for epsilon in eps]
+    kernel = Kernel(
+        "constant", "a constant", "pair", "eps is a number", "the scene", "the pairs of the scene",
+        (of_pair("epsilon", VALUES, "eps of a pair"),), {form: {} for form in FORMATS}, lists={VALUES: tuple(values)},
+    )  # fmt: skip
+    errors = worst(_of_constant(value, epsilon, code) for value, epsilon in zip(values, eps, strict=True))
+    label = "a constant" + " for each pair" * (len(met) > 1)
+    return Candidate(kernel, label, 0, errors, failing(errors, scene.tolerance))
+
+
+def of_pair(name: str, values: str, meaning: str) -> Function:
+    """Return the function that reads a list of values by the number of a pair."""
+    return Function(name, ("pair",), meaning, None, (), (CodeBranch(None, (), {name: Item(values, "pair")}),), name)
+
+
+def _of_constant(number: float, epsilon: Interval, code: Code) -> Errors:
+    """Return the errors of a number, rounded to the format, and of (1 - eps) (1 + eps)."""
+    value = Fraction(FORMATS[code.format].nearest(Fraction(repr(number))))
+    lost = (1 - value**2) * Fraction(6) * Fraction(2) ** -FORMATS[code.format].precision
+    return {
+        "epsilon": max(abs(value - e) / e for e in epsilon),
+        "dissipation": max((abs(e**2 - value**2) + lost) / (1 - e**2) if e < 1 else HOPELESS for e in epsilon),
+        "absolute": max(abs(value - e) for e in epsilon),
+    }
+
+
+def _decimal(epsilon: Interval, tolerance: Tolerance, code: Code) -> float:
+    """Return the shortest decimal within the tolerance, or the best number if there is none."""
+    low, high = (float(e) for e in epsilon)
+    # By tolerance t: the least and the largest constant within it.
+    within: dict[str, Callable[[float], tuple[float, float]]] = {
+        "epsilon": lambda t: (high * (1 - t), low * (1 + t)),
+        "dissipation": lambda t: (
+            math.sqrt(max(1 - (1 - high**2) * (1 + t), 0.0)),
+            math.sqrt(1 - (1 - low**2) * max(1 - t, 0.0)),
+        ),
+        "absolute": lambda t: (high - t, low + t),
+    }
+
+    def ends(scale: float) -> tuple[float, float]:
+        """Return the least and the largest constant within this multiple of the tolerance; none if out of order."""
+        each = [within[name](scale * limit) for name, limit in tolerance.given().items()]
+        return max(least for least, _ in each), min(most for _, most in each)
+
+    scale, largest = 1.0, 1e30
+    if not operator.le(*ends(scale)):
+        while largest > 1.0001 * scale:
+            middle = math.sqrt(scale * largest)
+            scale, largest = (scale, middle) if operator.le(*ends(middle)) else (middle, largest)
+        scale = largest
+    middle = sum(ends(scale)) / 2
+    for digits in range(1, 18):
+        value = float(f"{middle:.{digits}g}")
+        if _LEAST <= value <= 1 and not failing(_of_constant(value, epsilon, code), tolerance):
+            return value
+    return min(max(middle, low, _LEAST), 1.0)
+
+
+# --- best quotients ---------------------------------------------------------------------------------------------------
+
+
+def too_rough(scene: Scene, met: Sequence[Encounter]) -> str | None:
+    """Return why no quotient can meet the tolerance, if the rounding of its last division alone exceeds it, or None."""
+    arithmetic = scene.code.number.arithmetics[-1]
+    unit = Fraction(2) ** -arithmetic.form.precision
+    least = ErrorBound("epsilon", Fraction(0), Fraction(1), "value", Fraction(0), unit, arithmetic=arithmetic)
+    errors = worst(errors_of(least, each.epsilon) for each in ranges(scene, met))
+    for name in failing(errors, scene.tolerance):
+        limit = scene.tolerance.given()[name]
+        off = at_most(errors[name]) if errors[name] < HOPELESS else "any size"
         return (
-            f"v* is from {float(low):.3g} to {float(high):.3g}: accepted for {code.language} ({code.format}) is "
-            f"{float(least):.3g} to {float(largest):.3g}"
-        )
-    scale = scene.scale
-    betas = [scale.beta(pair.beta) for e in encounters for pair in (e.weakest, e.strongest)]
-    # beta^2, beta^4 and beta^5 must be normal numbers.
-    exponent = (FORMATS[code.format].largest - 2) / 5
-    if not 2.0**-exponent <= min(betas) <= max(betas) <= 2.0**exponent:
-        return (
-            f"beta is from {min(betas):.3g} to {max(betas):.3g} {scene.units.beta}: accepted for {code.language} "
-            f"({code.format}) is {2.0**-exponent:.3g} to {2.0**exponent:.3g}, in whatever units"
+            f"quotients: the rounding of one division in type {arithmetic.form.name} may be a {MEASURES[name]} of "
+            f"{off}, more than {limit:g}"
         )
     return None
 
 
-def best_polynomial(scene: Scene, encounters: Sequence[Encounter]) -> BestApproximant | None:
+def best_quotient(scene: Scene, met: Sequence[Encounter]) -> Candidate | None:
     """Return the cheapest best approximant within the tolerance on the range of v* of all pairs, or None.
 
     Of those in the measure "relative" only such that are cheaper than the one in "both" are looked for.
     """
-    low, high = interval(encounters, scene.code)
-    if high > LARGEST_V_STAR:
+    if interval(met, scene.code)[1] > LARGEST_V_STAR:
         return None
-    first = _best(scene, encounters, (low, high), "both")
-    if first is not None and not first.errors.failing(scene.tolerance):
-        price, accuracy = minimax.cost(first.kernel.m, first.kernel.n), _accuracy(scene, encounters, "relative")
-        fit = cheapest.most_accurate(price - 1, high, low, "relative") if accuracy is not None else None
-        if accuracy is None or fit is None or fit.error > accuracy:
+    first = _best(scene, met, "both")
+    if first is not None and not first.failing:
+        accuracy = _accuracy(scene, met, "relative")
+        if accuracy is None or not _reached(interval(met, scene.code), price(first) - 1, accuracy, "relative"):
             return first
-    found = [c for c in (first, _best(scene, encounters, (low, high), "relative")) if c is not None]
-    fine = [candidate for candidate in found if not candidate.errors.failing(scene.tolerance)]
-    return min(fine or found, key=lambda c: minimax.cost(c.kernel.m, c.kernel.n), default=None)
+    found = [c for c in (first, _best(scene, met, "relative")) if c is not None]
+    return min([c for c in found if not c.failing] or found, key=price, default=None)
 
 
-def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure: Measure) -> BestApproximant | None:
-    """Return the cheapest approximant in a measure, of which more is asked if there is none in the scene's format."""
-    accuracy = _accuracy(scene, encounters, measure)
-    low, high = ends
-    for factor in TIGHTER if accuracy is not None and scene.code.format == FLOAT.name else TIGHTER[:1]:
-        if accuracy is None or accuracy * factor < LEAST_ACCURACY:
+def price(candidate: Candidate) -> int:
+    """Return the cost of a best quotient by its degrees."""
+    m, n = map(int, re.findall(r"\d+", candidate.kernel.label))
+    return minimax.cost(m, n)
+
+
+def _reached(ends: Interval, price: int, accuracy: Fraction, measure: Measure) -> bool:
+    """Return whether a best approximant of a cost is as accurate."""
+    fit = cheapest.most_accurate(price, ends[1], ends[0], measure)
+    return fit is not None and fit.error <= accuracy
+
+
+def _best(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Candidate | None:
+    """Return the cheapest approximant in a measure, on more than the scene's interval if that costs nothing."""
+    accuracy = _accuracy(scene, met, measure)
+    if accuracy is None:
+        return None
+    low, high = inner = interval(met, scene.code)
+    outer = _outwards(low * (1 - BEYOND), -1), _outwards(high * (1 + BEYOND), 1)
+    found = _on_interval(scene, met, outer, measure, accuracy)
+    if found is not None and not _reached(inner, price(found) - 1, accuracy, measure):
+        return found
+    return _on_interval(scene, met, inner, measure, accuracy) or found
+
+
+def _on_interval(
+    scene: Scene, met: Sequence[Encounter], ends: Interval, measure: Measure, accuracy: Fraction
+) -> Candidate | None:
+    """Return the cheapest approximant on an interval, of which more is asked if there is none in the scene's format."""
+    code = scene.code
+    for factor in TIGHTER if code.format != DOUBLE.name else TIGHTER[:1]:
+        if accuracy * factor < LEAST_ACCURACY:
             return None
-        text = _short(accuracy * factor)
         try:
-            kernel = prove_rational.accurate(text, high, low, measure)
+            kernel = quotient.accurate(_short(accuracy * factor), ends[1], ends[0], measure)
         except (ValueError, ArithmeticError):
             return None
-        if any(v.form.name == scene.code.format for v in kernel.variants):
-            request = requests.Request(
-                accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=measure
-            )
-            return BestApproximant(encounters, scene.code, kernel, request)
+        by_pow = ", v* by pow" if code.argument == "speed" else ""
+        found = _candidate(scene, met, kernel, "", measure)
+        if found is not None:
+            if not kernel.label.endswith("/0]"):
+                return replace(found, label=f"best quotient {kernel.label}{by_pow}")
+            # A division by 1 is none.
+            return replace(found, label=f"best series {kernel.label}{by_pow}", cost=found.cost - DIVISION)
     return None
 
 
-def _accuracy(scene: Scene, encounters: Sequence[Encounter], measure: Measure) -> Fraction | None:
+def _accuracy(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Fraction | None:
     """Return what a kernel's error may be in a measure, or None if no kernel is that accurate."""
-    ranges = [in_format(encounter, scene.code)[1] for encounter in encounters]
-    accuracy = allowed(scene.tolerance, ranges, measure) * Fraction(999, 1000) - 2 * _of_v_star(scene.code)
+    code, where = scene.code, ranges(scene, met)
+    accuracy = allowed(scene.tolerance, [each.epsilon for each in where], measure) * Fraction(999, 1000)
+    if code.argument == "speed":
+        slowest, fastest = hull(each.speeds for each in where)
+        usual = 1 / USUAL <= slowest <= fastest <= USUAL
+        accuracy -= 2 * of_v_star(FORMATS[code.format], USUAL if usual else None)
     return None if accuracy < LEAST_ACCURACY else min(accuracy, Fraction(1, 2))
-
-
-def _plain(number: Fraction) -> str:
-    return str(float(number)) if number else "0"
 
 
 def _short(accuracy: Fraction) -> str:
     """Return a number rounded down to three digits."""
-    text = f"{float(accuracy) * 0.9985:.2e}"
-    return text.replace("e-0", "e-")
+    return f"{float(accuracy) * 0.9985:.2e}".replace("e-0", "e-")
 
 
-def interval(encounters: Sequence[Encounter], code: Code) -> Interval:
+def interval(met: Sequence[Encounter], code: Code) -> Interval:
     """Return the range of v* of all pairs, rounded outwards to three digits; a very low start becomes 0."""
-    ranges = [in_format(encounter, code)[0] for encounter in encounters]
-    low, high = min(least for least, _ in ranges), max(most for _, most in ranges)
+    low, high = hull(in_format(encounter, code)[0] for encounter in met)
     return _outwards(low, -1) if low > Fraction(1, 100) else Fraction(0), _outwards(high, 1)
 
 
 def _outwards(number: Fraction, sign: int) -> Fraction:
+    if not number:
+        return number
     unit = Fraction(10) ** (math.floor(math.log10(number)) - 2)
     steps = number / unit
     return unit * (math.ceil(steps) if sign > 0 else math.floor(steps))
-
-
-def cheaper_polynomial(found: BestApproximant) -> tuple[str, float, str] | None:
-    """Return the best approximant of the next lower cost, its error and its measure in words; None without one."""
-    bound = found.kernel.bound
-    price = minimax.cost(found.kernel.m, found.kernel.n) - 1
-    measure = cast(Measure, bound.measure)
-    fit = cheapest.most_accurate(price, Fraction(bound.high), bound.low, measure)
-    return None if fit is None else (fit.label, float(fit.error), RELATIVE_TO[measure])

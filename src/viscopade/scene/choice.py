@@ -6,39 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from viscopade.approximation import cheapest
+from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import at_most
 from viscopade.progress import track
 from viscopade.scene import sense
-from viscopade.scene.candidate import BestApproximant, Candidate, candidates, cheaper_polynomial, uncovered
+from viscopade.scene.candidate import AS_CHEAP, Candidate, best_quotient, candidates, price, too_rough, uncovered
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, encounters
-
-AS_CHEAP = 1.05  # costs that differ by less are equal: the smaller table decides, then the error
-WORDS = {"epsilon": "relative error of eps", "dissipation": "relative error of 1 - eps^2", "absolute": "error of eps"}
-_CHEAPEST = "no kernel is cheaper"
-
-
-@dataclass(frozen=True)
-class Offer:
-    """An offer: a candidate, and the names of the tolerances that it exceeds."""
-
-    candidate: Candidate
-    failing: tuple[str, ...]
-
-    @property
-    def cost(self) -> int:
-        """The weighted number of operations."""
-        return self.candidate.operations.count
-
-    @property
-    def suffices(self) -> bool:
-        """Whether the candidate keeps the tolerance."""
-        return not self.failing
-
-    @property
-    def rank(self) -> tuple[float, int, Fraction]:
-        """The key for comparison: cost, size of the table, error."""
-        return self.cost, self.candidate.bytes, self.candidate.errors.epsilon
+from viscopade.scene.tolerance import MEASURES, excess
 
 
 @dataclass(frozen=True)
@@ -49,11 +25,11 @@ class Choice:
     ----------
     scene : Scene
     encounters : sequence of Encounter
-    offers : sequence of Offer
+    offers : sequence of Candidate
         All candidates, the cheapest first.
-    chosen : Offer
+    chosen : Candidate
     reason : str
-        Why the next cheaper one does not suffice.
+        Why the next cheaper one does not suffice; "" if there is none.
     warnings : sequence of str
         Where the scene leaves what the model assumes.
     notes : sequence of str
@@ -62,8 +38,8 @@ class Choice:
 
     scene: Scene
     encounters: Sequence[Encounter]
-    offers: Sequence[Offer]
-    chosen: Offer
+    offers: Sequence[Candidate]
+    chosen: Candidate
     reason: str
     warnings: Sequence[str]
     notes: Sequence[str] = ()
@@ -71,7 +47,7 @@ class Choice:
     @property
     def against_cheaper(self) -> str:
         """The sentence on the next cheaper kernels."""
-        return "No kernel is cheaper." if self.reason == _CHEAPEST else f"Cheaper, but rejected: {self.reason}."
+        return f"Cheaper, but rejected: {self.reason}." if self.reason else "No kernel is cheaper."
 
 
 def choose(scene: Scene) -> Choice:
@@ -85,72 +61,67 @@ def choose(scene: Scene) -> Choice:
     met = encounters(scene)
     for i in track(range(len(met)), "pairs"):
         met[i].epsilon  # noqa: B018  computed once, and kept
-    found = list(candidates(scene, met))
-    offers = []
-    for i in track(range(len(found)), "errors on the scene"):
-        offers.append(Offer(found[i], tuple(found[i].errors.failing(scene.tolerance))))
-    offers.sort(key=lambda offer: offer.rank)
-    enough = [offer for offer in offers if offer.suffices]
+    offers = sorted(candidates(scene, met), key=lambda each: each.rank)
+    enough = [each for each in offers if not each.failing]
     if not enough:
         raise _nothing(scene, met, offers)
-    as_cheap = [offer for offer in enough if offer.cost <= AS_CHEAP * enough[0].cost]
-    chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.rank))
+    as_cheap = [each for each in enough if each.cost <= AS_CHEAP * enough[0].cost]
+    chosen = min(as_cheap, key=lambda each: (each.kernel.bytes, each.measure is not None, each.rank))
     warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
     notes = [text for encounter in met for text in sense.notes(scene, encounter)]
     for weight in filter(None, map(sense.weight, met)):
         notes.append(weight.note)
         warnings += [] if weight.fall is None else [weight.fall]
-    return Choice(scene, met, offers, chosen, _reason(scene, offers, chosen), warnings, notes)
+    return Choice(scene, met, offers, chosen, "; ".join(_reasons(scene, met, offers, chosen)), warnings, notes)
 
 
-def _excess(scene: Scene, offer: Offer) -> tuple[Fraction, str]:
-    """Return the largest ratio of an error to its tolerance, and which tolerance that is."""
-    given, errors = scene.tolerance.given(), offer.candidate.errors
-    return max((getattr(errors, name) / Fraction(repr(limit)), name) for name, limit in given.items())
-
-
-def _nothing(scene: Scene, met: Sequence[Encounter], offers: Sequence[Offer]) -> ValueError:
-    """Return the refusal of a tolerance that no kernel keeps."""
-    reason = uncovered(scene, met)
+def _nothing(scene: Scene, met: Sequence[Encounter], known: Sequence[Candidate]) -> ValueError:
+    """Return the refusal of a tolerance that no kernel meets."""
+    reason = None if scene.code.spoken.table or scene.code.argument == "v_star" else uncovered(scene, met)
     if reason is not None:
         return ValueError(f"{scene.source}: a constant does not suffice, and {reason}")
-    best = min(offers, key=lambda offer: _excess(scene, offer))
-    given, name = scene.tolerance.given(), _excess(scene, best)[1]
-    reached = at_most(getattr(best.candidate.errors, name))
-    code = scene.code
+    quotient = best_quotient(scene, met) if too_rough(scene, met) else None
+    best = min(filter(None, (*known, quotient)), key=lambda each: excess(each.errors, scene.tolerance))
+    name, code = excess(best.errors, scene.tolerance)[1], scene.code
+    small = "" if code.largest_table is None else f", tables of at most {code.largest_table} bytes"
     return ValueError(
-        f"{scene.source}: tolerance.{name} is {given[name]:g}: accepted is {reached} "
-        f"or more, which the best kernel in {code.language} ({code.format}"
-        + (f", tables of at most {code.largest_table} bytes" if code.largest_table is not None else "")
-        + ") reaches on this scene"
+        f"{scene.source}: tolerance.{name} is {scene.tolerance.given()[name]:g}: accepted is "
+        f"{at_most(best.errors[name])} or more, which the best kernel in {code.language} ({code.format}{small}) "
+        "reaches on this scene"
     )
 
 
-def _reason(scene: Scene, offers: Sequence[Offer], chosen: Offer) -> str:
-    """Return why the next cheaper kernel fails: of those that cost less, the one that misses the tolerance by least."""
-    texts = []
-    if isinstance(chosen.candidate, BestApproximant):
-        cheaper = cheaper_polynomial(chosen.candidate)
-        if cheaper is not None:
-            label, error, unit = cheaper
-            texts.append(f"the best of the kind with fewer operations, {label}, is off by {error:.3g} {unit} (sampled)")
+def _reasons(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate], chosen: Candidate) -> list[str]:
+    """Return why cheaper kernels fail: of those, the one that misses the tolerance by least."""
+    texts = list[str]()
+    if chosen.measure is not None:
+        domain = chosen.kernel.bounds[0]
+        fit = cheapest.most_accurate(price(chosen) - 1, Fraction(domain.high), domain.low, chosen.measure)
+        if fit is not None:
+            off = f"{fit.error:.3g} {RELATIVE_TO[chosen.measure]}"
+            texts.append(f"the best of the kind with fewer operations, {fit.label}, is off by {off} (sampled)")
     # At the same cost, a smaller table would be preferred.
-    less = [offer for offer in offers if offer.rank[:2] < chosen.rank[:2]]
-    failing = [offer for offer in less if not offer.suffices]
-    if failing:
-        texts.append(_failure(scene, min(failing, key=lambda offer: _excess(scene, offer))))
-    larger = [offer for offer in less if offer.suffices]
-    if larger:
-        names = " and ".join(offer.candidate.label for offer in larger)
-        texts.append(f"{names}: hardly cheaper, with more than {chosen.candidate.bytes:,} bytes of a table")
-    return "; ".join(texts) or _CHEAPEST
+    less = [each for each in offers if each.rank[:2] < chosen.rank[:2]]
+    missed, cheap = ([each for each in less if bool(each.failing) == fails] for fails in (True, False))
+    rough = too_rough(scene, met)
+    if rough is not None and not chosen.is_constant:
+        texts.append(rough)
+    elif missed:
+        texts.append(_failure(scene, met, min(missed, key=lambda each: excess(each.errors, scene.tolerance))))
+    for why, found in (
+        (f"with more than {chosen.kernel.bytes:,} bytes of a table", [each for each in cheap if each.kernel.bytes]),
+        ("for the speeds of the scene alone", [each for each in cheap if each.measure is not None]),
+    ):
+        if found:
+            texts.append(f"{' and '.join(each.label for each in found)}: hardly cheaper, {why}")
+    return texts
 
 
-def _failure(scene: Scene, offer: Offer) -> str:
-    candidate, name = offer.candidate, _excess(scene, offer)[1]
+def _failure(scene: Scene, met: Sequence[Encounter], candidate: Candidate) -> str:
+    name = excess(candidate.errors, scene.tolerance)[1]
     limit = scene.tolerance.given()[name]
-    off, v_star, pair = candidate.sampled(name)
+    off, v_star, pair = candidate.sampled(met, name)
     if off > limit:
-        return f"{candidate.label}: {WORDS[name]} {off:.3g} at v* = {v_star:.4g} ({pair}), more than {limit:g}"
-    bound = at_most(getattr(candidate.errors, name))
-    return f"{candidate.label}: {WORDS[name]} is proven to be at most {bound}, which is more than {limit:g}"
+        return f"{candidate.label}: {MEASURES[name]} {off:.3g} at v* = {v_star:.4g} ({pair}), more than {limit:g}"
+    bound = at_most(candidate.errors[name])
+    return f"{candidate.label}: {MEASURES[name]} is proven to be at most {bound}, which is more than {limit:g}"

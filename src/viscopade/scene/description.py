@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.kernels.targets.languages import LANGUAGES, target
+from viscopade.kernels.write.language import Language, Number
+from viscopade.kernels.write.languages import NAMES, language
 from viscopade.scene.units import Scale
 from viscopade.simulators.setup import SI, Units
-
-if TYPE_CHECKING:
-    from viscopade.kernels.targets.language import Target
 
 FormatName = Literal["double", "float"]
 Use = Literal["scalar", "batch"]
@@ -44,21 +42,6 @@ class Material:
     yield_strength: float | None = None
     relative_error: float | None = None
 
-    def sphere(self, radius: float) -> Sphere:
-        """Return a ball of this material."""
-        return Sphere(radius=radius, density=self.density or math.nan, **self._law())
-
-    def wall(self) -> Sphere:
-        """Return a wall of this material."""
-        return Sphere.wall(**self._law())
-
-    def _law(self) -> dict[str, float]:
-        return {
-            "young_modulus": self.young_modulus,
-            "poisson_ratio": self.poisson_ratio,
-            "dissipative_constant": self.dissipative_constant or 0.0,
-        }
-
 
 @dataclass(frozen=True)
 class Sizes:
@@ -67,6 +50,11 @@ class Sizes:
     least: float
     typical: float
     largest: float
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest."""
+        return self.least, self.largest
 
     @property
     def spread(self) -> bool:
@@ -192,16 +180,27 @@ class Code:
         Bytes.
     """
 
-    language: str = LANGUAGES[0]
+    language: str = NAMES[0]
     format: FormatName = "double"
     use: Use = "scalar"
     argument: Argument = "speed"
     largest_table: int | None = None
 
     @property
-    def target(self) -> Target:
-        """The language's facts."""
-        return target(self.language)
+    def spoken(self) -> Language:
+        """The language, with numbers of the format alone."""
+        whole = language(self.language)
+        return replace(whole, numbers=(whole.number(self.format),))
+
+    @property
+    def number(self) -> Number:
+        """The language's numbers of the format."""
+        return self.spoken.numbers[0]
+
+    @property
+    def function(self) -> str:
+        """The function of kernels that gives eps."""
+        return "restitution" if self.argument == "speed" else "epsilon"
 
 
 @dataclass(frozen=True)
@@ -244,9 +243,15 @@ class Scene:
         """Return a body; a sphere without a given radius has its typical one."""
         body = self.bodies[name]
         material = self.materials[body.material]
+        law = {
+            "young_modulus": material.young_modulus,
+            "poisson_ratio": material.poisson_ratio,
+            "dissipative_constant": material.dissipative_constant or 0.0,
+        }
         if body.sizes is None:
-            return material.wall()
-        return material.sphere(body.sizes.typical if radius is None else radius)
+            return Sphere.wall(**law)
+        size = body.sizes.typical if radius is None else radius
+        return Sphere(radius=size, density=material.density or math.nan, **law)
 
     def pair(self, meeting: Meeting, radii: tuple[float | None, float | None] = (None, None)) -> Pair:
         """Return the pair of bodies that meet, with their typical radii unless radii are given."""

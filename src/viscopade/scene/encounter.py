@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
+from typing import TypeVar
 
 import numpy as np
 
 from viscopade.collision import exact, limits
 from viscopade.collision.spheres import Pair
-from viscopade.scene.description import Meeting, Scene, Sizes, Speeds
+from viscopade.scene.description import Meeting, Scene, Speeds
 from viscopade.simulators.setup import NamedContact
 
 DIGITS = 20
@@ -21,6 +22,13 @@ _PADDING = Fraction(1, 10**12)
 _LAST_DIGIT = Fraction(1, 10 ** (DIGITS - 2))
 
 Interval = tuple[Fraction, Fraction]
+Real = TypeVar("Real", Fraction, float)
+
+
+def hull(intervals: Iterable[tuple[Real, Real]]) -> tuple[Real, Real]:
+    """Return the least interval that holds others."""
+    lows, highs = zip(*intervals, strict=True)
+    return min(lows), max(highs)
 
 
 @dataclass(frozen=True)
@@ -133,9 +141,9 @@ def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, floa
     if first.sizes is None:
         raise ValueError(f"{meeting.first} is a wall: accepted is a sphere as the first body")
     if second.sizes is None:
-        yield from ((radius, None) for radius in _ends(first.sizes))
+        yield from ((radius, None) for radius in first.sizes.ends)
         return
-    yield from ((a, b) for a in _ends(first.sizes) for b in _ends(second.sizes))
+    yield from ((a, b) for a in first.sizes.ends for b in second.sizes.ends)
     density = [scene.sphere(name).density for name in (meeting.first, meeting.second)]
     a = second.sizes.largest / _stationary(density[1] / density[0])
     b = first.sizes.largest / _stationary(density[0] / density[1])
@@ -143,10 +151,6 @@ def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, floa
         yield a, second.sizes.largest
     if second.sizes.least < b < second.sizes.largest:
         yield first.sizes.largest, b
-
-
-def _ends(sizes: Sizes) -> tuple[float, float]:
-    return sizes.least, sizes.largest
 
 
 def _stationary(density_ratio: float) -> float:

@@ -11,7 +11,8 @@ from typing import TypeVar, cast, get_args
 
 from viscopade import files
 from viscopade.collision.spheres import Pair, Sphere, restitution_error
-from viscopade.kernels.targets.languages import LANGUAGES, target
+from viscopade.kernels.write.languages import NAMES
+from viscopade.kernels.write.languages import language as language_of
 from viscopade.quantity import factor, quantity, words
 from viscopade.records import Node
 from viscopade.scene.description import (
@@ -105,9 +106,7 @@ def _named(node: Node) -> Iterator[tuple[str, Node]]:
     if not 0 < len(parts) <= MOST_BODIES:
         raise ValueError(f"{node.source}: {node.key} has {len(parts)} entries: accepted are 1 to {MOST_BODIES}")
     for name, part in parts:
-        if not _IDENTIFIER.fullmatch(name):
-            _identifier(Node(node.source, f"a name in {node.key}", name))
-        yield name, part
+        yield _identifier(Node(node.source, f"a name in {node.key}", name)), part
 
 
 # --- materials and bodies ---------------------------------------------------------------------------------------------
@@ -163,9 +162,9 @@ def _restitution(known: Node) -> dict[str, float]:
     """Return epsilon or one_minus_epsilon, by its name."""
     names = [name for name in ("epsilon", "one_minus_epsilon") if known.has(name)]
     if len(names) != 1:
-        which = "both" if names else "neither"
+        given = "both" if names else "neither"
         raise ValueError(
-            f"{known.source}: {known.key}: epsilon and one_minus_epsilon: {which} given, "
+            f"{known.source}: {known.key}: epsilon and one_minus_epsilon: {given} given, "
             "accepted is exactly one of them"
         )
     if names[0] == "epsilon":
@@ -357,9 +356,7 @@ def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
 
 def _tolerance(node: Node) -> Tolerance:
     node.only("epsilon", "dissipation", "absolute")
-    values: dict[str, float] = {}
-    for name, part in node.parts():
-        values[name] = part.within("a number > 0 and < 1", lambda t: 0 < t < 1)
+    values = {name: part.within("a number > 0 and < 1", lambda t: 0 < t < 1) for name, part in node.parts()}
     if not values:
         raise ValueError(f"{node.source}: tolerance is empty: accepted are epsilon, dissipation, absolute")
     return Tolerance(**values)
@@ -374,24 +371,21 @@ def _code(node: Node | None) -> Code:
         part = node.get(name)
         return accepted[0] if part is None else part.choice(accepted)
 
-    language = word("language", LANGUAGES)
-    into = target(language)
+    language = word("language", NAMES)
     table = node.get("largest_table")
     return Code(
         language=language,
-        format=cast(FormatName, word("format", into.formats)),
+        format=cast(FormatName, word("format", language_of(language).forms)),
         use=cast(Use, word("use", get_args(Use))),
-        argument=cast(Argument, word("argument", into.arguments)),
+        argument=cast(Argument, word("argument", get_args(Argument))),
         largest_table=None if table is None else table.count(),
     )
 
 
-def _volume_fraction(node: Node | None) -> float | None:
-    if node is None:
-        return None
+def _volume_fraction(gas: Node | None) -> float | None:
     accepted = "a number > 0 and < 0.74"
-    part = node.only("volume_fraction").need("volume_fraction", accepted)
-    return part.within(accepted, lambda phi: 0 < phi < 0.74)
+    part = None if gas is None else gas.only("volume_fraction").need("volume_fraction", accepted)
+    return None if part is None else part.within(accepted, lambda phi: 0 < phi < 0.74)
 
 
 def _units(node: Node | None) -> tuple[Units, Scale]:

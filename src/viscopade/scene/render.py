@@ -1,32 +1,34 @@
-"""The generated file of a scene: the question and the answer, the kernel, and functions by the scene's names."""
+"""The generated file of a scene: the question and the answer, the kernel under the scene's name, and the pairs."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from textwrap import wrap
-from typing import Any
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, template
+from viscopade.collision.spheres import Pair
+from viscopade.generated import END_CONDITION, WIDTH, marker_line
 from viscopade.kernels import formulas
-from viscopade.kernels.expressions import Name
+from viscopade.kernels.bound import ErrorBound
+from viscopade.kernels.expressions import CodeBranch, Item, Name, Select, Statement
+from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.machine import computed
-from viscopade.kernels.targets.syntax import text
-from viscopade.scene.candidate import Candidate, PairConstant, RegistryKernel
-from viscopade.scene.choice import WORDS, Choice
+from viscopade.kernels.write import file
+from viscopade.kernels.write.languages import language as language_of
+from viscopade.scene.candidate import of_pair
+from viscopade.scene.choice import Choice
 from viscopade.scene.description import Scene
-
-_RESERVED = re.compile(r"gl_|webgl_|viscopade", re.IGNORECASE)  # beginnings of names that are not ours
-_IN_A_ROW = 3
+from viscopade.scene.encounter import hull
+from viscopade.scene.tolerance import HOPELESS, MEASURES
 
 
 def file_name(scene: Scene) -> str:
-    """Return the file's name, the scene's unless a header or a module of that name exists already."""
-    target = scene.code.target
-    return f"{scene.name}{'_scene' if target.is_taken(scene.name) else ''}{target.suffix}"
+    """Return the file's name."""
+    return f"{scene.name}_scene{scene.code.spoken.ending}"
 
 
 def render(choice: Choice, command: str) -> str:
@@ -43,67 +45,106 @@ def render(choice: Choice, command: str) -> str:
     ValueError
         If a number is beyond what the format has, in the scene's units.
     """
-    scene, request = choice.scene, choice.chosen.candidate.request()
-    mark = scene.code.target.comment
-    head = comment(_head(choice, command), mark)
-    pairs = [_pair(choice, i, name) for i, name in enumerate(names(choice))]
-    return template(__name__, "scene.jinja").render(
-        **layout(choice),
-        head=f"/*\n{head}\n */" if mark == " *" else head,
-        # A module of its own is named after the scene, as there may be several scenes.
-        kernel="" if request is None else request.render(scene.code.language, f"{prefix(scene)}_kernel"),
-        pairs=pairs,
-        rows=[pairs[i : i + _IN_A_ROW] for i in range(0, len(pairs), _IN_A_ROW)],
-        speed=scene.units.speed,
-        length=scene.units.length,
+    found, code = kernels(choice), choice.scene.code
+    language = language_of(code.language) if found[0].tables else code.spoken  # tables serve both types
+    stem = file_name(choice.scene).removesuffix(language.ending)
+    return file.file_text(found, language, command, stem, _head(choice, command))
+
+
+# --- kernels ----------------------------------------------------------------------------------------------------------
+
+
+def kernels(choice: Choice) -> list[Kernel]:
+    """Return the chosen kernel with the scene's name, and that of the numbers of each pair."""
+    scene, chosen = choice.scene, choice.chosen
+    name = re.sub("_+", "_", scene.name).rstrip("_")  # in C++ and GLSL no name may have two in a row
+    if chosen.is_constant:
+        return [_with_errors(choice, replace(chosen.kernel, name=name))]
+    main = chosen.kernel
+    if main.elsewhere is None:
+        kept = main.function(scene.code.function)
+        main = replace(main, functions=(kept, _dissipation(main, kept)), bounds=())
+        main = _with_errors(choice, main)
+    return [replace(main, name=name), _pairs(choice, f"{name}_pairs")]
+
+
+def _with_errors(choice: Choice, kernel: Kernel) -> Kernel:
+    """Return the kernel with the bounds of its errors on the scene alone."""
+    low, high = hull(encounter.v_star for encounter in choice.encounters)
+    errors, arithmetics = choice.chosen.errors, choice.scene.code.number.arithmetics
+    bounds = tuple(
+        ErrorBound(function.name, low, high, "value", size, arithmetic=arithmetic)
+        for function in kernel.functions
+        if (size := errors["dissipation" if function.name == "dissipation" else "epsilon"]) < HOPELESS
+        for arithmetic in arithmetics
     )
+    return replace(kernel, bounds=bounds)
 
 
-def layout(choice: Choice) -> dict[str, Any]:
-    """Return the names and types for the templates of the file and of a program that calls it."""
-    scene, candidate = choice.scene, choice.chosen.candidate
-    target, name = scene.code.target, prefix(scene)
-    number = target.number(scene.code.format)
-    constant, spread = isinstance(candidate, PairConstant), _is_spread(scene)
-    typical = ", for typical radii" if spread else ""
-    return {
-        "target": target,
-        "element": lambda array, index: target.element.format(array=array, index=index),
-        "name": name,
-        "upper": name.upper(),
-        "qualifier": qualifier_of(scene),
-        "module": module(scene),
-        "kind": _kind(candidate),
-        "function": candidate.name,
-        "batch": scene.code.use == "batch",
-        "argument": scene.code.argument,
-        "spread": spread,
-        "what": "epsilon" if constant else "beta",
-        "values_are": f"By pair, {'eps' if constant else f'beta in {scene.units.beta}{typical}'}",
-        **_formulas(scene),
-        "number": number.type,
-        "suffix": number.suffix,
-    }
+def _dissipation(kernel: Kernel, of_eps: Function) -> Function:
+    """Return the function 1 - eps^2 of a kernel, from 1 - eps where the kernel computes it apart."""
+    known = {function.name: function for function in kernel.functions}
+    if "dissipation" in known:
+        return known["dissipation"]
+    apart = "one_minus_epsilon" in known and of_eps.arguments == ("v_star",)
+    function, name = (known["one_minus_epsilon"], "loss") if apart else (of_eps, "eps")
+    value = formulas.lost_energy(Name("eps"), Name("loss"))["of_loss" if apart else "of_epsilon"]
+    branches = tuple(
+        CodeBranch(b.guard, (*b.program, Statement(name, b.results[function.result])), {"dissipation": value})
+        for b in function.branches
+    )
+    meaning = "1 - eps^2, the part of the energy of the normal motion that is lost"
+    return replace(function, name="dissipation", meaning=meaning, branches=branches, result="dissipation")
 
 
-def _formulas(scene: Scene) -> dict[str, str]:
-    """Return the formulas of beta of given radii, and of dissipation, in the language's words."""
-    target = scene.code.target
-    number, branch = target.number(scene.code.format), formulas.beta_of_radii_branch()
-    of_radii = {**dict(branch.program), **branch.results}
-    dissipation = formulas.lost_energy(Name("epsilon"), Name("loss"))
-    written = {
-        **{f"{name}_of_radii": expression for name, expression in of_radii.items()},
-        **{f"dissipation_{name}": expression for name, expression in dissipation.items()},
-    }
-    return {name: text(expression, target.syntax(number)) for name, expression in written.items()}
+def _pairs(choice: Choice, name: str) -> Kernel:
+    """Return the kernel of beta by pair, for typical radii, and for given radii if those of a body differ."""
+    scene = choice.scene
+    rows = [_numbers(scene, encounter.pair) for encounter in choice.encounters]
+    betas, walls, quotients = zip(*rows, strict=True)
+    typical = " for typical radii" if _is_spread(scene) else ""
+    functions = [of_pair("beta", "betas", f"beta of a pair in {scene.units.beta}{typical}")]
+    lists = {"betas": betas}
+    if _is_spread(scene):
+        zero, densities = formulas.ZERO, Name("densities")
+        start = (
+            Statement("of_wall", Item("walls", "pair")),
+            Statement("densities", Item("quotients", "pair")),
+            Statement("ratio", Select(densities > zero, Name("first") / Name("second"), zero)),
+        )
+        meaning = (
+            f"beta of two bodies of a pair with given radii in {scene.units.length}, the first that of the first body; "
+            "of a sphere and a wall, whatever the second"
+        )
+        branch = (formulas.beta_of_radii_branch(),)
+        functions.append(Function("beta_of", ("pair", "first", "second"), meaning, None, start, branch, "beta"))
+        # beta times the first radius if the second body were a wall; quotient of the densities, 0 for a wall
+        lists |= {"walls": walls, "quotients": quotients}
+    return Kernel(
+        name, "beta", "pair", "", "the scene", "the pairs of the scene", tuple(functions), {scene.code.format: {}},
+        lists=lists,
+    )  # fmt: skip
 
 
-def _kind(candidate: Candidate) -> str:
-    """Return which functions the kernel's text has."""
-    if isinstance(candidate, PairConstant):
-        return "constant"
-    return candidate.entry.kind if isinstance(candidate, RegistryKernel) else "polynomial"
+def _numbers(scene: Scene, si: Pair) -> tuple[float, float, float]:
+    """Return beta of a pair in the scene's units, beta times the first radius at a wall, and the ratio of densities."""
+    pair = scene.scale.pair(si)
+    # No power of a radius in the formula leaves the range of the format, whatever the units.
+    first, second = (0.0 if s.is_wall else s.mass / s.radius**3 for s in (pair.first, pair.second))
+    densities = first / second if second else 0.0
+    ratio = pair.first.radius / pair.second.radius if second else 0.0
+    unit = {"of_wall": 1.0, "densities": densities, "ratio": ratio, "first": pair.first.radius}
+    of_wall = pair.beta / float(computed(formulas.beta_of_radii_branch(), "beta", unit, DOUBLE))
+    form = scene.code.number.arithmetics[0].form
+    for value in (pair.beta, of_wall, *([densities] if densities else [])):
+        try:
+            form.nearest(Fraction(value))
+        except (ValueError, OverflowError):
+            raise ValueError(
+                f"{scene.source}: units: beta, or beta times a radius, is {value:.3g} in {scene.units.beta}: accepted "
+                f"are units in which it is a normal number of type {form.name}"
+            ) from None
+    return pair.beta, of_wall, densities
 
 
 def _is_spread(scene: Scene) -> bool:
@@ -112,149 +153,79 @@ def _is_spread(scene: Scene) -> bool:
     return any((sizes := scene.bodies[name].sizes) is not None and sizes.spread for name in met & scene.bodies.keys())
 
 
-# --- names ------------------------------------------------------------------------------------------------------------
-
-
-def prefix(scene: Scene) -> str:
-    """Return the prefix of the names in the file.
-
-    C++ and GLSL keep names with two underscores in a row for themselves, and there are names that are taken.
-    """
-    name = _single(scene.name)
-    return f"scene_{name}" if _RESERVED.match(name) else name
-
-
-def module(scene: Scene) -> str:
-    """Return the name of the module, in Julia."""
-    return "".join(word[:1].upper() + word[1:] for word in scene.name.split("_")) + "Scene"
-
-
-def names(choice: Choice) -> list[str]:
-    """Return an identifier for each pair.
-
-    Capitals alone do not tell names apart in Fortran, nor in Rust, where these are written in capitals. Where the
-    names of bodies are not enough, all pairs are numbered.
-    """
-    scene = choice.scene
-    between = [_single(f"{e.meeting.first}_{e.meeting.second}") for e in choice.encounters]
-    if len({name.casefold() for name in between}) == len(between):
-        found = [f"pair_{name}" for name in between]
-    else:
-        found = [f"pair{i}_{name}" for i, name in enumerate(between)]
-    longest = scene.code.target.longest
-    if longest and max(map(len, found)) + len(prefix(scene)) + 1 > longest:
-        return [f"pair{i}" for i in range(len(found))]
-    return found
-
-
-def _single(name: str) -> str:
-    """Return a name without two underscores in a row, and none at the end."""
-    return re.sub("_+", "_", name).rstrip("_")
-
-
-# --- numbers ----------------------------------------------------------------------------------------------------------
-
-
-def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
-    """Return what the template needs of a pair."""
-    scene, encounter, candidate = choice.scene, choice.encounters[index], choice.chosen.candidate
-    values = candidate.values if isinstance(candidate, PairConstant) else None
-    pair = scene.scale.pair(encounter.pair)
-    # No power of a radius in the formula leaves the range of the format, whatever the units.
-    first, second = (0.0 if s.is_wall else s.mass / s.radius**3 for s in (pair.first, pair.second))
-    densities = first / second if second else 0.0
-    ratio = pair.first.radius / pair.second.radius if second else 0.0
-    unit = {"of_wall": 1.0, "densities": densities, "ratio": ratio, "first": pair.first.radius}
-    of_wall = pair.beta / float(computed(formulas.beta_of_radii_branch(), "beta", unit, DOUBLE))
-    value = float(values[index]) if values else pair.beta
-    return {
-        "name": name,
-        "capitals": name.upper(),
-        "index": index + scene.code.target.first_index,
-        "title": encounter.name,
-        "value": _constant(scene, value),
-        "of_wall": _constant(scene, of_wall),
-        "densities": _constant(scene, densities),
-    }
-
-
-def _constant(scene: Scene, value: float) -> str:
-    """Return the shortest decimal for a number of the scene's format.
-
-    Raises
-    ------
-    ValueError
-        If there is no such number.
-    """
-    number = scene.code.target.number(scene.code.format)
-    try:
-        return number.constant(number.form.nearest(Fraction(value)))
-    except (ValueError, OverflowError):
-        raise ValueError(
-            f"{scene.source}: units: beta, or beta times a radius, is {value:.3g} in {scene.units.beta}: accepted are "
-            f"units in which it is a normal number of type {number.form.name}"
-        ) from None
-
-
 # --- what the file says -----------------------------------------------------------------------------------------------
 
 
 def _head(choice: Choice, command: str) -> list[str]:
     scene = choice.scene
-    paragraphs = [
+    question = [
         # Without a title of its own it has the name of the file, as it was given.
         re.split(r"[/\\]", scene.title)[-1] if scene.title == scene.source else scene.title,
-        f"End condition: {END_CONDITION}.",
-        "Tolerance: "
-        + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
-        + ".",
+        tolerance_sentence(scene),
         *error_sentences(choice),
         choice.against_cheaper,
-        *(f"{text}." for text in choice.notes),
-        *(f"Warning: {text}." for text in choice.warnings),
+        f"End condition: {END_CONDITION}.",
+        f"Use: {_in_module(_use(choice), scene)}",
+        file.CITE,
     ]
-    lines = [marker_line(command), ""]
-    for paragraph in paragraphs:
-        lines += [*wrap(paragraph, WIDTH, subsequent_indent="    "), ""]
-    lines += [
-        f"Pairs, with speeds in {scene.units.speed} and beta in {scene.units.beta} for typical radii:",
-        "",
-        *(f"    {i}  {line}" for i, line in enumerate(_lines(choice), scene.code.target.first_index)),
-        "",
-        *(f"Use: {line}" for line in _use(choice)),
+    typical = " for typical radii" * _is_spread(scene)
+    pairs = [f"    {i}  {line}" for i, line in enumerate(_lines(choice))]
+    notes = [*(f"{text}." for text in choice.notes), *(f"Warning: {text}." for text in choice.warnings)]
+    return [
+        *(marker_line(command), file.SPDX, "", *_wrapped(question), ""),
+        *(f"Pairs, with speeds in {scene.units.speed} and beta in {scene.units.beta}{typical}:", *pairs),
+        *([""] if notes else []),
+        *_wrapped(notes),
     ]
-    return lines
 
 
-def _use(choice: Choice) -> list[str]:
-    """Return how the file's functions are called, as lines of code."""
-    scene, target, file = choice.scene, choice.scene.code.target, file_name(choice.scene)
-    pair, qualifier = names(choice)[0], qualifier_of(scene)
-    constant = isinstance(choice.chosen.candidate, PairConstant)
-    what = "epsilon" if constant else "beta"
-    title = choice.encounters[0].name
-    index = target.pair.format(qualifier=qualifier, pair=pair, PAIR=pair.upper(), title=title)
-    if _is_spread(scene) and not constant:
-        number = f"{qualifier}beta_of({index}, first_radius, second_radius)"
-    else:
-        number = target.element.format(array=qualifier + (what.upper() if target.capitals else what), index=index)
-    arguments = f"speed, {number}" if scene.code.argument == "speed" else "v_star"
-    call = number if constant else f"{qualifier}restitution({arguments})"
-    include = target.include.format(file=file, stem=file.removesuffix(target.suffix), name=prefix(scene))
-    return [*([include] if include else []), call]
+def _wrapped(paragraphs: Sequence[str]) -> list[str]:
+    return [line for text in paragraphs for line in wrap(text, WIDTH, subsequent_indent="    ")]
 
 
-def qualifier_of(scene: Scene) -> str:
-    """Return the qualifier before the functions' names in a call."""
-    return scene.code.target.qualifier.format(name=prefix(scene), module=module(scene))
+def calls(choice: Choice, first: str, second: str) -> list[str]:
+    """Return calls of the file's eps and 1 - eps^2, of a speed and beta or of a v*; of a constant, eps by pair."""
+    main, code = kernels(choice)[0], choice.scene.code
+    if main.argument == "pair":
+        return [_call(choice, main, "epsilon", str(i)) for i in range(len(choice.encounters))]
+    given = (first, second) if code.argument == "speed" else (first,)
+    return [_call(choice, main, name, *given) for name in (code.function, "dissipation")]
+
+
+def beta_call(choice: Choice, pair: int, *radii: str) -> str:
+    """Return a call of the file's beta of a pair, or of one with given radii."""
+    return _call(choice, kernels(choice)[1], "beta_of" if radii else "beta", str(pair), *radii)
+
+
+def _call(choice: Choice, kernel: Kernel, name: str, *given: str) -> str:
+    code = choice.scene.code
+    return file.call(kernel, kernel.function(name), code.spoken, given, code.number)
+
+
+def _in_module(call: str, scene: Scene) -> str:
+    """Return a call with the name of the file's module instead of the usual one."""
+    stem = file_name(scene).rpartition(".")[0]
+    call = re.sub(r"\bviscopade(?=[.:])", lambda _: stem, call)
+    return re.sub(r"\bViscopade(?=\.)", lambda _: stem.title().replace("_", ""), call)
+
+
+def _use(choice: Choice) -> str:
+    main = kernels(choice)[0]
+    if main.argument == "pair" or choice.scene.code.argument == "v_star":
+        return calls(choice, "v_star", "")[0]
+    if choice.scene.code.use == "batch" and main.tables:
+        given, how = ("beta", "each") if _is_spread(choice.scene) else ("pair, beta", "by_pair")
+        suffix = choice.scene.code.number.suffix
+        return f"viscopade_restitution_{how}_{main.name}{suffix}(n, speed, {given}, out);"
+    radii = ("first_radius", "second_radius") if _is_spread(choice.scene) else ()
+    return calls(choice, "speed", beta_call(choice, 0, *radii))[0]
 
 
 def _lines(choice: Choice) -> Iterator[str]:
     """Yield a line for each pair, in the scene's units."""
-    scene = choice.scene
-    scale = scene.scale
+    scale = choice.scene.scale
     for encounter in choice.encounters:
-        slowest, fastest = (v / scale.speed for v in (encounter.speeds.slowest, encounter.speeds.fastest))
+        slowest, fastest = encounter.speeds.slowest / scale.speed, encounter.speeds.fastest / scale.speed
         (low, high), (least, most) = (tuple(map(float, ends)) for ends in (encounter.v_star, encounter.epsilon))
         yield (
             f"{encounter.name}: beta = {scale.beta(encounter.pair.beta):.10g}, speeds {slowest:.4g} to "
@@ -262,14 +233,23 @@ def _lines(choice: Choice) -> Iterator[str]:
         )
 
 
+def tolerance_sentence(scene: Scene) -> str:
+    """Return the sentence on the tolerance."""
+    given = (f"{MEASURES[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
+    return f"Tolerance: {', '.join(given)}."
+
+
 def error_sentences(choice: Choice) -> list[str]:
-    """Return sentences on the kernel and its errors on the scene."""
-    candidate = choice.chosen.candidate
-    found = ", ".join(
-        f"{WORDS[name]} at most {at_most(getattr(candidate.errors, name))}" for name in vars(candidate.errors)
-    )
-    table = f", a table of {candidate.bytes:,} bytes" if candidate.bytes else ""
-    return [
-        f"Kernel: {candidate.label} ({candidate.name}){table}.",
+    """Return sentences on the kernel, its errors on the scene, and the speeds beyond."""
+    candidate = choice.chosen
+    found = ", ".join(f"{words} at most {at_most(candidate.errors[name])}" for name, words in MEASURES.items())
+    size = candidate.kernel.bytes
+    table = f", a table of {size:,} bytes" if size else ""
+    sentences = [
+        f"Kernel: {candidate.label} ({candidate.kernel.name}){table}.",
         f"Proven on this scene, rounding included: {found}.",
     ]
+    if candidate.measure is not None:
+        low, high = (float(end) for end in (candidate.kernel.bounds[0].low, candidate.kernel.bounds[0].high))
+        sentences.append(f"The formula is made for v* from {low:.6g} to {high:.6g}; beyond, the functions return NaN.")
+    return sentences

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from viscopade.collision import limits
 from viscopade.collision.spheres import restitution_error
-from viscopade.collision.weight import Sentences
+from viscopade.collision.weight import EARTH, Sentences
 from viscopade.quantity import uncertain
 from viscopade.scene.description import Scene
-from viscopade.scene.encounter import Encounter, mean_free_time
+from viscopade.scene.encounter import Encounter, encounters, mean_free_time
+from viscopade.scene.tolerance import in_eps
+from viscopade.simulators.setup import Setup
 
 LONGEST_CONTACT = 0.05  # of the mean free time
 NEEDLESS = 0.1  # of the standard error of eps: an error of a kernel that does not count
@@ -40,8 +43,8 @@ def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
         f"{encounter.name}: eps at {speed:.3g} m/s is {uncertain(value, error)} (standard "
         f"error), as A is known to {100 * relative:.2g} %"
     )
-    tightest = min(scene.tolerance.given().items(), key=lambda given: given[1] * _to_absolute(given[0], value))
-    allowed = tightest[1] * _to_absolute(tightest[0], value)
+    tightest = min(scene.tolerance.given().items(), key=lambda given: given[1] * in_eps(given[0], value, 1 - value))
+    allowed = tightest[1] * in_eps(tightest[0], value, 1 - value)
     if 0 < allowed < NEEDLESS * error / 2:
         yield (
             f"{encounter.name}: the tolerance is an error of eps of {allowed:.2g}, {error / allowed:.2g} times less "
@@ -58,11 +61,6 @@ def weight(encounter: Encounter) -> Sentences | None:
     return Sentences(f"{encounter.name}: {note}", fall and f"{encounter.name}: {fall}")
 
 
-def _to_absolute(measure: str, epsilon: float) -> float:
-    """Return the error of eps that an error of 1 in a measure of the tolerance is, to first order."""
-    return {"absolute": 1.0, "epsilon": epsilon, "dissipation": (1 - epsilon**2) / (2 * epsilon)}[measure]
-
-
 def _hardness(scene: Scene, encounter: Encounter) -> Iterator[str]:
     free = mean_free_time(scene, encounter)
     if free is None:
@@ -73,3 +71,17 @@ def _hardness(scene: Scene, encounter: Encounter) -> Iterator[str]:
             f"contacts last {share:.2g} of the mean free time ({free:.2g} s), more than {LONGEST_CONTACT:g}: "
             "the model of instantaneous collisions of two bodies does not hold"
         )
+
+
+def setup(scene: Scene, gravity: float | None = None) -> Setup:
+    """Return what simulators get: bodies and contacts in the scene's units, and the warnings; gravity in SI units."""
+    met, scale, g = encounters(scene), scene.scale, EARTH if gravity is None else gravity
+    return Setup(
+        scene.title,
+        {name: scale.sphere(scene.sphere(name)) for name in scene.bodies},
+        tuple(scale.contact(replace(encounter.contact(), gravity=g)) for encounter in met),
+        scene.units,
+        tuple(text for encounter in met for text in warnings(scene, encounter)),
+        tuple(text for encounter in met for text in notes(scene, encounter)),
+        gravity is not None,
+    )

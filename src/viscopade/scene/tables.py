@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from viscopade.arithmetic.decimals import at_most
+from viscopade.scene.candidate import COSTS
 from viscopade.scene.check import SceneCheck
-from viscopade.scene.choice import WORDS, Choice, Offer
-from viscopade.scene.cost import COSTS
+from viscopade.scene.choice import Choice
 from viscopade.scene.encounter import Encounter, mean_free_time
-from viscopade.scene.render import error_sentences, file_name
+from viscopade.scene.render import error_sentences, file_name, tolerance_sentence
+from viscopade.scene.tolerance import MEASURES
 
 PAIRS = (
     "pair", "A (s)", "beta (s/m)^(1/5)", "speeds (m/s)", "v*", "eps", "contact lasts (s)", "overlap/radius",
@@ -39,24 +40,23 @@ def _span(low: float, high: float) -> str:
 
 def kernels(choice: Choice) -> Iterator[tuple[str, ...]]:
     """Yield a row for each kernel, the cheapest first."""
-    for offer in choice.offers:
-        found = (at_most(value) for value in vars(offer.candidate.errors).values())
-        verdict = "chosen" if offer is choice.chosen else "yes" if offer.suffices else "no"
-        yield offer.candidate.label, str(offer.cost), f"{offer.candidate.bytes:,}", *found, verdict
+    for candidate in choice.offers:
+        found = map(at_most, candidate.errors.values())
+        verdict = "chosen" if candidate is choice.chosen else "no" if candidate.failing else "yes"
+        yield candidate.label, str(candidate.cost), f"{candidate.kernel.bytes:,}", *found, verdict
 
 
 def summary(choice: Choice) -> str:
     """Return the answer in one line."""
-    candidate, given = choice.chosen.candidate, choice.scene.tolerance.given()
-    found = ", ".join(f"{WORDS[name]} at most {at_most(getattr(candidate.errors, name))}" for name in given)
+    candidate, given = choice.chosen, choice.scene.tolerance.given()
+    found = ", ".join(f"{MEASURES[name]} at most {at_most(candidate.errors[name])}" for name in given)
     warned = f"; {len(choice.warnings)} warnings" if len(choice.warnings) > 1 else "; 1 warning" * len(choice.warnings)
     return f"{candidate.label}: {found}{warned}"
 
 
 def sentences(choice: Choice) -> Iterator[str]:
     """Yield the sentences of the answer."""
-    tolerance = choice.scene.tolerance.given().items()
-    yield "Tolerance: " + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in tolerance) + "."
+    yield tolerance_sentence(choice.scene)
     yield f"Costs are {COSTS}."
     yield from error_sentences(choice)
     yield choice.against_cheaper
@@ -73,7 +73,7 @@ def checked(found: SceneCheck) -> str:
     if found.reason:
         how = f" ({found.how})" if found.how else ""
         return f"The file was {found.reason}{how}."
-    largest = ", ".join(f"{WORDS[name]} {value:.3g}" for name, value in found.errors.items())
+    largest = ", ".join(f"{MEASURES[name]} {value:.3g}" for name, value in found.errors.items())
     return f"Checked: largest {largest}, at {found.collisions:,} collisions. Run by {found.how}."
 
 
@@ -85,8 +85,19 @@ def to_json(choice: Choice, found: SceneCheck | None) -> dict[str, Any]:
         "title": scene.title,
         "tolerance": scene.tolerance.given(),
         "pairs": [_pair(choice, encounter) for encounter in choice.encounters],
-        "kernels": [_offer(offer, offer is chosen) for offer in choice.offers],
-        "chosen": chosen.candidate.name,
+        "kernels": [
+            {
+                "name": each.kernel.name,
+                "label": each.label,
+                "cost": each.cost,
+                "bytes": each.kernel.bytes,
+                "errors": {name: at_most(value) for name, value in each.errors.items()},
+                "failing": list(each.failing),
+                "chosen": each is chosen,
+            }
+            for each in choice.offers
+        ],
+        "chosen": chosen.kernel.name,
         "file": file_name(choice.scene),
         "reason": choice.reason,
         "notes": list(choice.notes),
@@ -107,16 +118,4 @@ def _pair(choice: Choice, encounter: Encounter) -> dict[str, Any]:
         "contact_time": encounter.contact_time,
         "overlap": encounter.overlap,
         "mean_free_time": mean_free_time(choice.scene, encounter),
-    }
-
-
-def _offer(offer: Offer, chosen: bool) -> dict[str, Any]:
-    return {
-        "name": offer.candidate.name,
-        "label": offer.candidate.label,
-        "cost": offer.cost,
-        "bytes": offer.candidate.bytes,
-        "errors": {name: at_most(value) for name, value in vars(offer.candidate.errors).items()},
-        "failing": list(offer.failing),
-        "chosen": chosen,
     }

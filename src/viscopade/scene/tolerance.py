@@ -1,94 +1,142 @@
-"""Errors in the measures of a tolerance, from a proven bound of a kernel and the scene's range of eps."""
+"""The largest errors of a kernel on a scene, in the measures of a tolerance, from its proven bounds."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import reduce
+from typing import NamedTuple, TypeVar
 
+from viscopade.approximation.measure import Measure
+from viscopade.arrays.checked import FloatArray
+from viscopade.kernels.arithmetic import Arithmetic
+from viscopade.kernels.bound import ErrorBound
+from viscopade.kernels.kernel import Kernel
 from viscopade.scene.description import Tolerance
 from viscopade.scene.encounter import Interval
 
-_HALF = Fraction(1, 2)
+MEASURES = {
+    "epsilon": "relative error of eps",
+    "dissipation": "relative error of 1 - eps^2",
+    "absolute": "error of eps",
+}
+"""What a tolerance limits, in words."""
 HOPELESS = Fraction(10) ** 30
 
+Errors = Mapping[str, Fraction]
+"""The largest error in each of `MEASURES`."""
 
-@dataclass(frozen=True)
-class Bound:
-    """Proven bound of a computed eps: |d eps| <= both min(eps, 1 - eps) + relative eps, with both < 1.
+Value = TypeVar("Value", float, FloatArray)
+_HALF, _ONE = Fraction(1, 2), Fraction(1)
 
-    Attributes
-    ----------
-    both, relative : Fraction
-    loss : Fraction
-        What the last roundings of 1 - eps^2 add, relatively.
-    apart : bool
-        Whether 1 - eps^2 is computed apart, from the smaller of eps and 1 - eps: then `relative` does not harm it.
+
+class Range(NamedTuple):
+    """Where a kernel is used: the ranges of v*, of eps, and of impact speeds in the units of the file."""
+
+    v_star: Interval
+    epsilon: Interval
+    speeds: Interval
+
+
+def last_of_product(arithmetic: Arithmetic) -> Fraction:
+    """Return what the three roundings of (1 - eps) (1 + eps) add, relatively; loss (2 - loss) has one less."""
+    return 3 * Fraction(2) ** -arithmetic.model.precision * (1 + Fraction(1, 1 << 20))
+
+
+def errors_on(kernel: Kernel, result: str, arithmetics: Sequence[Arithmetic], ranges: Iterable[Range]) -> Errors | None:
+    """Return the largest errors of a result of a kernel, "epsilon" or "restitution", and of the 1 - eps^2 with it.
+
+    None: nothing is proven on one of the ranges.
     """
-
-    both: Fraction
-    relative: Fraction
-    loss: Fraction = Fraction(0)
-    apart: bool = False
-
-    def errors(self, epsilon: Interval) -> Errors:
-        """Return the largest errors on a range of eps."""
-        low, high = epsilon
-        share = min(Fraction(1), (1 - low) / low)
-        smaller = _HALF if low <= _HALF <= high else max(min(e, 1 - e) for e in epsilon)
-        return Errors(
-            self.both * share + self.relative,
-            self._of_dissipation(high),
-            self.both * smaller + self.relative * high,
-        )
-
-    def _of_dissipation(self, epsilon: Fraction) -> Fraction:
-        """Return the relative error of 1 - eps^2 at the largest eps, where it is largest.
-
-        It is |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)). For eps >= 1/2, the factor 1 - eps of `both` is gone.
-        """
-        relative = Fraction(0) if self.apart else self.relative
-        if epsilon == 1 and relative:  # eps is 1 to as many digits as it is known
-            return HOPELESS
-        of_relative = relative * epsilon / (1 - epsilon) if relative else Fraction(0)
-        over_loss = self.both * (epsilon / (1 - epsilon) if epsilon < _HALF else 1) + of_relative
-        found = over_loss * (2 * epsilon + over_loss * (1 - epsilon)) / (1 + epsilon)
-        return found + self.loss * (1 + found)
+    found = list[Errors]()
+    for arithmetic in arithmetics:
+        for where in ranges:
+            each = [errors_of(bound, where.epsilon) for bound in _on(kernel, result, arithmetic, where)]
+            if not each:
+                return None
+            known = {name: min(errors[name] for errors in each) for name in MEASURES}
+            known["dissipation"] = min([known["dissipation"], *_dissipation(kernel, arithmetic, where)])
+            found.append(known)
+    return worst(found)
 
 
-@dataclass(frozen=True)
-class Errors:
-    """Errors in the measures of a `Tolerance`: relative ones of eps and of 1 - eps^2, and the absolute one of eps."""
-
-    epsilon: Fraction
-    dissipation: Fraction
-    absolute: Fraction
-
-    def worse(self, other: Errors) -> Errors:
-        """Return the larger error in each measure."""
-        return Errors(*(max(a, b) for a, b in zip(vars(self).values(), vars(other).values(), strict=True)))
-
-    def failing(self, tolerance: Tolerance) -> list[str]:
-        """Return the names of the measures that exceed the tolerance."""
-        return [name for name, limit in tolerance.given().items() if getattr(self, name) > _exact(limit)]
+def _on(kernel: Kernel, result: str, arithmetic: Arithmetic, where: Range) -> Iterator[ErrorBound]:
+    for bound in kernel.bound(result, arithmetic.place, arithmetic.form.name):
+        slow, fast = bound.speeds or where.speeds
+        if bound.on(*where.v_star) and slow <= where.speeds[0] <= where.speeds[1] <= fast:
+            yield bound
 
 
-def worst(found: Sequence[Errors]) -> Errors:
+def _dissipation(kernel: Kernel, arithmetic: Arithmetic, where: Range) -> Iterator[Fraction]:
+    """Yield bounds of the relative error of a 1 - eps^2 that is not computed from eps."""
+    low, high = where.epsilon
+    least = max(1 - high, min(where.v_star[0], Fraction(1, 10)) ** 2)  # 1 - eps > v*^2 for v* <= 1/10
+    for result, factor in (("dissipation", 1 + low), ("one_minus_epsilon", _ONE)):
+        for bound in _on(kernel, result, arithmetic, where):
+            share, relative, tiny = _parts(bound, (least * factor, 1 - low ** (1 + (result == "dissipation"))))
+            off = share + relative + tiny / least
+            yield off if result == "dissipation" else off * (1 + off) + last_of_product(arithmetic)
+
+
+def _parts(bound: ErrorBound, values: Interval) -> tuple[Fraction, Fraction, Fraction]:
+    """Return what an error is relative to min(eps, 1 - eps), relative to values in a range, and absolutely."""
+    share, relative = (bound.relative, Fraction(0)) if bound.relative_to == "smaller" else (Fraction(0), bound.relative)
+    arithmetic, (low, high) = bound.arithmetic, values
+    ulp = min(arithmetic.ulp, arithmetic.form.ulp(high) / low)
+    return share, relative + bound.last + bound.ulps * ulp, bound.absolute * arithmetic.form.smallest
+
+
+def errors_of(bound: ErrorBound, epsilon: Interval) -> Errors:
+    """Return the largest errors of eps, and of (1 - eps) (1 + eps), on a range of eps.
+
+    The relative error of 1 - eps^2 is |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), largest at the largest eps. For
+    eps >= 1/2 the factor 1 - eps of what is relative to the smaller one is gone.
+    """
+    (low, high), (share, relative, tiny) = epsilon, _parts(bound, epsilon)
+    smaller = _HALF if low <= _HALF <= high else max(min(e, 1 - e) for e in epsilon)
+    found = {
+        "epsilon": share * min(_ONE, (1 - low) / low) + relative + tiny / low,
+        "dissipation": HOPELESS,
+        "absolute": share * smaller + relative * high + tiny,
+    }
+    if high < 1 or not relative + tiny:  # else eps is 1 to as many digits as it is known
+        rest = (relative * high + tiny) / (1 - high) if high < 1 else Fraction(0)
+        over_loss = share * (high / (1 - high) if high < _HALF else 1) + rest
+        off = over_loss * (2 * high + over_loss * (1 - high)) / (1 + high)
+        found["dissipation"] = off + last_of_product(bound.arithmetic) * (1 + off)
+    return found
+
+
+def in_eps(measure: str, epsilon: Value, loss: Value) -> Value:
+    """Return the error of eps that an error of 1 in a measure is, to first order."""
+    known = {"absolute": epsilon + loss, "epsilon": epsilon, "dissipation": loss * (1 + epsilon) / (2 * epsilon)}
+    return known[measure]
+
+
+def worst(found: Iterable[Errors]) -> Errors:
     """Return the largest error in each measure."""
-    return reduce(Errors.worse, found)
+    every = list(found)
+    return {name: max(errors[name] for errors in every) for name in MEASURES}
 
 
-def allowed(tolerance: Tolerance, ranges: list[Interval], measure: str) -> Fraction:
-    """Return the largest error in a measure ("both" or "relative") within the tolerance, to first order.
+def excess(errors: Errors, tolerance: Tolerance) -> tuple[Fraction, str]:
+    """Return the largest ratio of an error to its tolerance, and the measure; above 1 the tolerance is exceeded."""
+    return max((errors[name] / _exact(limit), name) for name, limit in tolerance.given().items())
 
-    The errors are nearly proportional to it: one of 2^-40 tells the factors.
+
+def failing(errors: Errors, tolerance: Tolerance) -> tuple[str, ...]:
+    """Return the measures in which errors exceed the tolerance."""
+    return tuple(name for name, limit in tolerance.given().items() if errors[name] > _exact(limit))
+
+
+def allowed(tolerance: Tolerance, ranges: Iterable[Interval], measure: Measure) -> Fraction:
+    """Return the largest error of a formula in a measure within the tolerance, to first order, on ranges of eps.
+
+    The errors are nearly proportional to it: one of 2^-30 tells the factors.
     """
-    unit = Fraction(1, 1 << 40)
-    bound = Bound(unit, Fraction(0)) if measure == "both" else Bound(Fraction(0), unit)
-    largest = worst([bound.errors(epsilon) for epsilon in ranges])
-    factors = {name: Fraction(error) / unit for name, error in vars(largest).items()}
-    return min(_exact(limit) / factors[name] for name, limit in tolerance.given().items())
+    unit = Fraction(1, 1 << 30)
+    bound = ErrorBound("epsilon", Fraction(0), _ONE, "smaller" if measure == "both" else "value", unit)
+    largest = worst(errors_of(bound, epsilon) for epsilon in ranges)
+    return min(_exact(limit) / (largest[name] / unit) for name, limit in tolerance.given().items())
 
 
 def _exact(number: float) -> Fraction:

@@ -52,13 +52,15 @@ _LEGEND = (
     "E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return "
     f"NaN outside the domain. Assumptions, special values, monotonicity: {PAGE}"
 )
-_CITE = (
+CITE = (
     "Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade "
     f"{__version__}."
 )
 
 
-def file_text(kernels: Sequence[Kernel], language: Language, command: str, module: str | None = None) -> str:
+def file_text(
+    kernels: Sequence[Kernel], language: Language, command: str, module: str | None = None, lines: Sequence[str] = ()
+) -> str:
     """Return the text of a file with the functions of kernels.
 
     Parameters
@@ -70,6 +72,8 @@ def file_text(kernels: Sequence[Kernel], language: Language, command: str, modul
         The command line that makes the file.
     module : str or None
         The module's name, where the language has modules; None: that of the language.
+    lines : sequence of str
+        At the head of the file; none: `head`.
 
     Raises
     ------
@@ -80,7 +84,7 @@ def file_text(kernels: Sequence[Kernel], language: Language, command: str, modul
     if not any(numbers_of(kernel, language) for kernel in kernels):
         reasons = "; ".join(f"{kernel.name}: {reason}" for kernel in kernels for reason in kernel.missing.values())
         raise ValueError(f"{language.name} has no type in which a kernel was proven: {reasons}")
-    lines = head([kernel for kernel in kernels if numbers_of(kernel, language)], language, command)
+    lines = lines or head([kernel for kernel in kernels if numbers_of(kernel, language)], language, command)
     return language.file.format(
         head=language.block.format(lines=comment(lines, language.comment)),
         version=_version(language),
@@ -252,7 +256,7 @@ def head(kernels: Sequence[Kernel], language: Language, command: str) -> list[st
         *wrap(f"End condition: {end_condition(law)}.", _COLUMNS),
         "",
     ]
-    after = [*wrap(_LEGEND, _COLUMNS), "", _example(kernels[-1], language), *wrap(_CITE, _COLUMNS)]
+    after = [*wrap(_LEGEND, _COLUMNS), "", _example(kernels[-1], language), *wrap(CITE, _COLUMNS)]
     room = HEAD - 2 - len(before) - len(after)
     table = next((table for table in _tables(kernels, language) if len(table) <= room), None)
     if table is None:

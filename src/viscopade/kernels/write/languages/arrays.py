@@ -15,6 +15,7 @@ LANGUAGE = Language(
     ),
     begin='def {name}{suffix}({arguments}, xp=np):\n    """Return {meaning}, for arrays of type {type}."""',
     argument="{argument}",
+    list="{name} = xp.asarray(({values},), dtype=xp.{type})",
     constant="{name} = {value}",
     assign="{name} = {value}",
     result="return {value}",

@@ -21,6 +21,8 @@ LANGUAGE = Language(
     ),
     begin="public static {type} {Name}{suffix}({arguments})\n{{",
     argument="{type} {argument}",
+    index="int {argument}",
+    list="{type}[] {name} = {{ {values} }};",
     constant="const {type} {name} = {value};",
     locals="{type} {names};",  # a name within a block may not be one of the function's end
     assign="{name} = {value};",

@@ -18,6 +18,8 @@ LANGUAGE = replace(
     ),
     begin="VISCOPADE_FUNCTION {type} viscopade_{name}{suffix}({arguments})\n{{",
     close="}}\nVISCOPADE_CALLED({function}, {kernel}, {type}, viscopade_{name}{suffix})",
+    table="",
+    list=C.list.removeprefix("static "),
     generic="namespace viscopade_{kernel} {{ struct {function} : viscopade_all<{procedures}> {{}}; }}",
     kernel=C.kernel.replace("{functions}", "{functions}\n\n#ifdef VISCOPADE_RUNTIME\n{generics}\n#endif"),
     procedure="{function}_{type}",

@@ -25,6 +25,8 @@ LANGUAGE = Language(
     ),
     begin="func {Name}{suffix}({arguments}) {type} {{",
     argument="{argument} {type}",
+    index="{argument} int",
+    list="{name} := [...]{type}{{{values}}}",
     constant="const {name} {type} = {value}",
     assign="{name} := {value}",
     declare="var {name} {type}",
