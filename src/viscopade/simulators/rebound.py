@@ -99,6 +99,8 @@ def callback_kernel(tier: str) -> Kernel:
     ValueError
         If there is no such tier.
     """
+    if tier not in catalogue.TIERS:
+        raise ValueError(f"tier is {tier!r}: expected {', '.join(catalogue.TIERS)}")
     key = f"speed {tier}"
     return catalogue.kernel(f"{key} small" if f"{key} small" in catalogue.CATALOGUE else key)
 
