@@ -7,23 +7,18 @@ from collections.abc import Iterator
 
 import viscopade
 from viscopade.arithmetic.decimals import at_most
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
+from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels import catalogue, full
+from viscopade.kernels import catalogue
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.speed_table import in_table, speed_table
+from viscopade.kernels.speed_table import in_table
 from viscopade_lab.bench.contender import Contender, ProvenError
 from viscopade_lab.bench.rivals import of_expression, tenth_root
-
-TIERS = ("1e-5", "1e-10", "full")
-
-# Half an ulp of float, and less than a thousandth of it for the error of double.
-_ROUNDED_TO_FLOAT = 0.501
 
 
 def contenders() -> Iterator[Contender]:
     """Yield the kernels from speed to eps, those of v* with pow before them, and the array function of Python."""
-    of_speed = [_of_tier(tier) for tier in TIERS]
+    of_speed = [_of_tier(tier) for tier in catalogue.TIERS]
     yield from of_speed
     for entry in catalogue.group("minimax"):
         yield _minimax(entry.kernel)
@@ -35,7 +30,7 @@ def contenders() -> Iterator[Contender]:
         group="ours",
         header="viscopade_full.h",
         formats=(DOUBLE,),
-        proven={"double": ProvenError(ulps=float(full.largest_ulp("epsilon")), of_v_star=True)},
+        proven=_proven(catalogue.kernel("full"), "epsilon"),
     )
     yield Contender(  # the extension has the functions of the header for full accuracy
         "vp.restitution",
@@ -54,29 +49,32 @@ def _restitution(speed: FloatArray, beta: float) -> tuple[float, FloatArray]:
     return float(time.perf_counter_ns() - begin), epsilon
 
 
+def _proven(kernel: Kernel, function: str) -> dict[str, ProvenError]:
+    """Return the errors of a function by format, those in the table of a kernel with a table of speeds."""
+    of_v_star, found = kernel.argument == "v_star", dict[str, ProvenError]()
+    for form in kernel.formats:
+        bound = kernel.bound(function, "host", form)[0] if of_v_star else in_table(kernel, function, FORMATS[form])
+        found[form] = ProvenError(float(bound.relative + bound.last), float(bound.ulps), of_v_star)
+    return found
+
+
 def _of_tier(tier: str) -> Contender:
     """Return a kernel from speed to eps."""
-    kernel = speed_table(tier)
-    proven = {}
-    for form in (DOUBLE, FLOAT):
-        inside = in_table(kernel, "restitution", form)
-        relative, ulps = float(inside.relative + inside.last), float(inside.ulps)
-        proven[form.name] = ProvenError(relative, ulps)
+    kernel = catalogue.kernel(f"speed {tier}")
     return Contender(
         f"speed-{tier}",
         f"from speed, {tier}",
         "ours",
-        header=f"viscopade_speed_{tier.replace('-', 'm')}.h",
+        header=f"viscopade_speed_{kernel.name}.h",
         scalar=f"viscopade_restitution_{kernel.name}",
         array=f"viscopade_restitution_array_{kernel.name}",
-        proven=proven,
+        proven=_proven(kernel, "restitution"),
     )
 
 
 def _minimax(kernel: Kernel) -> Contender:
     """Return a best quotient of v*, for which pow makes v*."""
-    bounds = {form: kernel.bound("epsilon", "host", form)[0] for form in kernel.formats}
-    error = at_most(bounds["double"].formula)
+    error = at_most(kernel.bound("epsilon", "host", "double")[0].formula)
     return Contender(
         f"minimax-{error}",
         f"pow + minimax, {error}",
@@ -84,5 +82,5 @@ def _minimax(kernel: Kernel) -> Contender:
         header="viscopade_minimax.h",
         scalar=f"viscopade_restitution_{kernel.name}",
         formats=tuple(FORMATS[name] for name in kernel.formats),
-        proven={name: ProvenError(float(b.relative + b.last), of_v_star=True) for name, b in bounds.items()},
+        proven=_proven(kernel, "epsilon"),
     )
