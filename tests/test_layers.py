@@ -131,11 +131,8 @@ NO_LANGUAGES = {
     "viscopade.simulators.text",
     # Constants in tables that are called c.
     "viscopade.kernels.formulas",
-    "viscopade.kernels.forms.last_place",
-    "viscopade.kernels.forms.speed_table",
-    "viscopade.kernels.forms.speed_table_last_place",
-    "viscopade.kernels.targets.last_place",
-    "viscopade.kernels.targets.speed",
+    "viscopade.kernels.full",
+    "viscopade.kernels.speed_table",
     # The element of a cell in XLSX.
     "viscopade.fitting.spreadsheet",
 }

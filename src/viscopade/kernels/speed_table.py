@@ -599,7 +599,7 @@ def in_table(kernel: Kernel, result: str, form: Format) -> ErrorBound:
 # --- bounds -----------------------------------------------------------------------------------------------------------
 
 _FOR_ALL = Fraction(0), INFINITY
-_LAST = Fraction(1, 2)  # ulp
+_HALF = Fraction(1, 2)
 
 
 def _bounds(layout: Layout, elsewhere: Kernel) -> Iterator[ErrorBound]:
@@ -611,10 +611,11 @@ def _bounds(layout: Layout, elsewhere: Kernel) -> Iterator[ErrorBound]:
     for arithmetic, name in product((HOST, HOST_FLOAT), MEANINGS):
         form = arithmetic.form if arithmetic.form in forms_of(layout) else DOUBLE
         speeds = Fraction(2) ** (end + 1 - form.largest), Fraction(2) ** (first + form.largest - 2)
-        inside = replace(_inside(layout, name, arithmetic), low=low * inner, high=high * outer, speeds=speeds)
+        inside = _in(arithmetic, _inside(layout, name, form), form)
+        inside = replace(inside, low=low * inner, high=high * outer, speeds=speeds)
         yield inside
         for usual in (True, False):
-            outside = _outside(elsewhere, name, arithmetic, usual)
+            outside = _in(arithmetic, _outside(elsewhere, name, usual), DOUBLE)
             yield replace(outside, high=low * outer)
             yield replace(outside, low=high * inner)
             yield _either(inside, outside)
@@ -625,43 +626,31 @@ def _tenth_root(exponent: int) -> Fraction:
     return Fraction(f"{2.0 ** (exponent / 10):.12g}")
 
 
-def _inside(layout: Layout, name: str, arithmetic: Arithmetic) -> ErrorBound:
-    """Return the bound in the table; it counts w's rounding, and that to a narrower type than the table's."""
-    form, proven, zero = arithmetic.form, table_bounds(layout), Fraction(0)
-    computed_in = form if form in forms_of(layout) else DOUBLE
-    rounding, eps = of_w(computed_in), name == "restitution"
-    last = zero if computed_in == form else _LAST
+def _inside(layout: Layout, name: str, form: Format) -> ErrorBound:
+    """Return the bound in the table, of a type in which its sums are computed; it counts the rounding of w."""
+    proven, rounding, eps = table_bounds(layout), of_w(form), name == "restitution"
     if isinstance(layout, LastPlace):
         if eps:
-            return _in(arithmetic, ErrorBound(name, *_FOR_ALL, "smaller", zero, rounding, ulps=proven["ulp"]), last)
-        # p, and 4 roundings
-        return _in(arithmetic, ErrorBound(name, *_FOR_ALL, "value", proven["relative"] + 4 * _U, rounding), last)
-    rounding = ((1 + proven[computed_in.name]) * (1 + rounding) - 1) * (1 + proven["error"])
-    ulps = _LAST if eps else Fraction(LAST_ULPS)
-    return _in(
-        arithmetic,
-        ErrorBound(name, *_FOR_ALL, "smaller" if eps else "value", proven["error"], rounding, ulps=ulps),
-        last,
-    )
+            return ErrorBound(name, *_FOR_ALL, "smaller", Fraction(0), rounding, ulps=proven["ulp"])
+        return ErrorBound(name, *_FOR_ALL, "value", proven["relative"] + 4 * _U, rounding)  # p, and 4 roundings
+    rounding = ((1 + proven[form.name]) * (1 + rounding) - 1) * (1 + proven["error"])
+    ulps = _HALF if eps else Fraction(LAST_ULPS)
+    return ErrorBound(name, *_FOR_ALL, "smaller" if eps else "value", proven["error"], rounding, ulps=ulps)
 
 
-def _outside(elsewhere: Kernel, name: str, arithmetic: Arithmetic, usual: bool) -> ErrorBound:
+def _outside(elsewhere: Kernel, name: str, usual: bool) -> ErrorBound:
     """Return the bound where the kernel of v* serves, in type double."""
     eps, loss = (elsewhere.bound(function, "host", "double")[-1] for function in ("epsilon", "one_minus_epsilon"))
     speeds, rounding = (1 / USUAL, USUAL) if usual else None, of_v_star(DOUBLE, USUAL if usual else None)
-    last = _LAST if arithmetic.form == FLOAT else Fraction(0)
     if name == "restitution":
-        found = replace(eps, result=name, relative_to="smaller", rounding=rounding, speeds=speeds)
-    else:
-        of_both = _relative(eps) + (_relative(loss) if name == "dissipation" else 0)
-        # Where 1 - eps is subnormal, 1 - eps^2 is exactly twice that; where eps is, rebound has its error times speed.
-        half = Fraction(1, 2)
-        absolute = 2 * max(loss.absolute, half) if name == "dissipation" else max(eps.absolute, half)
-        found = ErrorBound(
-            name, *_FOR_ALL, "value", eps.formula, rounding + of_both, ulps=Fraction(LAST_ULPS), absolute=absolute,
-            speeds=speeds,
-        )  # fmt: skip
-    return _in(arithmetic, found, last)
+        return replace(eps, result=name, relative_to="smaller", rounding=rounding, speeds=speeds)
+    of_both = _relative(eps) + (_relative(loss) if name == "dissipation" else 0)
+    # Where 1 - eps is subnormal, 1 - eps^2 is exactly twice that; where eps is, rebound has its error times speed.
+    absolute = 2 * max(loss.absolute, _HALF) if name == "dissipation" else max(eps.absolute, _HALF)
+    return ErrorBound(
+        name, *_FOR_ALL, "value", eps.formula, rounding + of_both, ulps=Fraction(LAST_ULPS), absolute=absolute,
+        speeds=speeds,
+    )  # fmt: skip
 
 
 def _relative(bound: ErrorBound) -> Fraction:
@@ -669,15 +658,14 @@ def _relative(bound: ErrorBound) -> Fraction:
     return bound.last + bound.ulps * Fraction(DOUBLE.epsilon)
 
 
-def _in(arithmetic: Arithmetic, found: ErrorBound, last: Fraction) -> ErrorBound:
-    """Return a bound of double as one of another type: its units are relative errors, and there is one rounding more.
+def _in(arithmetic: Arithmetic, found: ErrorBound, form: Format) -> ErrorBound:
+    """Return a bound of results in one type as one of these results in another: there is one rounding more.
 
     No speed and beta of type float have a subnormal result of type double.
     """
-    if not last:
+    if arithmetic.form == form:
         return replace(found, arithmetic=arithmetic)
-    relative = found.last + found.ulps * Fraction(DOUBLE.epsilon)
-    return replace(found, last=relative, ulps=last, absolute=Fraction(0), arithmetic=arithmetic)
+    return replace(found, last=_relative(found), ulps=_HALF, absolute=Fraction(0), arithmetic=arithmetic)
 
 
 def _either(one: ErrorBound, other: ErrorBound) -> ErrorBound:
