@@ -21,7 +21,7 @@ from viscopade import quantity
 from viscopade.calculator import page, tables
 from viscopade.collision import exact, limits, weight
 from viscopade.collision.contact import Contact
-from viscopade.kernels.targets.languages import LANGUAGES, target
+from viscopade.kernels.write.languages import language as written
 from viscopade.simulators import TARGETS
 
 ROOT = Path(__file__).parents[2]
@@ -318,14 +318,13 @@ BUILD = {
     "javascript": "node main.mjs",
     "julia": "julia main.jl",
     "python": f"{sys.executable} main.py",
-    "numba": f"{sys.executable} main.py",
-    "jax": f"{sys.executable} main.py",
+    "arrays": f"{sys.executable} main.py",
     "cuda": "nvcc -c main.cu -o run.o",
 }
 ENDINGS = {"c": ".c", "cuda": ".cu"}
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", page.snippets())
 def test_snippets_run(run, language, tmp_path):
     given = of(by="beta", damping=1.307, speed=0.25)
     (text,) = run(f"page.snippetOf({language!r}, calculate(x), x)", [given])
@@ -333,17 +332,15 @@ def test_snippets_run(run, language, tmp_path):
     assert "1.307" in text
     kernel = re.search(r"compact_\w+", text)
     if kernel:
-        assert kernel[0] in (ROOT / "exports" / (target(language).stem + target(language).suffix)).read_text("utf-8")
+        assert kernel[0] in (ROOT / "exports" / (written(language).stem + written(language).ending)).read_text("utf-8")
     if language not in BUILD:
         return
     tool = BUILD[language].split()[0]
     if shutil.which(tool) is None:
         pytest.skip(f"{tool} is not installed")
-    if language in ("numba", "jax"):
-        pytest.importorskip(language)
     for file in (ROOT / "exports").glob("viscopade*"):
         shutil.copy(file, tmp_path)
-    ending = ENDINGS.get(language, target(language).suffix)
+    ending = ENDINGS.get(language, written(language).ending)
     (tmp_path / f"main{ending}").write_text(text, "utf-8")
     done = subprocess.run(BUILD[language], shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=HANGS)
     assert done.returncode == 0, done.stderr

@@ -13,7 +13,7 @@ from viscopade.collision import limits
 from viscopade.generated import marker_line
 from viscopade.kernels import catalogue, requests
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.targets.languages import LANGUAGES, target
+from viscopade.kernels.write.languages import NAMES, language
 from viscopade.theory.law import Law
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
@@ -109,7 +109,7 @@ def _facts() -> dict[str, Any]:
         "sentences": limits.SENTENCES,
         "programs": lines.programs(),
         "printedPade": [[float(c) for c in row] for row in TABLE[3, 6]],
-        "snippets": [_snippet(name) for name in LANGUAGES],
+        "snippets": [_snippet(name) for name in snippets()],
         "otherLaw": _template("other_law.jinja", {}),
     }
 
@@ -153,11 +153,17 @@ def _pade(m: int, n: int) -> dict[str, Any]:
     return {"name": f"[{m}/{n}]", "a": [float(c) for c in a], "b": [float(c) for c in b]}
 
 
-def _snippet(language: str) -> dict[str, str]:
-    of = target(language)
-    kernels = [kernel.name for kernel in _kernels() if of.formats[0] in kernel.formats]
-    values = {"kernel": kernels[-1], "file": of.stem + of.suffix}
-    return {"name": language, "text": _template(f"snippets/{language}.jinja", values)}
+def snippets() -> list[str]:
+    """Return the languages that the page has code to copy for."""
+    written = generated.environment(__name__).list_templates()
+    return [name for name in NAMES if f"snippets/{name}.jinja" in written]
+
+
+def _snippet(name: str) -> dict[str, str]:
+    of = language(name)
+    kernels = [kernel.name for kernel in _kernels() if of.forms[0] in kernel.formats]
+    values = {"kernel": kernels[-1], "file": of.stem + of.ending}
+    return {"name": name, "text": _template(f"snippets/{name}.jinja", values)}
 
 
 def _template(name: str, values: Mapping[str, str]) -> str:

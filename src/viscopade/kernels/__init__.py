@@ -11,8 +11,6 @@ __all__ = [
     "native",
     "prove_lacunary",
     "prove_rational",
-    "registry",
-    "registry_arrays",
     "requests",
     "speed_table",
     "toolchain",

@@ -14,7 +14,6 @@ from typing import Any
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.table_free import LIBRARY, MachineArithmetic
-from viscopade.kernels.registry import HOST
 from viscopade.kernels.rounding_bounds import ULPS
 from viscopade.kernels.targets.syntax import Syntax, shortest
 
@@ -136,7 +135,7 @@ class Target:
     next_line: str = "\n" + " " * 8  # what stands between the lines of an expression
     stem: str = "viscopade"  # of the exported file
     prelude: str = ""  # what each file needs before its functions
-    place: str = HOST  # where numbers of type float are computed, as the registry says it
+    place: str = "host"  # where numbers of type float are computed
     device: Runner | None = None  # what compiles the program "check_on_device" besides, without running it
 
     # Scenes.
