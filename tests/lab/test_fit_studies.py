@@ -1,5 +1,6 @@
 """The studies of fits: rates on a case whose answer is known, the examples."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,22 @@ def test_rates_of_a_right_interval_and_of_a_wrong_truth():
     assert sum(right.verdicts.values()) == pytest.approx(1)
     (wrong,) = coverage.rates(case(0.12), "Gaussian", 20, 0)
     assert wrong.inside == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_verdicts_on_made_data_are_rarely_wrong(known):
+    """Sampled, one kind of data; all are in the next test."""
+    constant = coverage.Cell(False, known, 0.9, 0.01, 5).verdicts(40)
+    law = coverage.Cell(True, known, 0.9, 0.01, 5).verdicts(40)
+    assert constant["holds"] + constant["holds with a limit"] <= 2
+    assert law["does not hold"] <= 2
+    assert min(constant["does not hold"], law["holds"]) > 16
+
+
+@pytest.mark.slow
+def test_wrong_verdicts_on_made_data_are_five_per_cent_at_most():
+    *_, sentence = coverage.table_of_verdicts(400)
+    assert max(map(float, re.findall(r"([0-9.]+) %", sentence))) <= 5
 
 
 @pytest.mark.parametrize("errors", coverage.ERRORS)

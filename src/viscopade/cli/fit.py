@@ -249,7 +249,7 @@ def _show(recording: Recording, found: DampingFit, constants: Mapping[str, Const
     rows = [("beta", f"{found.beta:.6g}", f"{found.beta_standard_error:.2g}", *spans, _UNIT)]
     for name, each in constants.items():
         rows.append((name, f"{each.value:.6g}", f"{each.standard_error:.2g}", "", "", units[name]))
-    say(f"The viscoelastic law {found.verdict.word}.")
+    say(f"{found.verdict.sentence}.")
     for reason in found.verdict.reasons:
         say(f"  {reason}", 2)
     for name, made in recording.sheets if len(recording.sheets) > 1 else ():

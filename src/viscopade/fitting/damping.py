@@ -159,7 +159,7 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     Examples
     --------
     >>> import viscopade as vp
-    >>> points = vp.Points.measured([0.1, 0.3, 1, 3], [0.938, 0.918, 0.901, 0.874])
+    >>> points = vp.Points.measured([0.03, 0.1, 0.3, 1, 3], [0.949, 0.938, 0.918, 0.901, 0.874])
     >>> found = vp.fit(points)
     >>> f"{found.beta:.3f} +- {found.beta_standard_error:.3f}", found.verdict.word
     ('0.094 +- 0.001', 'holds')

@@ -76,5 +76,5 @@ def draw_fit(found: DampingFit) -> Sheet:
     off = found.main.residuals / found.main.standard_errors
     bottom.plot(points.speed[some], np.clip(off[some], -4.4, 4.4), "o", color=BLACK, markersize=2.4, gid="residuals")
     key_of(sheet, names, "outside lower center", 2)
-    top.set_title(f"the viscoelastic law {found.verdict.word}", fontsize=7.5, loc="left")
+    top.set_title(found.verdict.sentence, fontsize=7.5, loc="left")
     return sheet
