@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.cli import json_of, printed
+from tests.cli import called, json_of, printed
 from viscopade import Pair, Sphere
 from viscopade.arrays import double
 from viscopade.collision import exact
@@ -50,6 +50,13 @@ def test_text_has_the_verdict_first_and_the_number_with_its_error(data):
     assert text.startswith("The viscoelastic law holds.\n")
     assert re.search(r"eps at 0\.387 m/s: 0\.9\d+ \+- 0\.00\d+ \(standard error\)\.", text)
     assert "line 13" in text
+    assert re.search(r"law +p +chi\^2 +degrees of freedom +AIC\n", text)
+    # A fitted scatter makes chi^2 the number of degrees of freedom, whatever the law.
+    assert re.search(r"law +p +scatter of eps +AIC\n", printed("fit", data, "--scatter"))
+
+
+def test_fit_offers_no_yield_strength(data):
+    assert "No such option" in called("fit", data, *MATERIAL, "--yield-strength", "1 MPa").stderr
 
 
 def test_a_csv_becomes_a_line_for_lammps_with_an_error_bar_in_two_commands(data, tmp_path):

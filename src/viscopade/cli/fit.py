@@ -265,24 +265,18 @@ def _show(recording: Recording, found: DampingFit, constants: Mapping[str, Const
     counts = found.points.counts
     number = f"{len(found.points)} points" if counts is None else f"{counts.sum():.0f} points in {len(counts)} groups"
     show(style, header, rows, {}, title=number)
+    known = found.points.known  # a fitted scatter makes chi^2 what it should be, whatever the law, and says more
     laws = [
         (
             fit.model.name,
             f"{fit.exponent:.3g}",
-            f"{fit.chi2:.4g}",
-            fit.degrees,
-            f"{fit.scatter:.2g}",
+            *((f"{fit.chi2:.4g}", fit.degrees) if known else (f"{fit.scatter:.2g}",)),
             f"{fit.aic:.2f}" if math.isfinite(fit.aic) else "too few points",
         )
         for fit in sorted(found.laws, key=lambda fit: fit.aic)
     ]
-    show(
-        style,
-        ("law", "p", "chi^2", "degrees of freedom", "scatter of eps", "AIC"),
-        laws,
-        {},
-        title="Laws, the best first",
-    )
+    header = ("law", "p", *(("chi^2", "degrees of freedom") if known else ("scatter of eps",)), "AIC")
+    show(style, header, laws, {}, title="Laws, the best first")
     if len(found.points) <= MOST_ROWS:
         points = zip(*(column for _, column in _columns(found)), strict=True)
         cells = [(label, *(f"{number:.4g}" for number in numbers)) for label, *numbers in points]

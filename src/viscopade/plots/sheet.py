@@ -54,12 +54,17 @@ SHORT, DASH_DOT_DOT, LONG = (2.6, 1.3), (6, 1.4, 1.2, 1.4, 1.2, 1.4), (9, 2)
 
 @dataclass(frozen=True)
 class Look:
-    """How a curve is drawn, and the colour of its name; no dashes make a solid line."""
+    """How a curve or a point is drawn, and the colour of its name; no dashes make a solid line."""
 
     color: str
     dashes: tuple[float, ...] = ()
     width: float = 1.3
     text: str = BLACK
+    marker: str = ""
+
+
+POINT = Look(BLACK, width=0, marker="o")
+POINT_SIZE = 2.4
 
 
 V_STAR = r"$v_\ast$"
@@ -96,6 +101,26 @@ def label_axes(
     axes.set(xlim=x, ylim=y)
 
 
+def plain_ticks(axes: Axes) -> None:
+    """Write numbers at a logarithmic horizontal axis of less than two decades.
+
+    Powers of ten are too few there, and Matplotlib's labels between them overlap.
+    """
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator
+
+    low, high = axes.get_xlim()
+    if high >= 100 * low:
+        return
+    axis = axes.xaxis
+    if high > 5 * low:
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_minor_formatter(NullFormatter())
+    else:
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter("{x:.10g}")
+
+
 def draw_look(axes: Axes, look: Look, x: FloatArray, y: FloatArray, gid: str) -> None:
     """Draw a curve."""
     (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=gid)
@@ -108,7 +133,14 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
     from matplotlib.lines import Line2D
 
     lines = [
-        Line2D([], [], color=look.color, linewidth=look.width, linestyle=(0, look.dashes) if look.dashes else "-")
+        Line2D(
+            *([], []),
+            color=look.color,
+            linewidth=look.width,
+            linestyle=(0, look.dashes) if look.dashes else "-",
+            marker=look.marker,
+            markersize=POINT_SIZE,
+        )
         for _, look in names
     ]
     looks: Any = {"handlelength": 2.6, "frameon": False, "fontsize": 6, "columnspacing": 1}

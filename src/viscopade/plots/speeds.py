@@ -25,6 +25,8 @@ from viscopade.plots.sheet import (
     EPSILON,
     GREEN,
     ORANGE,
+    POINT,
+    POINT_SIZE,
     PURPLE,
     SKY,
     VERMILION,
@@ -33,6 +35,7 @@ from viscopade.plots.sheet import (
     key_of,
     label_axes,
     new_sheet,
+    plain_ticks,
 )
 from viscopade.simulators import simulator_of
 from viscopade.simulators.formula import DampingFormula
@@ -162,12 +165,14 @@ def draw_speeds(
         (max(low - margin, 0), min(high + margin, 1.02)),
         "x",
     )
+    plain_ticks(axes)
     names = []
     for i, (each, value) in enumerate(zip(curves, values, strict=True)):
         look = Look(_COLORS[i % len(_COLORS)], _DASHES[i % len(_DASHES)])
         draw_look(axes, look, speeds, value, f"curve-{i + 1}")
         names.append((each.name, look))
     if data is not None:
-        axes.plot(data.speed, data.epsilon, "o", color=BLACK, markersize=2.4, gid="data")
+        axes.plot(data.speed, data.epsilon, "o", color=POINT.color, markersize=POINT_SIZE, gid="data")
+        names.append(("measured", POINT))
     key_of(sheet, names, "outside lower center", 1 if max(len(name) for name, _ in names) > 30 else 2)
     return sheet
