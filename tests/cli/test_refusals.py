@@ -84,7 +84,7 @@ BAD = [
     (["figures"], "Missing option '--out'"),
     (["figures", "--out", "x", "--only", "nothing"], "'nothing' is not one of 'seriesDiverging'"),
     (["figures", "--out", "x", "--format", "gif"], "'gif' is not one of 'svg', 'pdf', 'png'"),
-    (["export", "cobol"], "'cobol' is not one of 'c', 'python', 'cuda', 'glsl', 'wgsl'"),
+    (["export", "cobol"], "'cobol' is unknown: expected c, python, cuda, glsl, wgsl"),
     (["export", "c", "--pade", "3-6"], "degrees are '3-6': accepted is M/N"),
     (["export", "c", "--pade", "1/1"], "[1/1] does not exist"),
     (["export", "c", "--pade", "0/1"], "pade is 0/1: accepted is m + n >= 2"),
@@ -158,7 +158,7 @@ BAD = [
         ["scene", "--example", "../x"],
         "there is no example scene '../x': accepted are acetate, boulders, glass_beads, ice_",
     ),
-    (["nonsense"], "No such command 'nonsense'"),
+    (["nonsense"], "there is no command 'nonsense'"),
     (["--nonsense"], "No such option"),
     (("fit", "data.csv", "--plot", "x.svg", "--scene", "x.svg", *MATERIAL), "--scene and --plot are the same file"),
     (("fit", "data.csv", "--gravity", "3"), "accepted with speed and epsilon are no options of a flight"),
@@ -331,7 +331,7 @@ def test_targets_are_refused_before_the_work(here, monkeypatch):
 def test_no_command_shows_the_help():
     result = called()
     assert result.returncode == 2
-    assert "Commands:" in result.stdout + result.stderr
+    assert "Compute:" in result.stdout + result.stderr
 
 
 HOSTILE = (

@@ -11,7 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import STYLE, Quantity, Real, double, material, need, pair_of, picture_kind, say, show
+from viscopade.cli.console import (
+    STYLE,
+    Quantity,
+    Real,
+    double,
+    examples,
+    material,
+    need,
+    pair_of,
+    picture_kind,
+    say,
+    show,
+)
 from viscopade.cli.writer import check_targets, write_all
 
 if TYPE_CHECKING:
@@ -44,7 +56,7 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
         return name.strip(), rest.strip()
 
 
-@click.command()
+@click.command(epilog=examples("viscopade fit examples/collisions.csv"))
 @click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--sheet", "sheets", multiple=True, metavar="NAME", help="Sheet to read; repeatable.  [default: all]")
 @click.option(
@@ -81,7 +93,7 @@ def fit(
     style: str,
     **options: Any,
 ) -> None:
-    """Fit the damping to measured data, and say whether they follow the viscoelastic law.
+    """Fit the damping to measured data; test the viscoelastic law.
 
     DATA are CSV files or spreadsheets whose headers name the columns, with units in parentheses: "speed (cm/s)" and
     "epsilon", with "sigma_epsilon" and "contact_time" if they are known; or "time", the instants of bounces; or

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import OUTPUT, Quantity, Real, deliver, double, limits_of, material, pair_of
+from viscopade.cli.console import OUTPUT, OneOf, Quantity, Real, deliver, double, examples, limits_of, material, pair_of
 from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import write_all
 from viscopade.kernels.names import TIERS
@@ -40,8 +40,14 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
         return speed.convert(first.strip(), param, ctx), speed.convert(second.strip(), param, ctx)
 
 
-@click.command("simulators")
-@click.argument("target", type=click.Choice(TARGETS))
+@click.command(
+    "simulators",
+    epilog=examples(
+        'viscopade simulators lammps --epsilon 0.9 --speed "1 m/s" --radius "1 cm" \\\n'
+        "    --density 2500 --young-modulus 1e7 --poisson-ratio 0.3"
+    ),
+)
+@click.argument("target", type=OneOf(TARGETS))
 @click.argument("file", type=click.Path(path_type=Path), required=False)
 @click.option("--epsilon", type=Real("epsilon"), help="Wanted eps at --speed, instead of a scene or A.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed, instead of a scene.")
@@ -59,7 +65,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 @click.option("--tier", type=click.Choice(TIERS), help="Accuracy of the kernel for REBOUND.  [default: 1e-5]")
 @OUTPUT
 def simulators_command(target: str, file: Path | None, tier: str | None, output: Path | None, **options: Any) -> None:
-    """Print the contact parameters in a program's own words.
+    """Print the contact parameters of a simulation program.
 
     LAMMPS, REBOUND (C or Python), MercuryDPM, YADE and LIGGGHTS get the viscoelastic law, or what is nearest to it.
     Give either a scene as FILE, or a material and --speed with either eps or A.
@@ -237,11 +243,11 @@ def _words(file: Path | None, **options: Any) -> str:
     return shlex.join(words)
 
 
-@click.command()
-@click.argument("program", type=click.Choice(["lammps"]))
+@click.command(epilog=examples("viscopade verification lammps --out lammps_cases"))
+@click.argument("program", type=OneOf(["lammps"]))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Directory to write the cases to.")
 def verification(program: str, out: Path) -> None:
-    """Write collisions with known results, to verify a program with.
+    """Write collisions with known results, to verify a program.
 
     Two spheres collide with viscoelastic damping. The expected eps, peak overlap and contact time are exact, and the
     tolerances are those of the time step. Further cases are a sphere that falls on a plane, with its weight, and one

@@ -18,6 +18,7 @@ from viscopade.cli.console import (
     Real,
     Whole,
     double,
+    examples,
     limits_of,
     material,
     need,
@@ -62,12 +63,14 @@ def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-@click.command()
+@click.command(epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg"))
 @_choice_of_curves
 @click.option("--data", type=click.Path(path_type=Path), help="Measured data to mark, as for `viscopade fit`.")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture: .svg, .png or .pdf.")
 def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> None:
-    """Draw eps against the impact speed, for materials, laws, approximants and programs.
+    """Draw eps against the impact speed.
+
+    The curves are those of materials, laws of contact, approximants and programs.
 
     Give a scene as FILE, or a material, or --beta, or --epsilon with --speed. With --speed (or the scene's own speed),
     each --law has the same eps there, and each --program is asked for it. Quantities may have units, such as "1 cm/s";
@@ -105,12 +108,12 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
         click.echo(f"Warning: {text}.")
 
 
-@click.command("table")
+@click.command("table", epilog=examples("viscopade table --from 0.1 --to 10"))
 @_choice_of_curves
 @click.option("--points", type=Whole("points", 2, _MOST_ROWS), help="Number of speeds.  [default: three a decade]")
 @STYLE
 def table_command(points: int | None, style: str, **options: Any) -> None:
-    """Print eps against the impact speed, or against v* if no spheres are given.
+    """Print eps against the impact speed, or against v*.
 
     The options are those of `viscopade plot`. For a material without --gravity the table also has the duration of
     contact and the maximal compression. All numbers are in SI units and in double precision.
