@@ -48,3 +48,19 @@ def test_labels_of_ticks_never_overlap(drawn, slowest, ratio):
     assert len(labels) >= 2
     labels.sort(key=lambda box: box.x0)
     assert all(left.x1 < right.x0 for left, right in pairwise(labels))
+
+
+def test_a_page_has_its_title_size_and_letters():
+    drawn = []
+
+    def draw():
+        drawn.append(speeds.draw_speeds([speeds.viscoelastic("spheres", 0.1)], np.geomspace(1, 10, 6)))
+        return drawn[0]
+
+    page = sheet.Page("Spheres", (5, 4), 15)
+    text = sheet.picture(draw, "", "viscopade plot", "svg", page).decode()
+    (figure,) = drawn
+    assert figure.get_suptitle() == "Spheres"
+    assert "<dc:title>Spheres</dc:title>" in text
+    assert figure.get_size_inches().tolist() == [5, 4]
+    assert figure.axes[0].xaxis.label.get_size() == 2 * sheet.STYLE["axes.labelsize"]

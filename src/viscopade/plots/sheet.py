@@ -31,6 +31,8 @@ STYLE: Mapping[str, Any] = {
     "axes.labelsize": 8.5,
     "axes.linewidth": 0.6,
     "axes.titlesize": 8,
+    "legend.fontsize": 6,
+    "figure.titlesize": 8.5,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
     "xtick.direction": "in",
@@ -143,15 +145,26 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
         )
         for _, look in names
     ]
-    looks: Any = {"handlelength": 2.6, "frameon": False, "fontsize": 6, "columnspacing": 1}
+    looks: Any = {"handlelength": 2.6, "frameon": False, "columnspacing": 1}
     where.legend(lines, [text for text, _ in names], loc=place, ncol=columns, **looks)
 
 
-def styled() -> AbstractContextManager[None]:
-    """Return a context in which Matplotlib's settings are those of all pictures."""
+def styled(font_size: float = STYLE["font.size"]) -> AbstractContextManager[None]:
+    """Return a context with Matplotlib's settings of all pictures, and letters of a size in points."""
     from matplotlib import style
 
-    return style.context(["default", dict(STYLE)])
+    scale = font_size / STYLE["font.size"]
+    sizes = {name: scale * value for name, value in STYLE.items() if name.endswith(("size", "font.size"))}
+    return style.context(["default", dict(STYLE) | sizes])
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a user may ask of a picture: a title above it, width and height in inches, letters in points."""
+
+    title: str | None = None
+    size: tuple[float, float] | None = None
+    font_size: float = STYLE["font.size"]
 
 
 def saved(sheet: Sheet, title: str, command: str, kind: str) -> bytes:
@@ -161,7 +174,7 @@ def saved(sheet: Sheet, title: str, command: str, kind: str) -> bytes:
     return buffer.getvalue()
 
 
-def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str) -> bytes:
+def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str, page: Page | None = None) -> bytes:
     """Draw a picture, and return it as a file's content.
 
     Parameters
@@ -172,11 +185,18 @@ def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str) -> b
         For the file's metadata.
     kind : str
         One of `FORMATS`.
+    page : Page or None
 
     Raises
     ------
     ModuleNotFoundError
         Without Matplotlib.
     """
-    with styled():
-        return saved(draw(), title, command, kind)
+    page = page or Page()
+    with styled(page.font_size):
+        sheet = draw()
+        if page.size is not None:
+            sheet.set_size_inches(page.size)
+        if page.title is not None:
+            sheet.suptitle(page.title)
+        return saved(sheet, page.title or title, command, kind)

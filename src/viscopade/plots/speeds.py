@@ -24,6 +24,7 @@ from viscopade.plots.sheet import (
     DOTTED,
     EPSILON,
     GREEN,
+    GREY,
     ORANGE,
     POINT,
     POINT_SIZE,
@@ -54,6 +55,8 @@ _DIGITS = 15
 
 _COLORS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK)
 _DASHES = ((), DASHED, DASH_DOT, DOTTED)
+FIRST = Look(GREY, width=3.4)
+"""The look of the first of several curves: broad and pale, so that what coincides with it stays visible on top."""
 
 Restitution = Callable[[FloatArray], FloatArray]
 
@@ -169,6 +172,8 @@ def draw_speeds(
     names = []
     for i, (each, value) in enumerate(zip(curves, values, strict=True)):
         look = Look(_COLORS[i % len(_COLORS)], _DASHES[i % len(_DASHES)])
+        if i == 0 and len(curves) > 1:
+            look = FIRST
         draw_look(axes, look, speeds, value, f"curve-{i + 1}")
         names.append((each.name, look))
     if data is not None:
