@@ -158,8 +158,14 @@ BAD = [
         ["scene", "--example", "../x"],
         "there is no example scene '../x': accepted are acetate, boulders, glass_beads, ice_",
     ),
-    ([*"plot --epsilon 0.8 --speed 1 -o x.svg --size 1 9".split()], "size is 1 m, 9 m: expected width and height"),
-    ([*"plot --epsilon 0.8 --speed 1 -o x.svg --font-size 1".split()], "font-size is 1: expected 3 to 72 points"),
+    (
+        ["plot", "--epsilon", "0.8", "--speed", "1", "-o", "x.svg", "--size", "1", "9"],
+        "size is 1 m, 9 m: expected width and height",
+    ),
+    (
+        ["plot", "--epsilon", "0.8", "--speed", "1", "-o", "x.svg", "--font-size", "1"],
+        "font-size is 1: expected 3 to 72 points",
+    ),
     (["nonsense"], "there is no command 'nonsense'"),
     (["--nonsense"], "No such option"),
     (("fit", "data.csv", "--plot", "x.svg", "--scene", "x.svg", *MATERIAL), "--scene and --plot are the same file"),
