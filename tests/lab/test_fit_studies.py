@@ -77,12 +77,11 @@ def test_the_example_is_what_lammps_gives():
 def test_the_drop_has_the_true_beta_within_its_error():
     """True by LAMMPS's own constants: eta, K, the radius and the mass."""
     import viscopade as vp
-    from viscopade.fitting import bounces
     from viscopade.fitting.flight import Flight
 
     ball = coverage._ball()
     wall = vp.Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
-    contact = bounces.contact_time_of(vp.Pair(ball, wall))
+    contact = vp.Pair(ball, wall)
     options = Options(flight=Flight(fit_data.GRAVITY), resolution="0.5 ms", contact_time=contact)
     found = vp.fit(read.recording([((ROOT / "examples" / "drop.csv").read_bytes(), "drop.csv")], options).points)
     assert abs(found.beta - fit_data.WALL_BETA) < 3 * found.beta_standard_error

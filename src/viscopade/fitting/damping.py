@@ -12,7 +12,8 @@ import numpy as np
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import Accepted, FloatArray, number
-from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution, restitution_error
+from viscopade.collision import weight_table
+from viscopade.collision.spheres import Pair, Sphere, restitution_error
 from viscopade.extras import require
 from viscopade.fitting.points import Points
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
@@ -86,11 +87,12 @@ class DampingFit:
         """
         speed, epsilon = self.points.speed, np.minimum(self.points.epsilon, 1.0)
         betas, some = np.full(len(speed), math.inf), epsilon > 0
-        betas[some] = beta_from_restitution(speed[some], epsilon[some])
+        kappa = self.main.model.kappa(epsilon[some], self.points.load(speed[some]))
+        betas[some] = kappa / speed[some] ** 0.2
         return betas
 
     def epsilon(self, speed: float) -> tuple[float, float]:
-        """Return eps of the viscoelastic law at a speed, and its standard error."""
+        """Return eps of the viscoelastic law at a speed, without weight, and its standard error."""
         v_star = math.sqrt(self.beta) * number("speed", speed, _SPEEDS) ** 0.1
         value = float(double.epsilon(v_star))
         return value, restitution_error(v_star, self.beta_standard_error / self.beta if self.beta else 0.0)
@@ -115,9 +117,12 @@ class DampingFit:
         if times is None:
             raise ValueError("contact times are not given: accepted is a column contact_time")
 
+        speed, load = self.points.speed, self.points.load(self.points.speed)
+
         def logs(beta: float) -> FloatArray:
-            v_star = math.sqrt(beta) * self.points.speed**0.1
-            return np.asarray(np.log(double.tau_c(v_star)) - 0.2 * np.log(self.points.speed) - np.log(times))
+            kappa = beta * speed**0.2
+            scaled = weight_table.duration(kappa, load) if load.any() else double.tau_c(np.sqrt(kappa))
+            return np.asarray(np.log(scaled) - 0.2 * np.log(speed) - np.log(times))
 
         found = logs(self.beta)
         log_q, of_times = float(found.mean()), float(found.std(ddof=1)) / math.sqrt(len(found))

@@ -53,6 +53,8 @@ class Recording:
     ----------
     points : Points
         In SI units.
+    kind : str
+        "speeds", "instants", "heights" or "positions".
     sheets : tuple
         Names of all sheets, and how many points each gives, or why it is not read.
     left_out : tuple
@@ -60,6 +62,7 @@ class Recording:
     """
 
     points: Points
+    kind: str
     sheets: tuple[tuple[str, int | str], ...]
     left_out: tuple[tuple[str, str], ...]
 
@@ -112,7 +115,9 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     points = parts[0] if len(parts) == 1 else bounces.together(parts)
     points = points.without(labels) if labels else points
     points = points.without_scatter() if options.scatter is False else points
-    return Recording(points, (*read, *unread), tuple(each for reader in readers for each in reader.left_out))
+    return Recording(
+        points, first.form.kind, (*read, *unread), tuple(each for reader in readers for each in reader.left_out)
+    )
 
 
 def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[str, str]]) -> list[_Reader]:
@@ -231,8 +236,8 @@ class _Reader(Columns):
         options, form = self.options, self.form
         if form.kind == "speeds" and options.flight != IN_VACUUM:
             raise ValueError("gravity or drag is given: accepted with speed and epsilon are no options of a flight")
-        if form.kind in ("speeds", "heights") and options.contact_time and not callable(options.contact_time):
-            raise ValueError("a contact time is given: accepted is it with instants of bounces or positions over time")
+        if form.kind == "speeds" and options.contact_time and isinstance(options.contact_time, float):
+            raise ValueError("a contact time is given: expected with it are bounces; here a column contact_time")
         for name, column in (("rate", "frame"), ("length_per_unit", "position")):
             value, flag = getattr(options, name), "--" + name.replace("_", "-")
             if value is not None and column not in form.needed:
@@ -338,13 +343,15 @@ def _heights(reader: _Reader) -> Points:
     heights, sigma, labels = reader.numbers("height"), reader.sigma("length"), reader.labels
     rows = reader.drops()
     drops = [(heights[of], [labels[i] for i in of]) for of in rows]
-    return bounces.of_heights(drops, reader.options.flight, sigma=[sigma[of] for of in rows])
+    contact = reader.options.contact_time
+    return bounces.of_heights(drops, reader.options.flight, sigma=[sigma[of] for of in rows], contact_time=contact)
 
 
 def _height_pairs(reader: _Reader) -> Points:
     pairs = np.array([reader.numbers("drop_height"), reader.numbers("rebound_height")]).T
     drops = [(pair, [label] * 2) for pair, label in zip(pairs, reader.labels, strict=True)]
-    return bounces.of_heights(drops, reader.options.flight, sigma=[np.full(2, s) for s in reader.sigma("length")])
+    sigma, contact = [np.full(2, s) for s in reader.sigma("length")], reader.options.contact_time
+    return bounces.of_heights(drops, reader.options.flight, sigma=sigma, contact_time=contact)
 
 
 @dataclass(frozen=True)

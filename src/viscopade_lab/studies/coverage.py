@@ -45,7 +45,7 @@ EPSILONS, SIGMAS, NUMBERS = (0.3, 0.6, 0.9, 0.99), (0.01, 0.03), (5, 6, 8, 12)
 """Of data for verdicts: eps in the middle of a decade of speeds, its standard errors, and how many points."""
 
 if TYPE_CHECKING:
-    from viscopade.fitting.bounces import ContactTime
+    from viscopade.fitting.contacts import ContactTime
 
 Random = np.random.Generator
 Errors = Callable[[Random, int], FloatArray]
@@ -123,7 +123,7 @@ def cases() -> list[Case]:
     flight = Flight(fit_data.GRAVITY)
     ball = _ball()
     wall = Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
-    contact = bounces.contact_time_of(Pair(ball, wall))
+    contact = Pair(ball, wall)
     of_lammps, (of_mujoco, touching) = fit_data.lammps_bounces(), fit_data.mujoco_bounces()
     pair, beta = Pair(ball, ball), fit_data.PAIR_BETA
     stiffness = {"beta": beta, "A": float(pair.dissipative_constant(beta)), "Y": ball.young_modulus}
