@@ -99,6 +99,24 @@ def test_a_law_that_does_not_hold_is_named_in_every_file(data, tmp_path):
     assert "(the viscoelastic law does not hold)" in printed("simulators", "lammps", scene)
 
 
+def test_the_best_law_goes_on_to_other_commands(data, tmp_path):
+    file, scene = tmp_path / "constant.csv", tmp_path / "ball.toml"
+    file.write_text("speed,epsilon,sigma_epsilon\n" + "\n".join(f"{v!r},0.9,0.003" for v in SPEED.tolist()))
+    text = printed("fit", file, *MATERIAL, "--scene", scene)
+    assert "ball.toml has the viscoelastic law: a scene takes no other one" in text
+    options = re.search(r"`viscopade simulators`: (--law linear --epsilon \S+ --speed \S+)", text)[1].split()
+    assert json_of("fit", file)["contact_law"] == pytest.approx({"law": "linear", "epsilon": 0.9, "speed": 0.387298})
+    assert float(json_of("invert", *options)["epsilon"]) == 0.9
+    soft = printed("simulators", "mujoco", *options, "--speeds", "0.05:3", "--contact-time", "10 ms")
+    assert "of the law 1,0 0.9 and 0.9" in soft
+    assert "error of eps: +0.00e+00 at the slowest, +0.00e+00 at the fastest speed" in soft
+    assert "of the law 1,0 0.9 and 0.9" in printed("simulators", "drake", *options, "--speeds", "0.05:3")
+    refused = called("simulators", "lammps", *options).stderr
+    assert refused.startswith("viscopade: --law is given for lammps: accepted is mujoco, drake")
+    assert "expected with it are --epsilon" in called("simulators", "mujoco", *options, *MATERIAL).stderr
+    assert "Best law" not in printed("fit", data)
+
+
 def test_an_outlier_is_named_beside_the_verdict(data):
     rows = data.read_text().splitlines()
     rows[6] = rows[6].split(",")[0] + ",0.82,0.005"

@@ -8,6 +8,7 @@ import pytest
 import viscopade as vp
 from viscopade.fitting import verdict
 from viscopade.fitting.points import Points
+from viscopade.theory.law import law_of
 
 SPEED = np.geomspace(0.05, 3, 12)
 
@@ -95,6 +96,32 @@ def test_five_values_of_a_constant_eps_hold_nowhere(speed, errors):
     refuted = viscoelastic - constant > 6
     assert found.verdict.word == ("does not hold" if refuted else "undecided")
     assert "a constant eps" in found.verdict.reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("model", "power", "law"),
+    [
+        (VISCOELASTIC, None, "viscoelastic"),
+        (CONSTANT, None, "linear"),
+        (HUNT_CROSSLEY, None, "hunt-crossley"),
+        (FREE, 0.6, "3/2,1"),
+        (FREE, -0.5, "3,0"),
+    ],
+)
+def test_the_best_law_has_the_measured_exponent_and_eps(model, power, law):
+    found = vp.fit(data(model, power=power, sigma=0.001)).contact_law
+    assert found.law == law
+    wanted = float(model.exponent if power is None else power)
+    assert float(2 * law_of(found.law).c) == pytest.approx(wanted, abs=0.03)
+    assert found.epsilon == pytest.approx(float(model.epsilon(0.1 * np.array([found.speed]) ** wanted)[0]), abs=0.002)
+
+
+@pytest.mark.parametrize("power", [-2.9, -1, -0.9, -0.7, -0.2, 0, 0.2, 0.55, 0.9, 1.1, 2.4, 4.9])
+def test_the_law_of_an_exponent_is_near_it_or_there_is_none(power):
+    law = verdict._law_of_exponent(power)
+    assert (law is None) == (power < -0.8)
+    if law is not None:
+        assert float(2 * law_of(law).c) == pytest.approx(power, abs=0.11)
 
 
 @pytest.mark.parametrize("number", [3, 4])

@@ -149,6 +149,8 @@ def fit(
     _show(recording, found, constants, left, style)
     if style == "text" and written:
         click.echo(f"wrote {', '.join(map(str, written))}")
+        if scene_file is not None and found.contact_law.law != "viscoelastic":
+            click.echo(f"{scene_file} has the viscoelastic law: a scene takes no other one")
 
 
 def _fitted(
@@ -360,6 +362,8 @@ def _sentences(found: DampingFit) -> list[str]:
     value, error = found.epsilon(found.main.middle)
     alone = ", without weight" if found.points.weight_speed else ""
     text = [f"eps at {found.main.middle:.3g} m/s{alone}: {uncertain(value, error)} (standard error)."]
+    if (best := found.contact_law).law != "viscoelastic":
+        text.append(f"Best law of contact, for `viscopade invert` and `viscopade simulators`: {best.options}")
     if found.main.scatter:
         text.append(
             f"eps scatters by {found.main.scatter:.2g}, found from the residuals; intervals are those of Student's t."
@@ -387,6 +391,7 @@ def fit_json(
         "reasons": list(found.verdict.reasons),
         "deciding_ratio_of_speeds": found.verdict.ratio,
         "laws": [_law_json(fit) for fit in found.laws],
+        "contact_law": vars(found.contact_law),
         "exponent": free
         and {
             "value": free.exponent,

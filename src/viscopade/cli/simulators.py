@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from viscopade.scene.description import Scene
     from viscopade.simulators.setup import Setup
 
-_SOFT = ("stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
+_SOFT = ("law", "stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
 """Options of programs whose contacts have a law of their own."""
 
 
@@ -51,6 +51,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 @click.argument("file", type=click.Path(path_type=Path), required=False)
 @click.option("--epsilon", type=Real("epsilon"), help="Wanted eps at --speed, instead of a scene or A.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed, instead of a scene.")
+@click.option("--law", metavar="NAME|A,B", help="Law of contact that has eps at --speed.  [default: viscoelastic]")
 @click.option("--speeds", type=SpeedRange(), help="Slowest and fastest impact: the text states the error of eps there.")
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
 @click.option("--stiffness", type=Real("stiffness"), help="Stiffness of a contact, in SI units; for MuJoCo per mass.")
@@ -72,7 +73,8 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
 
     MuJoCo, Drake, Simbody (OpenSim), Chrono and JaxDEM have contacts of their own, whose damping is exact at one speed.
     Give a scene or a material, too, or just --epsilon and --speed. --stiffness, --contact-time or --penetration sets
-    how soft contacts are; without them they last as long as the viscoelastic ones.
+    how soft contacts are; without them they last as long as the viscoelastic ones. With --law, which
+    `viscopade fit` prints, eps has to be that of another law at other speeds.
 
     With --gravity a body that falls on a plane gets eps at --speed: its weight presses it down during the contact, and
     it loses more. The direction of impact is normal to the plane. Between two spheres that fall there is no weight.
@@ -185,7 +187,11 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     from viscopade.simulators.setup import SI
     from viscopade.simulators.soft import STEP_ERROR, Softness, Wanted
     from viscopade.simulators.text import render_own_law
+    from viscopade.theory.law import VISCOELASTIC, law_of
 
+    law = VISCOELASTIC if soft["law"] is None else law_of(soft["law"])
+    if soft["law"] is not None and found.epsilon is None:
+        raise click.UsageError("--law and a scene or a material are given: expected with it are --epsilon and --speed")
     time, length, step, mass = (
         None if soft[name] is None else double(name, soft[name])
         for name in ("contact_time", "penetration", "time_step", "mass")
@@ -208,8 +214,9 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     softness = Softness(soft["stiffness"], time, length)
     if found.setup is None:
         assert found.epsilon is not None
-        wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, mass, found.gravity)]
-        opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s"], SI
+        wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, mass, found.gravity, law)]
+        of = "" if law == VISCOELASTIC else f", and at other speeds that of the law {law}"
+        opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s{of}"], SI
     else:
         if mass is not None:
             raise click.UsageError("--mass and bodies with masses are given: accepted is one of them")

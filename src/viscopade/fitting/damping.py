@@ -20,7 +20,7 @@ from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 if TYPE_CHECKING:
     from viscopade.fitting.likelihood import LawFit
-    from viscopade.fitting.verdict import Verdict
+    from viscopade.fitting.verdict import ContactLaw, Verdict
 
 _SPEEDS = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
 LEVELS = (0.68, 0.95)
@@ -59,6 +59,13 @@ class DampingFit:
     def main(self) -> LawFit:
         """The fit of the viscoelastic law."""
         return self.laws[0]
+
+    @property
+    def contact_law(self) -> ContactLaw:
+        """The law of contact to go on with, for `viscopade invert` and `viscopade simulators`."""
+        from viscopade.fitting.verdict import contact_law
+
+        return contact_law(self.laws, self.verdict)
 
     @property
     def _unit(self) -> float:

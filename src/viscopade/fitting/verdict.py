@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Literal
 
 import numpy as np
@@ -64,6 +65,27 @@ class Verdict:
         if self.word == "undecided":
             return "Undecided: the data do not tell whether the viscoelastic law holds"
         return f"The viscoelastic law {self.word}"
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """Power law of contact with the eps that it has at a speed, from which its damping follows.
+
+    Attributes
+    ----------
+    law : str
+        Its name, or its exponents A,B.
+    epsilon, speed : float
+    """
+
+    law: str
+    epsilon: float
+    speed: float
+
+    @property
+    def options(self) -> str:
+        """Options of `viscopade invert` and `viscopade simulators`."""
+        return f"--law {self.law} --epsilon {self.epsilon:.6g} --speed {self.speed:.6g}"
 
 
 def compared(points: Points, laws: Sequence[Model] = (), *, robust: bool = False) -> tuple[LawFit, ...]:
@@ -133,6 +155,34 @@ def judged(fits: Sequence[LawFit]) -> Verdict:
     ratio = None if None in ratios else max(each for each in ratios if each is not None)
     reasons = (*few, f"the data do not exclude {names}{better}", *trend, _advice(main, ratio))
     return Verdict("undecided", reasons, ratio)
+
+
+def contact_law(fits: Sequence[LawFit], verdict: Verdict) -> ContactLaw:
+    """Return the law to go on with: the viscoelastic one if it holds, else the one of the least AIC."""
+    holds = verdict.word in ("holds", "holds with a limit")
+    for fit in fits[:1] if holds else sorted(fits, key=lambda fit: fit.aic):
+        name = {"constant": "linear", "free exponent": _law_of_exponent(fit.exponent)}.get(
+            fit.model.name, fit.model.name
+        )
+        if name is not None:
+            break
+    assert name is not None  # only the free exponent has no law, and it is not alone
+    return ContactLaw(name, float(fit.model.epsilon(fit.parameters[:1])[0]), fit.middle)  # without weight
+
+
+def _law_of_exponent(p: float) -> str | None:
+    """Return a law of contact with nearly p = 2/nu - 1: Hertz's force, and x^b in 16ths or fourths.
+
+    Where that b would be negative, the damping is linear and the force another one. None: there is no such law.
+    """
+    b = 1.25 * (1 + p) - 1
+    parts = 16 if b <= 1.5 else 4  # so that the law is one (`Law`)
+    try:
+        if b >= 0:
+            return str(Law("3/2", Fraction(round(parts * b), parts)))
+        return str(Law(Fraction(round(4 * (2 / (1 + p) - 1)), 4), 0))
+    except (ValueError, ZeroDivisionError):
+        return None
 
 
 def _advice(main: LawFit, ratio: float | None) -> str:
