@@ -357,12 +357,13 @@ def _series_errors() -> Sheet:
     r"""$\varepsilon$ for large $v_\ast$ on logarithmic axes: exact (broad grey line), Padé approximants $[m/m+3]$, the
     power $v_\ast^{-3.2}$ (dotted) that the paper reads off as the limit, and the true limit
     $(3/2)^{2/3} v_\ast^{-10/3}$ (thin line). $[2/5]$ ends at its zero (circle), which the paper takes for a pole;
-    beyond it is negative.""",
+    beyond it is negative. Bottom: the same curves times $v_\ast^{10/3}$, which tells them apart.""",
     "fig:tryingDifferentPade",
 )
 def _trying_different_pade() -> Sheet:
-    sheet, (axes,) = new_sheet(2.9)
+    sheet, (axes, scaled) = new_sheet(4.8, (1.5, 1))
     label_axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
+    label_axes(scaled, V_STAR, EPSILON + r" $v_\ast^{10/3}$", (0.1, 100), (1e-3, 30), "xy")
     zero = _positive_root((2, 5), "zero")
     v_star = _with_approach(LOGARITHMIC, zero)
     large = LOGARITHMIC[LOGARITHMIC >= 1]
@@ -373,6 +374,9 @@ def _trying_different_pade() -> Sheet:
     for degrees in SHOWN:
         name, value = _label(degrees), _pade(degrees, v_star)
         curves[name] = draw_curve(axes, name, v_star, _positive(value), places.get(degrees))
+    for name, line in curves.items():
+        x, y = line.get_data()
+        draw_curve(scaled, name, x, y * x**-LIMIT_EXPONENT, gid=f"{name}-scaled")
     _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", on_frame=True)
     # The others lie too close together to be named where they are: the key has them in the order of their right ends.
     key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": r"$v_\ast^{-3.2}$"}
