@@ -375,7 +375,7 @@ def _trying_different_pade() -> Sheet:
         name, value = _label(degrees), _pade(degrees, v_star)
         curves[name] = draw_curve(axes, name, v_star, _positive(value), places.get(degrees))
     for name, line in curves.items():
-        x, y = line.get_data()
+        x, y = map(np.asarray, line.get_data())
         draw_curve(scaled, name, x, y * x**-LIMIT_EXPONENT, gid=f"{name}-scaled")
     _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", on_frame=True)
     # The others lie too close together to be named where they are: the key has them in the order of their right ends.
