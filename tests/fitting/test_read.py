@@ -221,6 +221,9 @@ def test_intervals_and_ends_of_contacts_are_the_same_drop():
     same = bounces.of_times([(instants, "abcde")], Flight(), durations=[contacts])
     assert found.epsilon == pytest.approx(same.epsilon)
     assert found.weight_speed == pytest.approx(same.weight_speed) != 0
+    rows = "\n".join(f"{t:.6f},{1000 * c:.3f}" for t, c in zip(instants, contacts, strict=True))
+    of_column = points(f"time (s),contact_time (ms)\n{rows}\n", resolution="1 ms")
+    assert of_column.epsilon == pytest.approx(found.epsilon)
     assert found.contact_time == pytest.approx(contacts[1:-1])
     plain = points("interval (ms)\n600\n510\n440\n380\n")
     assert plain.epsilon == pytest.approx([0.51 / 0.6, 0.44 / 0.51, 0.38 / 0.44])

@@ -313,9 +313,7 @@ def _show(
     for warning in left.warnings:
         say(f"  {warning}", 2)
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
-    counts = found.points.counts
-    number = f"{len(found.points)} points" if counts is None else f"{counts.sum():.0f} points in {len(counts)} groups"
-    show(style, header, rows, {}, title=number)
+    show(style, header, rows, {}, title=found.number)
     known = found.points.known  # a fitted scatter makes chi^2 what it should be, whatever the law, and says more
     laws = [
         (
@@ -407,6 +405,7 @@ def fit_json(
         ],
         "weight": left.weight and {"fitted": left.weight.fitted, "g_t_c_over_v": left.weight.shares},
         "warnings": left.warnings,
+        "masked": found.points.masked,
         "left_out": [{"line": label, "why": why} for label, why in recording.left_out],
         "outliers": [{"point": label, "standard_errors": off} for label, off in found.outliers],
         "points": [

@@ -30,7 +30,8 @@ LEAST, LARGEST = 9e-4, 6.5
 
 _NODES = 81, 53  # in ln kappa and in arcsin (G/G_s)^(1/2)
 _ORDER, _STEP = 16, 0.2  # of the series, and of sigma over the time scale of the motion
-_HALVINGS = 50
+_HALVINGS = 50  # of a step, to its event
+_CLOSE = 1e-14  # of a kappa, and of eps
 _DEGREE = 5
 
 
@@ -81,14 +82,27 @@ def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
 
 def kappa_from(epsilon_: FloatArray, load: FloatArray) -> FloatArray:
     """Return the kappa with which eps is the wanted one at each load; 0 for 1 or more, and infinite for 0."""
-    # Weight increases the loss: kappa is at most that without weight.
-    free = np.asarray(double.v_star_from(np.clip(epsilon_, 1e-300, 1.0))) ** 2
-    low, high = free * 0.0, free
+    # Weight increases the loss, and D is at most 1/kappa. Between, Chandrupatla's method (1997), as in `contact`.
+    wanted = np.clip(epsilon_, 1e-300, 1.0)
+    a, b = (1 - wanted**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(wanted)) ** 2
+    fa, fb, t = epsilon(a, load) - epsilon_, epsilon(b, load) - epsilon_, 0.5
     for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        above = epsilon(middle, load) > epsilon_
-        low, high = np.where(above, middle, low), np.where(above, high, middle)
-    return np.where(epsilon_ <= 0, math.inf, high)
+        x = a + t * (b - a)
+        fx = epsilon(x, load) - epsilon_
+        same = (fx > 0) == (fa > 0)
+        c, fc = np.where(same, (a, fa), (b, fb))
+        b, fb = np.where(same, (b, fb), (a, fa))
+        a, fa = x, fx
+        with np.errstate(all="ignore"):
+            least = np.fmin(_CLOSE * a / np.abs(b - a), 0.5)
+            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            inner = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        found = (least == 0.5) | (np.abs(fa) <= _CLOSE)
+        if found.all():
+            break
+        part = np.clip(np.where((phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi), inner, 0.5), least, 1 - least)
+        t = np.where(found, 0.0, part)
+    return np.where(epsilon_ <= 0, math.inf, a)
 
 
 def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:

@@ -23,6 +23,7 @@ MOST_INSTANTS = 20_000
 _FINITE = Accepted("a finite number", np.isfinite)
 _ERRORS = Accepted("a number >= 0", lambda x: x >= 0)
 _ROUNDS = 8  # until the contact times of bounces are those of their speeds
+_SETTLED = 1e-12  # of a speed or a contact time: the next round changes nothing
 _LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
 
 HEARING = 1e-3
@@ -64,6 +65,7 @@ def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]]
     list of tuple
         The other sounds, except for the first and the last one of all, and why they are left out.
     """
+    instants = array("instants", instants, _FINITE)
     n, r = len(instants), _RATIOS
     if n < 3:
         return [], []
@@ -170,7 +172,7 @@ def of_times(
         instants = array("instants", given, _FINITE)
         require_ascending(instants, labels)
         if len(instants) > 2:
-            measured = array("durations", durations[i], _ERRORS) if len(durations) else None
+            measured = array("contact_time", durations[i], _ERRORS) if len(durations) else None
             parts.append(_of_drop(instants, labels, flight, _errors(sigma, i, instants, "s"), contact, measured))
     if not parts:
         raise TooFew("no drop has three bounces: accepted are three instants or more, for one eps")
@@ -210,7 +212,9 @@ def _of_drop(
             known = contact if durations is None else durations[1:-1]
             of_weight = weight_speed(known, flight.gravity, speed, epsilon)
             speed = np.append(_first_speed(launch[0], speed, epsilon, of_weight), speed)
-            contacts = lasting(contact, speed, launch / speed, of_weight)
+            before, contacts = contacts, lasting(contact, speed, launch / speed, of_weight)
+            if np.all(np.abs(contacts - before) <= _SETTLED * contacts):
+                break
     # A late instant lengthens the flight before, and shortens the one after, unless the end of contact was measured.
     ends, starts = (
         sparse.diags_array([sign], offsets=[k], shape=(len(spans), len(instants))) @ _rows(sigma)
@@ -226,9 +230,10 @@ def _first_speed(launch: float, speed: FloatArray, epsilon: FloatArray, of_weigh
     beta = np.median(weight_table.kappa_from(epsilon, weight_table.load_at(speed, of_weight)) * speed**-0.2)
     first = np.array(launch)
     for _ in range(_LAW_ROUNDS):
-        first = launch / np.maximum(
-            weight_table.epsilon(beta * first**0.2, weight_table.load_at(first, of_weight)), LEAST_EPSILON
-        )
+        rebound = weight_table.epsilon(beta * first**0.2, weight_table.load_at(first, of_weight))
+        before, first = first, launch / np.maximum(rebound, LEAST_EPSILON)
+        if abs(first - before) <= _SETTLED * first:
+            break
     return float(first)
 
 

@@ -16,6 +16,7 @@ from viscopade.collision import weight_table
 from viscopade.collision.spheres import Pair, Sphere, restitution_error
 from viscopade.extras import require
 from viscopade.fitting.points import Points
+from viscopade.quantity import uncertain
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 if TYPE_CHECKING:
@@ -54,6 +55,18 @@ class DampingFit:
     laws: tuple[LawFit, ...]
     verdict: Verdict
     outliers: tuple[tuple[str, float], ...]
+
+    def __str__(self) -> str:
+        """Return beta, the verdict and the number of points in a line."""
+        beta = uncertain(self.beta, self.beta_standard_error)
+        return f"beta: {beta} (time/length)^(1/5). {self.verdict.sentence}. {self.number.capitalize()}."
+
+    @property
+    def number(self) -> str:
+        """The number of points, and of those that a mask hides, in words."""
+        counts, masked = self.points.counts, self.points.masked
+        shown = f"{len(self.points)} points" if counts is None else f"{counts.sum():.0f} points in {len(counts)} groups"
+        return shown + (f", {masked} masked" if masked else "")
 
     @property
     def main(self) -> LawFit:

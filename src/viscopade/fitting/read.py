@@ -4,8 +4,8 @@ A sheet has one of these sets of columns, and may have others besides:
 
 - `speed`, `epsilon`, and if known `sigma_epsilon`, `sigma_speed` (standard errors) and `contact_time`;
 - `speed`, `speed_out`: speeds before and after collisions;
-- `time`: the instants at which a body hits the plane, and if known `release_time`, when it leaves the plane; or
-  `interval`, the times between these instants;
+- `time`: the instants at which a body hits the plane, and if known `release_time`, when it leaves the plane, or
+  `contact_time`; or `interval`, the times between these instants;
 - `height`: the height of release, then those of the rebounds; or `drop_height` and `rebound_height`;
 - `time` or `frame`, and `position`: a vertical coordinate of a body that falls on a plane;
 - `bounce 0`, `bounce 1`, …: the instants of one drop in a row, as phyphox exports them (also `Start`, `Stop 1`, …).
@@ -214,17 +214,16 @@ class _Reader(Columns):
             ]
         of_intervals = "interval" in self.form.needed
         times = self.numbers(self.form.needed[0], blank=of_intervals)
-        release = self.numbers("release_time") if "release_time" in self.known else None
+        lasting = self.numbers("contact_time", least=" > 0") if "contact_time" in self.known else None
         sigma, labels, drops = self.sigma("time"), self.labels, []
-        if release is not None and (bad := release < times).any():
-            raise ValueError(
-                f"{labels[int(np.argmax(bad))]}: the release_time is before the impact: expected later ones"
-            )
+        if "release_time" in self.known:
+            lasting = self.numbers("release_time") - times
+            if (lasting < 0).any():
+                label = labels[int(np.argmax(lasting < 0))]
+                raise ValueError(f"{label}: the release_time is before the impact: expected later ones")
         for rows in self.drops():
             of = [i for i in rows if math.isfinite(times[i])]
-            made = Drop(
-                times[of], [labels[i] for i in of], sigma[of], None if release is None else (release - times)[of]
-            )
+            made = Drop(times[of], [labels[i] for i in of], sigma[of], None if lasting is None else lasting[of])
             if of_intervals and of:
                 start, error = np.append(0.0, np.cumsum(times[of])), np.append(sigma[of[0]], sigma[of])
                 made = Drop(start, [f"the bounce before {made.labels[0]}", *made.labels], error)

@@ -15,12 +15,14 @@ from itertools import pairwise
 import numpy as np
 from scipy import signal, sparse
 
-from viscopade.arrays.checked import FloatArray
+from viscopade.arguments import without_unit
+from viscopade.arrays.checked import Accepted, FloatArray, array
 from viscopade.fitting.bounces import MOST_INSTANTS, TooFew
 from viscopade.fitting.contacts import ContactTime, lasting, weight_speed
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 
+_FINITE = Accepted("a finite number", np.isfinite)
 _ROUNDS, _CLOSE = 6, 1e-7  # steps of Newton, and the last one's relative size
 _CLEAR = 8.0  # standard errors by which the body rises after a contact
 _LEAST_RISE = 0.01  # of the whole range of positions
@@ -78,6 +80,11 @@ def of_track(
     TooFew
         If no contact has a free flight before and after it.
     """
+    time, position = (
+        array(name, without_unit(name, values, unit), _FINITE)
+        for name, values, unit in (("time", time, "s"), ("position", position, "m"))
+    )
+    sigma = np.asarray(without_unit("sigma", sigma, "m"), dtype=np.float64)
     if (late := np.diff(time) <= 0).any():
         raise ValueError(f"{labels[int(np.argmax(late)) + 1]}: the time is not later than the one before")
     if len(time) < 2 * _FEWEST:
