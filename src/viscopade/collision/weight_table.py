@@ -80,15 +80,15 @@ def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
     return duration(kappa, load) + 2 * kappa * w / np.maximum(w + rebound, np.finfo(float).tiny)
 
 
-def kappa_from(epsilon_: FloatArray, load: FloatArray) -> FloatArray:
+def kappa_from(wanted: FloatArray, load: FloatArray) -> FloatArray:
     """Return the kappa with which eps is the wanted one at each load; 0 for 1 or more, and infinite for 0."""
     # Weight increases the loss, and D is at most 1/kappa. Between, Chandrupatla's method (1997), as in `contact`.
-    wanted = np.clip(epsilon_, 1e-300, 1.0)
-    a, b = (1 - wanted**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(wanted)) ** 2
-    fa, fb, t = epsilon(a, load) - epsilon_, epsilon(b, load) - epsilon_, 0.5
+    inside = np.clip(wanted, 1e-300, 1.0)
+    a, b = (1 - inside**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(inside)) ** 2
+    fa, fb, t = epsilon(a, load) - wanted, epsilon(b, load) - wanted, np.full_like(b, 0.5)
     for _ in range(_HALVINGS):
         x = a + t * (b - a)
-        fx = epsilon(x, load) - epsilon_
+        fx = epsilon(x, load) - wanted
         same = (fx > 0) == (fa > 0)
         c, fc = np.where(same, (a, fa), (b, fb))
         b, fb = np.where(same, (b, fb), (a, fa))
@@ -102,7 +102,7 @@ def kappa_from(epsilon_: FloatArray, load: FloatArray) -> FloatArray:
             break
         part = np.clip(np.where((phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi), inner, 0.5), least, 1 - least)
         t = np.where(found, 0.0, part)
-    return np.where(epsilon_ <= 0, math.inf, a)
+    return np.where(wanted <= 0, math.inf, a)
 
 
 def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
