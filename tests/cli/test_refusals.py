@@ -173,6 +173,12 @@ BAD = [
     (("fit", "data.csv", "--plot", "x.bmp"), "accepted is a name that ends in .svg, .png or .pdf"),
     (("fit", "data.csv", "--scene", "x.toml"), "the sphere also needs --radius, --density, --poisson-ratio"),
     (("fit", "data.csv", "--radius", "1 cm"), "the sphere also needs --density"),
+    (("fit", "data.csv", "--mass", "1 g"), "--mass is given: expected with it is one --radius, and no --density"),
+    (
+        ("fit", "data.csv", "--mass", "1 g", *MATERIAL),
+        "--mass is given: expected with it is one --radius, and no --density",
+    ),
+    (("fit", "data.csv", "--radius", "1 cm", "--mass", "-1 g"), "mass is -0.001"),
     (("fit", "data.csv", "--drag-coefficient", "0.5"), "accepted with it is --air-density"),
     (
         (

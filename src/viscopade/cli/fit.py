@@ -205,14 +205,10 @@ def _fitted(
                 "the Young modulus is not known: accepted is --young-modulus, or a column contact_time"
             )
     assert isinstance(sphere, Sphere | None)
-    drag = None if in_air else neglected.drag(contents, how, recording, sphere)
-    return (
-        recording,
-        found,
-        sphere,
-        constants,
-        Neglected(neglected.weight_in_contacts(recording, pair, how.flight.gravity), drag),
-    )
+    gravity = how.flight.gravity
+    drag = None if in_air else neglected.drag(recording, sphere, gravity)
+    left = Neglected(neglected.weight_in_contacts(recording, pair, gravity), drag)
+    return recording, found, sphere, constants, left
 
 
 def _density(body: Mapping[str, Any], mass: str) -> str:

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.collision.weight import COUNTS
-from viscopade.fitting.columns import Options
 from viscopade.fitting.flight import Flight
-from viscopade.fitting.read import Recording, recording
+from viscopade.fitting.read import Recording
 from viscopade.theory.law import VISCOELASTIC
 
 AIR = 1.2
 """Density of air in kg/m^3."""
 
 _LIGHT = Sphere(radius=0.02, mass=0.0027, young_modulus=1, poisson_ratio=0, dissipative_constant=0)
+_SLOW = 1e-9  # speed in m/s of a body that hardly rebounds
 _LEAST_DRAG = 1e-3  # change of eps that is told
 
 
@@ -70,30 +68,25 @@ def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -
     return WeightInContacts(False, (fast, slow), f"weight in contacts is left out: {text}")
 
 
-def drag(
-    contents: Sequence[tuple[bytes, str]], options: Options, recorded: Recording, sphere: Sphere | None
-) -> str | None:
+def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | None:
     """Return how far drag in air could move eps, as a sentence without full stop; None if it hardly does.
 
-    A table-tennis ball stands for a body that is not known.
+    The flights before and after each contact have the heights or durations that their speeds mean in vacuum. A
+    table-tennis ball stands for a body that is not known.
     """
-    body, gravity = sphere or _LIGHT, options.flight.gravity
-    if recorded.kind == "speeds":
+    body = sphere or _LIGHT
+    if recorded.kind == "speeds" or body.density <= AIR:
         return None
-    try:
-        flight = Flight.of_sphere(body.radius, body.density, air_density=AIR, gravity=gravity)
-        in_air = recording(contents, replace(options, flight=flight)).points
-    except ValueError:  # too light a body for these flights
-        change = math.inf
+    flight = Flight.of_sphere(body.radius, body.density, air_density=AIR, gravity=gravity)
+    before, after = recorded.points.speed, recorded.points.speed * recorded.points.epsilon
+    if recorded.kind == "heights":
+        fall, rise = (flight.launch_to(speed**2 / (2 * gravity)) for speed in (before, np.maximum(after, _SLOW)))
     else:
-        if in_air.labels != recorded.points.labels:
-            return None
-        changes = in_air.epsilon - recorded.points.epsilon
-        change = float(changes[np.argmax(np.abs(changes))])
+        fall, rise = (flight.launch(2 * speed / gravity) for speed in (before, np.maximum(after, _SLOW)))
+    changes = rise / flight.impact(fall) - recorded.points.epsilon
+    change = float(changes[np.argmax(np.abs(changes))])
     if abs(change) < _LEAST_DRAG:
         return None
     whose = "" if sphere else " of a table-tennis ball (2.7 g, 4 cm)"
     how = "--air-density" if sphere else "--air-density with --radius and --mass"
-    if math.isinf(change):
-        return f"drag is left out, and no such sphere flies so fast in air: {how} puts it in"
     return f"drag is left out: in air it would move eps{whose} by up to {change:+.2g}; {how} puts it in"
