@@ -82,7 +82,7 @@ BAD = [
     (["invert", "--epsilon", "0.5", *BALL], "a material also needs --speed"),
     (["claims", "--only", "everything"], "there is no claim 'everything': accepted are"),
     (["figures"], "Missing option '--out'"),
-    (["figures", "--out", "x", "--only", "nothing"], "'nothing' is not one of 'seriesDiverging'"),
+    (["figures", "--out", "x", "--only", "nothing"], "'nothing' is not one of 'materials'"),
     (["figures", "--out", "x", "--format", "gif"], "'gif' is not one of 'svg', 'pdf', 'png'"),
     (["export", "cobol"], "'cobol' is unknown: expected c, python, cuda, glsl, wgsl"),
     (["export", "c", "--pade", "3-6"], "degrees are '3-6': accepted is M/N"),
