@@ -12,6 +12,7 @@ from viscopade.arguments import UNITS
 from viscopade.collision import spheres, tsuji
 from viscopade.fitting import bounces
 from viscopade.fitting.flight import Flight
+from viscopade.fitting.tracks import of_track
 from viscopade.kernels import native
 
 BALL = {"radius": 0.01, "density": 1000.0, "young_modulus": 1e7, "poisson_ratio": 0.45, "dissipative_constant": 1e-4}
@@ -133,9 +134,20 @@ def rebounds(found):
 
 
 OF_TIMES, OF_HEIGHTS = bounces.of_times, bounces.of_heights
+FRAMES_AT = np.arange(-40, 41) / 200  # a ball falls, rebounds at 0 with eps of 1/2, and rises
+TRACK = np.abs(FRAMES_AT) * np.where(FRAMES_AT < 0, 2.0, 1.0) - Flight().gravity * FRAMES_AT**2 / 2
+FRAMES = [f"line {k}" for k in range(len(TRACK))]
 COLUMNS = {
     "of_times, instants": (lambda x: rebounds(OF_TIMES([(x, NAMES)], Flight())), "instants", DROP),
+    "of_times, durations": (
+        lambda x: rebounds(OF_TIMES([(DROP, NAMES)], Flight(), durations=[x])),
+        "contact_time",
+        [1e-3] * len(DROP),
+    ),
+    "heard": (lambda x: bounces.heard(x)[0], "instants", DROP),
     "of_heights, heights": (lambda x: rebounds(OF_HEIGHTS([(x, NAMES)], Flight())), "heights", HIGH),
+    "of_track, time": (lambda x: of_track(x, TRACK, FRAMES, Flight()).epsilon, "instants", FRAMES_AT),
+    "of_track, position": (lambda x: of_track(FRAMES_AT, x, FRAMES, Flight()).speed, "heights", TRACK),
 }
 NUMBERS |= {
     "of_times, sigma": (lambda x: rebounds(OF_TIMES([(DROP, NAMES)], Flight(), sigma=x)), "instants", 1e-3),
@@ -263,7 +275,9 @@ def test_masked_points_are_left_out_and_counted():
         found = vp.Points.measured(v, e)
         assert (len(found), found.masked) == (4, 1)
         assert found.labels == ("point 1", "point 2", "point 3", "point 4")
-        assert vp.fit(found).beta == clean.beta == pytest.approx(0.0937, abs=1e-4)
+        fitted = vp.fit(found)
+        assert fitted.beta == clean.beta == pytest.approx(0.0937, abs=1e-4)
+        assert re.fullmatch(r"beta: 0\.09\d+ \+- \S+ \(time/length\).* holds.*\. 4 points, 1 masked\.", str(fitted))
     with pytest.raises(
         ValueError, match=r"^speed and epsilon have the shapes \(5,\) and \(4,\): accepted is one length$"
     ):

@@ -417,7 +417,7 @@ def _time_matches(near: NearTurningPoint, order: int) -> list[fmpq]:
             start = _h_power(0, m, n)
             for k, by_sigma in enumerate(near.time[m]):
                 for i, c in enumerate(by_sigma.coeffs()):
-                    if c and i + k <= n:
+                    if c != 0 and i + k <= n:
                         total += c * _product_at(powers[0][i], powers[1][k], n - m + i + k, start, n - m)
         found.append(total)
     return found

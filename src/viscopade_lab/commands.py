@@ -10,16 +10,16 @@ from pathlib import Path
 import click
 
 from viscopade import files
-from viscopade.cli.console import STYLE, Whole, need, say, show
+from viscopade.cli.console import STYLE, Whole, examples, need, say, show
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade_lab import figures
 
 
-@click.command()
+@click.command(epilog=examples("viscopade claims --only slow-convergence"))
 @click.option("--only", "names", multiple=True, help="Name of a statement; repeat for more. Default: all.")
 @STYLE
 def claims(names: tuple[str, ...], style: str) -> None:
-    """Check the statements of the paper, and print verdict and evidence.
+    """Check the paper's statements: verdict and evidence.
 
     A statement holds, holds with a limit, or does not hold.
     """
@@ -44,7 +44,7 @@ def claims(names: tuple[str, ...], style: str) -> None:
     show(style, header, rows, {"claims": findings, "unchecked": unchecked, "verdicts": counts})
 
 
-@click.command("figures")
+@click.command("figures", epilog=examples("viscopade figures --only localSlope --out pictures"))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write the figures to.")
 @click.option(
     "--only", "names", multiple=True, type=click.Choice(figures.NAMES),
@@ -64,7 +64,7 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
     click.echo(f"wrote {', '.join(pictures)} to {out}")
 
 
-@click.command("bench")
+@click.command("bench", epilog=examples("viscopade bench --only pow --rounds 2"))
 @click.option("--rounds", type=Whole("rounds", 1, 10_000), help="Number of measurements of each kernel.  [default: 20]")
 @click.option(
     "--only", multiple=True, help="Kernel or rival: its id or the id's beginning; repeat for more. Default: all."
@@ -125,7 +125,7 @@ def bench_command(
         show(style, COLUMNS, cells, {"comments": comments, "rows": [vars(row) for row in rows]})
 
 
-@click.command("hardcases")
+@click.command("hardcases", epilog=examples("viscopade hardcases --only truncated-series"))
 @click.option("--only", "names", multiple=True, help="Name of a case; repeat for more. Default: all.")
 @click.option("--thorough", is_flag=True, help="Run more points, orders and compilers: minutes instead of seconds.")
 @click.option("--out", type=click.Path(path_type=Path), help="Directory to write the page and its pictures to.")

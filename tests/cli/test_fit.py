@@ -7,10 +7,12 @@ import re
 import numpy as np
 import pytest
 
-from tests.cli import json_of, printed
+from tests.cli import called, json_of, printed
+from tests.fitting.test_contacts import REPORTED, fallen
 from viscopade import Pair, Sphere
 from viscopade.arrays import double
 from viscopade.collision import exact
+from viscopade.fitting.flight import Flight
 from viscopade.scene.read import from_toml
 
 SPEED = np.geomspace(0.05, 3, 12)
@@ -50,6 +52,13 @@ def test_text_has_the_verdict_first_and_the_number_with_its_error(data):
     assert text.startswith("The viscoelastic law holds.\n")
     assert re.search(r"eps at 0\.387 m/s: 0\.9\d+ \+- 0\.00\d+ \(standard error\)\.", text)
     assert "line 13" in text
+    assert re.search(r"law +p +chi\^2 +degrees of freedom +AIC\n", text)
+    # A fitted scatter makes chi^2 the number of degrees of freedom, whatever the law.
+    assert re.search(r"law +p +scatter of eps +AIC\n", printed("fit", data, "--scatter"))
+
+
+def test_fit_offers_no_yield_strength(data):
+    assert "No such option" in called("fit", data, *MATERIAL, "--yield-strength", "1 MPa").stderr
 
 
 def test_a_csv_becomes_a_line_for_lammps_with_an_error_bar_in_two_commands(data, tmp_path):
@@ -87,7 +96,25 @@ def test_a_law_that_does_not_hold_is_named_in_every_file(data, tmp_path):
     scene = tmp_path / "ball.toml"
     data.write_text("speed,epsilon,sigma_epsilon\n" + "\n".join(f"{v!r},0.9,0.003" for v in SPEED.tolist()))
     assert "does not hold" in printed("fit", data, *MATERIAL, "--scene", scene)
-    assert "(for which the viscoelastic law does not hold)" in printed("simulators", "lammps", scene)
+    assert "(the viscoelastic law does not hold)" in printed("simulators", "lammps", scene)
+
+
+def test_the_best_law_goes_on_to_other_commands(data, tmp_path):
+    file, scene = tmp_path / "constant.csv", tmp_path / "ball.toml"
+    file.write_text("speed,epsilon,sigma_epsilon\n" + "\n".join(f"{v!r},0.9,0.003" for v in SPEED.tolist()))
+    text = printed("fit", file, *MATERIAL, "--scene", scene)
+    assert "ball.toml has the viscoelastic law: a scene takes no other one" in text
+    options = re.search(r"`viscopade simulators`: (--law linear --epsilon \S+ --speed \S+)", text)[1].split()
+    assert json_of("fit", file)["contact_law"] == pytest.approx({"law": "linear", "epsilon": 0.9, "speed": 0.387298})
+    assert float(json_of("invert", *options)["epsilon"]) == 0.9
+    soft = printed("simulators", "mujoco", *options, "--speeds", "0.05:3", "--contact-time", "10 ms")
+    assert "of the law 1,0 0.9 and 0.9" in soft
+    assert "error of eps: +0.00e+00 at the slowest, +0.00e+00 at the fastest speed" in soft
+    assert "of the law 1,0 0.9 and 0.9" in printed("simulators", "drake", *options, "--speeds", "0.05:3")
+    refused = called("simulators", "lammps", *options).stderr
+    assert refused.startswith("viscopade: --law is given for lammps: accepted is mujoco, drake")
+    assert "expected with it are --epsilon" in called("simulators", "mujoco", *options, *MATERIAL).stderr
+    assert "Best law" not in printed("fit", data)
 
 
 def test_an_outlier_is_named_beside_the_verdict(data):
@@ -95,7 +122,7 @@ def test_an_outlier_is_named_beside_the_verdict(data):
     rows[6] = rows[6].split(",")[0] + ",0.82,0.005"
     data.write_text("\n".join(rows))
     text = printed("fit", data)
-    assert text.index("line 7 is") < text.index("12 points")
+    assert text.index("line 7 is") < text.index("quantity")
     assert "--robust" not in printed("fit", data, "--robust", "--scatter").partition("quantity")[0]
 
 
@@ -115,7 +142,7 @@ def test_several_files_of_which_one_has_an_echo(tmp_path):
     assert found["left_out"] == [{"line": "echo.csv, line 5", "why": "an echo or another sound"}]
     text = printed("fit", clean, echo, "--without", "echo.csv:5")
     assert "echo.csv: 5 points" in text
-    assert "left out" not in text
+    assert "line 5 is left out" not in text
 
 
 def test_an_eps_of_0_has_no_beta_in_json(tmp_path):
@@ -127,13 +154,8 @@ def test_an_eps_of_0_has_no_beta_in_json(tmp_path):
 def test_bounces_in_air_with_their_contacts(tmp_path):
     """A ball's instants, from flights in air and the law; the true beta comes back."""
     wall = Pair(BALL, Sphere.wall(young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=5e-7))
-    g, v_t = 9.81 * (1 - 1.2 / 2500), np.sqrt(8 / 3 * 0.005 * 9.81 * (1 - 1.2 / 2500) * 2500 / (1.2 * 0.47))
-    instants, speed = [0.0], 3.0
-    for _ in range(8):
-        launch = speed * float(wall.epsilon(speed))
-        s = launch / v_t
-        instants.append(instants[-1] + float(wall.contact_time(speed)) + v_t / g * (np.arctan(s) + np.arcsinh(s)))
-        speed = launch / np.sqrt(1 + s * s)
+    flight = Flight.of_sphere(0.005, 2500, air_density=1.2, gravity=9.81)
+    instants = fallen(wall, flight)[0]
     file = tmp_path / "drop.csv"
     file.write_text("time (ms)\n" + "\n".join(f"{1000 * t:.9f}" for t in instants))
     words = ("fit", file, *MATERIAL, "--wall", "--gravity", "9.81")
@@ -143,22 +165,79 @@ def test_bounces_in_air_with_their_contacts(tmp_path):
     assert abs(without["beta"] / wall.beta - 1) > 1e-3
 
 
-def test_contacts_of_milliseconds_are_no_bias(tmp_path):
-    """Exact instants of a soft ball; the first contact lasts as long as the law says, by the flight after it."""
-    soft = {"young_modulus": 2e5, "poisson_ratio": 0.45, "dissipative_constant": 1}
-    pair = Pair(Sphere(radius=0.01, density=1000, **soft), Sphere.wall(**soft))
-    instants, speed = [0.1], 4.4
-    for _ in range(8):
-        true = exact.collision(repr(0.2**0.5 * speed**0.1), 20)
-        launch = speed * float(true.epsilon)
-        instants.append(instants[-1] + float(true.tau_c) * pair.time_scale(speed) + 2 * launch / 9.80665)
-        speed = launch
+SOFT = ("--radius", "2 cm", "--density", 1100, "--young-modulus", "2 MPa", "--poisson-ratio", 0.49)
+
+
+def test_weight_of_a_soft_ball_is_in_the_fit_or_said_to_be_left_out(tmp_path):
+    """Exact instants of `tests/fitting/test_contacts.py`: A is 4e-4 s."""
     file = tmp_path / "drop.csv"
-    file.write_text("time (s)\n" + "\n".join(map(repr, instants)))
-    material = ("--radius", 0.01, "--density", 1000, "--young-modulus", 2e5, "--poisson-ratio", 0.45, "--wall")
-    found = json_of("fit", file, *material)
-    assert abs(found["beta"] - 0.2) < 2 * found["beta_standard_error"] < 1e-9
+    file.write_text("time (s)\n" + "\n".join(map(str, REPORTED)))
+    words = ("fit", file, "--no-scatter", "--resolution", "1e-7 s")
+    found = json_of(*words, *SOFT, "--wall")
+    assert found["beta"] == pytest.approx(0.32315, abs=2e-6)
+    assert found["dissipative_constant"]["value"] == pytest.approx(4e-4, rel=1e-5)
     assert found["verdict"] == "holds"
+    assert found["warnings"] == []
+    assert found["weight"]["fitted"]
+    assert found["weight"]["g_t_c_over_v"] == pytest.approx([0.0414, 0.498], abs=1e-3)
+    assert "Weight in contacts is in the fit: g t_c/v is 0.041 to 0.5." in printed(*words, *SOFT, "--wall")
+    two = json_of(*words, *SOFT)
+    assert not two["weight"]["fitted"]
+    assert two["warnings"] == [
+        "weight in contacts is left out: g t_c/v is 0.036 to 0.41; --wall, for a sphere on a plane, puts it in"
+    ]
+    text = printed(*words)
+    assert "Weight in contacts is left out: it counts if the contacts of the slowest bounce last 0.43 ms" in text
+    assert json_of(*words)["weight"] == {"fitted": False, "g_t_c_over_v": None}
+
+
+def test_eps_at_a_speed_has_weight_only_if_the_sphere_fell(data):
+    soft = ("--radius", "2 cm", "--density", 1100, "--young-modulus", "0.1 MPa", "--poisson-ratio", 0.49, "--wall")
+    assert "if the sphere fell on the wall, g t_c/v is" in json_of("fit", data, *soft)["warnings"][0]
+    assert json_of("fit", data, *MATERIAL)["weight"] is None
+
+
+HEIGHTS = "\n".join(["height (cm)", *(f"{30 * 0.9 ** (2 * k):.4f}" for k in range(7))])
+
+
+def test_a_light_ball_is_told_of_drag(tmp_path):
+    file = tmp_path / "heights.csv"
+    file.write_text(HEIGHTS)
+    (unknown,) = json_of("fit", file)["warnings"]
+    assert re.fullmatch(
+        r"drag is left out: in air it would move eps of a table-tennis ball \(2.7 g, 4 cm\) by up to \+0\.0\d+; "
+        "--air-density with --radius and --mass puts it in",
+        unknown,
+    )
+    ball = ("--radius", "2 cm", "--mass", "2.7 g")
+    (known,) = json_of("fit", file, *ball)["warnings"]
+    change = float(re.search(r"by up to ([+0-9.]+); --air-density puts it in", known)[1])
+    with_drag, without = (json_of("fit", file, *ball, *air)["points"] for air in (("--air-density", 1.2), ()))
+    moved = [a["epsilon"] - b["epsilon"] for a, b in zip(with_drag, without, strict=True)]
+    assert change == pytest.approx(max(moved), rel=0.05)
+    assert json_of("fit", file, "--radius", "2 cm", "--mass", "0.26 kg")["warnings"] == []
+    assert json_of("fit", file, *ball, "--air-density", 1.2)["warnings"] == []
+    density = json_of("fit", file, "--radius", "2 cm", "--density", 80.572, "--air-density", 1.2)
+    assert density["beta"] == pytest.approx(json_of("fit", file, *ball, "--air-density", 1.2)["beta"], rel=1e-5)
+
+
+def test_a_constant_eps_of_a_light_ball_is_constant_with_drag(tmp_path):
+    """Bounces from 30 to 5 cm, with eps of 0.93 and the drag of a ball of 2.7 g and 4 cm."""
+    flight = Flight.of_sphere(0.02, 80.572, air_density=1.2)
+    heights, launch = [], flight.launch_to(np.array([0.3]))
+    while not heights or heights[-1] > 0.05:
+        top = flight.terminal_speed**2 / (2 * flight.gravity) * np.log1p((launch / flight.terminal_speed) ** 2)
+        heights.append(float(top[0]))
+        launch = 0.93 * flight.impact(launch)
+    file = tmp_path / "heights.csv"
+    file.write_text("height (m)\n" + "\n".join(f"{h:.5f}" for h in heights))
+    words = ("fit", file, "--radius", "2 cm", "--mass", "2.7 g", "--resolution", "0.2 mm", "--no-scatter")
+    found = json_of(*words, "--air-density", 1.2)
+    assert found["verdict"] == "does not hold"
+    assert min(found["laws"], key=lambda law: law["aic"])["law"] == "constant"
+    assert any("a constant eps" in reason for reason in found["reasons"])
+    without = json_of(*words)
+    assert min(without["laws"], key=lambda law: law["aic"])["law"] != "constant"
 
 
 # --- table and plot -------------------------------------------------------------------------------------------------

@@ -82,9 +82,9 @@ BAD = [
     (["invert", "--epsilon", "0.5", *BALL], "a material also needs --speed"),
     (["claims", "--only", "everything"], "there is no claim 'everything': accepted are"),
     (["figures"], "Missing option '--out'"),
-    (["figures", "--out", "x", "--only", "nothing"], "'nothing' is not one of 'seriesDiverging'"),
+    (["figures", "--out", "x", "--only", "nothing"], "'nothing' is not one of 'materials'"),
     (["figures", "--out", "x", "--format", "gif"], "'gif' is not one of 'svg', 'pdf', 'png'"),
-    (["export", "cobol"], "'cobol' is not one of 'c', 'cuda', 'python', 'arrays'"),
+    (["export", "cobol"], "'cobol' is unknown: expected c, cuda, python, arrays"),
     (["export", "c", "--pade", "3-6"], "degrees are '3-6': accepted is M/N"),
     (["export", "c", "--pade", "1/1"], "[1/1] does not exist"),
     (["export", "c", "--pade", "0/1"], "pade is 0/1: expected m + n >= 2"),
@@ -159,13 +159,27 @@ BAD = [
         ["scene", "--example", "../x"],
         "there is no example scene '../x': accepted are acetate, boulders, glass_beads, ice_",
     ),
-    (["nonsense"], "No such command 'nonsense'"),
+    (
+        ["plot", "--epsilon", "0.8", "--speed", "1", "-o", "x.svg", "--size", "1", "9"],
+        "size is 1 m, 9 m: expected width and height",
+    ),
+    (
+        ["plot", "--epsilon", "0.8", "--speed", "1", "-o", "x.svg", "--font-size", "1"],
+        "font-size is 1: expected 3 to 72 points",
+    ),
+    (["nonsense"], "there is no command 'nonsense'"),
     (["--nonsense"], "No such option"),
     (("fit", "data.csv", "--plot", "x.svg", "--scene", "x.svg", *MATERIAL), "--scene and --plot are the same file"),
     (("fit", "data.csv", "--gravity", "3"), "accepted with speed and epsilon are no options of a flight"),
     (("fit", "data.csv", "--plot", "x.bmp"), "accepted is a name that ends in .svg, .png or .pdf"),
     (("fit", "data.csv", "--scene", "x.toml"), "the sphere also needs --radius, --density, --poisson-ratio"),
     (("fit", "data.csv", "--radius", "1 cm"), "the sphere also needs --density"),
+    (("fit", "data.csv", "--mass", "1 g"), "--mass is given: expected with it is one --radius, and no --density"),
+    (
+        ("fit", "data.csv", "--mass", "1 g", *MATERIAL),
+        "--mass is given: expected with it is one --radius, and no --density",
+    ),
+    (("fit", "data.csv", "--radius", "1 cm", "--mass", "-1 g"), "mass is -0.001"),
     (("fit", "data.csv", "--drag-coefficient", "0.5"), "accepted with it is --air-density"),
     (
         (
@@ -332,7 +346,7 @@ def test_targets_are_refused_before_the_work(here, monkeypatch):
 def test_no_command_shows_the_help():
     result = called()
     assert result.returncode == 2
-    assert "Commands:" in result.stdout + result.stderr
+    assert "Compute:" in result.stdout + result.stderr
 
 
 HOSTILE = (

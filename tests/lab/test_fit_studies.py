@@ -1,5 +1,6 @@
 """The studies of fits: rates on a case whose answer is known, the examples."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,22 @@ def test_rates_of_a_right_interval_and_of_a_wrong_truth():
     assert wrong.inside == (0.0, 0.0)
 
 
+@pytest.mark.parametrize("known", [False, True])
+def test_verdicts_on_made_data_are_rarely_wrong(known):
+    """Sampled, one kind of data; all are in the next test."""
+    constant = coverage.Cell(False, known, 0.9, 0.01, 5).verdicts(40)
+    law = coverage.Cell(True, known, 0.9, 0.01, 5).verdicts(40)
+    assert constant["holds"] + constant["holds with a limit"] <= 2
+    assert law["does not hold"] <= 2
+    assert min(constant["does not hold"], law["holds"]) > 16
+
+
+@pytest.mark.slow
+def test_wrong_verdicts_on_made_data_are_five_per_cent_at_most():
+    *_, sentence = coverage.table_of_verdicts(400)
+    assert max(map(float, re.findall(r"([0-9.]+) %", sentence))) <= 5
+
+
 @pytest.mark.parametrize("errors", coverage.ERRORS)
 def test_errors_have_mean_0_and_variance_1(errors):
     sample = coverage.ERRORS[errors](np.random.default_rng(1), 200_000)
@@ -60,12 +77,11 @@ def test_the_example_is_what_lammps_gives():
 def test_the_drop_has_the_true_beta_within_its_error():
     """True by LAMMPS's own constants: eta, K, the radius and the mass."""
     import viscopade as vp
-    from viscopade.fitting import bounces
     from viscopade.fitting.flight import Flight
 
     ball = coverage._ball()
     wall = vp.Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
-    contact = bounces.contact_time_of(vp.Pair(ball, wall))
+    contact = vp.Pair(ball, wall)
     options = Options(flight=Flight(fit_data.GRAVITY), resolution="0.5 ms", contact_time=contact)
     found = vp.fit(read.recording([((ROOT / "examples" / "drop.csv").read_bytes(), "drop.csv")], options).points)
     assert abs(found.beta - fit_data.WALL_BETA) < 3 * found.beta_standard_error

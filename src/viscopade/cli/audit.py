@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from viscopade import arguments
-from viscopade.cli.console import STYLE, Quantity, Real, double, say, show
+from viscopade.cli.console import STYLE, Quantity, Real, double, examples, say, show
 from viscopade.simulators import simulator_of, simulators
 from viscopade.theory.law import ENDS, End
 
@@ -26,7 +26,12 @@ _BETWEEN = "a number > 0 and < 1"
 _MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
 
 
-@click.command()
+@click.command(
+    epilog=examples(
+        "viscopade audit mujoco --epsilon 0.5",
+        'viscopade audit mujoco --set "solref=-2500 -100" --speed 1 --time-step 0.003',
+    )
+)
 @click.argument("simulator", required=False)
 @click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
 @click.option("--time-step", help="Time step, in units of the undamped contact time; with --speed a time.")
@@ -50,19 +55,16 @@ def audit(
     style: str,
     **own: Any,
 ) -> None:
-    """Print the eps that programs deliver if they are asked for one, why, and what to write instead.
+    """Print the eps that a program gives, and what to set instead.
 
     Numbers without a time step are those of the equation of motion, and every digit is proven. With a time step, the
     program's own sequence of steps is computed for 64 places where in a step contact may begin: the eps is a range.
     The number to write instead then makes its mean the eps asked for.
 
-    With --speed, print what the parameters of your file deliver, such as
-
-        viscopade audit mujoco --set "solref=-2500 -100" --speed "1 m/s" --time-step "3 ms"
-
-    A parameter that is not set has the program's default. --force takes numbers, x, v, + - * / **, min, max, abs, sqrt,
-    exp, where(x < 1e-3, ..., ...) and the cubic step(x, x0, h0, x1, h1). Plain numbers are in SI units. These eps are
-    sampled, not proven. With --epsilon, the number to write for it is printed too.
+    With --speed, print the eps that the parameters of your file give (second example). A parameter that is not set has
+    the program's default. --force takes numbers, x, v, + - * / **, min, max, abs, sqrt, exp, where(x < 1e-3, ..., ...)
+    and the cubic step(x, x0, h0, x1, h1). Plain numbers are in SI units. These eps are sampled, not proven. With
+    --epsilon, the number to write for it is printed too.
 
     The contact time is that without damping, as `viscopade epsilon` prints it for a material with A = 0.
     """

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import click
 
-from viscopade.cli.console import deliver, to_file
+from viscopade.cli.console import deliver, examples, to_file
 
 
-@click.command("calculator")
+@click.command("calculator", epilog=examples("viscopade calculator --out calculator.html"))
 @to_file("--out")
 def calculator_command(out: Path | None) -> None:
-    """Write a calculator of eps, contact times and damping as one HTML file.
+    """Write a calculator of eps and damping as one HTML file.
 
     A browser opens it from the disk and asks no server for anything. eps comes from the export for JavaScript, with its
     proven bound.

@@ -9,6 +9,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from pathlib import Path
 from textwrap import wrap
 from time import monotonic
@@ -34,6 +35,30 @@ if TYPE_CHECKING:
     _Text = click.ParamType[str]
 else:  # before Click 8.4 it takes no type
     _Integer = _Number = _Pair = _Text = click.ParamType
+
+
+def examples(*lines: str) -> str:
+    """Return command lines as the end of a command's help."""
+    shown = "\n".join(f"  {line}" for line in lines)
+    return f"\b\n{'Examples' if len(lines) > 1 else 'Example'}:\n{shown}"
+
+
+def meant(given: str, known: Iterable[str]) -> str:
+    """Return the names that look like the given one, as the end of a refusal."""
+    near = get_close_matches(given, known, n=3, cutoff=0.6)
+    return f": did you mean {' or '.join(near)}?" if near else ""
+
+
+class OneOf(click.Choice[str]):
+    """Type of an argument: one of several names; a name that is nearly one of them is answered with that."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Take one of the names."""
+        if value not in self.choices:
+            listed = ", ".join(self.choices)
+            near = meant(str(value), self.choices)
+            self.fail(f"{value!r} is unknown{near or f': expected {listed}'}", param, ctx)
+        return str(value)
 
 
 class Whole(_Integer):
@@ -129,6 +154,18 @@ class Degrees(_Pair):
             accepted = f"M/N with 0 <= M, N <= {arguments.MAX_DEGREE}, such as 3/6"
             self.fail(f"degrees are {value!r}: accepted is {accepted}")
         return degrees
+
+
+class Degree(_Pair):
+    """Type of an argument: the degree M of a numerator, or both degrees written M/N."""
+
+    name = "M[/N]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Parse "3" or "3/6"; without the second degree it is -1."""
+        if isinstance(value, str) and "/" in value:
+            return Degrees().convert(value, param, ctx)
+        return Whole("m", 0, arguments.MAX_DEGREE).convert(value, param, ctx), -1
 
 
 PICTURES = ("svg", "png", "pdf")

@@ -16,10 +16,12 @@ from viscopade.cli.console import (
     DIGITS_OPTION,
     ORDER,
     STYLE,
+    Degree,
     Quantity,
     Real,
     Whole,
     double,
+    examples,
     law_words,
     limits_of,
     material,
@@ -43,6 +45,7 @@ _IN_DOUBLES = 15  # digits of numbers that follow from doubles
 STIFFNESS = click.option("--stiffness", help="Constant k of the force k x^A, in N/m^A.")
 MASS = click.option("--mass", help="Effective mass, m1 m2/(m1 + m2), or that of a body on a plane.")
 _SAMPLED, _LEAST_SAMPLED = 12, 1e-12  # digits of sampled numbers, and the least error that is stated of one
+_STATED, _STATED_DIGITS = (1, 2, 5, 10), 20  # v* at which the errors of an approximant are printed
 _LOAD = click.option(
     "--load", type=Real("load"), help="The load G of the scaled equation, x'' + … = G; with --kappa or --v-star."
 )
@@ -53,7 +56,7 @@ _GRAVITY = click.option(
 )
 
 
-@click.command()
+@click.command(epilog=examples("viscopade reproduce"))
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Directory to write the exported files to. Default: none is written."
 )
@@ -103,7 +106,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
             say(f"wrote {', '.join(texts)} to {out}")
 
 
-@click.command()
+@click.command(epilog=examples("viscopade coefficients --order 6 --digits 40"))
 @click.option("--order", type=ORDER, default=20, show_default=True, help="Highest power of v*.")
 @DIGITS_OPTION
 @with_law
@@ -126,8 +129,12 @@ def coefficients(order: int, digits: int, law: str, end: str | None, style: str)
 
 
 # Unknown options are passed on as arguments, so that a negative degree is refused as what it is.
-@click.command("pade", context_settings={"ignore_unknown_options": True})
-@click.argument("m", type=Whole("m", 0, arguments.MAX_DEGREE))
+@click.command(
+    "pade",
+    context_settings={"ignore_unknown_options": True},
+    epilog=examples("viscopade pade 3/6 --digits 15 --v-star-max 1"),
+)
+@click.argument("m", type=Degree())
 @click.argument("n", type=Whole("n", 0, arguments.MAX_DEGREE), required=False)
 @DIGITS_OPTION
 @click.option(
@@ -137,13 +144,13 @@ def coefficients(order: int, digits: int, law: str, end: str | None, style: str)
 @with_law
 @STYLE
 def pade_command(
-    m: int, n: int | None, digits: int, v_star_max: str | None, law: str, end: str | None, style: str
+    m: tuple[int, int], n: int | None, digits: int, v_star_max: str | None, law: str, end: str | None, style: str
 ) -> None:
     """Print the Padé approximant [M/N] of eps(v*).
 
-    The output has its coefficients, poles and zeros, and the range of v* where it may be used. M is the degree of the
-    numerator, N that of the denominator. Without N, the approximant decays nearly as eps does: N is M + 3 for the
-    viscoelastic law.
+    The output has its coefficients, poles and zeros, the range of v* where it may be used, and the errors at a few v*:
+    an approximant without a pole need not be accurate. M is the degree of the numerator, N that of the denominator;
+    they may be written M/N. Without N, the approximant decays nearly as eps does: N is M + 3 for the viscoelastic law.
     """
     from viscopade.arithmetic.balls import known_decimal
     from viscopade.arithmetic.decimals import at_most, below
@@ -152,7 +159,12 @@ def pade_command(
 
     of = law_of(law, end)
     fields, line = law_words(of)
-    p = pade(m, m + of.excess if n is None else n, digits, of)
+    top, bottom = m
+    if bottom >= 0 and n is not None:
+        raise click.UsageError(f"the degrees are {top}/{bottom} and {n}: expected M/N or M N")
+    if bottom < 0:
+        bottom = top + of.excess if n is None else n
+    p = pade(top, bottom, digits, of)
     errors = []  # sentences
     if of != VISCOELASTIC:
         from viscopade.kernels.quotient import sampled_errors
@@ -169,6 +181,11 @@ def pade_command(
         bound = at_most(error_up_to(p.a, p.b, v_star_max))
         fields |= {"v_star_max": v_star_max, "proven_error": bound}
         errors = [f"proven: |{p.label} - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= {v_star_max}"]
+    if of == VISCOELASTIC:
+        at = _errors_at(p)
+        fields["errors"] = [{"v_star": v_star, "relative": error} for v_star, error in at]
+        listed = ", ".join(f"{error:.2g} at v* = {v_star}" for v_star, error in at)
+        errors = [f"relative error (sampled): {listed}", *errors]
     a, b = p.decimals()
     rows = [(name, i, value, "") for name, values in (("a", a), ("b", b)) for i, value in enumerate(values)]
     rows += [
@@ -191,7 +208,23 @@ def pade_command(
             say(f"Froissart doublet: pole {pole}, zero {zero}, relative distance {d.distance:.1e}")
 
 
-@click.command()
+def _errors_at(p: Pade) -> list[tuple[int, float]]:
+    """Return the relative errors of an approximant at a few v*."""
+    from flint import arb_poly
+
+    from viscopade.arithmetic.balls import bits_for, working
+    from viscopade.collision import exact
+
+    found = []
+    for v_star in _STATED:
+        true = exact.collision(v_star, _STATED_DIGITS).epsilon
+        with working(bits_for(_STATED_DIGITS) + 64):
+            value = arb_poly(list(p.a))(v_star) / arb_poly(list(p.b))(v_star)
+            found.append((v_star, float((value / true - 1).mid())))
+    return found
+
+
+@click.command(epilog=examples('viscopade epsilon --beta "1.307 (s/cm)^(1/5)" --speed "2 cm/s"'))
 @click.option(
     "--v-star",
     help="The number v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100. Of another law it is kappa^(1/d), and with "
@@ -297,7 +330,7 @@ def epsilon(
     _show_numbers(collision.decimals(), units, {"digits": collision.digits, **fields}, style, line)
 
 
-@click.command()
+@click.command(epilog=examples("viscopade invert --law linear --epsilon 0.5 --stiffness 1e5 --mass 0.1"))
 @click.option("--epsilon", help="Coefficient of restitution eps, > 0 and <= 1.")
 @click.option("--one-minus-epsilon", help="1 - eps, instead of --epsilon, for nearly elastic collisions.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed; then beta is printed, too.")

@@ -7,25 +7,50 @@ import shlex
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from viscopade.cli.console import STYLE, Quantity, Real, double, material, need, pair_of, picture_kind, say, show
+from viscopade.cli.console import (
+    STYLE,
+    Quantity,
+    Real,
+    double,
+    examples,
+    material,
+    need,
+    pair_of,
+    picture_kind,
+    say,
+    show,
+)
 from viscopade.cli.writer import check_targets, write_all
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Sphere
-    from viscopade.fitting.bounces import ContactTime
+    from viscopade.fitting.contacts import ContactTime
     from viscopade.fitting.damping import Constant, DampingFit
     from viscopade.fitting.flight import Flight
     from viscopade.fitting.likelihood import LawFit
+    from viscopade.fitting.neglected import WeightInContacts
     from viscopade.fitting.read import Recording
 
 MOST_ROWS = 40
 """Of points in a table for people."""
 _UNIT = "(s/m)^(1/5)"
 _BETAS = f"beta_i {_UNIT}"
+
+
+class Neglected(NamedTuple):
+    """Weight during contacts, if bodies fall, and a sentence on drag if it may count."""
+
+    weight: WeightInContacts | None
+    drag: str | None
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences on what is left out although it counts."""
+        return [*([self.weight.sentence] if self.weight and self.weight.warns else []), *filter(None, [self.drag])]
 
 
 class Assignment(click.ParamType):  # type: ignore[type-arg]
@@ -44,7 +69,7 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
         return name.strip(), rest.strip()
 
 
-@click.command()
+@click.command(epilog=examples("viscopade fit examples/collisions.csv"))
 @click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--sheet", "sheets", multiple=True, metavar="NAME", help="Sheet to read; repeatable.  [default: all]")
 @click.option(
@@ -67,6 +92,7 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 )
 @click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Law of contact to compare with; repeatable.")
 @material("young_modulus", "poisson_ratio", "density")
+@click.option("--mass", type=Quantity("mass", "mass"), help="Of the sphere, in place of its density.")
 @click.option(
     "--scene", "scene_file", type=click.Path(path_type=Path), help="Scene to write, with the fitted material."
 )
@@ -81,7 +107,7 @@ def fit(
     style: str,
     **options: Any,
 ) -> None:
-    """Fit the damping to measured data, and say whether they follow the viscoelastic law.
+    """Fit the damping to measured data; test the viscoelastic law.
 
     DATA are CSV files or spreadsheets whose headers name the columns, with units in parentheses: "speed (cm/s)" and
     "epsilon", with "sigma_epsilon" and "contact_time" if they are known; or "time", the instants of bounces; or
@@ -104,7 +130,7 @@ def fit(
     check_targets([path for path in (scene_file, picture) if path is not None])
     names = ", ".join(each.name for each in data)
     words = shlex.join(["viscopade", "fit", *(each.name for each in data)])
-    recording, found, sphere, constants = _fitted(data, laws, robust, scene_file is not None, **options)
+    recording, found, sphere, constants, left = _fitted(data, laws, robust, scene_file is not None, **options)
     written: dict[Any, str | bytes] = {}
     if scene_file is not None:
         from viscopade.fitting.scene_text import scene_text
@@ -120,9 +146,11 @@ def fit(
         written[picture] = sheet.picture(draw, f"eps against speed, {names}", words, kind)
     if written:
         write_all(written)
-    _show(recording, found, constants, style)
+    _show(recording, found, constants, left, style)
     if style == "text" and written:
         click.echo(f"wrote {', '.join(map(str, written))}")
+        if scene_file is not None and found.contact_law.law != "viscoelastic":
+            click.echo(f"{scene_file} has the viscoelastic law: a scene takes no other one")
 
 
 def _fitted(
@@ -131,35 +159,37 @@ def _fitted(
     robust: bool,
     for_scene: bool,
     **options: Any,
-) -> tuple[Recording, DampingFit, Sphere | None, Mapping[str, Constant]]:
-    """Return what was read, its fit, the sphere with its Young modulus, and constants of the material that follow."""
+) -> tuple[Recording, DampingFit, Sphere | None, Mapping[str, Constant], Neglected]:
+    """Return what was read, its fit, the sphere with its Young modulus, the constants that follow, what is left out."""
     from dataclasses import replace
 
     from viscopade import files
     from viscopade.collision.spheres import Pair, Sphere
-    from viscopade.fitting import bounces, columns, damping, read
+    from viscopade.fitting import columns, damping, neglected, read
 
     names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
     body = {name: options.pop(name) for name in names}
-    sphere = _sphere(body, options["air_density"] is not None, for_scene)
+    if (mass := options.pop("mass")) is not None:
+        body["density"] = _density(body, mass)
+    in_air = options["air_density"] is not None
+    sphere = _sphere(body, in_air, for_scene)
     resolution, given, length = (options.pop(name) for name in ("resolution", "contact_time", "length_per_unit"))
     contact: ContactTime = 0.0 if given is None else double("contact-time", given)
     pair = None
     if sphere is not None and body["poisson_ratio"] is not None and body["young_modulus"] is not None:
         pair = Pair(sphere, _partner(sphere, body["wall"]))
-        contact = bounces.contact_time_of(pair) if given is None else contact
-    recording = read.recording(
-        [(files.content(each, "CSV or a spreadsheet"), str(each)) for each in data],
-        columns.Options(
-            dict(options.pop("columns")),
-            dict(options.pop("units")),
-            _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),
-            resolution,
-            contact,
-            length_per_unit=None if length is None else double("length-per-unit", length),
-            **options,
-        ),
+        contact = pair if given is None else contact
+    contents = [(files.content(each, "CSV or a spreadsheet"), str(each)) for each in data]
+    how = columns.Options(
+        dict(options.pop("columns")),
+        dict(options.pop("units")),
+        _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),
+        resolution,
+        contact,
+        length_per_unit=None if length is None else double("length-per-unit", length),
+        **options,
     )
+    recording = read.recording(contents, how)
     points = recording.points
     found = damping.fit(points, laws=laws, robust=robust)
     constants: dict[str, Constant] = {}
@@ -175,7 +205,20 @@ def _fitted(
                 "the Young modulus is not known: accepted is --young-modulus, or a column contact_time"
             )
     assert isinstance(sphere, Sphere | None)
-    return recording, found, sphere, constants
+    gravity = how.flight.gravity
+    drag = None if in_air else neglected.drag(recording, sphere, gravity)
+    left = Neglected(neglected.weight_in_contacts(recording, pair, gravity), drag)
+    return recording, found, sphere, constants, left
+
+
+def _density(body: Mapping[str, Any], mass: str) -> str:
+    """Return the density of a sphere of a mass."""
+    from viscopade.collision.spheres import Sphere
+
+    if body["density"] is not None or len(body["radii"]) != 1:
+        raise click.UsageError("--mass is given: expected with it is one --radius, and no --density")
+    unit = {"young_modulus": 1, "poisson_ratio": 0, "dissipative_constant": 0}
+    return repr(Sphere(radius=double("radius", body["radii"][0]), mass=double("mass", mass), **unit).density)
 
 
 def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere | None:
@@ -233,7 +276,9 @@ def _flight(
 # --- what is printed --------------------------------------------------------------------------------------------------
 
 
-def _show(recording: Recording, found: DampingFit, constants: Mapping[str, Constant], style: str) -> None:
+def _show(
+    recording: Recording, found: DampingFit, constants: Mapping[str, Constant], left: Neglected, style: str
+) -> None:
     from viscopade.fitting.damping import LEVELS
 
     units = {"dissipative_constant": "s", "young_modulus": "Pa"}
@@ -243,13 +288,13 @@ def _show(recording: Recording, found: DampingFit, constants: Mapping[str, Const
         rows = [("beta", f"{found.beta:.8g}", f"{found.beta_standard_error:.3g}", *ends, _UNIT)]
         for name, each in constants.items():
             rows.append((name, f"{each.value:.8g}", f"{each.standard_error:.3g}", "", "", "", "", units[name]))
-        show(style, columns, rows, fit_json(recording, found, constants))
+        show(style, columns, rows, fit_json(recording, found, constants, left))
         return
     spans = [" … ".join(f"{end:.5g}" for end in found.interval(level)) for level in LEVELS]
     rows = [("beta", f"{found.beta:.6g}", f"{found.beta_standard_error:.2g}", *spans, _UNIT)]
     for name, each in constants.items():
         rows.append((name, f"{each.value:.6g}", f"{each.standard_error:.2g}", "", "", units[name]))
-    say(f"The viscoelastic law {found.verdict.word}.")
+    say(f"{found.verdict.sentence}.")
     for reason in found.verdict.reasons:
         say(f"  {reason}", 2)
     for name, made in recording.sheets if len(recording.sheets) > 1 else ():
@@ -261,28 +306,22 @@ def _show(recording: Recording, found: DampingFit, constants: Mapping[str, Const
     for label, off in found.outliers:
         advice = "" if found.main.robust else "; --without leaves a line out, --robust counts outliers less"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
+    for warning in left.warnings:
+        say(f"  {warning}", 2)
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
-    counts = found.points.counts
-    number = f"{len(found.points)} points" if counts is None else f"{counts.sum():.0f} points in {len(counts)} groups"
-    show(style, header, rows, {}, title=number)
+    show(style, header, rows, {}, title=found.number)
+    known = found.points.known  # a fitted scatter makes chi^2 what it should be, whatever the law, and says more
     laws = [
         (
             fit.model.name,
             f"{fit.exponent:.3g}",
-            f"{fit.chi2:.4g}",
-            fit.degrees,
-            f"{fit.scatter:.2g}",
+            *((f"{fit.chi2:.4g}", fit.degrees) if known else (f"{fit.scatter:.2g}",)),
             f"{fit.aic:.2f}" if math.isfinite(fit.aic) else "too few points",
         )
         for fit in sorted(found.laws, key=lambda fit: fit.aic)
     ]
-    show(
-        style,
-        ("law", "p", "chi^2", "degrees of freedom", "scatter of eps", "AIC"),
-        laws,
-        {},
-        title="Laws, the best first",
-    )
+    header = ("law", "p", *(("chi^2", "degrees of freedom") if known else ("scatter of eps",)), "AIC")
+    show(style, header, laws, {}, title="Laws, the best first")
     if len(found.points) <= MOST_ROWS:
         points = zip(*(column for _, column in _columns(found)), strict=True)
         cells = [(label, *(f"{number:.4g}" for number in numbers)) for label, *numbers in points]
@@ -295,6 +334,8 @@ def _show(recording: Recording, found: DampingFit, constants: Mapping[str, Const
         )
     for sentence in _sentences(found):
         say(sentence)
+    if left.weight and not left.weight.warns:
+        say(f"{left.weight.sentence.capitalize()}.")
 
 
 def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:
@@ -313,7 +354,10 @@ def _sentences(found: DampingFit) -> list[str]:
     from viscopade.quantity import uncertain
 
     value, error = found.epsilon(found.main.middle)
-    text = [f"eps at {found.main.middle:.3g} m/s: {uncertain(value, error)} (standard error)."]
+    alone = ", without weight" if found.points.weight_speed else ""
+    text = [f"eps at {found.main.middle:.3g} m/s{alone}: {uncertain(value, error)} (standard error)."]
+    if (best := found.contact_law).law != "viscoelastic":
+        text.append(f"Best law of contact, for `viscopade invert` and `viscopade simulators`: {best.options}")
     if found.main.scatter:
         text.append(
             f"eps scatters by {found.main.scatter:.2g}, found from the residuals; intervals are those of Student's t."
@@ -323,7 +367,9 @@ def _sentences(found: DampingFit) -> list[str]:
     return text
 
 
-def fit_json(recording: Recording, found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, Any]:
+def fit_json(
+    recording: Recording, found: DampingFit, constants: Mapping[str, Constant], left: Neglected
+) -> dict[str, Any]:
     """Return a fit as JSON-able data, in SI units."""
     free = next((fit for fit in found.laws if fit.model.exponent is None), None)
     columns = dict(_columns(found)) | {_BETAS: _finite(found.betas.tolist())}
@@ -339,6 +385,7 @@ def fit_json(recording: Recording, found: DampingFit, constants: Mapping[str, Co
         "reasons": list(found.verdict.reasons),
         "deciding_ratio_of_speeds": found.verdict.ratio,
         "laws": [_law_json(fit) for fit in found.laws],
+        "contact_law": vars(found.contact_law),
         "exponent": free
         and {
             "value": free.exponent,
@@ -352,6 +399,9 @@ def fit_json(recording: Recording, found: DampingFit, constants: Mapping[str, Co
             {"sheet": name} | ({"points": made} if isinstance(made, int) else {"not_read": made})
             for name, made in recording.sheets
         ],
+        "weight": left.weight and {"fitted": left.weight.fitted, "g_t_c_over_v": left.weight.shares},
+        "warnings": left.warnings,
+        "masked": found.points.masked,
         "left_out": [{"line": label, "why": why} for label, why in recording.left_out],
         "outliers": [{"point": label, "standard_errors": off} for label, off in found.outliers],
         "points": [

@@ -16,7 +16,9 @@ from viscopade.cli.console import (
     OUTPUT,
     STYLE,
     Degrees,
+    OneOf,
     deliver,
+    examples,
     say,
     show,
 )
@@ -29,8 +31,8 @@ if TYPE_CHECKING:
     from viscopade.scene.description import Scene
 
 
-@click.command()
-@click.argument("target", type=click.Choice([*TARGETS, "series-csv", "series-json", "version-header"]))
+@click.command(epilog=examples("viscopade export fortran --accuracy 1e-5 --output viscopade.f90"))
+@click.argument("target", type=OneOf([*TARGETS, "series-csv", "series-json", "version-header"]))
 @click.option(
     "--pade",
     type=Degrees(),
@@ -129,7 +131,7 @@ def _refuse_unused(target: str, used: set[str]) -> None:
             raise click.UsageError(f"{flag} changes nothing in {target}: accepted with it: {others}")
 
 
-@click.command("scene")
+@click.command("scene", epilog=examples("viscopade scene --example ice_rings --out ."))
 @click.argument("file", type=click.Path(path_type=Path), required=False)
 @click.option(
     "--example",

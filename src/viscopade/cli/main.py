@@ -17,13 +17,23 @@ import click
 
 from viscopade import shipped
 from viscopade.cli import audit, calculator, derive, fit, generate, simulators, speeds
-from viscopade.cli.console import keep_printing, tracker
+from viscopade.cli.console import examples, keep_printing, meant, tracker
 from viscopade.progress import shown_by
 
 EVIDENCE = "viscopade_lab.commands"
 """The module of further commands, of a package that imports this one: it is loaded when a command is looked for."""
 LONGEST_LINE = 5000  # characters of a message
 NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # for what is printed
+
+
+SECTIONS = {
+    "Compute": ("epsilon", "invert", "table", "plot", "calculator", "coefficients", "pade"),
+    "Measure": ("fit",),
+    "Simulators": ("audit", "simulators", "verification"),
+    "Code": ("scene", "export"),
+    "Evidence": ("reproduce", "claims", "figures", "bench", "hardcases"),
+}
+"""The commands as --help prints them."""
 
 
 class Commands(click.Group):
@@ -40,9 +50,31 @@ class Commands(click.Group):
             self._complete()
         return self.commands.get(name)
 
+    def resolve_command(
+        self, context: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that is asked for; for a name that is nearly one, the refusal names it."""
+        if not args[0].startswith("-") and self.get_command(context, args[0]) is None:
+            raise click.UsageError(f"there is no command {args[0]!r}{meant(args[0], self.list_commands(context))}")
+        return super().resolve_command(context, args)
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands by section, each with its summary."""
+        width = max(map(len, self.list_commands(context)))
+        for section, names in SECTIONS.items():
+            with formatter.section(section):
+                rows = [(name, _summary(self.get_command(context, name))) for name in names]
+                formatter.write_dl([(name.ljust(width), summary) for name, summary in rows])
+
     def _complete(self) -> None:
         for found in import_module(EVIDENCE).COMMANDS:
             self.add_command(found)
+
+
+def _summary(command: click.Command | None) -> str:
+    """Return the first sentence of a command's help."""
+    assert command is not None
+    return command.get_short_help_str(limit=100)
 
 
 def _folder_option(name: str, folder: Callable[[], str], text: str) -> Callable[[Any], Any]:
@@ -57,7 +89,15 @@ def _folder_option(name: str, folder: Callable[[], str], text: str) -> Callable[
     return click.option(name, is_flag=True, is_eager=True, expose_value=False, callback=show, help=text)
 
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=examples(
+        'viscopade epsilon --radius "1 cm" --density 1000 --young-modulus "10 MPa" \\\n'
+        '      --poisson-ratio 0.45 --dissipative-constant "1e-4 s" --speed "0.5 m/s"',
+        "viscopade export c --from-speed 1e-5 --output viscopade_speed_1em5.h",
+    ),
+)
 @click.version_option(package_name="viscopade")
 @_folder_option("--include-dir", shipped.get_include, "the C and C++ headers, for -I,")
 @_folder_option("--cmake-dir", shipped.cmake_folder, "CMake's configuration, for viscopade_DIR,")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import OUTPUT, Quantity, Real, deliver, double, limits_of, material, pair_of
+from viscopade.cli.console import OUTPUT, OneOf, Quantity, Real, deliver, double, examples, limits_of, material, pair_of
 from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import write_all
 from viscopade.kernels.catalogue import TIERS
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from viscopade.scene.description import Scene
     from viscopade.simulators.setup import Setup
 
-_SOFT = ("stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
+_SOFT = ("law", "stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
 """Options of programs whose contacts have a law of their own."""
 
 
@@ -40,11 +40,18 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
         return speed.convert(first.strip(), param, ctx), speed.convert(second.strip(), param, ctx)
 
 
-@click.command("simulators")
-@click.argument("target", type=click.Choice(TARGETS))
+@click.command(
+    "simulators",
+    epilog=examples(
+        'viscopade simulators lammps --epsilon 0.9 --speed "1 m/s" --radius "1 cm" \\\n'
+        "    --density 2500 --young-modulus 1e7 --poisson-ratio 0.3"
+    ),
+)
+@click.argument("target", type=OneOf(TARGETS))
 @click.argument("file", type=click.Path(path_type=Path), required=False)
 @click.option("--epsilon", type=Real("epsilon"), help="Wanted eps at --speed, instead of a scene or A.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed, instead of a scene.")
+@click.option("--law", metavar="NAME|A,B", help="Law of contact that has eps at --speed.  [default: viscoelastic]")
 @click.option("--speeds", type=SpeedRange(), help="Slowest and fastest impact: the text states the error of eps there.")
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
 @click.option("--stiffness", type=Real("stiffness"), help="Stiffness of a contact, in SI units; for MuJoCo per mass.")
@@ -59,14 +66,15 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 @click.option("--tier", type=click.Choice(TIERS), help="Accuracy of the kernel for REBOUND.  [default: 1e-5]")
 @OUTPUT
 def simulators_command(target: str, file: Path | None, tier: str | None, output: Path | None, **options: Any) -> None:
-    """Print the contact parameters in a program's own words.
+    """Print the contact parameters of a simulation program.
 
     LAMMPS, REBOUND (C or Python), MercuryDPM, YADE and LIGGGHTS get the viscoelastic law, or what is nearest to it.
     Give either a scene as FILE, or a material and --speed with either eps or A.
 
     MuJoCo, Drake, Simbody (OpenSim), Chrono and JaxDEM have contacts of their own, whose damping is exact at one speed.
     Give a scene or a material, too, or just --epsilon and --speed. --stiffness, --contact-time or --penetration sets
-    how soft contacts are; without them they last as long as the viscoelastic ones.
+    how soft contacts are; without them they last as long as the viscoelastic ones. With --law, which
+    `viscopade fit` prints, eps has to be that of another law at other speeds.
 
     With --gravity a body that falls on a plane gets eps at --speed: its weight presses it down during the contact, and
     it loses more. The direction of impact is normal to the plane. Between two spheres that fall there is no weight.
@@ -180,7 +188,11 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     from viscopade.simulators.setup import SI
     from viscopade.simulators.soft import STEP_ERROR, Softness, Wanted
     from viscopade.simulators.text import render_own_law
+    from viscopade.theory.law import VISCOELASTIC, law_of
 
+    law = VISCOELASTIC if soft["law"] is None else law_of(soft["law"])
+    if soft["law"] is not None and found.epsilon is None:
+        raise click.UsageError("--law and a scene or a material are given: expected with it are --epsilon and --speed")
     time, length, step, mass = (
         None if soft[name] is None else double(name, soft[name])
         for name in ("contact_time", "penetration", "time_step", "mass")
@@ -203,8 +215,9 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     softness = Softness(soft["stiffness"], time, length)
     if found.setup is None:
         assert found.epsilon is not None
-        wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, mass, found.gravity)]
-        opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s"], SI
+        wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, mass, found.gravity, law)]
+        of = "" if law == VISCOELASTIC else f", and at other speeds that of the law {law}"
+        opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s{of}"], SI
     else:
         if mass is not None:
             raise click.UsageError("--mass and bodies with masses are given: accepted is one of them")
@@ -238,11 +251,11 @@ def _words(file: Path | None, **options: Any) -> str:
     return shlex.join(words)
 
 
-@click.command()
-@click.argument("program", type=click.Choice(["lammps"]))
+@click.command(epilog=examples("viscopade verification lammps --out lammps_cases"))
+@click.argument("program", type=OneOf(["lammps"]))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Directory to write the cases to.")
 def verification(program: str, out: Path) -> None:
-    """Write collisions with known results, to verify a program with.
+    """Write collisions with known results, to verify a program.
 
     Two spheres collide with viscoelastic damping. The expected eps, peak overlap and contact time are exact, and the
     tolerances are those of the time step. Further cases are a sphere that falls on a plane, with its weight, and one

@@ -18,6 +18,7 @@ from viscopade.cli.console import (
     Real,
     Whole,
     double,
+    examples,
     limits_of,
     material,
     need,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 _NO_FALL = "--gravity needs a sphere and a plane: accepted with it is a material with --wall, or a scene with a wall"
 _FIGURES = 6  # of a number in a table
 _MOST_ROWS = 10_000
+_INCH, _LETTERS = 0.0254, 7.5  # m; points
 _DRAWN = 160  # points of a curve
 _DRAWN_WITH_WEIGHT = 64  # each takes some 20 ms
 _MOST_WITH_WEIGHT = 100
@@ -62,12 +64,25 @@ def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-@click.command()
+@click.command(epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg"))
 @_choice_of_curves
 @click.option("--data", type=click.Path(path_type=Path), help="Measured data to mark, as for `viscopade fit`.")
+@click.option("--title", help="Title above the picture.")
+@click.option("--size", type=Quantity("size", "length"), nargs=2, help="Width and height, such as '8.6 cm' '6 cm'.")
+@click.option("--font-size", type=Real("font-size"), help="Size of letters in points.  [default: 7.5]")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture: .svg, .png or .pdf.")
-def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> None:
-    """Draw eps against the impact speed, for materials, laws, approximants and programs.
+def plot(
+    file: Path | None,
+    data: Path | None,
+    title: str | None,
+    size: tuple[str, str] | None,
+    font_size: float | None,
+    output: Path,
+    **options: Any,
+) -> None:
+    """Draw eps against the impact speed.
+
+    The curves are those of materials, laws of contact, approximants and programs.
 
     Give a scene as FILE, or a material, or --beta, or --epsilon with --speed. With --speed (or the scene's own speed),
     each --law has the same eps there, and each --program is asked for it. Quantities may have units, such as "1 cm/s";
@@ -84,6 +99,7 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
 
     from viscopade.plots import sheet, speeds
 
+    page = sheet.Page(title, _inches(size), _points(font_size))
     curves, ends, pair, of_v_star = _curves(file, **options)
     if of_v_star and data is not None:
         raise click.UsageError(
@@ -99,18 +115,35 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
     over = {"over": sheet.V_STAR} if of_v_star else {}
     number = _DRAWN if options["gravity"] is None else _DRAWN_WITH_WEIGHT
     draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, number), points, **over)
-    write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind)})
+    write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind, page)})
     click.echo(f"wrote {output}")
     for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"]):
         click.echo(f"Warning: {text}.")
 
 
-@click.command("table")
+def _inches(size: tuple[str, str] | None) -> tuple[float, float] | None:
+    """Return width and height in inches, each from 2 cm to 2 m."""
+    if size is None:
+        return None
+    width, height = map(float, size)
+    if not 0.02 <= min(width, height) <= max(width, height) <= 2:
+        raise ValueError(f"size is {width:g} m, {height:g} m: expected width and height from 2 cm to 2 m")
+    return width / _INCH, height / _INCH
+
+
+def _points(font_size: float | None) -> float:
+    """Return the size of letters in points."""
+    if font_size is not None and not 3 <= font_size <= 72:
+        raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
+    return _LETTERS if font_size is None else font_size
+
+
+@click.command("table", epilog=examples("viscopade table --from 0.1 --to 10"))
 @_choice_of_curves
 @click.option("--points", type=Whole("points", 2, _MOST_ROWS), help="Number of speeds.  [default: three a decade]")
 @STYLE
 def table_command(points: int | None, style: str, **options: Any) -> None:
-    """Print eps against the impact speed, or against v* if no spheres are given.
+    """Print eps against the impact speed, or against v*.
 
     The options are those of `viscopade plot`. For a material without --gravity the table also has the duration of
     contact and the maximal compression. All numbers are in SI units and in double precision.
@@ -136,6 +169,7 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
         [f"{number:.{_FIGURES}g}" for number in row] for row in zip(*(values for _, values in columns), strict=True)
     ]
     whole: dict[str, Any] = {
+        **({} if pair is None else {"A": pair.A, "beta": pair.beta}),
         key: speeds.tolist(),
         "curves": [
             {"name": each.name, "epsilon": [e if e == e else None for e in values.tolist()]}
@@ -151,6 +185,8 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
         whole |= {"gravity": weight, "status": "sampled"}
     show(style, [name for name, _ in columns], rows, whole)
     if style == "text":
+        if pair is not None:
+            say(f"A = {pair.A:.{_FIGURES}g} s, beta = {pair.beta:.{_FIGURES}g} (s/m)^(1/5)")
         if weight and pair is not None:
             for sentence in falling(pair, ends[1], weight).sentences(*ends, given=True):
                 say(f"{sentence}.")

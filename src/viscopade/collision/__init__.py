@@ -10,4 +10,5 @@ __all__ = [
     "spheres",
     "tsuji",
     "weight",
+    "weight_table",
 ]

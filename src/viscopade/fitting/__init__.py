@@ -1,3 +1,15 @@
 """Damping from measured data: points, laws fitted to them, the verdict, and a scene with the result."""
 
-__all__ = ["bounces", "columns", "damping", "flight", "likelihood", "points", "read", "scene_text", "verdict"]
+__all__ = [
+    "bounces",
+    "columns",
+    "contacts",
+    "damping",
+    "flight",
+    "likelihood",
+    "neglected",
+    "points",
+    "read",
+    "scene_text",
+    "verdict",
+]

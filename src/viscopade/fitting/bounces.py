@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
 
 from viscopade.arguments import without_unit
-from viscopade.arrays import double
 from viscopade.arrays.checked import Accepted, FloatArray, array, number
+from viscopade.collision import weight_table
 from viscopade.collision.spheres import Pair
+from viscopade.fitting.contacts import LEAST_EPSILON, ContactTime, lasting, weight_speed
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 
 MOST_INSTANTS = 20_000
 """Of bounces in a file."""
 
-LEAST_EPSILON = 1e-6
-"""Whose contact time is that of an eps of 0, too."""
-
-ContactTime = float | Callable[[FloatArray, FloatArray], FloatArray]
-
 _FINITE = Accepted("a finite number", np.isfinite)
 _ERRORS = Accepted("a number >= 0", lambda x: x >= 0)
 _ROUNDS = 8  # until the contact times of bounces are those of their speeds
+_SETTLED = 1e-12  # of a speed or a contact time: the next round changes nothing
 _LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
 
 HEARING = 1e-3
@@ -44,11 +41,6 @@ _ECHO, _END_OF_DROP = 16, 17  # roles of a sound; less than 16: a bounce, 4 time
 
 class TooFew(ValueError):
     """Error: there are not enough bounces or heights for one eps."""
-
-
-def contact_time_of(pair: Pair) -> Callable[[FloatArray, FloatArray], FloatArray]:
-    """Return the duration of contact of a pair of bodies as a function of v and eps: tau_c(v*(eps)) times its unit."""
-    return lambda speed, epsilon: np.asarray(double.tau_c(double.v_star_from(epsilon)) * pair.time_scale(speed))
 
 
 def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]], list[tuple[int, str]]]:
@@ -73,6 +65,7 @@ def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]]
     list of tuple
         The other sounds, except for the first and the last one of all, and why they are left out.
     """
+    instants = array("instants", instants, _FINITE)
     n, r = len(instants), _RATIOS
     if n < 3:
         return [], []
@@ -160,10 +153,12 @@ def of_times(
         In units of these instants.
     sigma : float or sequence of array
         Standard error of the instants, or of each of them by drop.
-    contact_time : float or callable
-        Duration of contact, or a function of arrays of v and eps that returns it.
+    contact_time : float or Pair
+        Time from first contact until the body is back at that height, or the bodies that collide: the law of contact
+        with the weight of the body gives it then.
     durations : sequence of array
-        By drop the measured durations of contact at all instants, instead; their ends have the same standard errors.
+        By drop the measured times during which the bodies touch, at all instants, instead; their ends have the same
+        standard errors.
 
     Raises
     ------
@@ -172,16 +167,16 @@ def of_times(
         fewer than three instants in every drop.
     """
     parts = []
-    lasting = contact_time if callable(contact_time) else number("contact_time", contact_time, _ERRORS)
+    contact = contact_time if isinstance(contact_time, Pair) else number("contact_time", contact_time, _ERRORS)
     for i, (given, labels) in enumerate(drops):
         instants = array("instants", given, _FINITE)
         require_ascending(instants, labels)
         if len(instants) > 2:
-            measured = array("durations", durations[i], _ERRORS) if len(durations) else None
-            parts.append(_of_drop(instants, labels, flight, _errors(sigma, i, instants, "s"), lasting, measured))
+            measured = array("contact_time", durations[i], _ERRORS) if len(durations) else None
+            parts.append(_of_drop(instants, labels, flight, _errors(sigma, i, instants, "s"), contact, measured))
     if not parts:
         raise TooFew("no drop has three bounces: accepted are three instants or more, for one eps")
-    return together(parts)
+    return _weighted(together(parts), contact, flight)
 
 
 def require_ascending(instants: FloatArray, labels: Sequence[str]) -> None:
@@ -202,11 +197,9 @@ def _of_drop(
     durations: FloatArray | None,
 ) -> Points:
     spans = np.diff(instants)
-    contacts = np.zeros_like(spans) if durations is None else durations[:-1]
-    law = contact_time if durations is None and callable(contact_time) else None
-    if durations is None and not callable(contact_time):
-        contacts = contacts + contact_time
-    for _ in range(_ROUNDS if law else 1):
+    contact = contact_time if durations is None else durations[:-1]
+    contacts = np.zeros_like(spans) + (0.0 if isinstance(contact, Pair) else contact)
+    for _ in range(1 if isinstance(contact, float) else _ROUNDS):
         if (short := contacts >= spans).any():
             k = int(np.argmax(short))
             raise ValueError(
@@ -215,9 +208,13 @@ def _of_drop(
         launch = flight.launch(spans - contacts)
         speed = flight.impact(launch[:-1])
         epsilon = np.clip(launch[1:] / speed, LEAST_EPSILON, 1.0)
-        if law:
-            speed = np.append(_first_speed(launch[0], speed, epsilon), speed)
-            contacts = law(speed, np.clip(launch / speed, LEAST_EPSILON, 1.0))
+        if not isinstance(contact, float):
+            known = contact if durations is None else durations[1:-1]
+            of_weight = weight_speed(known, flight.gravity, speed, epsilon)
+            speed = np.append(_first_speed(launch[0], speed, epsilon, of_weight), speed)
+            before, contacts = contacts, lasting(contact, speed, launch / speed, of_weight)
+            if np.all(np.abs(contacts - before) <= _SETTLED * contacts):
+                break
     # A late instant lengthens the flight before, and shortens the one after, unless the end of contact was measured.
     ends, starts = (
         sparse.diags_array([sign], offsets=[k], shape=(len(spans), len(instants))) @ _rows(sigma)
@@ -228,22 +225,30 @@ def _of_drop(
     return made if durations is None else replace(made, contact_time=durations[1:-1])
 
 
-def _first_speed(launch: float, speed: FloatArray, epsilon: FloatArray) -> float:
+def _first_speed(launch: float, speed: FloatArray, epsilon: FloatArray, of_weight: float) -> float:
     """Return the impact speed of a drop's first bounce by the law, given the speed after it and the other bounces."""
-    beta = np.median(np.asarray(double.v_star_from(epsilon)) ** 2 * speed**-0.2)
-    first = launch
+    beta = np.median(weight_table.kappa_from(epsilon, weight_table.load_at(speed, of_weight)) * speed**-0.2)
+    first = np.array(launch)
     for _ in range(_LAW_ROUNDS):
-        first = launch / float(double.epsilon(math.sqrt(beta) * first**0.1))
-    return first
+        rebound = weight_table.epsilon(beta * first**0.2, weight_table.load_at(first, of_weight))
+        before, first = first, launch / np.maximum(rebound, LEAST_EPSILON)
+        if abs(first - before) <= _SETTLED * first:
+            break
+    return float(first)
 
 
 def of_heights(
-    drops: Sequence[tuple[FloatArray, Sequence[str]]], flight: Flight, *, sigma: float | Sequence[FloatArray] = 0.0
+    drops: Sequence[tuple[FloatArray, Sequence[str]]],
+    flight: Flight,
+    *,
+    sigma: float | Sequence[FloatArray] = 0.0,
+    contact_time: ContactTime = 0.0,
 ) -> Points:
     """Return the points of a body that rises to given heights between bounces, the first being that of its release.
 
-    Parameters and errors are those of `of_times`, for heights instead of instants.
+    Parameters and errors are those of `of_times`, for heights instead of instants; the contact tells the load.
     """
+    contact = contact_time if isinstance(contact_time, Pair) else number("contact_time", contact_time, _ERRORS)
     parts = []
     for i, (given, labels) in enumerate(drops):
         heights = array("heights", given, _FINITE)
@@ -257,7 +262,13 @@ def of_heights(
         parts.append(_points(flight, launch, _rows(flight.launch_to_slope(heights) * errors), labels[1:]))
     if not parts:
         raise TooFew("no drop has two heights: accepted are the height of release and a rebound, or more")
-    return together(parts)
+    return _weighted(together(parts), contact, flight)
+
+
+def _weighted(points: Points, contact: ContactTime, flight: Flight) -> Points:
+    """Return points with the load of the body's weight during contacts."""
+    known = contact if points.contact_time is None else points.contact_time
+    return replace(points, weight_speed=weight_speed(known, flight.gravity, points.speed, points.epsilon))
 
 
 def of_speeds(speed: FloatArray, after: FloatArray, *, sigma: float | FloatArray, labels: Sequence[str]) -> Points:
@@ -305,4 +316,6 @@ def together(parts: Sequence[Points]) -> Points:
         tuple(label for part in parts for label in part.labels),
         np.concatenate(times) if len(times) == len(parts) else None,
         known.pop(),
+        masked=sum(part.masked for part in parts),
+        weight_speed=math.prod(part.weight_speed ** (len(part) / sum(map(len, parts))) for part in parts),
     )

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.fitting.bounces import ContactTime
+from viscopade.fitting.contacts import ContactTime
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.sheets import HEAD, Sheet
 from viscopade.quantity import factor, quantity
@@ -56,8 +56,8 @@ class Options:
         In SI units.
     resolution : str or None
         Standard error of instants, heights or speeds, with a unit or in SI units, unless the file has a column of them.
-    contact_time : float or callable
-        Duration of contacts between bounces, as for `bounces.of_times`.
+    contact_time : float or Pair
+        Duration of contacts between flights, or the bodies, as for `bounces.of_times`.
     scatter : bool or None
         As for `Points.measured`.
     rate : float or None

@@ -12,14 +12,16 @@ import numpy as np
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import Accepted, FloatArray, number
-from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution, restitution_error
+from viscopade.collision import weight_table
+from viscopade.collision.spheres import Pair, Sphere, restitution_error
 from viscopade.extras import require
 from viscopade.fitting.points import Points
+from viscopade.quantity import uncertain
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 if TYPE_CHECKING:
     from viscopade.fitting.likelihood import LawFit
-    from viscopade.fitting.verdict import Verdict
+    from viscopade.fitting.verdict import ContactLaw, Verdict
 
 _SPEEDS = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
 LEVELS = (0.68, 0.95)
@@ -54,10 +56,29 @@ class DampingFit:
     verdict: Verdict
     outliers: tuple[tuple[str, float], ...]
 
+    def __str__(self) -> str:
+        """Return beta, the verdict and the number of points in a line."""
+        beta = uncertain(self.beta, self.beta_standard_error)
+        return f"beta: {beta} (time/length)^(1/5). {self.verdict.sentence}. {self.number.capitalize()}."
+
+    @property
+    def number(self) -> str:
+        """The number of points, and of those that a mask hides, in words."""
+        counts, masked = self.points.counts, self.points.masked
+        shown = f"{len(self.points)} points" if counts is None else f"{counts.sum():.0f} points in {len(counts)} groups"
+        return shown + (f", {masked} masked" if masked else "")
+
     @property
     def main(self) -> LawFit:
         """The fit of the viscoelastic law."""
         return self.laws[0]
+
+    @property
+    def contact_law(self) -> ContactLaw:
+        """The law of contact to go on with, for `viscopade invert` and `viscopade simulators`."""
+        from viscopade.fitting.verdict import contact_law
+
+        return contact_law(self.laws, self.verdict)
 
     @property
     def _unit(self) -> float:
@@ -86,11 +107,12 @@ class DampingFit:
         """
         speed, epsilon = self.points.speed, np.minimum(self.points.epsilon, 1.0)
         betas, some = np.full(len(speed), math.inf), epsilon > 0
-        betas[some] = beta_from_restitution(speed[some], epsilon[some])
+        kappa = self.main.model.kappa(epsilon[some], self.points.load(speed[some]))
+        betas[some] = kappa / speed[some] ** 0.2
         return betas
 
     def epsilon(self, speed: float) -> tuple[float, float]:
-        """Return eps of the viscoelastic law at a speed, and its standard error."""
+        """Return eps of the viscoelastic law at a speed, without weight, and its standard error."""
         v_star = math.sqrt(self.beta) * number("speed", speed, _SPEEDS) ** 0.1
         value = float(double.epsilon(v_star))
         return value, restitution_error(v_star, self.beta_standard_error / self.beta if self.beta else 0.0)
@@ -115,9 +137,12 @@ class DampingFit:
         if times is None:
             raise ValueError("contact times are not given: accepted is a column contact_time")
 
+        speed, load = self.points.speed, self.points.load(self.points.speed)
+
         def logs(beta: float) -> FloatArray:
-            v_star = math.sqrt(beta) * self.points.speed**0.1
-            return np.asarray(np.log(double.tau_c(v_star)) - 0.2 * np.log(self.points.speed) - np.log(times))
+            kappa = beta * speed**0.2
+            scaled = weight_table.duration(kappa, load) if load.any() else double.tau_c(np.sqrt(kappa))
+            return np.asarray(np.log(scaled) - 0.2 * np.log(speed) - np.log(times))
 
         found = logs(self.beta)
         log_q, of_times = float(found.mean()), float(found.std(ddof=1)) / math.sqrt(len(found))
@@ -159,7 +184,7 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     Examples
     --------
     >>> import viscopade as vp
-    >>> points = vp.Points.measured([0.1, 0.3, 1, 3], [0.938, 0.918, 0.901, 0.874])
+    >>> points = vp.Points.measured([0.03, 0.1, 0.3, 1, 3], [0.949, 0.938, 0.918, 0.901, 0.874])
     >>> found = vp.fit(points)
     >>> f"{found.beta:.3f} +- {found.beta_standard_error:.3f}", found.verdict.word
     ('0.094 +- 0.001', 'holds')

@@ -1,6 +1,8 @@
 """Fit of one law to measured points, by maximum likelihood, with SciPy.
 
-A law is a curve eps = E(kappa) with kappa = b (v/v_0)^p. The residuals eps_i - E(v_i) have the covariance
+A law is a curve eps = E(kappa) with kappa = b (v/v_0)^p. Where the load G of the body's weight is known, it changes eps
+as it changes that of a viscoelastic contact (`collision.weight_table`): for other laws, that of the same eps without
+weight. The residuals eps_i - E(v_i) have the covariance
 
     C = s^2 + G G^T,    G = d eps - E'(v) d v,
 
@@ -30,19 +32,21 @@ from scipy import linalg, optimize, stats
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
+from viscopade.collision import weight_table
 from viscopade.collision.curve import curve
 from viscopade.fitting.points import Points
 from viscopade.theory.law import VISCOELASTIC, Law
 
 Shape = Callable[[FloatArray], FloatArray]
 
-_STEP = 1e-4  # of ln kappa, for slopes
+_STEP = 1e-4  # of ln v, for slopes
 _ROUNDS = 40
 _CLOSE = 1e-7
 _EXPONENTS = (-3.0, 5.0)  # of a free law
 _DEGREES = 4.0  # of freedom, of Student's t
 _LARGEST = 1e12  # kappa
 _LEAST = 1e-10  # scatter: data without any follow a law to rounding errors
+_NO_LOAD = np.zeros(1)
 _GRID = 60  # values of the scatter, and none
 
 
@@ -68,9 +72,21 @@ class Model:
         """Return the model of a law of contact: p = 2/nu - 1."""
         return cls(name, law, float(2 * law.c))
 
-    def epsilon(self, kappa: FloatArray) -> FloatArray:
-        """Return E."""
-        return _shape(self.law)(np.minimum(kappa, _LARGEST))
+    def epsilon(self, kappa: FloatArray, load: FloatArray = _NO_LOAD) -> FloatArray:
+        """Return E, changed by loads."""
+        kappa = np.minimum(kappa, _LARGEST)
+        if not load.any():
+            return _shape(self.law)(kappa)
+        if self.law != VISCOELASTIC:
+            kappa = kappa_of(VISCOELASTIC, _shape(self.law)(kappa))
+        return weight_table.epsilon(kappa, load)
+
+    def kappa(self, epsilon: FloatArray, load: FloatArray = _NO_LOAD) -> FloatArray:
+        """Return the kappa that gives each eps."""
+        if not load.any():
+            return kappa_of(self.law, epsilon)
+        kappa = weight_table.kappa_from(epsilon, load)
+        return kappa if self.law == VISCOELASTIC else kappa_of(self.law, _shape(VISCOELASTIC)(kappa))
 
     @property
     def parameters(self) -> int:
@@ -124,7 +140,8 @@ class LawFit:
 
     def at(self, speed: FloatArray, parameters: FloatArray | None = None) -> FloatArray:
         """Return eps of the law at speeds."""
-        return self.model.epsilon(self._kappa(speed, self.parameters if parameters is None else parameters))
+        kappa = self._kappa(speed, self.parameters if parameters is None else parameters)
+        return self.model.epsilon(kappa, self.points.load(speed))
 
     def _kappa(self, speed: FloatArray, parameters: FloatArray) -> FloatArray:
         power = parameters[1] if self.model.exponent is None else self.model.exponent
@@ -331,7 +348,8 @@ def _require(points: Points, model: Model) -> None:
 
 
 def _from(points: Points, model: Model, middle: float, start: float, robust: bool) -> LawFit:
-    guesses = kappa_of(model.law, np.clip(points.epsilon, 1e-6, 1.0)) * (points.speed / middle) ** -start
+    kappa = model.kappa(np.clip(points.epsilon, 1e-6, 1.0), points.load(points.speed))
+    guesses = kappa * (points.speed / middle) ** -start
     first = np.array([max(float(np.median(guesses)), 1e-9), start][: model.parameters])
     fit = LawFit(points, model, middle, first, float(np.std(points.epsilon)) + 1e-9, robust)
     lower, upper = np.array([0.0, _EXPONENTS[0]]), np.array([np.inf, _EXPONENTS[1]])
@@ -362,10 +380,8 @@ def _from(points: Points, model: Model, middle: float, start: float, robust: boo
 
 def _band(points: Points, fit: LawFit) -> FloatArray:
     """Return G G^T as its diagonals, the main one first."""
-    h = np.exp(_STEP * np.array([-1.0, 1.0]))
-    kappa = fit._kappa(points.speed, fit.parameters)
-    low, high = (fit.model.epsilon(kappa * factor) for factor in h)
-    slope = (high - low) / (2 * _STEP) * fit.exponent / points.speed
+    low, high = (fit.at(points.speed * factor) for factor in np.exp([-_STEP, _STEP]))
+    slope = (high - low) / (2 * _STEP) / points.speed
     errors = points.epsilon_errors - points.speed_errors.multiply(slope[:, None]).tocsr()
     whole = errors @ errors.T
     rows, columns = whole.nonzero()

@@ -17,6 +17,7 @@ import numpy as np
 
 from viscopade.arguments import without_unit
 from viscopade.arrays.checked import Accepted, FloatArray, array, unmasked
+from viscopade.collision import weight_table
 from viscopade.extras import require
 
 if TYPE_CHECKING:
@@ -53,6 +54,9 @@ class Points:
         Of how many measured points each is the mean, if it is one of `grouped`.
     masked : int
         Number of measured points that a mask hides; they are none of these points.
+    weight_speed : float
+        Speed at which the load of the body's weight during the contact is 1 (`contacts`); 0 if there is none, or it is
+        not known.
     """
 
     speed: FloatArray
@@ -64,6 +68,7 @@ class Points:
     known: bool = False
     counts: FloatArray | None = None
     masked: int = 0
+    weight_speed: float = 0.0
 
     def __post_init__(self) -> None:
         largest = 1 + _ABOVE * self.standard_errors if self.known else np.full(len(self.epsilon), _LARGEST)
@@ -75,6 +80,10 @@ class Points:
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.speed)
+
+    def load(self, speed: FloatArray) -> FloatArray:
+        """Return the loads G of the body's weight at impact speeds (section 2.11)."""
+        return weight_table.load_at(speed, self.weight_speed)
 
     @property
     def standard_errors(self) -> FloatArray:

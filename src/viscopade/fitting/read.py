@@ -4,8 +4,8 @@ A sheet has one of these sets of columns, and may have others besides:
 
 - `speed`, `epsilon`, and if known `sigma_epsilon`, `sigma_speed` (standard errors) and `contact_time`;
 - `speed`, `speed_out`: speeds before and after collisions;
-- `time`: the instants at which a body hits the plane, and if known `release_time`, when it leaves the plane; or
-  `interval`, the times between these instants;
+- `time`: the instants at which a body hits the plane, and if known `release_time`, when it leaves the plane, or
+  `contact_time`; or `interval`, the times between these instants;
 - `height`: the height of release, then those of the rebounds; or `drop_height` and `rebound_height`;
 - `time` or `frame`, and `position`: a vertical coordinate of a body that falls on a plane;
 - `bounce 0`, `bounce 1`, …: the instants of one drop in a row, as phyphox exports them (also `Start`, `Stop 1`, …).
@@ -53,6 +53,8 @@ class Recording:
     ----------
     points : Points
         In SI units.
+    kind : str
+        "speeds", "instants", "heights" or "positions".
     sheets : tuple
         Names of all sheets, and how many points each gives, or why it is not read.
     left_out : tuple
@@ -60,6 +62,7 @@ class Recording:
     """
 
     points: Points
+    kind: str
     sheets: tuple[tuple[str, int | str], ...]
     left_out: tuple[tuple[str, str], ...]
 
@@ -112,7 +115,9 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     points = parts[0] if len(parts) == 1 else bounces.together(parts)
     points = points.without(labels) if labels else points
     points = points.without_scatter() if options.scatter is False else points
-    return Recording(points, (*read, *unread), tuple(each for reader in readers for each in reader.left_out))
+    return Recording(
+        points, first.form.kind, (*read, *unread), tuple(each for reader in readers for each in reader.left_out)
+    )
 
 
 def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[str, str]]) -> list[_Reader]:
@@ -209,17 +214,16 @@ class _Reader(Columns):
             ]
         of_intervals = "interval" in self.form.needed
         times = self.numbers(self.form.needed[0], blank=of_intervals)
-        release = self.numbers("release_time") if "release_time" in self.known else None
+        lasting = self.numbers("contact_time", least=" > 0") if "contact_time" in self.known else None
         sigma, labels, drops = self.sigma("time"), self.labels, []
-        if release is not None and (bad := release < times).any():
-            raise ValueError(
-                f"{labels[int(np.argmax(bad))]}: the release_time is before the impact: expected later ones"
-            )
+        if "release_time" in self.known:
+            lasting = self.numbers("release_time") - times
+            if (lasting < 0).any():
+                label = labels[int(np.argmax(lasting < 0))]
+                raise ValueError(f"{label}: the release_time is before the impact: expected later ones")
         for rows in self.drops():
             of = [i for i in rows if math.isfinite(times[i])]
-            made = Drop(
-                times[of], [labels[i] for i in of], sigma[of], None if release is None else (release - times)[of]
-            )
+            made = Drop(times[of], [labels[i] for i in of], sigma[of], None if lasting is None else lasting[of])
             if of_intervals and of:
                 start, error = np.append(0.0, np.cumsum(times[of])), np.append(sigma[of[0]], sigma[of])
                 made = Drop(start, [f"the bounce before {made.labels[0]}", *made.labels], error)
@@ -231,8 +235,8 @@ class _Reader(Columns):
         options, form = self.options, self.form
         if form.kind == "speeds" and options.flight != IN_VACUUM:
             raise ValueError("gravity or drag is given: accepted with speed and epsilon are no options of a flight")
-        if form.kind in ("speeds", "heights") and options.contact_time and not callable(options.contact_time):
-            raise ValueError("a contact time is given: accepted is it with instants of bounces or positions over time")
+        if form.kind == "speeds" and options.contact_time and isinstance(options.contact_time, float):
+            raise ValueError("a contact time is given: expected with it are bounces; here a column contact_time")
         for name, column in (("rate", "frame"), ("length_per_unit", "position")):
             value, flag = getattr(options, name), "--" + name.replace("_", "-")
             if value is not None and column not in form.needed:
@@ -338,13 +342,15 @@ def _heights(reader: _Reader) -> Points:
     heights, sigma, labels = reader.numbers("height"), reader.sigma("length"), reader.labels
     rows = reader.drops()
     drops = [(heights[of], [labels[i] for i in of]) for of in rows]
-    return bounces.of_heights(drops, reader.options.flight, sigma=[sigma[of] for of in rows])
+    contact = reader.options.contact_time
+    return bounces.of_heights(drops, reader.options.flight, sigma=[sigma[of] for of in rows], contact_time=contact)
 
 
 def _height_pairs(reader: _Reader) -> Points:
     pairs = np.array([reader.numbers("drop_height"), reader.numbers("rebound_height")]).T
     drops = [(pair, [label] * 2) for pair, label in zip(pairs, reader.labels, strict=True)]
-    return bounces.of_heights(drops, reader.options.flight, sigma=[np.full(2, s) for s in reader.sigma("length")])
+    sigma, contact = [np.full(2, s) for s in reader.sigma("length")], reader.options.contact_time
+    return bounces.of_heights(drops, reader.options.flight, sigma=sigma, contact_time=contact)
 
 
 @dataclass(frozen=True)

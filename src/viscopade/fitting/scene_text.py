@@ -33,8 +33,8 @@ def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, titl
     ValueError
         If no damping was found, or its error is as large as eps can be.
     """
-    if found.verdict.word == "does not hold":
-        title += " (for which the viscoelastic law does not hold)"
+    if found.verdict.word in ("does not hold", "undecided"):
+        title += f" ({found.verdict.sentence[0].lower()}{found.verdict.sentence[1:]})"
     speed = f"{found.main.middle:.4g}"
     epsilon, error = found.epsilon(float(speed))
     loss = float(double.one_minus_epsilon(math.sqrt(found.beta) * float(speed) ** 0.1))
@@ -49,7 +49,7 @@ def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, titl
     plane = '\n[body.plane]\nmaterial = "measured"\nwall = true\n' if wall else ""
     return f"""\
 # {marker_line(command)}
-# {found.verdict.word}: {"; ".join(found.verdict.reasons)}.
+# {found.verdict.sentence}: {"; ".join(found.verdict.reasons)}.
 title = {string(harmless(title))}
 
 [material.measured]

@@ -15,11 +15,14 @@ from itertools import pairwise
 import numpy as np
 from scipy import signal, sparse
 
-from viscopade.arrays.checked import FloatArray
-from viscopade.fitting.bounces import LEAST_EPSILON, MOST_INSTANTS, ContactTime, TooFew
+from viscopade.arguments import without_unit
+from viscopade.arrays.checked import Accepted, FloatArray, array
+from viscopade.fitting.bounces import MOST_INSTANTS, TooFew
+from viscopade.fitting.contacts import ContactTime, lasting, weight_speed
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 
+_FINITE = Accepted("a finite number", np.isfinite)
 _ROUNDS, _CLOSE = 6, 1e-7  # steps of Newton, and the last one's relative size
 _CLEAR = 8.0  # standard errors by which the body rises after a contact
 _LEAST_RISE = 0.01  # of the whole range of positions
@@ -27,7 +30,7 @@ _OFF = 5.0  # standard errors: a frame farther off belongs to no free flight
 _FEWEST = 5  # frames of a flight
 _INNER = ((0.2, 0.75), (0.25, 0.75), (0.25, 0.8))  # parts of the first, other and last flights far from contacts
 _SURE, _WRONG_UNIT = 0.2, 0.25  # of the acceleration: error with which it is known, and that of a wrong unit
-_ANY_EPSILON = 0.8  # contact times hardly depend on it
+_USUAL_EPSILON = 0.8  # contact times hardly depend on it
 _NORMAL = 0.6745  # median of the absolute value of a standard normal variable
 
 
@@ -67,8 +70,8 @@ def of_track(
     flight : Flight
     sigma : float or array
         Standard errors of positions, of which the mean square is taken; 0 if the residuals are to tell it.
-    contact_time : float or callable
-        As for `bounces.of_times`: the body is at the same height when a contact begins and when it ends.
+    contact_time : float or Pair
+        As for `bounces.of_times`.
 
     Raises
     ------
@@ -77,6 +80,11 @@ def of_track(
     TooFew
         If no contact has a free flight before and after it.
     """
+    time, position = (
+        array(name, without_unit(name, values, unit), _FINITE)
+        for name, values, unit in (("time", time, "s"), ("position", position, "m"))
+    )
+    sigma = np.asarray(without_unit("sigma", sigma, "m"), dtype=np.float64)
     if (late := np.diff(time) <= 0).any():
         raise ValueError(f"{labels[int(np.argmax(late)) + 1]}: the time is not later than the one before")
     if len(time) < 2 * _FEWEST:
@@ -88,14 +96,11 @@ def of_track(
     if len(contacts) > MOST_INSTANTS:
         raise ValueError(f"the track has {len(contacts)} contacts: expected up to {MOST_INSTANTS}")
     tops = np.array([height[i:j].max() for i, j in pairwise([0, *contacts])])
-    if callable(contact_time):
-        lasting = contact_time(
-            np.sqrt(2 * flight.gravity * (tops - height[contacts])), np.full(len(contacts), _ANY_EPSILON)
-        )
-    else:
-        lasting = np.full(len(contacts), contact_time)
-    begin = [0, *np.searchsorted(time, time[contacts] + lasting).tolist()]
-    end = [*np.searchsorted(time, time[contacts] - lasting).tolist(), len(time) - 1]
+    fast, usual = np.sqrt(2 * flight.gravity * (tops - height[contacts])), np.full(len(contacts), _USUAL_EPSILON)
+    of_weight = weight_speed(contact_time, flight.gravity, fast, usual)
+    last = lasting(contact_time, fast, usual, of_weight)
+    begin = [0, *np.searchsorted(time, time[contacts] + last).tolist()]
+    end = [*np.searchsorted(time, time[contacts] - last).tolist(), len(time) - 1]
     kinds = [0, *[1] * (len(contacts) - 1), 2][: len(begin)]
     curves = [_curve(time, height, flight, part, noise) for part in zip(begin, end, kinds, strict=True)]
     fitted = [curve for curve in curves if curve]
@@ -111,7 +116,7 @@ def of_track(
     speed, epsilon = np.empty((2, len(pairs)))
     slopes = np.empty((2, len(pairs), 2, 2))  # of speed and eps, for each pair by the errors of both its curves
     for i, (k, before, after) in enumerate(pairs):
-        speed[i], epsilon[i], of_apex = _collision(before, after, float(time[contacts[k]]), contact_time)
+        speed[i], epsilon[i], of_apex = _collision(before, after, float(time[contacts[k]]), contact_time, of_weight)
         for j, curve in enumerate((before, after)):
             slopes[:, i, j] = of_apex[:, j] @ np.linalg.cholesky(curve.covariance) * error
     columns = np.array([[2 * k, 2 * k + 1, 2 * k + 2, 2 * k + 3] for k, _, _ in pairs])
@@ -120,7 +125,8 @@ def of_track(
         sparse.csr_array((each.ravel(), (rows, columns.ravel())), shape=(len(pairs), 2 * len(curves)))
         for each in slopes
     )
-    return Points(speed, epsilon, speed_errors, epsilon_errors, tuple(labels[contacts[k]] for k, _, _ in pairs))
+    names = tuple(labels[contacts[k]] for k, _, _ in pairs)
+    return Points(speed, epsilon, speed_errors, epsilon_errors, names, weight_speed=of_weight)
 
 
 def _upward(time: FloatArray, position: FloatArray, flight: Flight, noise: float) -> FloatArray:
@@ -194,17 +200,16 @@ def _fitted(time: FloatArray, height: FloatArray, flight: Flight, frames: slice,
 
 
 def _collision(
-    before: _Curve, after: _Curve, time: float, contact_time: ContactTime
+    before: _Curve, after: _Curve, time: float, contact_time: ContactTime, of_weight: float
 ) -> tuple[float, float, FloatArray]:
     """Return the speed before a contact, eps, and the derivatives of both with respect to a and h of both flights."""
-    lasting = 0.0 if callable(contact_time) else contact_time
+    last = 0.0
     for _ in range(_ROUNDS):
-        t = np.array([time - before.apex[0], time + lasting - after.apex[0]])
+        t = np.array([time - before.apex[0], time + last - after.apex[0]])
         distance, speed, acceleration = before.flight.fall(t)
         gap = (before.apex[1] - distance[0]) - (after.apex[1] - distance[1])
         time += gap / (speed[0] - speed[1])
-        if callable(contact_time):
-            lasting = float(contact_time(speed[:1], np.clip(-speed[1:] / speed[:1], LEAST_EPSILON, 1.0))[0])
+        last = float(lasting(contact_time, speed[:1], -speed[1:] / speed[:1], of_weight)[0])
     epsilon = -speed[1] / speed[0]
     of_time = np.array([[speed[0], 1.0], [-speed[1], -1.0]]) / (speed[0] - speed[1])
     of_speed = acceleration[0] * (of_time - [[1, 0], [0, 0]])

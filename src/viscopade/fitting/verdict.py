@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Literal
 
 import numpy as np
@@ -15,7 +16,7 @@ from viscopade.fitting.likelihood import LawFit, Model, fitted
 from viscopade.fitting.points import Points
 from viscopade.theory.law import VISCOELASTIC, Law
 
-Word = Literal["holds", "holds with a limit", "does not hold"]
+Word = Literal["holds", "holds with a limit", "does not hold", "undecided"]
 
 MODELS = (
     Model.of("viscoelastic", VISCOELASTIC),
@@ -28,14 +29,14 @@ MODELS = (
 THEORY = float(2 * VISCOELASTIC.c)
 """The exponent p of the viscoelastic law, 1/5."""
 
-_REFUTED, _DOUBTED = 0.99, 0.95  # levels of the intervals of p that must hold 1/5
+_LEVEL = 0.95  # of the interval of p
 _SLACK = 0.01  # of p, which flights and soft contacts shift: by 0.002 in LAMMPS (`viscopade_lab.studies.coverage`)
 _CLEAR = 6.0  # difference of Akaike's criteria that decides: the other law is exp(3) = 20 times less likely
 _TOLD = (1 + math.sqrt(1 + _CLEAR)) ** 2
-_PREFERRED = 4.0
 _POOR = 1e-3  # probability of so large a chi^2
 _FAR = 4.5  # standard errors, of a point that is named as an outlier
 _FEW = 6
+_FEWEST = 5  # points of which a law may be said to hold
 _WIDEST = 1e8  # ratio of speeds
 
 
@@ -46,7 +47,8 @@ class Verdict:
     Attributes
     ----------
     word : str
-        "holds", "holds with a limit" or "does not hold".
+        "holds": a constant eps and nu = 1 are excluded. "holds with a limit": so they are, but the exponent or the
+        scatter is not as it should be. "does not hold": another law fits better. "undecided": the data do not tell.
     reasons : tuple of str
         Sentences.
     ratio : float or None
@@ -56,6 +58,34 @@ class Verdict:
     word: Word
     reasons: tuple[str, ...]
     ratio: float | None = None
+
+    @property
+    def sentence(self) -> str:
+        """The verdict as a sentence, without its full stop."""
+        if self.word == "undecided":
+            return "Undecided: the data do not tell whether the viscoelastic law holds"
+        return f"The viscoelastic law {self.word}"
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """Power law of contact with the eps that it has at a speed, from which its damping follows.
+
+    Attributes
+    ----------
+    law : str
+        Its name, or its exponents A,B.
+    epsilon, speed : float
+    """
+
+    law: str
+    epsilon: float
+    speed: float
+
+    @property
+    def options(self) -> str:
+        """Options of `viscopade invert` and `viscopade simulators`."""
+        return f"--law {self.law} --epsilon {self.epsilon:.6g} --speed {self.speed:.6g}"
 
 
 def compared(points: Points, laws: Sequence[Model] = (), *, robust: bool = False) -> tuple[LawFit, ...]:
@@ -82,51 +112,92 @@ def outliers(points: Points) -> list[tuple[str, float]]:
 
 
 def judged(fits: Sequence[LawFit]) -> Verdict:
-    """Return the verdict on the first of several laws fitted to the same points."""
+    """Return the verdict on the first of several laws fitted to the same points.
+
+    Akaike's criteria decide: another law that is better by more than `_CLEAR` refutes it, and it holds if a constant
+    eps and nu = 1 are worse by `_CLEAR` or more. If eps scatters more than its standard errors say, whatever the law,
+    they are compared with that scatter.
+    """
     main, others = fits[0], {fit.model.name: fit for fit in fits[1:]}
-    if not math.isfinite(main.aic):
-        return Verdict("holds with a limit", (f"{len(main.points)} points are too few to compare laws",))
-    free = others.get("free exponent")
-    best = min(fits, key=lambda fit: fit.aic)
-    trend = "" if free is None else _trend(free)
-    ahead = main.aic - best.aic
-    if free is not None and ahead > _PREFERRED:
-        low, high = free.interval(_REFUTED, 1)
-        if not low - _SLACK <= THEORY <= high + _SLACK:
-            return Verdict("does not hold", (f"{_named(best)} fits better: its AIC is less by {ahead:.1f}", trend))
-    poor = main.points.known and stats.chi2.sf(main.chi2, main.degrees) < _POOR
-    if poor:
+    number, free = len(main.points), others.get("free exponent")
+    if main.points.known and all(stats.chi2.sf(fit.chi2, fit.degrees) < _POOR for fit in fits):
+        further = [fit.model for fit in fits if fit.model not in MODELS]
+        again = judged(compared(replace(main.points, known=False), further, robust=main.robust))
         text = (
-            f"chi^2 = {main.chi2:.1f} for {main.degrees} degrees of freedom: eps scatters by more than its standard "
-            "errors say"
+            f"eps scatters by more than its standard errors say, whatever the law (chi^2 = {main.chi2:.1f} for "
+            f"{main.degrees} degrees of freedom): the verdict is the one with --scatter, which fits the rest"
         )
-        if free is not None and stats.chi2.sf(free.chi2, free.degrees) >= _POOR:
-            return Verdict("does not hold", (text, trend))
-        return Verdict("holds with a limit", (f"{text}, and so for every law; --scatter fits the rest", trend))
+        return replace(
+            again, word="holds with a limit" if again.word == "holds" else again.word, reasons=(text, *again.reasons)
+        )
+    low, high = (THEORY, THEORY) if free is None else free.interval(_LEVEL, 1)
+    of_theory = low - _SLACK <= THEORY <= high + _SLACK
+    trend: tuple[str, ...] = ()
     if free is not None:
-        low, high = free.interval(_DOUBTED, 1)
-        if not low - _SLACK <= THEORY <= high + _SLACK:
-            return Verdict("holds with a limit", (f"the exponent is near {THEORY:g}, but not within its errors", trend))
+        span = f"p = {free.exponent:.2g}, from {low:.2g} to {high:.2g} ({100 * _LEVEL:.0f} %)"
+        trend = (f"1 - eps ~ v^p at small v with {span}; theory: {THEORY:g}",)
+    best = min((fit for fit in fits if fit is not free or not of_theory), key=lambda fit: fit.aic)
+    ahead = main.aic - best.aic
+    if ahead > _CLEAR:
+        return Verdict("does not hold", (f"{_named(best)} fits better: its AIC is less by {ahead:.1f}", *trend))
     rivals = [fit for name, fit in others.items() if name in ("constant", "hunt-crossley")]
-    low, high = (-math.inf, math.inf) if free is None else free.interval(_DOUBTED, 1)
-    open_ones = [fit for fit in rivals if not fit.aic - main.aic >= _CLEAR or low <= fit.exponent <= high]
+    open_ones = [fit for fit in rivals if not fit.aic - main.aic >= _CLEAR]
+    if number >= _FEWEST and not open_ones:
+        if of_theory:
+            return Verdict("holds", trend)
+        return Verdict("holds with a limit", (f"the exponent is near {THEORY:g}, but not within its errors", *trend))
+    few = () if number >= _FEWEST else (f"{number} points are too few: {_FEWEST} or more decide",)
     if not open_ones:
-        return Verdict("holds", tuple(filter(None, (trend,))))
+        return Verdict("undecided", (*few, *trend))
     names = " and ".join(_named(fit) for fit in open_ones)
+    better = f"; {_named(best)} is better, its AIC less by {ahead:.1f}" if 0 < ahead < math.inf else ""
     ratios = [deciding_ratio(main, fit.model) for fit in open_ones]
     ratio = None if None in ratios else max(each for each in ratios if each is not None)
-    fast, slow = main.points.speed.max(), main.points.speed.min()
-    if ratio is not None and ratio <= fast / slow:
-        advice = "as many points again would probably decide"
-    elif ratio is None:
-        advice = "no range of speeds with so few points and such errors would decide"
-    else:
-        advice = (
-            f"{len(main.points)} points with these errors would decide if the fastest were {ratio:.2g} times as fast "
-            f"as the slowest, instead of {fast / slow:.2g} times"
+    reasons = (*few, f"the data do not exclude {names}{better}", *trend, _advice(main, ratio))
+    return Verdict("undecided", reasons, ratio)
+
+
+def contact_law(fits: Sequence[LawFit], verdict: Verdict) -> ContactLaw:
+    """Return the law to go on with: the viscoelastic one if it holds, else the one of the least AIC."""
+    holds = verdict.word in ("holds", "holds with a limit")
+    for fit in fits[:1] if holds else sorted(fits, key=lambda fit: fit.aic):
+        name = {"constant": "linear", "free exponent": _law_of_exponent(fit.exponent)}.get(
+            fit.model.name, fit.model.name
         )
-    return Verdict(
-        "holds with a limit", tuple(filter(None, (f"the data do not exclude {names}", trend, advice))), ratio
+        if name is not None:
+            break
+    assert name is not None  # only the free exponent has no law, and it is not alone
+    return ContactLaw(name, float(fit.model.epsilon(fit.parameters[:1])[0]), fit.middle)  # without weight
+
+
+def _law_of_exponent(p: float) -> str | None:
+    """Return a law of contact with nearly p = 2/nu - 1: Hertz's force, and x^b in 16ths or fourths.
+
+    Where that b would be negative, the damping is linear and the force another one. None: there is no such law.
+    """
+    b = 1.25 * (1 + p) - 1
+    parts = 16 if b <= 1.5 else 4  # so that the law is one (`Law`)
+    try:
+        if b >= 0:
+            return str(Law("3/2", Fraction(round(parts * b), parts)))
+        return str(Law(Fraction(round(4 * (2 / (1 + p) - 1)), 4), 0))
+    except (ValueError, ZeroDivisionError):
+        return None
+
+
+def _advice(main: LawFit, ratio: float | None) -> str:
+    """Return which speeds would decide."""
+    slow, fast = float(main.points.speed.min()), float(main.points.speed.max())
+    number = max(len(main.points), _FEWEST)
+    if ratio is None:
+        return f"no range of speeds with {number} points and such errors would decide"
+    if ratio <= fast / slow:
+        return f"{2 * number} points at these speeds would probably decide"
+    reach = math.sqrt(ratio)
+    return (
+        f"{number} points with these errors would probably decide if their speeds went from {main.middle / reach:.3g} "
+        f"to {main.middle * reach:.3g} m/s ({ratio:.3g} times), instead of {slow:.3g} to {fast:.3g} m/s "
+        f"({fast / slow:.3g} times)"
     )
 
 
@@ -139,25 +210,20 @@ def _named(fit: LawFit) -> str:
     }.get(fit.model.name, f"the law {fit.model.name}")
 
 
-def _trend(free: LawFit) -> str:
-    low, high = free.interval(0.95, 1)
-    span = f"from {low:.2g} to {high:.2g} (95 %)"
-    return f"1 - eps ~ v^p at small v with p = {free.exponent:.2g}, {span}; theory: {THEORY:g}"
-
-
 def deciding_ratio(main: LawFit, other: Model) -> float | None:
     """Return the ratio of speeds, evenly spaced in their logarithm, that would tell a true law from another one.
 
-    The points are as many as were measured. Their standard error is the harmonic mean of the squared ones. The
-    difference of the criteria, of mean d and standard deviation 2 sqrt(d), then exceeds `_CLEAR` in five of six
-    measurements.
+    The points are as many as were measured, and at least `_FEWEST`. Their standard error is the harmonic mean of the
+    squared ones. The difference of the criteria, of mean d and standard deviation 2 sqrt(d), then exceeds `_CLEAR` in
+    five of six measurements. Where the fit finds the scatter, the difference is n ln(1 + d/n).
 
     Returns
     -------
     float or None
         None if none up to 1e8 is enough.
     """
-    n = len(main.points)
+    n = max(len(main.points), _FEWEST)
+    wanted = _TOLD if main.points.known else n * math.expm1(_TOLD / n)
     error = max(1 / math.sqrt(float(np.mean(1 / main.standard_errors**2))), 1e-10)
 
     def told(log_ratio: float) -> float:
@@ -169,7 +235,7 @@ def deciding_ratio(main: LawFit, other: Model) -> float | None:
             return np.asarray((trial.at(speed, np.exp(log_b)) - truth) / error)
 
         found = optimize.least_squares(residuals, [math.log(max(float(main.parameters[0]), 1e-9))])
-        return 2 * float(found.cost) - _TOLD
+        return 2 * float(found.cost) - wanted
 
     bottom, top = 1e-3, math.log(_WIDEST)
     if told(top) < 0:

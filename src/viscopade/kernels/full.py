@@ -123,7 +123,7 @@ def _ratio() -> fmpq_poly:
 
 def _over_square(loss: fmpq_poly) -> fmpq_poly:
     """Return 1 - eps over v*^2, polynomials in z = v*/NEAR."""
-    if loss[0] or loss[1]:
+    if loss[0] != 0 or loss[1] != 0:
         raise ValueError("1 - eps is not quadratic at 0")
     return fmpq_poly(loss.coeffs()[2:]) / to_fmpq(NEAR**2)
 

@@ -17,6 +17,8 @@ from viscopade.plots.sheet import (
     GREEN,
     GREY,
     ORANGE,
+    POINT,
+    POINT_SIZE,
     PURPLE,
     VERMILION,
     Look,
@@ -24,6 +26,7 @@ from viscopade.plots.sheet import (
     key_of,
     label_axes,
     new_sheet,
+    plain_ticks,
 )
 
 if TYPE_CHECKING:
@@ -33,6 +36,7 @@ MOST_MARKED = 2000  # points with bars for their errors
 _LEVEL = 0.95
 _MARGIN = 0.15  # of the picture's width and height, around the points
 _CURVE = 200
+_BARS = "#7F7F7F"  # lighter than the points, which many bars would hide
 _LOOKS = (
     Look(ORANGE, DASHED),
     Look(GREEN, DASH_DOT),
@@ -60,7 +64,10 @@ def draw_fit(found: DampingFit) -> Sheet:
         (points.epsilon.min() - errors.max() - reach, points.epsilon.max() + errors.max() + reach),
         "x",
     )
-    label_axes(bottom, "impact speed in m/s", "residual / standard error", ends, (-4.5, 4.5), "x")
+    label_axes(bottom, "impact speed in m/s", "residual /\nstandard error", ends, (-4.5, 4.5), "x")
+    top.tick_params(labelbottom=False)
+    for axes in (top, bottom):
+        plain_ticks(axes)
     names = [(f"viscoelastic, {100 * _LEVEL:.0f} % band", Look(BLUE))]
     above, below = (found.main.at(speed, np.array([end])) for end in found.main.interval(_LEVEL))
     top.fill_between(speed, below, above, color=BLUE, alpha=0.25, linewidth=0, gid="band")
@@ -70,11 +77,19 @@ def draw_fit(found: DampingFit) -> Sheet:
         draw_look(top, look, speed, fit.at(speed), fit.model.name.replace(" ", "-"))
         names.append((name, look))
     some = slice(None, None, -(-len(points) // MOST_MARKED))
-    marks: Any = {"fmt": "o", "color": BLACK, "markersize": 2.4, "elinewidth": 0.7, "capsize": 1.2}
-    top.errorbar(points.speed[some], points.epsilon[some], errors[some], **marks)
+    marks: Any = {"color": POINT.color, "markersize": POINT_SIZE, "elinewidth": 0.6, "ecolor": _BARS, "zorder": 1}
+    top.errorbar(points.speed[some], points.epsilon[some], errors[some], fmt="o", **marks)
+    names.append(("measured, standard error", POINT))
     bottom.axhline(0, color=GREY, linewidth=3.4)
     off = found.main.residuals / found.main.standard_errors
-    bottom.plot(points.speed[some], np.clip(off[some], -4.4, 4.4), "o", color=BLACK, markersize=2.4, gid="residuals")
+    bottom.plot(
+        points.speed[some],
+        np.clip(off[some], -4.4, 4.4),
+        "o",
+        color=POINT.color,
+        markersize=POINT_SIZE,
+        gid="residuals",
+    )
     key_of(sheet, names, "outside lower center", 2)
-    top.set_title(f"the viscoelastic law {found.verdict.word}", fontsize=7.5, loc="left")
+    top.set_title(f"viscoelastic law: {found.verdict.word}", fontsize=7.5, loc="left")
     return sheet

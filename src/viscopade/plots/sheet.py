@@ -31,6 +31,8 @@ STYLE: Mapping[str, Any] = {
     "axes.labelsize": 8.5,
     "axes.linewidth": 0.6,
     "axes.titlesize": 8,
+    "legend.fontsize": 6,
+    "figure.titlesize": 8.5,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
     "xtick.direction": "in",
@@ -54,12 +56,17 @@ SHORT, DASH_DOT_DOT, LONG = (2.6, 1.3), (6, 1.4, 1.2, 1.4, 1.2, 1.4), (9, 2)
 
 @dataclass(frozen=True)
 class Look:
-    """How a curve is drawn, and the colour of its name; no dashes make a solid line."""
+    """How a curve or a point is drawn, and the colour of its name; no dashes make a solid line."""
 
     color: str
     dashes: tuple[float, ...] = ()
     width: float = 1.3
     text: str = BLACK
+    marker: str = ""
+
+
+POINT = Look(BLACK, width=0, marker="o")
+POINT_SIZE = 2.4
 
 
 V_STAR = r"$v_\ast$"
@@ -96,6 +103,26 @@ def label_axes(
     axes.set(xlim=x, ylim=y)
 
 
+def plain_ticks(axes: Axes) -> None:
+    """Write numbers at a logarithmic horizontal axis of less than two decades.
+
+    Powers of ten are too few there, and Matplotlib's labels between them overlap.
+    """
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator
+
+    low, high = axes.get_xlim()
+    if high >= 100 * low:
+        return
+    axis = axes.xaxis
+    if high > 5 * low:
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_minor_formatter(NullFormatter())
+    else:
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter("{x:.10g}")
+
+
 def draw_look(axes: Axes, look: Look, x: FloatArray, y: FloatArray, gid: str) -> None:
     """Draw a curve."""
     (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=gid)
@@ -108,18 +135,36 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
     from matplotlib.lines import Line2D
 
     lines = [
-        Line2D([], [], color=look.color, linewidth=look.width, linestyle=(0, look.dashes) if look.dashes else "-")
+        Line2D(
+            *([], []),
+            color=look.color,
+            linewidth=look.width,
+            linestyle=(0, look.dashes) if look.dashes else "-",
+            marker=look.marker,
+            markersize=POINT_SIZE,
+        )
         for _, look in names
     ]
-    looks: Any = {"handlelength": 2.6, "frameon": False, "fontsize": 6, "columnspacing": 1}
+    looks: Any = {"handlelength": 2.6, "frameon": False, "columnspacing": 1}
     where.legend(lines, [text for text, _ in names], loc=place, ncol=columns, **looks)
 
 
-def styled() -> AbstractContextManager[None]:
-    """Return a context in which Matplotlib's settings are those of all pictures."""
+def styled(font_size: float = STYLE["font.size"]) -> AbstractContextManager[None]:
+    """Return a context with Matplotlib's settings of all pictures, and letters of a size in points."""
     from matplotlib import style
 
-    return style.context(["default", dict(STYLE)])
+    scale = font_size / STYLE["font.size"]
+    sizes = {name: scale * value for name, value in STYLE.items() if name.endswith(("size", "font.size"))}
+    return style.context(["default", dict(STYLE) | sizes])
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a user may ask of a picture: a title above it, width and height in inches, letters in points."""
+
+    title: str | None = None
+    size: tuple[float, float] | None = None
+    font_size: float = STYLE["font.size"]
 
 
 def saved(sheet: Sheet, title: str, command: str, kind: str) -> bytes:
@@ -129,7 +174,7 @@ def saved(sheet: Sheet, title: str, command: str, kind: str) -> bytes:
     return buffer.getvalue()
 
 
-def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str) -> bytes:
+def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str, page: Page | None = None) -> bytes:
     """Draw a picture, and return it as a file's content.
 
     Parameters
@@ -140,11 +185,18 @@ def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str) -> b
         For the file's metadata.
     kind : str
         One of `FORMATS`.
+    page : Page or None
 
     Raises
     ------
     ModuleNotFoundError
         Without Matplotlib.
     """
-    with styled():
-        return saved(draw(), title, command, kind)
+    page = page or Page()
+    with styled(page.font_size):
+        sheet = draw()
+        if page.size is not None:
+            sheet.set_size_inches(page.size)
+        if page.title is not None:
+            sheet.suptitle(page.title)
+        return saved(sheet, page.title or title, command, kind)

@@ -24,7 +24,10 @@ from viscopade.plots.sheet import (
     DOTTED,
     EPSILON,
     GREEN,
+    GREY,
     ORANGE,
+    POINT,
+    POINT_SIZE,
     PURPLE,
     SKY,
     VERMILION,
@@ -33,6 +36,7 @@ from viscopade.plots.sheet import (
     key_of,
     label_axes,
     new_sheet,
+    plain_ticks,
 )
 from viscopade.simulators import simulator_of
 from viscopade.simulators.formula import DampingFormula
@@ -51,6 +55,8 @@ _DIGITS = 15
 
 _COLORS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK)
 _DASHES = ((), DASHED, DASH_DOT, DOTTED)
+FIRST = Look(GREY, width=3.4)
+"""The look of the first of several curves: broad and pale, so that what coincides with it stays visible on top."""
 
 Restitution = Callable[[FloatArray], FloatArray]
 
@@ -162,12 +168,16 @@ def draw_speeds(
         (max(low - margin, 0), min(high + margin, 1.02)),
         "x",
     )
+    plain_ticks(axes)
     names = []
     for i, (each, value) in enumerate(zip(curves, values, strict=True)):
         look = Look(_COLORS[i % len(_COLORS)], _DASHES[i % len(_DASHES)])
+        if i == 0 and len(curves) > 1:
+            look = FIRST
         draw_look(axes, look, speeds, value, f"curve-{i + 1}")
         names.append((each.name, look))
     if data is not None:
-        axes.plot(data.speed, data.epsilon, "o", color=BLACK, markersize=2.4, gid="data")
+        axes.plot(data.speed, data.epsilon, "o", color=POINT.color, markersize=POINT_SIZE, gid="data")
+        names.append(("measured", POINT))
     key_of(sheet, names, "outside lower center", 1 if max(len(name) for name, _ in names) > 30 else 2)
     return sheet

@@ -30,6 +30,7 @@ from viscopade.collision.weight import EARTH, FallingContact
 from viscopade.simulators.audit import Advice, advised
 from viscopade.simulators.formula import DampingFormula, compensated, epsilon_of, stepped_collision, wanted_kappa
 from viscopade.simulators.setup import NamedContact
+from viscopade.theory.law import VISCOELASTIC, Law
 
 STEP_ERROR = 0.01
 """Relative error of eps by the time step, for the longest step that the files state."""
@@ -43,14 +44,14 @@ _LEAST_STEP = 1e-3  # in contact times
 
 @dataclass(frozen=True)
 class Wanted:
-    """The viscoelastic collisions that a program's contact must come close to.
+    """The collisions that a program's contact must come close to.
 
     Attributes
     ----------
     name : str
         Of the contact.
     beta : float
-        eq:betadef, of typical bodies.
+        eq:betadef, of typical bodies; of another law kappa at the speed 1.
     slowest, typical, fastest : float
         Impact speeds; at the typical one eps must be exact.
     mass : float, optional
@@ -63,6 +64,8 @@ class Wanted:
         Acceleration that presses the bodies together; 0 for two that both fall.
     with_weight : float, optional
         Wanted eps at the typical speed with this weight, instead of that without.
+    law : Law
+        That of the collisions.
     """
 
     name: str
@@ -75,6 +78,7 @@ class Wanted:
     extremes: tuple[float, ...] = ()
     gravity: float = EARTH
     with_weight: float | None = None
+    law: Law = VISCOELASTIC
 
     def __post_init__(self) -> None:
         if not _SLOWEST <= self.slowest <= self.fastest <= min(1 / _SLOWEST, _WIDEST * self.slowest):
@@ -93,10 +97,15 @@ class Wanted:
         speeds: tuple[float, float] | None,
         mass: float | None,
         gravity: float | None = None,
+        law: Law = VISCOELASTIC,
     ) -> Wanted:
-        """Return viscoelastic collisions with an eps at a speed, between bodies of which no more is known."""
+        """Return collisions with an eps at a speed, between bodies of which no more is known."""
         slowest, fastest = speeds or (speed, speed)
-        found = cls("contact", float(beta_from_restitution(speed, epsilon)), slowest, speed, fastest, mass)
+        if law == VISCOELASTIC:
+            beta = float(beta_from_restitution(speed, epsilon))
+        else:
+            beta = float(wanted_kappa(law, repr(epsilon))) / speed ** float(2 * law.c)
+        found = cls("contact", beta, slowest, speed, fastest, mass, law=law)
         return found if gravity is None else replace(found, gravity=gravity, with_weight=epsilon)
 
     @classmethod
@@ -118,7 +127,10 @@ class Wanted:
 
     def epsilon(self, speed: float, beta: float | None = None) -> float:
         """Return eps at a speed, of typical bodies or with another beta."""
-        return float(double.epsilon(v_star(speed, self.beta if beta is None else beta)))
+        factor = self.beta if beta is None else beta
+        if self.law == VISCOELASTIC:
+            return float(double.epsilon(v_star(speed, factor)))
+        return float(epsilon_of(self.law, mp.mpf(factor * speed ** float(2 * self.law.c))))
 
 
 @dataclass(frozen=True)
@@ -155,7 +167,7 @@ class Softness:
 
 @dataclass(frozen=True)
 class SpeedErrors:
-    """Errors of a program's eps over a range of speeds, eps/(viscoelastic eps) - 1.
+    """Errors of a program's eps over a range of speeds, eps/(wanted eps) - 1.
 
     Attributes
     ----------
@@ -351,7 +363,10 @@ class SoftContact:
         speeds = np.geomspace(wanted.slowest, wanted.fastest, _SPEEDS if wanted.slowest < wanted.fastest else 1)
         own = np.array([self.delivered(speed, kappa) for speed in speeds.tolist()])
         betas = (wanted.beta, *wanted.extremes)
-        return [speed_errors(own / double.epsilon(v_star(speeds, beta)) - 1) for beta in betas]
+        return [
+            speed_errors(own / np.array([wanted.epsilon(speed, beta) for speed in speeds.tolist()]) - 1)
+            for beta in betas
+        ]
 
     def balanced(self) -> tuple[float, float] | None:
         """Return the parameter whose largest error over the speeds and sizes is smallest, and that error.

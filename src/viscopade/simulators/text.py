@@ -13,6 +13,7 @@ from viscopade.simulators.setup import NO_WEIGHT, SI, Setup, Units
 from viscopade.simulators.simulator import OwnLaw
 from viscopade.simulators.soft import STEP_ERROR, SoftContact, Softness, SpeedErrors, Wanted
 from viscopade.simulators.stated import program_number
+from viscopade.theory.law import VISCOELASTIC
 
 VISCOELASTIC_TIME = Softness()
 
@@ -161,8 +162,9 @@ def _over_speeds(contact: SoftContact, own: OwnLaw, units: Units) -> list[str]:
     wanted = contact.wanted
     ends = wanted.slowest, wanted.fastest
     own_values, others = ([f"{value:.6g}" for value in map(eps, ends)] for eps in (contact.delivered, wanted.epsilon))
+    of = "viscoelastic spheres" if wanted.law == VISCOELASTIC else f"the law {wanted.law}"
     lines = [
-        f"  eps at {ends[0]:.6g} and {ends[1]:.6g} {units.speed}: {' and '.join(own_values)}; of viscoelastic spheres "
+        f"  eps at {ends[0]:.6g} and {ends[1]:.6g} {units.speed}: {' and '.join(own_values)}; of {of} "
         f"{' and '.join(others)}"
     ]
     labels = ("", "sizes with the least v*: ", "sizes with the largest v*: ")

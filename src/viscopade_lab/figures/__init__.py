@@ -1,7 +1,15 @@
 """The paper's figures, and those that it could not show."""
 
 NAMES = (
-    *("seriesDiverging", "seriesErrors", "tryingDifferentPade", "localSlope", "tryingDifferentPadeLin", "padeErrors"),
+    *(
+        "materials",
+        "seriesDiverging",
+        "seriesErrors",
+        "tryingDifferentPade",
+        "localSlope",
+        "tryingDifferentPadeLin",
+        "padeErrors",
+    ),
     *("polesAndZeros", "expVsAnaVsNum", "iceErrors", "minimaxErrors", "cooling"),
     *("universalCurves", "dampingFormulas", "audit", "epsOverSpeed", "weight"),
 )

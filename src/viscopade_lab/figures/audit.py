@@ -14,6 +14,7 @@ from viscopade.collision.contact import PHASES, Contact
 from viscopade.collision.spheres import beta_from_restitution
 from viscopade.collision.weight import loss_slope
 from viscopade.plots.sheet import (
+    BLACK,
     BLUE,
     DASH_DOT,
     DASHED,
@@ -48,6 +49,7 @@ CURVES: Mapping[str, tuple[str, str, str, Look]] = {
 """For each curve its name, and a formula that stands for others with the same eps."""
 
 MEASURED = ("lammps", "liggghts")
+_CIRCLE = Look(BLACK, width=0, marker="o")
 CHOSEN = 0.5
 STEPS = np.geomspace(0.001, 0.1, 81)
 STEPPED: Mapping[str, tuple[str, Look]] = {
@@ -74,10 +76,11 @@ def _audit() -> Sheet:
     for gid, (_, program, name, look) in CURVES.items():
         _draw_delivered(top, simulator_of(program).formula(name), look, gid)
     _mark_measured(top)
-    key_of(top, [(words, look) for words, _, _, look in CURVES.values()], "upper left", 1)
+    named = [(words, look) for words, _, _, look in CURVES.values()]
+    key_of(top, [*named, ("as asked", Look(GREY, width=3.4)), ("measured", _CIRCLE)], "upper left", 1)
     for name, (_, look) in STEPPED.items():
         _draw_stepped(bottom, simulator_of("lammps").formula(name), look)
-    key_of(bottom, list(STEPPED.values()), "upper left", 3)
+    key_of(bottom, [*STEPPED.values(), ("measured", _CIRCLE)], "upper left", 2)
     return sheet
 
 
@@ -121,9 +124,21 @@ def _draw_stepped(axes: Axes, formula: DampingFormula, look: Look) -> None:
 SPEEDS = np.geomspace(0.01, 10, 31)
 OVER_SPEED: Mapping[str, tuple[str, str, str, bool, Look]] = {
     "constant": ("MuJoCo, Chrono, JaxDEM, …", "mujoco", "solref = -stiffness -damping", True, Look(BLUE)),
-    "constant-asked": ("… as asked", "mujoco", "solref = -stiffness -damping", False, Look(BLUE, DASHED)),
+    "constant-asked": (
+        "… with the manual's number",
+        "mujoco",
+        "solref = -stiffness -damping",
+        False,
+        Look(BLUE, DASHED),
+    ),
     "hunt-crossley": ("Drake, Simbody", "drake", "continuous, d = 3 (1 - e)/(2 v)", True, Look(ORANGE)),
-    "hunt-crossley-asked": ("… as asked", "drake", "continuous, d = 3 (1 - e)/(2 v)", False, Look(ORANGE, DASHED)),
+    "hunt-crossley-asked": (
+        "… with the manual's number",
+        "drake",
+        "continuous, d = 3 (1 - e)/(2 v)",
+        False,
+        Look(ORANGE, DASHED),
+    ),
     "no-limit": ("LAMMPS, no limit_damping", "lammps", "hertz, viscoelastic", False, Look(PURPLE, DASH_DOT)),
 }
 """For each curve its name, a formula that stands for others, whether the number to write instead is written."""
@@ -147,7 +162,8 @@ def _over_speed() -> Sheet:
         found = _at_speeds(simulator_of(program).formula(name), instead)
         draw_look(top, look, SPEEDS, found, gid)
         draw_look(bottom, look, SPEEDS, found / exact - 1, f"{gid}-difference")
-    key_of(top, [(words, look) for words, *_, look in OVER_SPEED.values()], "lower left", 1)
+    named = [(words, look) for words, *_, look in OVER_SPEED.values()]
+    key_of(top, [("viscoelastic: LAMMPS, YADE, REBOUND, …", Look(GREY, width=3.4)), *named], "lower left", 1)
     return sheet
 
 
@@ -180,7 +196,7 @@ def _weight() -> Sheet:
     sheet, (axes,) = new_sheet(3.2)
     label_axes(axes, "$g t_c / v$", EPSILON, (SHARES[0], SHARES[-1]), (0, CHOSEN + 0.02), "x")
     rule = 1 - (1 - CHOSEN) * (1 + loss_slope(law_of("viscoelastic")) * SHARES)
-    draw_look(axes, Look(GREY, DASH_DOT), SHARES, rule, "rule")
+    draw_look(axes, Look(BLACK, DASH_DOT, 0.9), SHARES, rule, "rule")
     for name, (_, color) in WITH_WEIGHT.items():
         for end, look in (("force", Look(color)), ("return", Look(color, DASHED))):
             law = law_of(name, end)
@@ -193,7 +209,9 @@ def _weight() -> Sheet:
                 if values[-1] == 0:
                     break
             draw_look(axes, look, SHARES[: len(values)], np.array(values), f"{name}-{end}")
-    key_of(axes, [(words, Look(color)) for words, color in WITH_WEIGHT.values()], "lower left", 1)
+    named = [(words, Look(color)) for words, color in WITH_WEIGHT.values()]
+    others = [("ends at $x = 0$", Look(BLACK, DASHED)), ("$1 - 0.5 (1 + 0.539 g t_c/v)$", Look(BLACK, DASH_DOT, 0.9))]
+    key_of(axes, [*named, *others], "lower left", 1)
     return sheet
 
 

@@ -156,7 +156,7 @@ LOOKS: Mapping[str, Look] = {
 )
 def _damping_formulas() -> Sheet:
     sheet, (top, bottom) = new_sheet(6.0, (1.2, 1))
-    label_axes(top, "", "delivered " + EPSILON, (0, 1), (0, 1), "")
+    label_axes(top, "asked $e$", "delivered " + EPSILON, (0, 1), (0, 1), "")
     label_axes(bottom, "asked $e$", f"delivered {EPSILON} $-$ $e$", (0, 1), (-LARGEST_SHOWN, LARGEST_SHOWN), "")
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     bottom.axhline(0, color=GREY, linewidth=3.4, gid="exact-error")
@@ -166,7 +166,7 @@ def _damping_formulas() -> Sheet:
         gid = re.sub(r"\W+", "-", name.lower()).strip("-")
         draw_look(top, look, ASKED, given, gid)
         draw_look(bottom, look, ASKED, given - ASKED, f"{gid}-error")
-    key_of(sheet, list(LOOKS.items()), "outside lower center", 2)
+    key_of(sheet, [*LOOKS.items(), ("as asked", Look(GREY, width=3.4))], "outside lower center", 2)
     return sheet
 
 

@@ -283,6 +283,36 @@ def _mark(axes: Axes, kind: str, x: Any, y: Any, color: str, gid: str, *, on_fra
 # --- the figures ------------------------------------------------------------------------------------------------------
 
 
+MATERIALS: Mapping[str, tuple[float, float, Beside]] = {
+    "steel": (0.97, 0.1, (1.0, 4, 4)),
+    "rubber": (0.837, 4.4, (0.1, -4, -4)),
+    "ice": (0.32, 0.01, (0.03, 4, 4)),
+}
+"""By name, eps at a speed in m/s (as in examples/), and where the name stands."""
+
+
+@figure(
+    "eps over the impact speed for three materials: exact, [3/6], and the truncated series",
+    r"""Coefficient of restitution over the impact speed for balls of bearing steel, neoprene and ice: exact (broad
+    grey lines), the paper's $[3/6]$ (blue, dotted) and the series truncated at order 20 (vermilion). The series fails
+    from $v_\ast = 1$ on, within what ice meets in Saturn's rings; $[3/6]$ follows.""",
+)
+def _materials() -> Sheet:
+    sheet, (axes,) = new_sheet(2.6)
+    ends = 1e-4, 10.0
+    label_axes(axes, "impact speed (m/s)", EPSILON, ends, (0, 1.06), "x")
+    speeds = np.geomspace(*ends, 401)
+    for name, (epsilon, speed, place) in MATERIALS.items():
+        v_star = float(double.v_star_from(epsilon)) * (speeds / speed) ** 0.1
+        draw_curve(axes, "exact", speeds, double.epsilon(v_star), gid=f"exact-{name}")
+        draw_curve(axes, "k_c=20", speeds, _until_out(_truncated(v_star, 20), -0.1, 1.1), gid=f"series-{name}")
+        draw_curve(axes, "[3/6]", speeds, _pade((3, 6), v_star), place, gid=f"pade-{name}", text=name)
+    axes.legend(
+        axes.lines[:3], ("exact", "series to order 20", "[3/6] of the paper"), loc="center right", frameon=False
+    )
+    return sheet
+
+
 @figure(
     "eps, its series cut off at several orders, and [1/4]",
     r"""Coefficient of restitution $\varepsilon$ over $v_\ast = \beta^{1/2} v^{1/10}$: exact (broad grey line), the
@@ -327,12 +357,13 @@ def _series_errors() -> Sheet:
     r"""$\varepsilon$ for large $v_\ast$ on logarithmic axes: exact (broad grey line), Padé approximants $[m/m+3]$, the
     power $v_\ast^{-3.2}$ (dotted) that the paper reads off as the limit, and the true limit
     $(3/2)^{2/3} v_\ast^{-10/3}$ (thin line). $[2/5]$ ends at its zero (circle), which the paper takes for a pole;
-    beyond it is negative.""",
+    beyond it is negative. Bottom: the same curves times $v_\ast^{10/3}$, which tells them apart.""",
     "fig:tryingDifferentPade",
 )
 def _trying_different_pade() -> Sheet:
-    sheet, (axes,) = new_sheet(2.9)
+    sheet, (axes, scaled) = new_sheet(4.8, (1.5, 1))
     label_axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
+    label_axes(scaled, V_STAR, EPSILON + r" $v_\ast^{10/3}$", (0.1, 100), (1e-3, 30), "xy")
     zero = _positive_root((2, 5), "zero")
     v_star = _with_approach(LOGARITHMIC, zero)
     large = LOGARITHMIC[LOGARITHMIC >= 1]
@@ -343,6 +374,9 @@ def _trying_different_pade() -> Sheet:
     for degrees in SHOWN:
         name, value = _label(degrees), _pade(degrees, v_star)
         curves[name] = draw_curve(axes, name, v_star, _positive(value), places.get(degrees))
+    for name, line in curves.items():
+        x, y = map(np.asarray, line.get_data())
+        draw_curve(scaled, name, x, y * x**-LIMIT_EXPONENT, gid=f"{name}-scaled")
     _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", on_frame=True)
     # The others lie too close together to be named where they are: the key has them in the order of their right ends.
     key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": r"$v_\ast^{-3.2}$"}
@@ -593,6 +627,7 @@ def _error_axes(axes: Axes, y_label: str, y: tuple[float, float]) -> None:
 
 
 FIGURES: Mapping[str, Figure] = {
+    "materials": _materials,
     "seriesDiverging": _series_diverging,
     "seriesErrors": _series_errors,
     "tryingDifferentPade": _trying_different_pade,

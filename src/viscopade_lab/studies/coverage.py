@@ -6,14 +6,16 @@ are `--sets` sets, and of the first `--judged` of them the verdict is counted. A
 68 % of sets if it is right; with 2000 sets, the standard error of that number is 1.0 %, and 0.5 % of 95 %.
 
 Run as `python -m viscopade_lab.studies.coverage`: it prints the table of docs/results/fit.md. It needs the program
-`lmp` and the package `mujoco`.
+`lmp` and the package `mujoco`. With `--verdicts 400` it prints the table of verdicts on made data of a constant eps and
+of the viscoelastic law, over one decade of speeds; that needs neither, and takes an hour.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import click
@@ -38,10 +40,12 @@ DROPS, BOUNCES = 5, 6
 SINGLE, SMALL = 10, 0.003  # bounces of a single drop, and their scatter: less than the detector shows
 SLOPES = 3.0  # ratio of both exponential functions
 SEED = 20
-WORDS = ("holds", "holds with a limit", "does not hold")
+WORDS = ("holds", "holds with a limit", "does not hold", "undecided")
+EPSILONS, SIGMAS, NUMBERS = (0.3, 0.6, 0.9, 0.99), (0.01, 0.03), (5, 6, 8, 12)
+"""Of data for verdicts: eps in the middle of a decade of speeds, its standard errors, and how many points."""
 
 if TYPE_CHECKING:
-    from viscopade.fitting.bounces import ContactTime
+    from viscopade.fitting.contacts import ContactTime
 
 Random = np.random.Generator
 Errors = Callable[[Random, int], FloatArray]
@@ -119,7 +123,7 @@ def cases() -> list[Case]:
     flight = Flight(fit_data.GRAVITY)
     ball = _ball()
     wall = Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
-    contact = bounces.contact_time_of(Pair(ball, wall))
+    contact = Pair(ball, wall)
     of_lammps, (of_mujoco, touching) = fit_data.lammps_bounces(), fit_data.mujoco_bounces()
     pair, beta = Pair(ball, ball), fit_data.PAIR_BETA
     stiffness = {"beta": beta, "A": float(pair.dissipative_constant(beta)), "Y": ball.young_modulus}
@@ -247,19 +251,85 @@ def _estimates(points: Points, case: Case) -> dict[str, tuple[float, list[tuple[
     return estimates
 
 
+@dataclass(frozen=True)
+class Cell:
+    """Kind of made data whose verdict is known: points over the decade from 0.1 to 1 m/s.
+
+    Attributes
+    ----------
+    viscoelastic : bool
+        Whether they follow the viscoelastic law; else eps is constant.
+    known : bool
+        Whether the standard errors are given.
+    epsilon, sigma : float
+        eps in the middle, and the standard deviation of its Gaussian errors.
+    number : int
+        Of points.
+    """
+
+    viscoelastic: bool
+    known: bool
+    epsilon: float
+    sigma: float
+    number: int
+
+    def verdicts(self, sets: int) -> Counter[str]:
+        """Return how many sets get which verdict."""
+        from viscopade.fitting import likelihood, verdict
+
+        law, constant, *_ = verdict.MODELS
+        model, speed = law if self.viscoelastic else constant, np.geomspace(0.1, 1, self.number)
+        kappa = likelihood.kappa_of(law.law, np.array([self.epsilon])) * (speed / 10**-0.5) ** (model.exponent or 0)
+        seed = [SEED, self.viscoelastic, self.known, *(round(100 * x) for x in (self.epsilon, self.sigma)), self.number]
+        random, words = np.random.default_rng(seed), Counter[str]()
+        for _ in range(sets):
+            measured = np.maximum(model.epsilon(kappa) + self.sigma * random.standard_normal(self.number), 0)
+            points = Points.measured(speed, measured, sigma_epsilon=self.sigma if self.known else None)
+            words[verdict.judged(verdict.compared(points)).word] += 1
+        return words
+
+
+def table_of_verdicts(sets: int) -> Iterator[str]:
+    """Yield the table of verdicts on made data, and a sentence on the wrong ones."""
+    rows: list[list[str]] = []
+    wrong = {True: 0.0, False: 0.0}
+    grid = list(product((False, True), SIGMAS, EPSILONS))
+    for i in track(range(len(grid)), "kinds of data"):
+        known, sigma, epsilon = grid[i]
+        cells = []
+        for viscoelastic in (False, True):
+            counted = [Cell(viscoelastic, known, epsilon, sigma, number).verdicts(sets) for number in NUMBERS]
+            for word in ("holds", "does not hold"):
+                shares = [sum(words[each] for each in WORDS if each.startswith(word)) / sets for words in counted]
+                cells.append(" / ".join(f"{100 * share:.1f}" for share in shares))
+                if viscoelastic == (word == "does not hold"):
+                    wrong[viscoelastic] = max(wrong[viscoelastic], *shares)
+        rows.append(["given" if known else "not given", f"{sigma:g}", f"{epsilon:g}", *cells])
+    of_truths = (f"{truth}: {word}" for truth, word in product(("constant", "law"), ("holds", "does not hold")))
+    yield markdown(("standard errors", "sigma", "eps", *of_truths), rows)
+    yield (
+        f"Wrong are at most {100 * wrong[False]:.1f} % of the sets of a constant eps (holds), and "
+        f"{100 * wrong[True]:.1f} % of those of the viscoelastic law (does not hold)."
+    )
+
+
 @click.command()
 @click.option("--sets", type=click.IntRange(1), default=2000, show_default=True, help="Sets of each kind of data.")
 @click.option("--judged", type=click.IntRange(0), default=100, show_default=True, help="Sets whose verdict counts.")
-def main(sets: int, judged: int) -> None:
+@click.option("--verdicts", type=click.IntRange(1), help="Print the verdicts on so many made sets of a kind instead.")
+def main(sets: int, judged: int, verdicts: int | None) -> None:
     """Print the rates of all kinds of data as a table in Markdown."""
     need("coverage", "scipy")
+    if verdicts is not None:
+        click.echo("\n\n".join(table_of_verdicts(verdicts)))
+        return
     pairs = [(case, errors) for case in cases() for errors in ERRORS]
     rows = []
     for i in track(range(len(pairs)), "kinds of data"):
         for rate in rates(*pairs[i], sets, judged):
             inside = (f"{100 * share:.1f} %" for share in rate.inside)
-            verdicts = (f"{100 * rate.verdicts.get(word, 0):.0f} %" for word in WORDS)
-            rows.append([rate.data, rate.errors, rate.quantity, *inside, f"{100 * rate.bias:+.2f} %", *verdicts])
+            words = (f"{100 * rate.verdicts.get(word, 0):.0f} %" for word in WORDS)
+            rows.append([rate.data, rate.errors, rate.quantity, *inside, f"{100 * rate.bias:+.2f} %", *words])
     click.echo(markdown(("data", "errors", "of", "68 %", "95 %", "bias", *WORDS), rows))
 
 

@@ -1,0 +1,183 @@
+"""Table of the collision of a viscoelastic sphere that falls on a plane, in kappa and the load G (section 2.11).
+
+A fit of many bounces needs eps and the contact time at each of them, thousands of times: `Contact.collide` takes 10 ms.
+The table is made once, in half a second, and its numbers are sampled. In p = x^(1/2) and dt = 2 p dsigma the scaled
+equation and the loss of energy kappa L are polynomial, so Taylor series in sigma solve it for all nodes at once:
+
+    p' = v,    v' = 2 p (G - p^3) - 2 kappa p^2 v,    t' = 2 p,    L' = 4 p^2 v^2.
+
+Contact ends where p^2 + kappa v = 0. The sphere then rebounds at w and is still compressed by x_c = kappa w. With the
+energy of the spring, which is lost, eps^2 = w^2 - 2 G x_c = 1 - kappa D, where D = L + 4/5 x_c^(5/2)/kappa. A load
+above G_s keeps the sphere down. There w = 2 G kappa, and the motion from it back to the first contact gives
+G_s(kappa). The table has ln D and the contact time as splines in ln kappa and G/G_s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
+
+LEAST, LARGEST = 9e-4, 6.5
+"""The kappa of the table: eps without weight is 0.999 and 0.05. Below it D hardly changes with kappa."""
+
+_NODES = 81, 53  # in ln kappa and in arcsin (G/G_s)^(1/2)
+_ORDER, _STEP = 16, 0.2  # of the series, and of sigma over the time scale of the motion
+_HALVINGS = 50  # of a step, to its event
+_CLOSE = 1e-14  # of a kappa, and of eps
+_DEGREE = 5
+
+
+class _Table(NamedTuple):
+    """Splines: ln G_s in ln kappa; ln D and the duration in ln kappa and arcsin (G/G_s)^(1/2)."""
+
+    sticking: Callable[..., FloatArray]
+    loss: Callable[..., FloatArray]
+    duration: Callable[..., FloatArray]
+
+
+def load_at(speed: FloatArray, unit_speed: float) -> FloatArray:
+    """Return the loads at impact speeds of one body on one plane, from the speed at which the load is 1."""
+    return np.asarray((unit_speed / speed) ** 1.2)
+
+
+def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
+    """Return eps at each kappa and load G; 0 for a sphere that stays down.
+
+    Beyond the table weight is taken to change eps by the factor of its largest kappa.
+    """
+    k, place, stays = _place(kappa, load)
+    squares = 1 - np.minimum(kappa, k) * np.exp(_table().loss(np.log(k), place))
+    found = np.sqrt(np.where(stays, 0.0, np.maximum(squares, 0.0)))
+    beyond = kappa > k
+    return (
+        found * double.epsilon(np.sqrt(kappa)) / double.epsilon(np.sqrt(np.minimum(kappa, k)))
+        if beyond.any()
+        else found
+    )
+
+
+def duration(kappa: FloatArray, load: FloatArray) -> FloatArray:
+    """Return how long the force acts, tau_c; of a sphere that stays down, that at G_s."""
+    k, place, _ = _place(kappa, load)
+    return _table().duration(np.log(k), place)
+
+
+def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
+    """Return the time from first contact until the sphere is back at that height.
+
+    When the force vanishes, it is still below by x_c = kappa w, rises at w, and reaches the height at eps.
+    """
+    rebound, pull = epsilon(kappa, load), kappa * load
+    w = pull + np.hypot(pull, rebound)
+    return duration(kappa, load) + 2 * kappa * w / np.maximum(w + rebound, np.finfo(float).tiny)
+
+
+def kappa_from(wanted: FloatArray, load: FloatArray) -> FloatArray:
+    """Return the kappa with which eps is the wanted one at each load; 0 for 1 or more, and infinite for 0."""
+    # Weight increases the loss, and D is at most 1/kappa. Between, Chandrupatla's method (1997), as in `contact`.
+    inside = np.clip(wanted, 1e-300, 1.0)
+    a, b = (1 - inside**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(inside)) ** 2
+    fa, fb, t = epsilon(a, load) - wanted, epsilon(b, load) - wanted, np.full_like(b, 0.5)
+    for _ in range(_HALVINGS):
+        x = a + t * (b - a)
+        fx = epsilon(x, load) - wanted
+        same = (fx > 0) == (fa > 0)
+        c, fc = np.where(same, (a, fa), (b, fb))
+        b, fb = np.where(same, (b, fb), (a, fa))
+        a, fa = x, fx
+        with np.errstate(all="ignore"):
+            least = np.fmin(_CLOSE * a / np.abs(b - a), 0.5)
+            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            inner = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        found = (least == 0.5) | (np.abs(fa) <= _CLOSE)
+        if found.all():
+            break
+        part = np.clip(np.where((phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi), inner, 0.5), least, 1 - least)
+        t = np.where(found, 0.0, part)
+    return np.where(wanted <= 0, math.inf, a)
+
+
+def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
+    """Return the kappa in the table, arcsin (G/G_s)^(1/2), and whether the sphere stays down."""
+    k, load = np.broadcast_arrays(np.clip(kappa, LEAST, LARGEST), load)
+    part = load / np.exp(_table().sticking(np.log(k)))
+    return k, np.arcsin(np.sqrt(np.minimum(part, 1.0))), part >= 1
+
+
+@cache
+def _table() -> _Table:
+    from scipy.interpolate import InterpolatedUnivariateSpline, RectBivariateSpline  # when it is needed
+
+    # The load that belongs to the speed at first contact follows from the motion, so any first guess of it does.
+    kappa = np.geomspace(LEAST, 1.2 * LARGEST, _NODES[0])
+    load = 0.375 * kappa ** (-6 / 11) * (1 + 0.8 * kappa) ** -2.2
+    start = np.array([kappa * np.sqrt(2 * load), -2 * load * kappa, 0 * kappa, 0 * kappa])
+    speed = _motion(start, kappa, load, -1, lambda p, v, k: p)[1]
+    kappa, sticking = kappa * speed**0.2, load * speed**-1.2
+    place = np.linspace(0, math.pi / 2, _NODES[1])
+    k, g = (each.ravel() for each in np.broadcast_arrays(kappa[:, None], sticking[:, None] * np.sin(place) ** 2))
+    start = np.array([0 * k, 0 * k + 1, 0 * k, 0 * k])
+    _, v, time, lost = _motion(start, k, g, 1, lambda p, v, k: np.minimum(p, p**2 + k * v))
+    loss = np.log(lost + 0.8 * k**1.5 * np.abs(v) ** 2.5)
+    ends = (np.log(kappa), place)
+    surfaces = (RectBivariateSpline(*ends, each.reshape(_NODES), kx=_DEGREE, ky=_DEGREE).ev for each in (loss, time))
+    return _Table(InterpolatedUnivariateSpline(ends[0], np.log(sticking), k=_DEGREE), *surfaces)
+
+
+def _motion(
+    state: FloatArray,
+    kappa: FloatArray,
+    load: FloatArray,
+    direction: int,
+    event: Callable[..., FloatArray],
+) -> FloatArray:
+    """Return p, v, t and L where an event, a function of p, v and kappa, is no longer positive."""
+    found = np.empty_like(state)
+    step, moving = direction * _STEP / np.sqrt(1 + 2 * load + kappa), np.arange(len(kappa))
+    while len(moving):
+        series = _series(state, kappa[moving], load[moving])
+        state = _sum(series, step[moving])
+        ends = event(*state[:2], kappa[moving]) <= 0
+        if ends.any():
+            of, part = moving[ends], series[:, :, ends]
+            low, high = np.zeros(len(of)), step[of]
+            for _ in range(_HALVINGS):
+                middle = (low + high) / 2
+                before = event(*_sum(part[:, :2], middle), kappa[of]) > 0
+                low, high = np.where(before, middle, low), np.where(before, high, middle)
+            found[:, of] = _sum(part, high)
+        state, moving = state[:, ~ends], moving[~ends]
+    return found
+
+
+def _series(state: FloatArray, kappa: FloatArray, load: FloatArray) -> FloatArray:
+    """Return the Taylor coefficients of p, v, t and L, their orders in the first axis."""
+    p, v, t, lost, p2, p4, loss = np.zeros((7, _ORDER + 1, len(kappa)))
+    p[0], v[0], t[0], lost[0] = state
+    for i in range(_ORDER):
+        p2[i] = _term(p, p, i)
+        p4[i], loss[i] = _term(p2, p2, i), _term(p2, v, i)
+        p[i + 1], t[i + 1], lost[i + 1] = v[i] / (i + 1), 2 * p[i] / (i + 1), 4 * _term(loss, v, i) / (i + 1)
+        v[i + 1] = 2 * (load * p[i] - p4[i] - kappa * loss[i]) / (i + 1)
+    return np.swapaxes([p, v, t, lost], 0, 1)
+
+
+def _term(one: FloatArray, other: FloatArray, i: int) -> FloatArray:
+    """Return a coefficient of the product of two series."""
+    return np.asarray(np.einsum("ij,ij->j", one[: i + 1], other[i::-1]))
+
+
+def _sum(series: FloatArray, step: FloatArray) -> FloatArray:
+    """Return the values of series at a step."""
+    total = series[-1]
+    for each in series[-2::-1]:
+        total = total * step + each
+    return np.asarray(total)

@@ -1,0 +1,59 @@
+"""Contacts of a body that falls on a plane: how long they last, and the load of its weight in them (section 2.11).
+
+At an impact speed v the load is G = (v_G/v)^(6/5), where v_G is the speed at which it is 1. A pair of bodies gives v_G;
+so do measured contact times, with the kappa that gives each measured eps.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision import weight_table
+from viscopade.collision.spheres import Pair
+from viscopade.theory.law import VISCOELASTIC
+
+ContactTime = float | Pair
+"""Time from first contact until the body is back at that height; or the bodies, whose law gives it."""
+
+LEAST_EPSILON = 1e-6
+"""Whose contact time is that of an eps of 0, too."""
+
+_ROUNDS = 8  # until contact times and loads agree
+
+
+def weight_speed(contact: ContactTime | FloatArray, gravity: float, speed: FloatArray, epsilon: FloatArray) -> float:
+    """Return v_G; 0 if nothing tells it, or for two spheres, which have no weight on each other.
+
+    Parameters
+    ----------
+    contact : float, Pair or array
+        As `ContactTime`; an array has the times during which the force acts, at each of the speeds.
+    gravity : float
+    speed, epsilon : array
+    """
+    if isinstance(contact, Pair):
+        falls = contact.first.is_wall or contact.second.is_wall
+        return float((gravity * contact.time_scale(1.0)) ** (5 / 6)) if falls else 0.0
+    seen = np.broadcast_to(contact, speed.shape) > 0
+    if not seen.any():
+        return 0.0
+    lasting, v, e = np.broadcast_to(contact, speed.shape)[seen], speed[seen], epsilon[seen]
+    last = weight_table.duration if np.ndim(contact) else weight_table.return_time
+    scaled: FloatArray | float = float(VISCOELASTIC.contact_time)
+    for _ in range(_ROUNDS):
+        load = gravity * lasting / (scaled * v)
+        scaled = last(weight_table.kappa_from(e, load), load)
+    return float(np.exp(np.mean(np.log(load) / 1.2 + np.log(v))))
+
+
+def lasting(contact: ContactTime | FloatArray, speed: FloatArray, epsilon: FloatArray, of_weight: float) -> FloatArray:
+    """Return the times from first contact until the body is back at that height; `of_weight` is v_G."""
+    if isinstance(contact, Pair) or np.ndim(contact):
+        load = weight_table.load_at(speed, of_weight)
+        kappa = weight_table.kappa_from(np.clip(epsilon, LEAST_EPSILON, 1.0), load)
+        whole = weight_table.return_time(kappa, load)
+        if isinstance(contact, Pair):
+            return np.asarray(whole * contact.time_scale(speed))
+        return np.asarray(contact * whole / weight_table.duration(kappa, load))
+    return np.full(speed.shape, contact)

@@ -1,0 +1,139 @@
+"""Empirical functions eps(v) of measured points, for data that no law of contact follows.
+
+They say what was measured and no more: nothing stands behind them. Outside the measured speeds they are what they are
+at the nearest end.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from viscopade.arrays.checked import Accepted, FloatArray, Values, elementwise
+from viscopade.fitting.points import Points
+
+Form = Literal["power", "table"]
+
+MOST_NODES = 32  # of a table: more would follow the scatter
+_SPEEDS = Accepted("a number >= 0", lambda x: x >= 0)
+
+
+@dataclass(frozen=True)
+class Empirical:
+    """Function eps(v) fitted to points.
+
+    Attributes
+    ----------
+    slowest, fastest : float
+        The measured speeds; slower and faster ones are taken for these.
+    residual, largest : float
+        Root mean square and largest absolute residual of eps.
+    factor, power : float
+        C and q of eps = min(1, C v^-q); 0 for a table.
+    nodes : tuple
+        Speeds and eps of a table, which is linear in ln v between them; empty for a power.
+    """
+
+    slowest: float
+    fastest: float
+    residual: float = 0.0
+    largest: float = 0.0
+    factor: float = 0.0
+    power: float = 0.0
+    nodes: tuple[tuple[float, float], ...] = ()
+
+    def epsilon(self, speed: Values) -> Values:
+        """Return eps at speeds >= 0."""
+        return elementwise(self._epsilon, "speed", speed, _SPEEDS)
+
+    def _epsilon(self, speed: FloatArray) -> FloatArray:
+        v = np.clip(speed, self.slowest, self.fastest)
+        if self.nodes:
+            at, epsilon = np.array(self.nodes).T
+            return np.asarray(np.interp(np.log(v), np.log(at), epsilon))
+        return np.minimum(1.0, self.factor * v**-self.power)
+
+    def described(self) -> list[str]:
+        """Return what a file with this function has to say of it, in lines."""
+        form = (
+            f"a monotone table of {len(self.nodes)} nodes, linear in ln v between them"
+            if self.nodes
+            else f"eps = min(1, {self.factor:.6g} v^{-self.power:.6g}), v in m/s"
+        )
+        return [
+            f"EMPIRICAL fit of measured data, no law of contact: {form}.",
+            f"Speeds from {self.slowest:.6g} to {self.fastest:.6g} m/s; slower and faster ones are taken for these.",
+            f"Residuals of eps: {self.residual:.2g} (root mean square), up to {self.largest:.2g}.",
+        ]
+
+
+def of_points(points: Points, form: Form = "power") -> Empirical:
+    """Return a function fitted to points by least squares, weighted with their standard errors where these are known.
+
+    Parameters
+    ----------
+    points : Points
+    form : str
+        "power": eps = min(1, C v^-q). "table": the monotone function, falling or rising, that is nearest to the points
+        (isotonic regression), or to means of them if there are more than `MOST_NODES`.
+
+    Raises
+    ------
+    ValueError
+        If all speeds are equal, no eps is positive, or there is no such form.
+    """
+    if form not in ("power", "table"):
+        raise ValueError(f"form is {form!r}: expected 'power' or 'table'")
+    slowest, fastest = float(points.speed.min()), float(points.speed.max())
+    if not fastest > slowest or not points.epsilon.any():
+        raise ValueError("expected points with different speeds, and an eps > 0")
+    weights = 1 / points.standard_errors**2 if points.known else np.ones(len(points))
+    if points.counts is not None and not points.known:
+        weights = points.counts
+    if form == "power":
+        factor, power = _power(points, weights)
+        found = Empirical(slowest, fastest, factor=factor, power=power)
+    else:
+        found = Empirical(slowest, fastest, nodes=_nodes(points, weights))
+    off = points.epsilon - np.asarray(found.epsilon(points.speed))
+    rms = math.sqrt(float(np.average(off**2, weights=weights)))
+    return Empirical(slowest, fastest, rms, float(np.abs(off).max()), found.factor, found.power, found.nodes)
+
+
+def _power(points: Points, weights: FloatArray) -> tuple[float, float]:
+    """Return C and q."""
+    from scipy import optimize
+
+    log_v = np.log(points.speed)
+    middle, roots = float(np.average(log_v, weights=weights)), np.sqrt(weights)
+
+    def residuals(values: FloatArray) -> FloatArray:
+        return np.asarray(roots * (np.exp(np.minimum(values[0] - values[1] * (log_v - middle), 0)) - points.epsilon))
+
+    seen = points.epsilon > 0
+    slope, level = np.polyfit(log_v[seen] - middle, np.log(points.epsilon[seen]), 1) if seen.sum() > 1 else (0, 0)
+    found = optimize.least_squares(residuals, [level, -slope], x_scale="jac").x
+    return math.exp(found[0] + found[1] * middle), float(found[1])
+
+
+def _nodes(points: Points, weights: FloatArray) -> tuple[tuple[float, float], ...]:
+    """Return the nodes of the monotone function; of equal eps only the first and the last one."""
+    from scipy import optimize
+
+    order = np.argsort(points.speed, kind="stable")
+    _, starts = np.unique(points.speed[order], return_index=True)
+    if len(starts) > MOST_NODES:
+        starts = starts[np.arange(MOST_NODES) * len(starts) // MOST_NODES]
+    total = np.add.reduceat(weights[order], starts)
+    log_v, epsilon = (
+        np.add.reduceat((values * weights)[order], starts) / total for values in (np.log(points.speed), points.epsilon)
+    )
+    fits = [optimize.isotonic_regression(epsilon, weights=total, increasing=rising).x for rising in (False, True)]
+    best = min(fits, key=lambda fit: float(total @ (fit - epsilon) ** 2))
+    values = np.clip(best, 0, 1)
+    inner = np.flatnonzero((values[1:-1] == values[:-2]) & (values[1:-1] == values[2:])) + 1
+    keep = np.delete(np.arange(len(values)), inner)
+    return tuple(zip(np.exp(log_v[keep]).tolist(), values[keep].tolist(), strict=True))

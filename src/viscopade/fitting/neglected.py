@@ -1,0 +1,92 @@
+"""What a fit of bounces may leave out, and how much it is: the weight during contacts, and drag in air."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from viscopade.collision.spheres import Pair, Sphere
+from viscopade.collision.weight import COUNTS
+from viscopade.fitting.flight import Flight
+from viscopade.fitting.read import Recording
+from viscopade.theory.law import VISCOELASTIC
+
+AIR = 1.2
+"""Density of air in kg/m^3."""
+
+_LIGHT = Sphere(radius=0.02, mass=0.0027, young_modulus=1, poisson_ratio=0, dissipative_constant=0)
+_SLOW = 1e-9  # speed in m/s of a body that hardly rebounds
+_LEAST_DRAG = 1e-3  # change of eps that is told
+
+
+@dataclass(frozen=True)
+class WeightInContacts:
+    """Weight during the contacts of measured points.
+
+    Attributes
+    ----------
+    fitted : bool
+        Whether the fit has it.
+    shares : tuple of float, or None
+        g t_c/v of the fastest and the slowest point, with the contact time without damping; None if it is not known.
+    sentence : str
+        Without its full stop.
+    """
+
+    fitted: bool
+    shares: tuple[float, float] | None
+    sentence: str
+
+    @property
+    def warns(self) -> bool:
+        """Whether it is left out, and known to count."""
+        return not self.fitted and self.shares is not None and self.shares[1] >= COUNTS
+
+
+def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -> WeightInContacts | None:
+    """Return what is known of the weight; None if nothing says that the body falls on a plane."""
+    points, falls = recorded.points, recorded.kind != "speeds"
+    ends = np.array([points.speed.max(), points.speed.min()])
+    on_wall = pair is not None and (pair.first.is_wall or pair.second.is_wall)
+    if not falls and not on_wall:
+        return None
+    if not points.weight_speed and pair is None:
+        least = 1000 * COUNTS * ends[1] / gravity
+        text = f"it counts if the contacts of the slowest bounce last {least:.2g} ms (g t_c/v = {COUNTS:g})"
+        how = "--contact-time, or a material with --wall, puts it in"
+        return WeightInContacts(False, None, f"weight in contacts is left out: {text}; {how}")
+    loads = points.load(ends) if pair is None or points.weight_speed else gravity * pair.time_scale(ends) / ends
+    fast, slow = (float(VISCOELASTIC.contact_time) * loads).tolist()
+    span = f"{fast:.2g} to {slow:.2g}"
+    if points.weight_speed:
+        return WeightInContacts(True, (fast, slow), f"weight in contacts is in the fit: g t_c/v is {span}")
+    if falls:
+        text = f"g t_c/v is {span}; --wall, for a sphere on a plane, puts it in"
+    else:
+        text = f"if the sphere fell on the wall, g t_c/v is {span}, and eps is that of less damping with weight"
+    return WeightInContacts(False, (fast, slow), f"weight in contacts is left out: {text}")
+
+
+def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | None:
+    """Return how far drag in air could move eps, as a sentence without full stop; None if it hardly does.
+
+    The flights before and after each contact have the heights or durations that their speeds mean in vacuum. A
+    table-tennis ball stands for a body that is not known.
+    """
+    body = sphere or _LIGHT
+    if recorded.kind == "speeds" or body.density <= AIR:
+        return None
+    flight = Flight.of_sphere(body.radius, body.density, air_density=AIR, gravity=gravity)
+    before, after = recorded.points.speed, recorded.points.speed * recorded.points.epsilon
+    if recorded.kind == "heights":
+        fall, rise = (flight.launch_to(speed**2 / (2 * gravity)) for speed in (before, np.maximum(after, _SLOW)))
+    else:
+        fall, rise = (flight.launch(2 * speed / gravity) for speed in (before, np.maximum(after, _SLOW)))
+    changes = rise / flight.impact(fall) - recorded.points.epsilon
+    change = float(changes[np.argmax(np.abs(changes))])
+    if abs(change) < _LEAST_DRAG:
+        return None
+    whose = "" if sphere else " of a table-tennis ball (2.7 g, 4 cm)"
+    how = "--air-density" if sphere else "--air-density with --radius and --mass"
+    return f"drag is left out: in air it would move eps{whose} by up to {change:+.2g}; {how} puts it in"

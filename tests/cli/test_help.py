@@ -1,0 +1,74 @@
+"""The help of the command line: sections, widths, and examples that run."""
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+from viscopade.cli.main import SECTIONS, command
+
+ROOT = Path(__file__).parents[2]
+COLUMNS = 80
+NAMES = command.list_commands(click.Context(command))
+SLOW = {"bench", "reproduce", "hardcases"}
+
+
+def examples(name):
+    """Return the command lines at the end of a command's help."""
+    found = command if name == "viscopade" else command.get_command(click.Context(command), name)
+    lines = found.epilog.replace("\\\n", " ").splitlines()
+    return [line.strip() for line in lines if line.strip().startswith("viscopade ")]
+
+
+def test_every_command_is_in_one_section():
+    listed = [name for names in SECTIONS.values() for name in names]
+    assert sorted(listed) == sorted(NAMES)
+
+
+@pytest.mark.parametrize("name", ["viscopade", *NAMES])
+def test_help_fits_into_80_columns_and_ends_with_an_example(name):
+    words = [] if name == "viscopade" else [name]
+    text = subprocess.run(
+        [sys.executable, "-m", "viscopade", *words, "--help"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"COLUMNS": str(COLUMNS)},
+    ).stdout
+    lines = text.splitlines()
+    assert max(len(line) for line in lines if "|" not in line) <= COLUMNS
+    assert examples(name)
+    assert lines[-1].strip() in " ".join(examples(name)) or lines[-1].strip().startswith("--")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        pytest.param(line, marks=[pytest.mark.slow] if name in SLOW else [], id=f"{name}{i}")
+        for name in ["viscopade", *NAMES]
+        for i, line in enumerate(examples(name))
+    ],
+)
+def test_examples_run(tmp_path, line):
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    words = [sys.executable, "-m", *shlex.split(line)]
+    ran = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout or len(list(tmp_path.iterdir())) > 1  # a file was written
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("epsilo", "there is no command 'epsilo': did you mean epsilon"),
+        ("simulators lamps", "'lamps' is unknown: did you mean lammps?"),
+        ("pade 1/4 5", "the degrees are 1/4 and 5: expected M/N or M N"),
+    ],
+)
+def test_a_wrong_name_gets_the_right_one(line, message):
+    ran = subprocess.run([sys.executable, "-m", "viscopade", *line.split()], capture_output=True, text=True)
+    assert (ran.returncode, message in ran.stderr) == (2, True), ran.stderr

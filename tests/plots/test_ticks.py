@@ -1,0 +1,66 @@
+"""Labels of ticks: they never overlap, and there are enough of them, over any range of speeds."""
+
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+
+import viscopade as vp
+from viscopade.plots import fit_picture, sheet, speeds
+
+
+def empty(speed):
+    figure, (axes,) = sheet.new_sheet(2)
+    sheet.label_axes(axes, "speed", "eps", (speed[0], speed[-1]), (0, 1), "x")
+    sheet.plain_ticks(axes)
+    return figure
+
+
+def fit(speed):
+    return fit_picture.draw_fit(vp.fit(vp.Points.measured(speed, vp.restitution(speed, 0.1), sigma_epsilon=0.01)))
+
+
+def curves(speed):
+    return speeds.draw_speeds([speeds.viscoelastic("spheres", 0.1)], speed)
+
+
+RANGES = list(product([1, 0.0023, 7e-6, 83, 4400], [1.0003, 1.05, 1.4, 2, 3.2, 5, 8, 10, 30, 99, 101, 1000, 1e6]))
+
+
+@pytest.mark.parametrize(
+    ("drawn", "slowest", "ratio"),
+    [*((empty, *each) for each in RANGES), (fit, 1, 1.4), (fit, 0.3, 3), (fit, 0.1, 10), (curves, 0.023, 8)],
+)
+def test_labels_of_ticks_never_overlap(drawn, slowest, ratio):
+    with sheet.styled():
+        figure = drawn(np.geomspace(slowest, slowest * ratio, 6))
+        figure.draw_without_rendering()
+        bottom = figure.axes[-1]
+        low, high = bottom.get_xlim()
+        labels = [
+            label.get_window_extent()
+            for minor in (False, True)
+            for label, place in zip(
+                bottom.get_xticklabels(minor=minor), bottom.get_xticks(minor=minor).tolist(), strict=True
+            )
+            if low <= place <= high and label.get_text()
+        ]
+    assert len(labels) >= 2
+    labels.sort(key=lambda box: box.x0)
+    assert all(left.x1 < right.x0 for left, right in pairwise(labels))
+
+
+def test_a_page_has_its_title_size_and_letters():
+    drawn = []
+
+    def draw():
+        drawn.append(speeds.draw_speeds([speeds.viscoelastic("spheres", 0.1)], np.geomspace(1, 10, 6)))
+        return drawn[0]
+
+    page = sheet.Page("Spheres", (5, 4), 15)
+    text = sheet.picture(draw, "", "viscopade plot", "svg", page).decode()
+    (figure,) = drawn
+    assert figure.get_suptitle() == "Spheres"
+    assert "<dc:title>Spheres</dc:title>" in text
+    assert figure.get_size_inches().tolist() == [5, 4]
+    assert figure.axes[0].xaxis.label.get_size() == 2 * sheet.STYLE["axes.labelsize"]
