@@ -63,7 +63,7 @@ class ErrorBound:
         if not 0 <= self.low < self.high:
             raise ValueError(f"the range is [{self.low}, {self.high}]: expected 0 <= low < high")
         sizes = self.formula, self.rounding, self.last, self.ulps, self.absolute
-        if any(not isinstance(size, Fraction) or size < 0 for size in sizes):
+        if not all(type(size) is Fraction and size >= 0 for size in sizes):
             raise ValueError("the parts of a bound must be fractions >= 0")
 
     @property
