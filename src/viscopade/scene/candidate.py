@@ -23,20 +23,9 @@ from viscopade.kernels.expressions import CodeBranch, Item
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.machine import evaluated, located
 from viscopade.kernels.v_star import USUAL, of_v_star
+from viscopade.scene import tolerance
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval, hull
-from viscopade.scene.tolerance import (
-    HOPELESS,
-    MEASURES,
-    Errors,
-    Range,
-    allowed,
-    errors_of,
-    errors_on,
-    failing,
-    in_eps,
-    worst,
-)
 
 DIVISION, LOGARITHM, POWER = 4, 20, 50
 """Costs in multiplications: about what these take on processors of our days (docs/results/benchmark.md)."""
@@ -62,8 +51,7 @@ BEYOND = Fraction(1, 50)  # by which the interval of a quotient exceeds that of 
 LEAST_ACCURACY = Fraction(1, 10**15)
 TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # by which accuracy is increased to find a kernel of type float
 SAMPLES = 4001
-VALUES = "values"
-"""Name of the list of constants."""
+VALUES = "values"  # the list of constants
 _LEAST = 2e-38  # constant: a normal number of type float
 NOISE = 1e-15  # more than double precision adds to a sampled error of eps, relatively
 
@@ -90,7 +78,7 @@ class Candidate:
     kernel: Kernel
     label: str
     cost: int
-    errors: Errors
+    errors: tolerance.Errors
     failing: tuple[str, ...]
     measure: Measure | None = None
 
@@ -124,18 +112,17 @@ class Candidate:
         v_star = np.geomspace(low, high, SAMPLES)
         eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
         off = np.maximum(np.abs(self.epsilon(pair, v_star) - eps) - NOISE * eps, 0.0)
-        scale = in_eps(measure, eps, loss)
+        scale = tolerance.in_eps(measure, eps, loss)
         i = int(np.argmax(off / scale))
         return float(off[i] / scale[i]), float(v_star[i]), encounter.name
 
 
 def candidates(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
     """Yield the kernels for a scene's language, format and argument; a best quotient if it may be cheaper."""
-    code = scene.code
     others = [constant(scene, met), *_ready(scene, met)]
     yield from others
     # None by pow is cheaper than a table or a compact kernel, and fits take time.
-    least = 2 + (POWER + DIVISION + 1 if code.argument == "speed" else 0)
+    least = 2 + (POWER + DIVISION + 1 if scene.code.argument == "speed" else 0)
     enough = any(not each.failing and each.cost <= AS_CHEAP * least for each in others)
     if not enough and too_rough(scene, met) is None and (found := best_quotient(scene, met)) is not None:
         yield found
@@ -164,11 +151,11 @@ def _candidate(
     code = scene.code
     if code.format not in kernel.formats:
         return None
-    errors = errors_on(kernel, code.function, code.number.arithmetics, ranges(scene, met))
+    errors = tolerance.errors_on(kernel, code.function, code.number.arithmetics, ranges(scene, met))
     if errors is None:
         return None
     count = cost(kernel, code.function, met[0])
-    return Candidate(kernel, label, count, errors, failing(errors, scene.tolerance), measure)
+    return Candidate(kernel, label, count, errors, tolerance.failing(errors, scene.tolerance), measure)
 
 
 def cost(kernel: Kernel, result: str, encounter: Encounter) -> int:
@@ -186,11 +173,11 @@ def cost(kernel: Kernel, result: str, encounter: Encounter) -> int:
 # --- ranges -----------------------------------------------------------------------------------------------------------
 
 
-def ranges(scene: Scene, met: Sequence[Encounter]) -> list[Range]:
+def ranges(scene: Scene, met: Sequence[Encounter]) -> list[tolerance.Range]:
     """Return the ranges of v*, eps and speeds of each pair, with those roundings that come before v*."""
     unit = Fraction(scene.scale.speed)
     speeds = [(Fraction(each.speeds.slowest) / unit, Fraction(each.speeds.fastest) / unit) for each in met]
-    return [Range(*in_format(each, scene.code), ends) for each, ends in zip(met, speeds, strict=True)]
+    return [tolerance.Range(*in_format(each, scene.code), ends) for each, ends in zip(met, speeds, strict=True)]
 
 
 def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
@@ -236,9 +223,9 @@ def constant(scene: Scene, met: Sequence[Encounter]) -> Candidate:
         "constant", "a constant", "pair", "eps is a number", "the scene", "the pairs of the scene",
         (of_pair("epsilon", VALUES, "eps of a pair"),), {form: {} for form in FORMATS}, lists={VALUES: tuple(values)},
     )  # fmt: skip
-    errors = worst(_of_constant(value, epsilon, code) for value, epsilon in zip(values, eps, strict=True))
+    errors = tolerance.worst(_of_constant(value, epsilon, code) for value, epsilon in zip(values, eps, strict=True))
     label = "a constant" + " for each pair" * (len(met) > 1)
-    return Candidate(kernel, label, 0, errors, failing(errors, scene.tolerance))
+    return Candidate(kernel, label, 0, errors, tolerance.failing(errors, scene.tolerance))
 
 
 def of_pair(name: str, values: str, meaning: str) -> Function:
@@ -246,18 +233,20 @@ def of_pair(name: str, values: str, meaning: str) -> Function:
     return Function(name, ("pair",), meaning, None, (), (CodeBranch(None, (), {name: Item(values, "pair")}),), name)
 
 
-def _of_constant(number: float, epsilon: Interval, code: Code) -> Errors:
+def _of_constant(number: float, epsilon: Interval, code: Code) -> tolerance.Errors:
     """Return the errors of a number, rounded to the format, and of (1 - eps) (1 + eps)."""
     value = Fraction(FORMATS[code.format].nearest(Fraction(repr(number))))
     lost = (1 - value**2) * Fraction(6) * Fraction(2) ** -FORMATS[code.format].precision
     return {
         "epsilon": max(abs(value - e) / e for e in epsilon),
-        "dissipation": max((abs(e**2 - value**2) + lost) / (1 - e**2) if e < 1 else HOPELESS for e in epsilon),
+        "dissipation": max(
+            (abs(e**2 - value**2) + lost) / (1 - e**2) if e < 1 else tolerance.HOPELESS for e in epsilon
+        ),
         "absolute": max(abs(value - e) for e in epsilon),
     }
 
 
-def _decimal(epsilon: Interval, tolerance: Tolerance, code: Code) -> float:
+def _decimal(epsilon: Interval, limits: Tolerance, code: Code) -> float:
     """Return the shortest decimal within the tolerance, or the best number if there is none."""
     low, high = (float(e) for e in epsilon)
     # By tolerance t: the least and the largest constant within it.
@@ -272,7 +261,7 @@ def _decimal(epsilon: Interval, tolerance: Tolerance, code: Code) -> float:
 
     def ends(scale: float) -> tuple[float, float]:
         """Return the least and the largest constant within this multiple of the tolerance; none if out of order."""
-        each = [within[name](scale * limit) for name, limit in tolerance.given().items()]
+        each = [within[name](scale * limit) for name, limit in limits.given().items()]
         return max(least for least, _ in each), min(most for _, most in each)
 
     scale, largest = 1.0, 1e30
@@ -284,7 +273,7 @@ def _decimal(epsilon: Interval, tolerance: Tolerance, code: Code) -> float:
     middle = sum(ends(scale)) / 2
     for digits in range(1, 18):
         value = float(f"{middle:.{digits}g}")
-        if _LEAST <= value <= 1 and not failing(_of_constant(value, epsilon, code), tolerance):
+        if _LEAST <= value <= 1 and not tolerance.failing(_of_constant(value, epsilon, code), limits):
             return value
     return min(max(middle, low, _LEAST), 1.0)
 
@@ -297,14 +286,11 @@ def too_rough(scene: Scene, met: Sequence[Encounter]) -> str | None:
     arithmetic = scene.code.number.arithmetics[-1]
     unit = Fraction(2) ** -arithmetic.form.precision
     least = ErrorBound("epsilon", Fraction(0), Fraction(1), "value", Fraction(0), unit, arithmetic=arithmetic)
-    errors = worst(errors_of(least, each.epsilon) for each in ranges(scene, met))
-    for name in failing(errors, scene.tolerance):
-        limit = scene.tolerance.given()[name]
-        off = at_most(errors[name]) if errors[name] < HOPELESS else "any size"
-        return (
-            f"quotients: the rounding of one division in type {arithmetic.form.name} may be a {MEASURES[name]} of "
-            f"{off}, more than {limit:g}"
-        )
+    errors = tolerance.worst(tolerance.errors_of(least, each.epsilon) for each in ranges(scene, met))
+    for name in tolerance.failing(errors, scene.tolerance):
+        off = at_most(errors[name]) if errors[name] < tolerance.HOPELESS else "any size"
+        error = f"{tolerance.MEASURES[name]} of {off}, more than {scene.tolerance.given()[name]:g}"
+        return f"quotients: the rounding of one division in type {arithmetic.form.name} may be a {error}"
     return None
 
 
@@ -374,7 +360,7 @@ def _on_interval(
 def _accuracy(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Fraction | None:
     """Return what a kernel's error may be in a measure, or None if no kernel is that accurate."""
     code, where = scene.code, ranges(scene, met)
-    accuracy = allowed(scene.tolerance, [each.epsilon for each in where], measure) * Fraction(999, 1000)
+    accuracy = tolerance.allowed(scene.tolerance, [each.epsilon for each in where], measure) * Fraction(999, 1000)
     if code.argument == "speed":
         slowest, fastest = hull(each.speeds for each in where)
         usual = 1 / USUAL <= slowest <= fastest <= USUAL

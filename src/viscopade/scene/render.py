@@ -205,8 +205,8 @@ def _call(choice: Choice, kernel: Kernel, name: str, *given: str) -> str:
 def _in_module(call: str, scene: Scene) -> str:
     """Return a call with the name of the file's module instead of the usual one."""
     stem = file_name(scene).rpartition(".")[0]
-    call = re.sub(r"\bviscopade(?=[.:])", lambda _: stem, call)
-    return re.sub(r"\bViscopade(?=\.)", lambda _: stem.title().replace("_", ""), call)
+    module = stem.title().replace("_", "")
+    return re.sub(r"\bviscopade(?=[.:])", stem, re.sub(r"\bViscopade(?=\.)", module, call))
 
 
 def _use(choice: Choice) -> str:

@@ -23,9 +23,8 @@ def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
     bodies = (scene.bodies[name] for name in (encounter.meeting.first, encounter.meeting.second))
     strengths = (scene.materials[body.material].yield_strength for body in bodies)
     known = min((strength for strength in strengths if strength is not None), default=None)
-    found = limits.violations(
-        encounter.pair, encounter.speeds.fastest, strongest=encounter.strongest, yield_strength=known
-    )
+    pair, fastest = encounter.pair, encounter.speeds.fastest
+    found = limits.violations(pair, fastest, strongest=encounter.strongest, yield_strength=known)
     yield from (f"{encounter.name}: {text}" for text in (*_hardness(scene, encounter), *found))
 
 
