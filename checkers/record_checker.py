@@ -38,6 +38,7 @@ PLACES = {
     "host float": {},
     "device float": {
         "root": Fraction(5, 2),
+        "power": Fraction(9, 2),
         "quotient": Fraction(5, 2),
         "log2": Fraction(1, 2**22) + Fraction(1, 2**25),
     },
@@ -315,33 +316,46 @@ def check_inverse(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a kernel of v*(eps) on (0, 1]: its certificates on a part of the panels, and rounding."""
     check_in_powers({"kind": "inverse", "root": "1/10"}, key[0], value, sample)
     for variant in value["variants"]:
-        machine = Machine(f"host {variant['form']}", sample.random)
-        sizes = {b["result"]: of_rounding(b, "rounding") for b in variant["bounds"]}
-        claim(sizes["v_star"] == sizes["v_star_from_loss"], "v* of 1 - eps has another bound")
         top, bottom = (given(key[0][p], variant[c]) for p, c in (("top", "a"), ("bottom", "b")))
-        for epsilon in places(sample, Fraction(1, 2**10), 1 - Fraction(1, 2**10)):
-            y = mp.root(real((1 - epsilon) / epsilon), 10)
-            exact = y**5 * polynomial(top, y) / polynomial(bottom, y)
-            computed = inverse(machine, top, bottom, epsilon)
-            within(computed, exact, sizes["v_star"], f"rounding of v* at eps = {float(epsilon):g}")
-            speed = Fraction(3)
-            fifth = machine.root(real(speed) ** real(machine(Fraction(1, 5))))
-            beta = machine(machine(computed * computed) / fifth)
-            exact = exact**2 / mp.root(real(speed), 5)
-            within(beta, exact, sizes["beta"], f"rounding of beta at eps = {float(epsilon):g}")
+        for place in {b.get("arithmetic", "host double") for b in variant["bounds"]}:
+            machine = Machine(place, sample.random)
+            (of_v_star,), (of_loss,), (of_beta,) = (
+                bounds_of(variant["bounds"], name, place) for name in ("v_star", "v_star_from_loss", "beta")
+            )
+            claim(of_v_star["rounding"] == of_loss["rounding"], "v* of 1 - eps has another bound")
+            for epsilon in places(sample, Fraction(1, 2**10), 1 - Fraction(1, 2**10)):
+                y = mp.root(real((1 - epsilon) / epsilon), 10)
+                exact = y**5 * polynomial(top, y) / polynomial(bottom, y)
+                computed = inverse(machine, top, bottom, epsilon)
+                what = f"at eps = {float(epsilon):g}, {place}"
+                within(computed, exact, of_rounding(of_v_star, "rounding"), f"rounding of v* {what}")
+                speed = Fraction(3)
+                beta = machine.quotient(machine(computed * computed), power(machine, speed, Fraction(1, 5)))
+                exact = exact**2 / mp.root(real(speed), 5)
+                within(beta, exact, of_rounding(of_beta, "rounding"), f"rounding of beta {what}")
+
+
+def power(machine: Machine, x: Fraction, exponent: Fraction) -> Fraction:
+    """Return pow(x, exponent): one function, or in shaders exp2(exponent log2(x))."""
+    exponent = machine(exponent)
+    if "exp2" not in machine.off:
+        return machine.root(real(x) ** real(exponent), "power")
+    shift = machine.off["log2"] * machine.random.choice((-1, 1)) / 2
+    product = machine(machine.root(mp.log(real(x), 2) + real(shift)) * exponent)
+    return machine.root(mp.mpf(2) ** real(product), more=machine.off["exp2"] * abs(product))
 
 
 def inverse(machine: Machine, top: Powers, bottom: Powers, epsilon: Fraction) -> Fraction:
     """Return v* of y = ((1 - eps)/eps)^(1/10), and for eps < 1/2 of u = 1/y."""
-    loss, tenth = machine(1 - epsilon), real(machine(Fraction(1, 10)))
+    loss, tenth = machine(1 - epsilon), Fraction(1, 10)
     if loss <= epsilon:
-        y = machine.root(real(machine(loss / epsilon)) ** tenth)
+        y = power(machine, machine.quotient(loss, epsilon), tenth)
         upper = machine(machine.power(y, 5) * machine.horner(top, y))
-        return machine(upper / machine.horner(bottom, y))
-    u = machine.root(real(machine(epsilon / loss)) ** tenth)
+        return machine.quotient(upper, machine.horner(bottom, y))
+    u = power(machine, machine.quotient(epsilon, loss), tenth)
     more = 5 + max(top) - max(bottom)
     top, bottom = ({max(part) - k: c for k, c in part.items()} for part in (top, bottom))
-    return machine(machine.horner(top, u) / machine(machine.power(u, more) * machine.horner(bottom, u)))
+    return machine.quotient(machine.horner(top, u), machine(machine.power(u, more) * machine.horner(bottom, u)))
 
 
 def check_in_powers(head: Mapping[str, Any], powers: Any, value: Value, sample: Sample) -> None:
@@ -546,11 +560,19 @@ def check_full_rows(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 def check_of_v_star(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check what the rounding of v* = sqrt(beta) pow(speed, 0.1) does to eps: the sum of its parts times the slope."""
-    kind, largest = (key[0] if key else "double"), (key[1] if len(key) > 1 else None)  # defaults are no part of a key
-    unit = Fraction(1, 2 ** PRECISION[kind])
-    exponent = abs(rounded(Fraction(1, 10), PRECISION[kind]) - Fraction(1, 10))
+    place, largest = (key[0] if key else "host double"), (key[1] if len(key) > 1 else None)  # defaults are no part
+    kind = place.split()[-1]
+    unit, tenth = Fraction(1, 2 ** PRECISION[kind]), Fraction(1, 10)
+    exponent = abs(rounded(tenth, PRECISION[kind]) - tenth)
     farthest = mp.log(2) * (LARGEST[kind] + PRECISION[kind] - 1) if largest is None else mp.log(real(Fraction(largest)))
-    size = 2 * unit + 2 * ROOTS * unit + exponent * fraction(farthest)  # sqrt and the product; pow; its exponent
+    size = exponent * fraction(farthest)
+    if place == "shader float":  # pow is exp2(log2(x)/10), sums and products may be off by two units, and sqrt by ten
+        logarithm = fraction(farthest / mp.log(2))
+        of_log = 2 * unit * 3 * logarithm + PLACES[place]["log2"]
+        of_product = tenth * of_log + 2 * unit * tenth * (logarithm + of_log)
+        size += of_product * fraction(mp.log(2)) + 2 * unit * (3 + 2 * tenth * logarithm) + 12 * unit
+    else:
+        size += 2 * unit + 2 * unit * (Fraction(9, 2) if place == "device float" else ROOTS)
     like(Fraction(value), size * SLOPE)
 
 
@@ -578,7 +600,7 @@ CHECKS: dict[str, tuple[Callable[[Sequence[Any], Value, Sample], None], ...]] = 
     "speed table bounds": (check_table, check_slope),
     "full rows": (check_full_rows,),
     "full bounds": (check_ulps,),
-    "v_star_rounding": (check_of_v_star,),
+    "rounding of v_star": (check_of_v_star,),
     "rounding of w": (check_of_w,),
 }
 

@@ -16,6 +16,7 @@ from viscopade.approximation import inverse as approximants
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.kernels import formulas, inverse, machine, rounding_bounds
+from viscopade.kernels.arithmetic import HOSTS
 from viscopade.kernels.expressions import Reading, Run, evaluate
 from viscopade.kernels.machine import TYPES
 
@@ -109,7 +110,7 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(monkeypatch):
     """A search that stops later finds hardly less."""
     _, powers, fitted = kernels()[1]
     for variant in fitted.variants:
-        given = powers, approximants.WHOLE_FORM, Fraction(0), variant.a, variant.b, variant.form
+        given = powers, approximants.WHOLE_FORM, Fraction(0), variant.a, variant.b, HOSTS[variant.form.name]
         monkeypatch.setattr(rounding_bounds, "_NEARLY", Fraction(1, 1024))
         bound = variant.bound("v_star")
         assert 0.9 < float(inverse.rounding_bounds(*given)["v_star"] / bound.rounding * (1 + bound.formula)) <= 1

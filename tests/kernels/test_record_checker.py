@@ -124,7 +124,7 @@ WRONG = {
         (("error",), lambda x: fraction_by(x, 0.5)),
     ],
     "full bounds": [(("epsilon",), lambda x: x[1:]), (("one_minus_epsilon", 150), lambda x: "1/10")],
-    "v_star_rounding": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
+    "rounding of v_star": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
     "rounding of w": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
 }
 

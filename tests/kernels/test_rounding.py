@@ -15,7 +15,7 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels import formulas, quotient, rounding_bounds
-from viscopade.kernels.arithmetic import ARITHMETICS, DEVICE, SHADER
+from viscopade.kernels.arithmetic import DEVICE, HOST, HOSTS, SHADER
 from viscopade.kernels.expressions import CodeBranch, Name, Reading, Run, Statement, by_powers, evaluate, powers
 from viscopade.kernels.rounding import Rounded, of_branch
 from viscopade.kernels.rounding_bounds import BITS, ULPS, of_powers
@@ -27,7 +27,7 @@ FORMS = {"double": (DOUBLE, np.float64), "float": (FLOAT, np.float32)}
 
 
 def quotient_rounding(a, b, form, *ends, **coefficients):
-    return quotient.rounding(a, b, ARITHMETICS[f"host {form.name}"], *ends, **coefficients)
+    return quotient.rounding(a, b, HOSTS[form.name], *ends, **coefficients)
 
 
 @cache
@@ -277,7 +277,9 @@ def test_the_bound_of_beta_is_that_of_its_operations(name):
     for of_v_star in (0.0, 10 * unit, 1000 * unit):
         by_hand = 2 * of_v_star + 2 * unit + 2 * ULPS * unit + of_exponent * largest
         with working(BITS):
-            found = float(of_powers(formulas.beta_branch(), "beta", form, {"speed": 0, "v_star": arb(of_v_star)}))
+            found = float(
+                of_powers(formulas.beta_branch(), "beta", HOSTS[form.name], {"speed": 0, "v_star": arb(of_v_star)})
+            )
         assert by_hand < found < by_hand * (1 + 2000 * unit)
 
 
@@ -292,14 +294,16 @@ def test_the_bound_of_v_star_is_that_of_its_operations(name, largest):
     by_hand = 4 * unit + 2 * ULPS * unit + of_exponent * log + 2 * unit
     with working(BITS):
         ends = None if largest is None else arb(int(largest)).log()
-        found = float(of_powers(formulas.v_star_branch(), "v_star", form, {"speed": 0, "beta": arb(8 * unit)}, ends))
+        found = float(
+            of_powers(formulas.v_star_branch(), "v_star", HOSTS[form.name], {"speed": 0, "beta": arb(8 * unit)}, ends)
+        )
     assert by_hand <= found * (1 + 1e-15)
     assert found <= by_hand * (1 + 2000 * unit)
 
 
 def test_a_root_loses_more_below_than_above():
     with working(BITS):
-        found = of_powers(formulas.v_star_branch(), "v_star", DOUBLE, {"speed": 0, "beta": arb(0.5)}, arb(0))
+        found = of_powers(formulas.v_star_branch(), "v_star", HOST, {"speed": 0, "beta": arb(0.5)}, arb(0))
         assert found > 1 - arb(0.5).sqrt()
 
 
@@ -311,21 +315,26 @@ def test_the_error_of_a_root_is_that_of_its_operations(name):
     near, far = formulas.half_line_branches(Powers((0, 4), (0,)))
     wanted = {"near": 2 * ULPS * unit, "far": (2 * ULPS + 1 / 3) * unit}
     with working(BITS):
-        found = {"near": of_powers(near, "y", form, {"v_star": 0}), "far": of_powers(far, "u", form, {"v_star": 0})}
+        found = {
+            "near": of_powers(near, "y", HOSTS[form.name], {"v_star": 0}),
+            "far": of_powers(far, "u", HOSTS[form.name], {"v_star": 0}),
+        }
         for root in (Fraction(1, 2), Fraction(1, 3), Fraction(2, 5), Fraction(1, 6), Fraction(1, 7)):
             of = InverseForm(root, shift=1)
             branch, *_ = formulas.inverse_branches(Powers((0, 1), (0, 1)), of)
             of_exponent = 700 * float(abs(Fraction(form.nearest(root)) - root))
             of_call = 1.0 if root == Fraction(1, 2) else 2.0 * ULPS + of_exponent / unit
             wanted[str(root)] = (2 * float(root) + of_call) * unit
-            found[str(root)] = of_powers(branch, "y", form, {"epsilon": 0, "loss": arb(unit)}, arb(700), root)
+            found[str(root)] = of_powers(
+                branch, "y", HOSTS[form.name], {"epsilon": 0, "loss": arb(unit)}, arb(700), root
+            )
     for key, by_hand in wanted.items():
         assert by_hand * (1 - 1e-6) <= float(found[key]) <= by_hand * (1 + 1000 * unit + 1e-6), key
 
 
 def test_errors_of_sums_are_refused():
     with working(BITS), pytest.raises(ValueError, match="accepted are products and quotients"):
-        of_powers(formulas.beta_of_radii_branch(), "shape", DOUBLE, dict.fromkeys(("densities", "ratio"), 0))
+        of_powers(formulas.beta_of_radii_branch(), "shape", HOST, dict.fromkeys(("densities", "ratio"), 0))
 
 
 def of_parts(program, expression, parts, form, **exact):

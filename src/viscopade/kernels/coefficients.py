@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
@@ -12,6 +12,7 @@ from viscopade import arguments
 from viscopade.arithmetic.decimals import at_most, identifier
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
+from viscopade.kernels.arithmetic import ARITHMETICS, Arithmetic
 from viscopade.kernels.bound import ErrorBound, RelativeTo
 from viscopade.kernels.certificate import Certificate
 
@@ -127,6 +128,16 @@ def in_formats(
     except (ValueError, ArithmeticError) as error:
         return Fitted((first,), {FLOAT.name: str(error)})
     return Fitted((first, second), {})
+
+
+def on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[ErrorBound]]) -> Iterator[ErrorBound]:
+    """Yield the bounds in each arithmetic of a format, without those of devices and shaders that are not proven."""
+    for machine in (one for one in ARITHMETICS.values() if one.form == form):
+        try:
+            yield from list(bounds(machine))
+        except ArithmeticError:
+            if machine.place == "host":
+                raise
 
 
 def accuracy_of(accuracy: Exact, name: str = "accuracy") -> Fraction:

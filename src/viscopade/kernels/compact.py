@@ -37,7 +37,7 @@ from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate, formulas
-from viscopade.kernels.arithmetic import ARITHMETICS, Arithmetic
+from viscopade.kernels.arithmetic import HOSTS, Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.coefficients import (
     Coefficients,
@@ -46,6 +46,7 @@ from viscopade.kernels.coefficients import (
     accuracy_of,
     in_formats,
     measure_name,
+    on_machines,
     relative_to,
 )
 from viscopade.kernels.enclosure import Formula, exactly
@@ -79,6 +80,7 @@ from viscopade.kernels.rounding_bounds import (
     of_powers,
     on_parts,
     parts_to,
+    reading,
     refined,
     rounding_of_w,
 )
@@ -228,7 +230,10 @@ def compact_fit(form: Powers, measure: Measure) -> Fitted:
     return with_proofs(
         found,
         lambda exact: certificate.prove(formula(exact), Fraction(0), math.inf, measure),
-        lambda of: (*_compact_bounds(form, of), *_half_line_bounds(form, of)),
+        lambda of: (
+            *on_machines(of.form, lambda machine: _compact_bounds(form, of, machine)),
+            *_half_line_bounds(form, of),
+        ),
     )
 
 
@@ -383,8 +388,8 @@ def reach(form: Format) -> tuple[Fraction, Fraction]:
     return Fraction(f"{1.01 * low:.3g}"), Fraction(f"{0.99 * high:.3g}")
 
 
-def _compact_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
-    """Yield the bounds in each arithmetic of a type: for all v*, and in type float the smaller ones in `COMMON`.
+def _compact_bounds(form: Powers, of: Coefficients, machine: Arithmetic) -> Iterator[ErrorBound]:
+    """Yield the bounds in an arithmetic: for all v*, and in type float the smaller ones in `COMMON`.
 
     There are two for eps. In one, what rounding adds is relative to eps. In the other it is relative to the smaller one
     of eps and 1 - eps, but for the last sum and quotient: those before change lost/elastic by a factor 1 + eta, and so
@@ -393,21 +398,20 @@ def _compact_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
     """
     error, relative, kind = of.certificate.bound, relative_to(of.certificate.measure), of.form
     of_loss = error * (1 + error / 2)  # |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), |d eps| <= error smaller
-    for machine in (one for one in ARITHMETICS.values() if one.form == kind):
-        sizes = rounding_bounds(form, of.a, of.b, machine)
-        unit = Fraction(2) ** -machine.model.precision
-        last = (unit + machine.quotient * machine.ulp) * _SECOND_ORDER  # elastic/(elastic + lost)
-        for i, (low, high) in enumerate((reach(kind), COMMON) if kind == FLOAT else (reach(kind),)):
-            of_eps, of_rebound, of_dissipation = (sizes[name][i] for name in MEANINGS)
-            bound = ErrorBound("restitution", low, high, relative, error, arithmetic=machine)
-            yield replace(bound, last=of_eps * (1 + error))
-            # eps speed may be subnormal
-            tiny = machine.model.smallest / 2 / machine.form.smallest
-            yield replace(bound, result="rebound", last=of_rebound * (1 + error), absolute=tiny)
-            if relative == "smaller":
-                yield replace(bound, rounding=max(of_eps, Fraction(3, 2) * of_dissipation) * (1 + error), last=last)
-                of_rounding = of_dissipation * (1 + of_loss)
-                yield ErrorBound("dissipation", low, high, "value", of_loss, of_rounding, arithmetic=machine)
+    sizes = rounding_bounds(form, of.a, of.b, machine)
+    unit = Fraction(2) ** -machine.model.precision
+    last = (unit + machine.quotient * machine.ulp) * _SECOND_ORDER  # elastic/(elastic + lost)
+    for i, (low, high) in enumerate((reach(kind), COMMON) if kind == FLOAT else (reach(kind),)):
+        of_eps, of_rebound, of_dissipation = (sizes[name][i] for name in MEANINGS)
+        bound = ErrorBound("restitution", low, high, relative, error, arithmetic=machine)
+        yield replace(bound, last=of_eps * (1 + error))
+        # eps speed may be subnormal
+        tiny = machine.model.smallest / 2 / machine.form.smallest
+        yield replace(bound, result="rebound", last=of_rebound * (1 + error), absolute=tiny)
+        if relative == "smaller":
+            yield replace(bound, rounding=max(of_eps, Fraction(3, 2) * of_dissipation) * (1 + error), last=last)
+            of_rounding = of_dissipation * (1 + of_loss)
+            yield ErrorBound("dissipation", low, high, "value", of_loss, of_rounding, arithmetic=machine)
 
 
 def rounding_bounds(form: Powers, a: Values, b: Values, machine: Arithmetic) -> dict[str, tuple[Fraction, Fraction]]:
@@ -446,10 +450,7 @@ def _on_part(
     # The speed is exact, and the slope of rebound that at constant speed.
     given |= {"y": Rounded(y, model, slope=1), "speed": Rounded(arb(1), model)}
 
-    def divide(top: Rounded, bottom: Rounded) -> Rounded:
-        return top.over(bottom).with_error(ball_of(machine.quotient * machine.ulp))
-
-    found = read(body(form), [*MEANINGS], given, arithmetic(model, divide=divide))
+    found = read(body(form), [*MEANINGS], given, reading(machine))
     moved = {name: number.with_error_of_y(error) for name, number in found.items()}
     return {name: arb((x.relative + x.underflow / arb(x.value.abs_lower())).abs_upper()) for name, x in moved.items()}
 
@@ -535,15 +536,15 @@ def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
     """
     near, far = half_line_branches(form)
     numbers, proof, kind = constants(form, of.a, of.b), of.certificate, of.form
-    (machine,) = (one for one in ARITHMETICS.values() if one.form == kind and one.place == "host")
+    machine = HOSTS[kind.name]
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_y, of_u = (
-            log_error(of_powers(branch, name, kind, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
+            log_error(of_powers(branch, name, machine, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
         )
         branches = (
-            on_parts(near, OF_V_STAR, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
-            on_parts(far, OF_V_STAR, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
+            on_parts(near, OF_V_STAR, "y", numbers, machine, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
+            on_parts(far, OF_V_STAR, "u", numbers, machine, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
         )
         for name in OF_V_STAR if proof.measure == "both" else OF_V_STAR[:1]:
             # Both branches have the parts of [0, 1].

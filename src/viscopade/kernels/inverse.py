@@ -15,12 +15,11 @@ from viscopade.approximation.inverse import INTERVAL_FORM, WHOLE_FORM, InverseFo
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers, full_powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import above, at_most, identifier, rounded_up
-from viscopade.arithmetic.formats import Format
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate, formulas
-from viscopade.kernels.arithmetic import ARITHMETICS
+from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
-from viscopade.kernels.coefficients import Coefficients, Fitted, accuracy_name, accuracy_of
+from viscopade.kernels.coefficients import Coefficients, Fitted, accuracy_name, accuracy_of, on_machines
 from viscopade.kernels.compact import first, levelled, powers_text, with_proofs
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Expression, Name, Statement, both
@@ -45,6 +44,8 @@ ACCURACY = "accuracy of the inverse"  # in refusals
 EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
 LEAST_BITS = 24  # an interval of eps begins at a multiple of 2^-24, which both types hold, as they do 1 - eps there
 FARTHEST = 2  # |m - n| of the degrees on [epsilon_min, 1] that are tried
+IN_SHADERS = Fraction(1, 2**63), Fraction(2**37)
+"""The v* between which 1 - eps = 1.15 v*^2 and eps > v*^(-10/3) are normal numbers of type float."""
 HOPELESS = 20  # of the degrees with one sum, the best is not better than the most equal ones by this factor (sampled)
 
 
@@ -183,7 +184,7 @@ def inverse_fit(powers: Powers, epsilon_min: Fraction = Fraction(0)) -> Fitted:
     return with_proofs(
         fit.quotient,
         lambda found: certificate.prove_inverse(formula(found, form), low),
-        lambda of: _bounds(powers, form, low, of),
+        lambda of: on_machines(of.form, lambda machine: _bounds(powers, form, low, of, machine)),
     )
 
 
@@ -197,19 +198,23 @@ def formula(found: LacunaryQuotient, form: InverseForm) -> Formula:
 # --- rounding ---------------------------------------------------------------------------------------------------------
 
 
-def _bounds(powers: Powers, form: InverseForm, low: Fraction, of: Coefficients) -> Iterator[ErrorBound]:
-    """Yield the bounds of v* and beta on the host, beta being v*^2 but for a factor."""
-    proof = of.certificate
+def _bounds(
+    powers: Powers, form: InverseForm, epsilon_min: Fraction, of: Coefficients, machine: Arithmetic
+) -> Iterator[ErrorBound]:
+    """Yield the bounds of v* and beta, which is v*^2 but for a factor."""
+    proof, ends, speeds = of.certificate, (of.certificate.low, of.certificate.high), None
+    if machine.least:  # where eps, 1 - eps and the speed are normal numbers
+        ends = max(proof.low, IN_SHADERS[0]), min(proof.high, IN_SHADERS[1])
+        speeds = machine.least, Fraction(2) ** (machine.form.largest + 1)
     of_beta = (1 + proof.bound) ** 2 - 1
-    sizes = rounding_bounds(powers, form, low, of.a, of.b, of.form)
-    (machine,) = (one for one in ARITHMETICS.values() if one.form == of.form and one.place == "host")
+    sizes = rounding_bounds(powers, form, epsilon_min, of.a, of.b, machine)
     for result, error in (("v_star", proof.bound), ("v_star_from_loss", proof.bound), ("beta", of_beta)):
-        size = sizes[result.removesuffix("_from_loss")] * (1 + error)
-        yield ErrorBound(result, proof.low, proof.high, "value", error, size, arithmetic=machine)
+        size, of_speed = sizes[result.removesuffix("_from_loss")] * (1 + error), speeds if result == "beta" else None
+        yield ErrorBound(result, *ends, "value", error, size, arithmetic=machine, speeds=of_speed)
 
 
 def rounding_bounds(
-    powers: Powers, form: InverseForm, epsilon_min: Fraction, a: Values, b: Values, kind: Format
+    powers: Powers, form: InverseForm, epsilon_min: Fraction, a: Values, b: Values, machine: Arithmetic
 ) -> dict[str, Fraction]:
     """Bound the rounding errors of v_star and beta, relative to the formula's value; nothing underflows there.
 
@@ -222,24 +227,24 @@ def rounding_bounds(
         If a sum may vanish.
     """
     with working(BITS):
-        unit, root = arb(2) ** -kind.precision, form.root
+        unit, root = arb(2) ** -machine.model.precision, form.root
         branches = dict(zip("yu", formulas.inverse_branches(powers, form), strict=False))
 
         def of_root(variable: str, y: arb) -> arb:
             log = abs(y.log()) / ball_of(root)
-            return log_error(of_powers(branches[variable], variable, kind, {"epsilon": 0, "loss": unit}, log, root))
+            return log_error(of_powers(branches[variable], variable, machine, {"epsilon": 0, "loss": unit}, log, root))
 
         def of_v_star(found: Found) -> arb:
             v_star = found["v_star"]
             return arb((v_star.relative + v_star.underflow / arb(v_star.value.abs_lower())).abs_upper())
 
-        start = below_root(kind.smallest, root)
+        start = below_root(machine.form.smallest, root)
         end = above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
         numbers = formulas.constants(powers, a, b)
         on_branches = (
-            on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, partial(of_root, variable))
+            on_parts(branch, ("v_star",), variable, numbers, machine, lambda _: {}, partial(of_root, variable))
             for variable, branch in branches.items()
         )
         relative = max(largest(on, parts_from(start, end), of_v_star) for on in on_branches)
-        beta = of_powers(formulas.beta_branch(), "beta", kind, {"speed": 0, "v_star": relative})
+        beta = of_powers(formulas.beta_branch(), "beta", machine, {"speed": 0, "v_star": relative})
         return {"v_star": rounded_up(relative, DIGITS), "beta": rounded_up(beta, DIGITS)}

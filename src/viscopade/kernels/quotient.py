@@ -26,7 +26,7 @@ from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format, float_text
 from viscopade.collision import exact
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate, formulas
-from viscopade.kernels.arithmetic import ARITHMETICS, HOST, Arithmetic
+from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.coefficients import (
@@ -36,6 +36,7 @@ from viscopade.kernels.coefficients import (
     accuracy_of,
     in_formats,
     measure_name,
+    on_machines,
     relative_to,
 )
 from viscopade.kernels.enclosure import Formula
@@ -43,8 +44,8 @@ from viscopade.kernels.expressions import CodeBranch, Expression, Name, Statemen
 from viscopade.kernels.formulas import W_ACCEPTED, ZERO, within
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.reference import speeds
-from viscopade.kernels.rounding import Rounded, arithmetic
-from viscopade.kernels.rounding_bounds import BITS, DIGITS
+from viscopade.kernels.rounding import Rounded
+from viscopade.kernels.rounding_bounds import BITS, DIGITS, reading
 from viscopade.kernels.v_star import USUAL, of_v_star
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -55,7 +56,7 @@ from viscopade.theory.pade import pade as pade_of
 PADE_DIGITS = 40  # of the coefficients
 USEFUL = tuple(map(Fraction, ("0.5", "1", "2", "5")))
 """v* up to which errors of Padé approximants are stated."""
-NEAR_END = Fraction(1, 2**16)
+NEAR_END = Fraction(1, 2**14)
 """A computed v* may be beyond an end of an interval by less than this factor."""
 
 _SAMPLES, _SAMPLE_DIGITS = 8, 30  # of sampled errors
@@ -247,10 +248,12 @@ def proven_pade(m: int, n: int) -> ProvenPade:
     if not found:
         return bare
     bounds = list[ErrorBound]()
-    for machine in ARITHMETICS.values():
+    for form in FORMATS.values():
         with suppress(ValueError):
-            bare.rounded(machine.form)
-            bounds += _bounds(bare.label, *bare.reduced, found, machine, coefficients=True)
+            bare.rounded(form)
+            bounds += on_machines(
+                form, lambda machine: _bounds(bare.label, *bare.reduced, found, machine, coefficients=True)
+            )
     return replace(bare, certificates=tuple(found), bounds=tuple(bounds))
 
 
@@ -328,9 +331,7 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> Fitted:
         return Coefficients(form, machine.a, machine.b, proof)
 
     def bounds(of: Coefficients) -> Iterator[ErrorBound]:
-        for machine in ARITHMETICS.values():
-            if machine.form == of.form:
-                yield from _bounds(fit.label, *of.exact, [of.certificate], machine)
+        return on_machines(of.form, lambda machine: _bounds(fit.label, *of.exact, [of.certificate], machine))
 
     return in_formats(prove, bounds, limit)
 
@@ -429,7 +430,7 @@ def _kernel(
     of_speeds = list[ErrorBound]()
     if law == VISCOELASTIC:
         functions.append(restitution(branches))
-        of_speeds = [b for bound in bounds if bound.arithmetic.place == "host" for b in of_computed_v_star(bound)]
+        of_speeds = [b for bound in bounds for b in of_computed_v_star(bound)]
     top, bottom = (
         " + ".join(c if i == 0 else f"{c} v*" if i == 1 else f"{c} v*^{i}" for i, c in _terms(coefficients, letter))
         for letter in "ab"
@@ -453,10 +454,14 @@ def restitution(branches: tuple[CodeBranch, ...], result: str = "epsilon") -> Fu
 def of_computed_v_star(bound: ErrorBound) -> Iterator[ErrorBound]:
     """Yield the bounds of eps from the speed, given that of eps from v*: v* = sqrt(beta) pow(speed, 0.1) is rounded.
 
-    There is one for the `USUAL` speeds and one for all.
+    There is one for the `USUAL` speeds and one for all (in shaders, that are normal numbers).
     """
-    for usual in ((1 / USUAL, USUAL), None):
-        change = of_v_star(bound.arithmetic.form, USUAL if usual else None)  # relative to the smaller one
+    machine = bound.arithmetic
+    every = (machine.least, Fraction(2) ** (machine.form.largest + 1)) if machine.least else None
+    for usual, largest in (((1 / USUAL, USUAL), USUAL), (every, None)):
+        change = of_v_star(machine, largest)  # relative to the smaller one, and more than that of v*
+        if change > NEAR_END:
+            raise ArithmeticError("a computed v* may be farther beyond an end than is assumed")
         yield replace(
             bound, result="restitution", low=bound.low * (1 + NEAR_END), high=bound.high * (1 - NEAR_END),
             rounding=bound.rounding + change * (1 + bound.relative), last=bound.last * (1 + change), speeds=usual,
@@ -557,18 +562,14 @@ def rounding(
     given, model = formulas.dense(a=a, b=b), machine.model
     branch, _ = formulas.epsilon_branches(given)
 
-    def divided(top: Rounded, bottom: Rounded) -> Rounded:
-        return top.over(bottom).with_error(ball_of(machine.quotient * machine.ulp))
-
-    by = arithmetic(model)
-    if machine.quotient != HOST.quotient:
-        by = by._replace(operations={"/": divided})
     with working(BITS):
         own = arb(2) ** -machine.form.precision if coefficients else 0
         numbers = {name: Rounded(ball_of(c), model, own) for name, c in given.items()}
 
         def relative(v_star: arb) -> arb:
-            found = read(branch, ["epsilon"], {**numbers, "v_star": Rounded(v_star, model)}, by)["epsilon"]
+            found = read(branch, ["epsilon"], {**numbers, "v_star": Rounded(v_star, model)}, reading(machine))[
+                "epsilon"
+            ]
             size = found.relative + found.underflow / arb(found.value.abs_lower())
             if not size.is_finite():
                 raise ArithmeticError("the numerator may vanish within its rounding error")

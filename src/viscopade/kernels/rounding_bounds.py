@@ -23,7 +23,8 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels import formulas
-from viscopade.kernels.expressions import CodeBranch, read
+from viscopade.kernels.arithmetic import HOST, HOSTS, Arithmetic
+from viscopade.kernels.expressions import CodeBranch, Reading, read
 from viscopade.kernels.reference import speeds
 from viscopade.kernels.rounding import Rounded, arithmetic, of_branch
 from viscopade.progress import track
@@ -38,6 +39,7 @@ MOST_PARTS = 4096
 DIGITS = 2  # of printed bounds
 _NEARLY = Fraction(1, 16)  # by which a bound for all may exceed the largest found for a single argument
 _SLACK = Fraction(1, 2**16)  # by which a computed y may be beyond its part; its error is far below
+_SLACK_IN_SHADERS = Fraction(1, 2**13)
 _NEAR = Fraction(1, 2**8)
 _STEP = Fraction(5, 4)  # (1 + 1/9)^5 < 2: powers of a ball of this width do not contain 0
 
@@ -122,11 +124,28 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_y, of_u = (
-            log_error(of_powers(branch, name, kind, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
+            log_error(of_powers(branch, name, HOSTS[kind.name], {"v_star": 0}))
+            for branch, name in ((near, "y"), (far, "u"))
         )
         both = (
-            on_parts(near, HALF_LINE, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
-            on_parts(far, HALF_LINE, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
+            on_parts(
+                near,
+                HALF_LINE,
+                "y",
+                numbers,
+                HOSTS[kind.name],
+                lambda y: {"v_star": Rounded(y**3, kind)},
+                lambda _: of_y,
+            ),
+            on_parts(
+                far,
+                HALF_LINE,
+                "u",
+                numbers,
+                HOSTS[kind.name],
+                lambda u: {"w": Rounded(u**3, kind, unit)},
+                lambda _: of_u,
+            ),
         )
         return {name: _size(both, name, kind) for name in HALF_LINE}
 
@@ -151,19 +170,21 @@ def inverse_sizes(
 
         def of_root(variable: str, y: arb) -> arb:
             log = abs(y.log()) / ball_of(root)
-            return log_error(of_powers(branches[variable], variable, kind, {"epsilon": 0, "loss": unit}, log, root))
+            return log_error(
+                of_powers(branches[variable], variable, HOSTS[kind.name], {"epsilon": 0, "loss": unit}, log, root)
+            )
 
         start = below_root(kind.smallest, root)
         end = above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
         numbers = formulas.constants(form, a, b)
         near, *far = (
-            on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, partial(of_root, variable))
+            on_parts(branch, ("v_star",), variable, numbers, HOSTS[kind.name], lambda _: {}, partial(of_root, variable))
             for variable, branch in branches.items()
         )
         relative = max(largest(on, parts_from(start, end), _of_v_star) for on in (near, *far))
         sizes = {
             "v_star": relative,
-            "beta": of_powers(formulas.beta_branch(), "beta", kind, {"speed": 0, "v_star": relative}),
+            "beta": of_powers(formulas.beta_branch(), "beta", HOSTS[kind.name], {"speed": 0, "v_star": relative}),
         }
         return {name: Size(at_most(rounded_up(size, DIGITS)), "0") for name, size in sizes.items()}
 
@@ -180,7 +201,7 @@ class _Decimal(Rounded):
 def of_powers(
     branch: CodeBranch,
     result: str,
-    kind: Format,
+    machine: Arithmetic,
     errors: Mapping[str, arb | int],
     log: arb | None = None,
     exponent: Fraction | None = None,
@@ -194,7 +215,7 @@ def of_powers(
     branch : CodeBranch
     result : str
         Its name in the branch.
-    kind : Format
+    machine : Arithmetic
     errors : mapping of str to arb or int
         The relative errors of the branch's inputs by name.
     log : arb or None
@@ -202,28 +223,40 @@ def of_powers(
     exponent : Fraction or None
         The exponent that pow is meant to have, which its literal is near to; None: it is what the literal says.
     """
-    normal, unit = arb(1).union(arb(2)), arb(2) ** -kind.precision
+    normal, model, ulp = arb(1).union(arb(2)), machine.model, ball_of(machine.ulp)
 
     def power(base: Rounded, written: _Decimal) -> Rounded:
         meant = written.exact if exponent is None else exponent
         of_base = log_error(base.relative) * ball_of(abs(written.nearest))
-        return Rounded(normal, kind, (of_base + _of_pow(meant, written.nearest, kind, log)).exp() - 1)
+        return Rounded(normal, model, (of_base + _of_pow(meant, written.nearest, machine, log)).exp() - 1)
 
     def sqrt(number: Rounded) -> Rounded:
-        return Rounded(normal, kind, 1 - (1 - number.relative).sqrt()).with_error(unit)
+        return Rounded(normal, model, 1 - (1 - number.relative).sqrt()).with_error(ball_of(machine.root) * ulp)
 
     def cbrt(number: Rounded) -> Rounded:
-        return Rounded(normal, kind, 1 - (1 - number.relative).root(3)).with_error(2 * ULPS * unit)
+        return Rounded(normal, model, 1 - (1 - number.relative).root(3)).with_error(ball_of(machine.library) * ulp)
 
-    given = {name: Rounded(normal, kind, error) for name, error in errors.items()}
+    given = {name: Rounded(normal, model, error) for name, error in errors.items()}
 
     def refused(*_: Rounded) -> Rounded:
         raise ValueError("accepted are products and quotients: a sum has other errors")
 
-    by = arithmetic(kind, pow=power, sqrt=sqrt, cbrt=cbrt)
-    by = by._replace(literal=lambda text: _Decimal(text, kind), operations=dict.fromkeys("+-", refused))
+    by = reading(machine, pow=power, sqrt=sqrt, cbrt=cbrt)
+    by = by._replace(
+        literal=lambda text: _Decimal(text, machine.form), operations={**by.operations, **dict.fromkeys("+-", refused)}
+    )
     found: Rounded = read(branch, [result], given, by)[result]
     return found.relative
+
+
+def reading(machine: Arithmetic, **functions: Callable[..., Rounded]) -> Reading:
+    """Return how programs are read with rounded numbers of a machine, whose quotients may be off by more than half."""
+
+    def divided(top: Rounded, bottom: Rounded) -> Rounded:
+        return top.over(bottom).with_error(ball_of(machine.quotient * machine.ulp))
+
+    by = arithmetic(machine.model, divide=divided, **functions)
+    return by if machine.quotient == HOST.quotient else by._replace(operations={"/": divided})
 
 
 def rounding_of_w(form: Format) -> Fraction:
@@ -239,11 +272,20 @@ def log_error(relative: arb) -> arb:
     return -(1 - relative).log()
 
 
-def _of_pow(meant: Fraction, given: Fraction, kind: Format, log: arb | None = None) -> arb:
+def _of_pow(meant: Fraction, given: Fraction, machine: Arithmetic, log: arb | None = None) -> arb:
     """Bound the error of ln pow(x, given) as that of x^meant, for x > 0 or |ln x| <= log."""
-    log = (kind.largest + kind.precision) * arb.const_log2() if log is None else log
-    rounded = abs(given - meant)
-    return (log_error(2 * ULPS * arb(2) ** -kind.precision) + ball_of(rounded) * log).abs_upper()
+    form, ulp = machine.form, ball_of(machine.ulp)
+    log = (form.largest + form.precision) * arb.const_log2() if log is None else log
+    of_exponent = ball_of(abs(given - meant)) * log
+    if machine.power is not None:
+        return (log_error(ball_of(machine.power) * ulp) + of_exponent).abs_upper()
+    # exp2(p L), L = log2(x): errors of L and of the product, absolute, and of exp2.
+    size = log / arb.const_log2()
+    of_log = size * ball_of(machine.library) * ulp + ball_of(machine.log2_absolute)
+    product = ball_of(abs(given)) * (size + of_log)
+    of_product = ball_of(abs(given)) * of_log + product * arb(2) ** -machine.model.precision
+    of_exp = ulp * (ball_of(machine.library) + ball_of(machine.exp2_slope) * (product + of_product))
+    return (of_exponent + of_product * arb.const_log2() + log_error(of_exp)).abs_upper()
 
 
 def on_parts(
@@ -251,7 +293,7 @@ def on_parts(
     results: Sequence[str],
     variable: str,
     numbers: Mapping[str, float],
-    kind: Format,
+    machine: Arithmetic,
     inputs: Callable[[arb], dict[str, Rounded]],
     log_error: Callable[[arb], arb],
 ) -> Callable[[Part], Found]:
@@ -259,15 +301,16 @@ def on_parts(
 
     `variable` is the root's name; `log_error` bounds the error of its logarithm.
     """
-    exact = {name: Rounded(arb(c), kind) for name, c in numbers.items()}
+    model, slack = machine.model, _SLACK if machine.power is not None else _SLACK_IN_SHADERS
+    exact, by = {name: Rounded(arb(c), model) for name, c in numbers.items()}, reading(machine)
 
     @cache
     def on(part: Part) -> Found:
-        y = _between(part[0] * (1 - _SLACK), part[1] * (1 + _SLACK))
+        y = _between(part[0] * (1 - slack), part[1] * (1 + slack))
         error = log_error(y)
-        if not error < ball_of(_SLACK) / 2:
+        if not error < ball_of(slack) / 2:
             raise ArithmeticError("a computed root may be beyond its part")
-        found = of_branch(branch, results, {**exact, **inputs(y), variable: Rounded(y, kind, slope=1)}, kind)
+        found = read(branch, results, {**exact, **inputs(y), variable: Rounded(y, model, slope=1)}, by)
         return {name: number.with_error_of_y(error) for name, number in found.items()}
 
     return on

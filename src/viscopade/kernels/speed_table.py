@@ -641,7 +641,7 @@ def _inside(layout: Layout, name: str, form: Format) -> ErrorBound:
 def _outside(elsewhere: Kernel, name: str, usual: bool) -> ErrorBound:
     """Return the bound where the kernel of v* serves, in type double."""
     eps, loss = (elsewhere.bound(function, "host", "double")[-1] for function in ("epsilon", "one_minus_epsilon"))
-    speeds, rounding = (1 / USUAL, USUAL) if usual else None, of_v_star(DOUBLE, USUAL if usual else None)
+    speeds, rounding = (1 / USUAL, USUAL) if usual else None, of_v_star(largest=USUAL if usual else None)
     if name == "restitution":
         return replace(eps, result=name, relative_to="smaller", rounding=rounding, speeds=speeds)
     of_both = _relative(eps) + (_relative(loss) if name == "dissipation" else 0)

@@ -7,9 +7,10 @@ from fractions import Fraction
 
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_most
-from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.arithmetic.formats import Format
 from viscopade.collision import panel_proof
 from viscopade.kernels import formulas
+from viscopade.kernels.arithmetic import HOST, HOSTS, Arithmetic
 from viscopade.kernels.rounding_bounds import BITS, ULPS, of_powers
 from viscopade.store import recorded
 
@@ -19,14 +20,13 @@ USUAL = Fraction(10) ** _DECADES
 USUAL_TEXT = f"1e-{_DECADES} <= speed <= 1e{_DECADES}"
 
 
-@recorded("v_star_rounding")
-def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fraction:
+@recorded("rounding of v_star")
+def of_v_star(machine: Arithmetic = HOST, largest: Fraction | None = None) -> Fraction:
     """Return a bound of the relative errors of eps and 1 - eps by the rounding of v*.
 
     Parameters
     ----------
-    form : Format
-        Type of speed, beta and v*.
+    machine : Arithmetic
     largest : Fraction or None
         The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
     """
@@ -34,7 +34,7 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
     slope = panel_proof.steepest() * (1 + Fraction(1, 2**20))
     with working(BITS):
         log = None if largest is None else ball_of(largest).log()
-        relative = of_powers(formulas.v_star_branch(), "v_star", form, {"speed": 0, "beta": 0}, log)
+        relative = of_powers(formulas.v_star_branch(), "v_star", machine, {"speed": 0, "beta": 0}, log)
         of_ln_v_star = exact_middle((-(1 - relative).log()).abs_upper())
         change = exact_middle((ball_of(of_ln_v_star * slope).exp() - 1).abs_upper())
     return change + 4 * Fraction(panel_proof.proven_error())
@@ -43,7 +43,7 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
 def stated(forms: Sequence[Format]) -> str:
     """Return the sentences that state `of_v_star` in a file whose functions `restitution` are of these types."""
     usual, every = (
-        " and ".join(f"{at_most(of_v_star(form, largest), 2)} in type {form.name}" for form in forms)
+        " and ".join(f"{at_most(of_v_star(HOSTS[form.name], largest), 2)} in type {form.name}" for form in forms)
         for largest in (USUAL, None)
     )
     return (

@@ -19,6 +19,7 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.collision import spheres
 from viscopade.generated import marker_line, template
 from viscopade.kernels import toolchain
+from viscopade.kernels.arithmetic import HOSTS
 from viscopade.kernels.toolchain import Compiler, Library
 from viscopade.kernels.v_star import of_v_star
 from viscopade.progress import track
@@ -229,7 +230,7 @@ def ulp_of_eps(form: Format) -> float:
 def allowed(proof: ProvenError, form: Format) -> float:
     """Return the largest error that does not contradict a proof, relative to the smaller of eps and 1 - eps."""
     bound = proof.relative + proof.ulps * ulp_of_eps(form)
-    root = float(of_v_star(form, Fraction(max(SPEED_MAX, 1 / SPEED_MIN)))) if proof.of_v_star else 0.0
+    root = float(of_v_star(HOSTS[form.name], Fraction(max(SPEED_MAX, 1 / SPEED_MIN)))) if proof.of_v_star else 0.0
     # The eps that it is compared with is rounded, too.
     return (1 + bound) * (1 + root) - 1 + double.ULP["epsilon"] * ulp_of_eps(DOUBLE)
 
