@@ -18,6 +18,7 @@ from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import catalogue, expressions, quotient
+from viscopade.kernels.arithmetic import HOSTS
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Item
 from viscopade.kernels.kernel import Function, Kernel
@@ -364,7 +365,7 @@ def _accuracy(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Fract
     if code.argument == "speed":
         slowest, fastest = hull(each.speeds for each in where)
         usual = 1 / USUAL <= slowest <= fastest <= USUAL
-        accuracy -= 2 * of_v_star(FORMATS[code.format], USUAL if usual else None)
+        accuracy -= 2 * of_v_star(HOSTS[code.format], USUAL if usual else None)
     return None if accuracy < LEAST_ACCURACY else min(accuracy, Fraction(1, 2))
 
 
