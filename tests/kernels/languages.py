@@ -124,7 +124,9 @@ class Way:
     translated : (str, callable) or None
         Another language whose runner is taken, and the translation from a text and the name of a type.
     exact : bool
-        Whether operations are those of the text, without FMA contraction and with subnormal numbers.
+        Whether operations are those of the text, without FMA contraction.
+    flushed : bool
+        Whether subnormal numbers are set to 0.
     """
 
     language: str
@@ -134,6 +136,7 @@ class Way:
     package: str = ""
     translated: tuple[str, Callable[[str, str], str]] | None = None
     exact: bool = True
+    flushed: bool = False
 
     @property
     def written(self) -> Language:
@@ -196,7 +199,7 @@ WAYS = {
     "Python": Way("python"),
     "Python, Numba": Way("python", package="numba", translated=("python", for_numba)),
     "arrays": Way("arrays"),
-    "arrays, JAX": Way("arrays", package="jax", translated=("arrays", for_jax), exact=False),
+    "arrays, JAX": Way("arrays", package="jax", translated=("arrays", for_jax), exact=False, flushed=True),
     "Fortran": Way(
         "fortran",
         ("-std=f2018", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off"),

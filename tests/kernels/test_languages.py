@@ -135,7 +135,9 @@ def test_results_are_within_the_proven_bounds_and_have_the_bits(results, way, ke
         for name in named(key, form, arity):
             pairs = zip(results(way, form, arity)[name].astype(float), rows(key, form)[name], strict=True)
             for result, (*point, least, most, bits) in pairs:
-                said = name, form, point, result
+                said, tiny = (name, form, point, result), np.finfo(TYPES[form]).tiny
+                if WAYS[way].flushed and any(x and abs(x) < tiny for x in (*point, least)):
+                    continue
                 assert least is None or (math.isnan(least) and math.isnan(result)) or least <= result <= most, said
                 exact = bits is not None and WAYS[way].exact
                 assert not exact or result == bits or (math.isnan(bits) and math.isnan(result)), said
