@@ -1,6 +1,6 @@
 """The kernels of full accuracy: proven bounds, compiled C where rounding is hardest, and no undefined behaviour.
 
-Compiled code at all other arguments is checked by test_vectors.py and test_every_kernel.py.
+Compiled code at all other arguments is checked by test_vectors.py and test_languages.py.
 """
 
 import ctypes
