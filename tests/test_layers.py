@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import viscopade
-from viscopade.kernels.targets.languages import LANGUAGES, target
+from viscopade.kernels.write.languages import LANGUAGES, target
 
 SOURCE = Path(__file__).parents[1] / "src"
 
@@ -124,7 +124,7 @@ def test_only_the_command_line_and_compilers_touch_files(module):
     assert not names & {"open", "Path", "os", "shutil", "tempfile"}
 
 
-OF_LANGUAGES = "viscopade.kernels.targets.languages"
+OF_LANGUAGES = "viscopade.kernels.write.languages"
 NO_LANGUAGES = {
     # REBOUND has two interfaces, in C and in Python, which are no targets of kernels.
     "viscopade.simulators.rebound",

@@ -37,8 +37,8 @@ def _kernel(entry: Entry) -> str:
     kernel = entry.kernel
     lines = [f"## {kernel.name}", ""]
     lines += [f"`{kernel.formula}`\n"] if kernel.formula else []
-    facts = {"Source": kernel.source, "Domain": kernel.domain, "Command": f"`{Request.of([entry]).command('c')}`"}
-    lines += [f"- {name}: {text}".replace("v*", "v\\*") for name, text in facts.items() if text]
+    facts = {"Source": kernel.source, "Domain": kernel.domain, "Command": Request.of([entry]).command("c")}
+    lines += [f"- {name}: `{text}`" for name, text in facts.items() if text]
     lines += [f"- Tables: {kernel.bytes} bytes"] if kernel.bytes else []
     lines += [f"- No type {form}: {reason}" for form, reason in kernel.missing.items()]
     counted = {function.name: _operations(function) for function in kernel.functions}
@@ -63,7 +63,7 @@ def _rows(kernel: Kernel, function: Function, names: list[str]) -> Iterator[str]
         for bound in stated(kernel, function, ARITHMETICS[name]):
             cells.setdefault(range_text(bound), {})[name] = error_text(bound)
     for text, errors in cells.items():
-        yield f"| {head} | {text} | {' | '.join(errors.get(name, '') for name in names)} |".replace("v*", "v\\*")
+        yield f"| {head} | `{text}` | {' | '.join(errors.get(name, '') for name in names)} |"
         head = ""
 
 

@@ -9,8 +9,6 @@ __all__ = [
     "kernel",
     "machine",
     "native",
-    "prove_lacunary",
-    "prove_rational",
     "requests",
     "speed_table",
     "toolchain",

@@ -152,7 +152,7 @@ class Request:
         kernels = distinct(self.kernels())
         if target in _TABLES:
             if target != "vectors" and any(kernel.tables for kernel in kernels):
-                raise ValueError(f"target is {target!r}: expected c or vectors, as the kernel has a table")
+                raise ValueError(f"target is {target!r}: expected {_WITH_TABLES} or vectors, as the kernel has a table")
             return _TABLES[target](kernels, self.command(target))
         return file_text(kernels, language(target), self.command(target), module)
 
@@ -175,35 +175,35 @@ _TABLES: Mapping[str, Callable[[Sequence[Kernel], str], str]] = {
     "vectors": vectors.render,
 }
 
-_ENDINGS = {"c": ".h", "python": ".py"}
-"""Languages with a file for each group of the catalogue."""
-PAPER, RECOMMENDED, COMPACT, INVERSE = (
-    Request.of(catalogue.group(name)) for name in ("pade", "minimax", "compact", "inverse")
-)
+_GROUPS = {name: Request.of(catalogue.group(name)) for name in ("pade", "minimax", "compact", "inverse")}
+PAPER, RECOMMENDED, COMPACT, INVERSE = _GROUPS.values()
 PAPER_DEGREES = PAPER.pade
+_WITH_TABLES = next(name for name in LANGUAGES if language(name).table)
 
 
 def default(target: str) -> Request:
     """Return the request of a command without options: the paper's table, or the kernels for all v* >= 0."""
-    return PAPER if target in (*TABLES, "c", "python") else COMPACT
+    return PAPER if target in TABLES else _GROUPS[language(target).groups[0]]
 
 
 _FILES = {
-    **{f"viscopade_pade{ending}": (PAPER, target) for target, ending in _ENDINGS.items()},
+    **{
+        f"{of.stem}{f'_{group}' * (len(of.groups) > 1)}{of.ending}": (_GROUPS[group], of.name)
+        for of in map(language, LANGUAGES)
+        for group in of.groups
+    },
     "pade_table.csv": (PAPER, "csv"),
     "pade_table.json": (PAPER, "json"),
     "pade_table.tex": (PAPER, "latex"),
     "pade_certificates.json": (PAPER, "certificates"),
-    **{f"viscopade_minimax{ending}": (RECOMMENDED, target) for target, ending in _ENDINGS.items()},
     "minimax_table.json": (RECOMMENDED, "json"),
     "minimax_certificates.json": (RECOMMENDED, "certificates"),
-    **{language(name).stem + language(name).ending: (COMPACT, name) for name in LANGUAGES if name not in _ENDINGS},
-    "viscopade_compact.py": (COMPACT, "python"),
     "vectors_compact.json": (COMPACT, "vectors"),
-    **{f"viscopade_inverse{ending}": (INVERSE, target) for target, ending in _ENDINGS.items()},
     "inverse_certificates.json": (INVERSE, "certificates"),
-    "viscopade_full.h": (Request(full=True), "c"),
-    **{f"viscopade_speed_{identifier(tier)}.h": (Request(from_speed=(tier,)), "c") for tier in catalogue.TIERS},
+    "viscopade_full.h": (Request(full=True), _WITH_TABLES),
+    **{
+        f"viscopade_speed_{identifier(tier)}.h": (Request(from_speed=(tier,)), _WITH_TABLES) for tier in catalogue.TIERS
+    },
 }
 # Test vectors of each header's kernels.
 _FILES |= {
@@ -232,7 +232,7 @@ def file(name: str) -> str:
     if name in _SERIES:
         return render_series(_SERIES[name], SERIES_ORDER, SERIES_DIGITS)
     if name == VERSION_HEADER:
-        return version_text(language("c"), "viscopade export version-header")
+        return version_text(language(_WITH_TABLES), "viscopade export version-header")
     request, target = _FILES[name]
     return request.render(target)
 

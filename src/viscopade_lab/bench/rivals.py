@@ -13,8 +13,6 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import spheres
-from viscopade.kernels.expressions import by_horner
-from viscopade.kernels.targets.syntax import of_c, text
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
 from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, Contender, Group, identifier
@@ -115,8 +113,12 @@ def of_expression(
 
 def _polynomial(form: Format, coefficients: Sequence[str]) -> str:
     """Return Horner's rule with the coefficients as constants; those that are zero are left out."""
-    terms = tuple((k, form.literal(c)) for k, c in enumerate(coefficients) if float(c))
-    return text(by_horner("v_star", terms), of_c(form))
+    (last, text), *others = ((k, form.literal(c)) for k, c in reversed([*enumerate(coefficients)]) if float(c))
+    for k, literal in (*others, *([] if others and others[-1][0] == 0 else [(0, "")])):
+        for _ in range(last - k):
+            text = f"v_star * {f'({text})' if ' ' in text else text}"
+        last, text = k, f"{literal} + {text}" if literal else text
+    return text
 
 
 def _value(coefficients: Sequence[str], speed: FloatArray, beta: float) -> FloatArray:

@@ -169,6 +169,8 @@ class Language:
         A line of use, of {call}, {type} and {result}: a name for the value.
     stem : str
         The usual name of a module.
+    groups : tuple of str
+        Groups of the catalogue that have a file in `exports`; the first one is the usual one.
     run : Runner
         How a program that calls the functions is built and run.
     """
@@ -217,6 +219,7 @@ class Language:
     call: str = "{name}{suffix}({arguments})"
     use: str = "{call}"
     stem: str = "viscopade"
+    groups: tuple[str, ...] = ("compact",)
     run: Runner = Runner()
 
     def number(self, form: str) -> Number:

@@ -57,4 +57,5 @@ LANGUAGE = Language(
     "}};\nVISCOPADE_HEXADECIMAL_END",
     row="viscopade_{table}_{kernel}[{index}]",
     run=Runner("c.c", ("cc", "gcc", "clang"), "{tool} -O2 {driver} -o {program} -lm", "{program}", "CC"),
+    groups=("pade", "minimax", "inverse"),
 )  # fmt: skip

@@ -24,4 +24,5 @@ LANGUAGE = replace(
     kernel=C.kernel.replace("{functions}", "{functions}\n\n#ifdef VISCOPADE_RUNTIME\n{generics}\n#endif"),
     procedure="{function}_{type}",
     prelude="c.h cuda.h launch.h",
+    groups=("compact",),
 )

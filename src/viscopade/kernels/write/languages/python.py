@@ -27,4 +27,5 @@ LANGUAGE = Language(
     use="{result} = {call}",
     call="viscopade.{name}({arguments})",
     run=Runner("python.py", (), "", "{tool} {driver}"),
+    groups=("pade", "minimax", "compact", "inverse"),
 )  # fmt: skip
