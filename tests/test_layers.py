@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 import viscopade
-from viscopade.kernels.write.languages import LANGUAGES, target
+from viscopade.kernels.write.languages import NAMES as LANGUAGES
+from viscopade.kernels.write.languages import language as language_of
 
 SOURCE = Path(__file__).parents[1] / "src"
 
@@ -138,18 +139,6 @@ NO_LANGUAGES = {
 }
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_a_language_has_its_templates(language):
-    """What scenes, their checks and the calculator write in it."""
-    named = target(language).template
-    for file in (
-        f"scene/templates/{named('scene')}",
-        f"scene/templates/{named('check')}",
-        f"calculator/templates/snippets/{language}.jinja",
-    ):
-        assert (SOURCE / "viscopade" / file).is_file(), f"{language} needs src/viscopade/{file}"
-
-
 @pytest.mark.parametrize("module", sorted({*PRODUCT} - NO_LANGUAGES))
 def test_no_module_names_a_language(module):
     """But the list of languages, and each language's own module."""
@@ -166,7 +155,7 @@ def test_each_language_has_one_module_that_names_no_other():
     for module, name in found.items():
         texts = {node.value for node in nodes(module) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
         assert texts & {*LANGUAGES} == {name}
-        assert target(name).name == name
+        assert language_of(name).name == name
 
 
 def loaded_after(statement):
