@@ -1,14 +1,18 @@
 """Proven kernels: formulas with certificates and rounding bounds, the catalogue of ready kernels, their code."""
 
 __all__ = [
+    "arithmetic",
+    "bound",
     "catalogue",
     "certificate",
-    "enclosure",
+    "compact",
     "expressions",
+    "formulas",
     "full",
     "kernel",
     "machine",
     "native",
+    "quotient",
     "requests",
     "speed_table",
     "toolchain",

@@ -10,12 +10,12 @@ from itertools import zip_longest
 from textwrap import wrap
 from zlib import crc32
 
+from viscopade import generated
 from viscopade.arithmetic.decimals import at_least, at_most
 from viscopade.generated import (
     END_CONDITION,
     END_CONDITION_WITHOUT_DELAY,
     WIDTH,
-    __version__,
     comment,
     marker_line,
     version_number,
@@ -54,7 +54,7 @@ _LEGEND = (
 )
 CITE = (
     "Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade "
-    f"{__version__}."
+    f"{generated.__version__}."
 )
 
 
@@ -104,7 +104,7 @@ def version_text(language: Language, command: str) -> str:
 
 
 def _version(language: Language) -> str:
-    return language.version.format(version=__version__, number=version_number())
+    return language.version.format(version=generated.__version__, number=version_number())
 
 
 def preludes(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
