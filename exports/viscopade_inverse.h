@@ -32,7 +32,9 @@
 #elif defined(__SIZEOF_DOUBLE__) && __SIZEOF_DOUBLE__ != 8
 #error "viscopade: expected a double of 64 bits, for which the errors are proven (on AVR: -mdouble=64)"
 #else
+#if !defined(__CUDACC_RTC__) && !defined(__HIPCC_RTC__) /* compilers at run time have no headers */
 #include <math.h>
+#endif
 
 /* Not with -fsingle-precision-constant: it would break the bounds. */
 typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : -1];

@@ -10,11 +10,11 @@
  *
  * function                                            range          error, double           error, float
  * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5        9.87e-4 m + 9.1e-16 r   9.87e-4 m + 4.9e-7 r
- * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99992  9.87e-4 m + 1.87e-14 r  9.9e-4 m + 4.91e-7 r
+ * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99969  9.87e-4 m + 1.87e-14 r  9.9e-4 m + 4.91e-7 r
  * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5        2.84e-6 m + 1.7e-15 r   2.84e-6 m + 8.8e-7 r
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99992  2.84e-6 m + 1.94e-14 r  5.38e-6 m + 8.81e-7 r
+ * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99969  2.84e-6 m + 1.94e-14 r  5.38e-6 m + 8.81e-7 r
  * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5        3.06e-9 m + 2.5e-15 r   -
- * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99992  3.06e-9 m + 2.02e-14 r  -
+ * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99969  3.06e-9 m + 2.02e-14 r  -
  * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
  * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
@@ -32,7 +32,9 @@
 #elif defined(__SIZEOF_DOUBLE__) && __SIZEOF_DOUBLE__ != 8
 #error "viscopade: expected a double of 64 bits, for which the errors are proven (on AVR: -mdouble=64)"
 #else
+#if !defined(__CUDACC_RTC__) && !defined(__HIPCC_RTC__) /* compilers at run time have no headers */
 #include <math.h>
+#endif
 
 /* Not with -fsingle-precision-constant: it would break the bounds. */
 typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : -1];
@@ -120,10 +122,10 @@ VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 
 /*
  * eps.
- * Error <= 9.87e-4 m + 5.95e-15 r for v* <= 4.99992, 1e-30 <= speed <= 1e+30; 9.87e-4 m + 1.87e-14 r
- * for v* <= 4.99992.
+ * Error <= 9.87e-4 m + 5.95e-15 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 9.87e-4 m + 1.87e-14 r
+ * for v* <= 4.99969.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 1.87e-14 r for v* <= 4.99992 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 1.87e-14 r for v* <= 4.99969 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -149,9 +151,9 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, doub
 
 /*
  * eps.
- * Error <= 9.9e-4 m + 4.91e-7 r for v* <= 4.99992.
+ * Error <= 9.9e-4 m + 4.91e-7 r for v* <= 4.99969.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 4.91e-7 r for v* <= 4.99992 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 4.91e-7 r for v* <= 4.99969 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -248,10 +250,10 @@ VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 
 /*
  * eps.
- * Error <= 2.84e-6 m + 6.74e-15 r for v* <= 4.99992, 1e-30 <= speed <= 1e+30; 2.84e-6 m + 1.94e-14 r
- * for v* <= 4.99992.
+ * Error <= 2.84e-6 m + 6.74e-15 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 2.84e-6 m + 1.94e-14 r
+ * for v* <= 4.99969.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 1.94e-14 r for v* <= 4.99992 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 1.94e-14 r for v* <= 4.99969 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -283,10 +285,10 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, doub
 
 /*
  * eps.
- * Error <= 5.2e-6 m + 8.81e-7 r for v* <= 4.99992, 1e-30 <= speed <= 1e+30; 5.38e-6 m + 8.81e-7 r for
- * v* <= 4.99992.
+ * Error <= 5.2e-6 m + 8.81e-7 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 5.38e-6 m + 8.81e-7 r for
+ * v* <= 4.99969.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.38e-6 /* m + 8.81e-7 r for v* <= 4.99992 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.38e-6 /* m + 8.81e-7 r for v* <= 4.99969 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -365,10 +367,10 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em8(double v_star)
 
 /*
  * eps.
- * Error <= 3.06e-9 m + 7.54e-15 r for v* <= 4.99992, 1e-30 <= speed <= 1e+30; 3.06e-9 m + 2.02e-14 r
- * for v* <= 4.99992.
+ * Error <= 3.06e-9 m + 7.54e-15 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 3.06e-9 m + 2.02e-14 r
+ * for v* <= 4.99969.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 2.02e-14 r for v* <= 4.99992 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 2.02e-14 r for v* <= 4.99969 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em8(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);

@@ -9,13 +9,13 @@
 #
 # function                                     range          error, double
 # viscopade.epsilon_pade_0_3(v_star)           v* <= 5        4.68 m + 3.5e-15 r
-# viscopade.restitution_pade_0_3(speed, beta)  v* <= 4.99992  4.68 m + 1.04e-13 r
+# viscopade.restitution_pade_0_3(speed, beta)  v* <= 4.99969  4.68 m + 1.04e-13 r
 # viscopade.epsilon_pade_1_4(v_star)           v* <= 5        0.357 m + 1.6e-15 r
-# viscopade.restitution_pade_1_4(speed, beta)  v* <= 4.99992  0.357 m + 2.56e-14 r
+# viscopade.restitution_pade_1_4(speed, beta)  v* <= 4.99969  0.357 m + 2.56e-14 r
 # viscopade.epsilon_pade_2_5(v_star)           v* <= 5        0.785 m + 5.5e-15 r
-# viscopade.restitution_pade_2_5(speed, beta)  v* <= 4.99992  0.785 m + 3.71e-14 r
+# viscopade.restitution_pade_2_5(speed, beta)  v* <= 4.99969  0.785 m + 3.71e-14 r
 # viscopade.epsilon_pade_3_6(v_star)           v* <= 5        0.064 m + 2e-15 r
-# viscopade.restitution_pade_3_6(speed, beta)  v* <= 4.99992  0.064 m + 2.09e-14 r
+# viscopade.restitution_pade_3_6(speed, beta)  v* <= 4.99969  0.064 m + 2.09e-14 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
 # outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
@@ -50,11 +50,11 @@ def epsilon_pade_0_3(v_star: float) -> float:
 
 
 # eps.
-# Error <= 0.0673 m + 8.88e-15 r for v* <= 0.499992, 1e-30 <= speed <= 1e+30; 0.0673 m + 2.24e-14 r
-# for v* <= 0.499992; 0.179 m + 9.44e-15 r for v* <= 0.999984, 1e-30 <= speed <= 1e+30; 0.179 m +
-# 2.44e-14 r for v* <= 0.999984; 0.916 m + 1.32e-14 r for v* <= 1.99996, 1e-30 <= speed <= 1e+30;
-# 0.916 m + 3.74e-14 r for v* <= 1.99996; 4.68 m + 3.21e-14 r for v* <= 4.99992, 1e-30 <= speed <=
-# 1e+30; 4.68 m + 1.04e-13 r for v* <= 4.99992.
+# Error <= 0.0673 m + 8.88e-15 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 0.0673 m + 2.24e-14 r
+# for v* <= 0.499969; 0.179 m + 9.44e-15 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.179 m +
+# 2.44e-14 r for v* <= 0.999938; 0.916 m + 1.32e-14 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
+# 0.916 m + 3.74e-14 r for v* <= 1.99987; 4.68 m + 3.21e-14 r for v* <= 4.99969, 1e-30 <= speed <=
+# 1e+30; 4.68 m + 1.04e-13 r for v* <= 4.99969.
 def restitution_pade_0_3(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -102,11 +102,11 @@ def epsilon_pade_1_4(v_star: float) -> float:
 
 
 # eps.
-# Error <= 0.00185 m + 6.65e-15 r for v* <= 0.499992, 1e-30 <= speed <= 1e+30; 0.00185 m + 1.94e-14 r
-# for v* <= 0.499992; 0.0122 m + 6.7e-15 r for v* <= 0.999984, 1e-30 <= speed <= 1e+30; 0.0122 m +
-# 1.95e-14 r for v* <= 0.999984; 0.0899 m + 7.09e-15 r for v* <= 1.99996, 1e-30 <= speed <= 1e+30;
-# 0.0899 m + 2.09e-14 r for v* <= 1.99996; 0.357 m + 8.43e-15 r for v* <= 4.99992, 1e-30 <= speed <=
-# 1e+30; 0.357 m + 2.56e-14 r for v* <= 4.99992.
+# Error <= 0.00185 m + 6.65e-15 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 0.00185 m + 1.94e-14 r
+# for v* <= 0.499969; 0.0122 m + 6.7e-15 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.0122 m +
+# 1.95e-14 r for v* <= 0.999938; 0.0899 m + 7.09e-15 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
+# 0.0899 m + 2.09e-14 r for v* <= 1.99987; 0.357 m + 8.43e-15 r for v* <= 4.99969, 1e-30 <= speed <=
+# 1e+30; 0.357 m + 2.56e-14 r for v* <= 4.99969.
 def restitution_pade_1_4(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -156,11 +156,11 @@ def epsilon_pade_2_5(v_star: float) -> float:
 
 
 # eps.
-# Error <= 1.47e-4 m + 1.06e-14 r for v* <= 0.499992, 1e-30 <= speed <= 1e+30; 1.47e-4 m + 2.32e-14 r
-# for v* <= 0.499992; 0.00313 m + 1.06e-14 r for v* <= 0.999984, 1e-30 <= speed <= 1e+30; 0.00313 m +
-# 2.33e-14 r for v* <= 0.999984; 0.0665 m + 1.09e-14 r for v* <= 1.99996, 1e-30 <= speed <= 1e+30;
-# 0.0665 m + 2.44e-14 r for v* <= 1.99996; 0.785 m + 1.45e-14 r for v* <= 4.99992, 1e-30 <= speed <=
-# 1e+30; 0.785 m + 3.71e-14 r for v* <= 4.99992.
+# Error <= 1.47e-4 m + 1.06e-14 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 1.47e-4 m + 2.32e-14 r
+# for v* <= 0.499969; 0.00313 m + 1.06e-14 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.00313 m +
+# 2.33e-14 r for v* <= 0.999938; 0.0665 m + 1.09e-14 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
+# 0.0665 m + 2.44e-14 r for v* <= 1.99987; 0.785 m + 1.45e-14 r for v* <= 4.99969, 1e-30 <= speed <=
+# 1e+30; 0.785 m + 3.71e-14 r for v* <= 4.99969.
 def restitution_pade_2_5(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -215,11 +215,11 @@ def epsilon_pade_3_6(v_star: float) -> float:
 
 
 # eps.
-# Error <= 5.47e-6 m + 7.04e-15 r for v* <= 0.499992, 1e-30 <= speed <= 1e+30; 5.47e-6 m + 1.97e-14 r
-# for v* <= 0.499992; 2.6e-4 m + 7.04e-15 r for v* <= 0.999984, 1e-30 <= speed <= 1e+30; 2.6e-4 m +
-# 1.97e-14 r for v* <= 0.999984; 0.00659 m + 7.07e-15 r for v* <= 1.99996, 1e-30 <= speed <= 1e+30;
-# 0.00659 m + 1.98e-14 r for v* <= 1.99996; 0.064 m + 7.36e-15 r for v* <= 4.99992, 1e-30 <= speed <=
-# 1e+30; 0.064 m + 2.09e-14 r for v* <= 4.99992.
+# Error <= 5.47e-6 m + 7.04e-15 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 5.47e-6 m + 1.97e-14 r
+# for v* <= 0.499969; 2.6e-4 m + 7.04e-15 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 2.6e-4 m +
+# 1.97e-14 r for v* <= 0.999938; 0.00659 m + 7.07e-15 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
+# 0.00659 m + 1.98e-14 r for v* <= 1.99987; 0.064 m + 7.36e-15 r for v* <= 4.99969, 1e-30 <= speed <=
+# 1e+30; 0.064 m + 2.09e-14 r for v* <= 4.99969.
 def restitution_pade_3_6(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
