@@ -593,9 +593,6 @@ CHECKS: dict[str, tuple[Callable[[Sequence[Any], Value, Sample], None], ...]] = 
     "compact powers": (check_choice("compact", "restitution"),),
     "inverse": (check_inverse,),
     "inverse powers": (check_choice("inverse", "v_star"),),
-    # Of makers that are on their way out:
-    **dict.fromkeys(("pade_kernel", "minimax_kernel", "half_line_kernel", "half_line_powers"), ()),
-    **dict.fromkeys(("inverse_kernel", "inverse_powers", "table_free_rounding"), ()),
     "speed table rows": (check_table,),
     "speed table bounds": (check_table, check_slope),
     "full rows": (check_full_rows,),

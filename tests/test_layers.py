@@ -31,7 +31,8 @@ TOUCH_FILES = {
     "viscopade.files",
     "viscopade.shipped",
     "viscopade.kernels.toolchain",
-    "viscopade.scene.runners",
+    "viscopade.kernels.write.runners",
+    "viscopade.scene.check",
 }
 
 

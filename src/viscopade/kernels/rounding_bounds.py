@@ -1,40 +1,29 @@
 """Rounding bounds of kernels: their programs (`formulas`), run with `rounding.Rounded` all over the domain.
 
-The roots are taken by sqrt, cbrt and pow of math.h. sqrt rounds correctly by IEEE 754; of the others it is assumed that
-they are within `ULPS` units in the last place, of type float as well. (The largest errors that glibc's manual knows of
-for cbrt, and for pow, are no larger.) The error of y = x^root goes into the bound by the enclosed slope of the result.
+What is assumed of sqrt, cbrt and pow is in `arithmetic.Arithmetic`. The error of y = x^root goes into the bound by the
+enclosed slope of the result.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from fractions import Fraction
-from functools import cache, lru_cache, partial
+from functools import cache
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 from flint import arb
 
-from viscopade.approximation.inverse import InverseForm
-from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
-from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels import formulas
-from viscopade.kernels.arithmetic import HOST, HOSTS, Arithmetic
+from viscopade.kernels.arithmetic import HOST, Arithmetic
 from viscopade.kernels.expressions import CodeBranch, Reading, read
-from viscopade.kernels.reference import speeds
 from viscopade.kernels.rounding import Rounded, arithmetic, of_branch
-from viscopade.progress import track
-
-ULPS = 4
-"""Assumed of cbrt and pow, and of cbrtf and powf: the error in units in the last place of the result."""
 
 BITS = 128
 PARTS = 32  # of the values of y, at first
-PARTS_OF_PANEL = (4, 16, 64)  # the more, the less do enclosures of alternating sums exceed what they enclose
 MOST_PARTS = 4096
 DIGITS = 2  # of printed bounds
 _NEARLY = Fraction(1, 16)  # by which a bound for all may exceed the largest found for a single argument
@@ -43,150 +32,10 @@ _SLACK_IN_SHADERS = Fraction(1, 2**13)
 _NEAR = Fraction(1, 2**8)
 _STEP = Fraction(5, 4)  # (1 + 1/9)^5 < 2: powers of a ball of this width do not contain 0
 
-HALF_LINE = ("epsilon", "one_minus_epsilon")
-
 Values = tuple[float, ...]
 Part = tuple[Fraction, Fraction]
 Found = Mapping[str, Rounded]
 Result = TypeVar("Result")
-
-
-class Size(NamedTuple):
-    """A proven rounding bound: relative |exact value| + underflow (the type's smallest number)."""
-
-    relative: str
-    underflow: str
-
-
-# --- bounds of rounding errors ----------------------------------------------------------------------------------------
-
-
-def quotient_rounding(
-    a: Sequence[Fraction],
-    b: Sequence[Fraction],
-    form: Format,
-    low: Fraction,
-    high: Fraction,
-    coefficients: bool = False,
-) -> arb:
-    """Bound the relative rounding error of the computed quotient for low <= v* <= high.
-
-    Parameters
-    ----------
-    a, b : sequence of Fraction
-        Coefficients in ascending order, numbers of the format.
-    form : Format
-    low, high : Fraction
-        Interval of v*, of which every number of the format is meant.
-    coefficients : bool
-        Whether the coefficients are rounded to the format, too.
-
-    Raises
-    ------
-    ArithmeticError
-        If numerator or denominator may vanish.
-    """
-    exact = formulas.dense(a=a, b=b)
-    branch, _ = formulas.epsilon_branches(exact)
-    with working(BITS):
-        own = arb(2) ** -form.precision if coefficients else 0
-        given = {name: Rounded(ball_of(c), form, own) for name, c in exact.items()}
-        for number in PARTS_OF_PANEL:
-            parts = list(speeds(low, high, number))
-            steps = track(range(len(parts)), "rounding")
-            with suppress(ArithmeticError):
-                return max(_relative(branch, given, form, parts[i]) for i in steps).abs_upper()
-    raise ArithmeticError("numerator or denominator may vanish within its rounding error")
-
-
-def _relative(branch: CodeBranch, given: Mapping[str, Rounded], form: Format, v_star: arb) -> arb:
-    found = of_branch(branch, ["epsilon"], {**given, "v_star": Rounded(v_star, form)}, form)["epsilon"]
-    size = found.relative + found.underflow / arb(found.value.abs_lower())
-    if not size.is_finite():
-        raise ArithmeticError("the numerator may vanish within its rounding error")
-    return size
-
-
-@lru_cache(maxsize=256)
-def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, Size]:
-    """Bound the rounding errors of epsilon and one_minus_epsilon for all v* >= 0, relative to the formula's value.
-
-    Beyond 2^largest w may be subnormal. There w^3 underflows to 0, eps comes out as 0 and 1 - eps as 1, and both are
-    right but for less than the smallest number.
-
-    Raises
-    ------
-    ArithmeticError
-        If a sum may vanish.
-    """
-    near, far = formulas.half_line_branches(form)
-    numbers = formulas.constants(form, a, b)
-    with working(BITS):
-        unit = arb(2) ** -kind.precision
-        of_y, of_u = (
-            log_error(of_powers(branch, name, HOSTS[kind.name], {"v_star": 0}))
-            for branch, name in ((near, "y"), (far, "u"))
-        )
-        both = (
-            on_parts(
-                near,
-                HALF_LINE,
-                "y",
-                numbers,
-                HOSTS[kind.name],
-                lambda y: {"v_star": Rounded(y**3, kind)},
-                lambda _: of_y,
-            ),
-            on_parts(
-                far,
-                HALF_LINE,
-                "u",
-                numbers,
-                HOSTS[kind.name],
-                lambda u: {"w": Rounded(u**3, kind, unit)},
-                lambda _: of_u,
-            ),
-        )
-        return {name: _size(both, name, kind) for name in HALF_LINE}
-
-
-@lru_cache(maxsize=256)
-def inverse_sizes(
-    form: Powers, of: InverseForm, epsilon_min: Fraction, a: Values, b: Values, kind: Format
-) -> dict[str, Size]:
-    """Bound the rounding errors of v_star and beta, relative to the formula's value; nothing underflows there.
-
-    The quotient of 1 - eps and eps has two roundings. (Where it is subnormal, the larger of eps and 1 - eps is
-    rounded to 1, and the quotient is exact but for less than that.)
-
-    Raises
-    ------
-    ArithmeticError
-        If a sum may vanish.
-    """
-    with working(BITS):
-        unit, root = arb(2) ** -kind.precision, of.root
-        branches = dict(zip("yu", formulas.inverse_branches(form, of), strict=False))
-
-        def of_root(variable: str, y: arb) -> arb:
-            log = abs(y.log()) / ball_of(root)
-            return log_error(
-                of_powers(branches[variable], variable, HOSTS[kind.name], {"epsilon": 0, "loss": unit}, log, root)
-            )
-
-        start = below_root(kind.smallest, root)
-        end = above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
-        numbers = formulas.constants(form, a, b)
-        near, *far = (
-            on_parts(branch, ("v_star",), variable, numbers, HOSTS[kind.name], lambda _: {}, partial(of_root, variable))
-            for variable, branch in branches.items()
-        )
-        relative = max(largest(on, parts_from(start, end), _of_v_star) for on in (near, *far))
-        sizes = {
-            "v_star": relative,
-            "beta": of_powers(formulas.beta_branch(), "beta", HOSTS[kind.name], {"speed": 0, "v_star": relative}),
-        }
-        return {name: Size(at_most(rounded_up(size, DIGITS)), "0") for name, size in sizes.items()}
 
 
 class _Decimal(Rounded):
@@ -314,19 +163,6 @@ def on_parts(
         return {name: number.with_error_of_y(error) for name, number in found.items()}
 
     return on
-
-
-def _size(branches: Sequence[Callable[[Part], Found]], name: str, kind: Format) -> Size:
-    """Return the bounds for all parts of [0, 1] on all branches, both of the same parts."""
-    walks = [(on, refined(on, parts_to(Fraction(1)), lambda found: found[name].relative)) for on in branches]
-    relative = max(size for _, parts in walks for size, _ in parts)
-    underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
-    return Size(*(at_most(rounded_up(size, DIGITS)) for size in (relative, underflow / ball_of(kind.smallest))))
-
-
-def _of_v_star(found: Found) -> arb:
-    v_star = found["v_star"]
-    return (v_star.relative + v_star.underflow / arb(v_star.value.abs_lower())).abs_upper()
 
 
 def largest(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]) -> arb:
