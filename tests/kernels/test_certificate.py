@@ -32,7 +32,7 @@ from viscopade.kernels.reference import speeds, stretches, v_star_at
 
 TIGHT = 1.015  # three digits, rounded up, of a bound that is tight to 0.1 %
 A, B = machine_coefficients.machine(minimax.fit(1, 4, 5), DOUBLE).exact
-FORMULA = quotient.formula(A, B)
+FORMULA = quotient.quotient_formula(A, B)
 INTERVALS = [("0", "5"), ("0", "1/3"), ("0.1", "1/3"), ("1", "8"), ("1/16", "2"), ("0.01", "0.05"), ("3", "3.01")]
 CASES = [(*map(Fraction, ends), measure) for ends in INTERVALS for measure in ("both", "relative")]
 
@@ -79,7 +79,7 @@ def test_the_bound_holds_against_exact():
 @pytest.mark.parametrize("measure", ["both", "relative"])
 def test_a_wrong_formula_has_a_large_bound(measure):
     coefficients = A, (*B[:4], B[4] * 2)
-    wrong = quotient.formula(*coefficients)
+    wrong = quotient.quotient_formula(*coefficients)
     low, high = Fraction(0), Fraction(5)
     assert float(prove(wrong, low, high, measure).bound) >= sampled(low, high, measure, coefficients=coefficients) > 0.2
 
@@ -112,7 +112,7 @@ def test_a_pole_is_refused(pole, measure):
     b = times(B, pole)
     a = (Fraction(1), b[1])
     with pytest.raises(ArithmeticError, match="pole"):
-        prove(quotient.formula(a, b), Fraction(0), pole * 2, measure)
+        prove(quotient.quotient_formula(a, b), Fraction(0), pole * 2, measure)
 
 
 @pytest.mark.parametrize("measure", ["both", "relative"])
@@ -124,17 +124,17 @@ def test_a_pole_that_a_zero_nearly_cancels_is_refused(pole, measure, distance):
     if distance:
         a = (a[0], b[1], *a[2:])
     with pytest.raises(ArithmeticError, match="pole"):
-        prove(quotient.formula(a, b), Fraction(0), pole * 2, measure)
+        prove(quotient.quotient_formula(a, b), Fraction(0), pole * 2, measure)
 
 
 def test_a_pole_outside_the_interval_does_not_matter():
     b = times(B, Fraction(6))
-    found = prove(quotient.formula((Fraction(1), b[1]), b), Fraction(0), Fraction(2))
+    found = prove(quotient.quotient_formula((Fraction(1), b[1]), b), Fraction(0), Fraction(2))
     assert float(found.bound) > 0
 
 
 def test_a_constant_term_or_slope_that_differs_has_no_bound_relative_to_1_minus_eps():
-    wrong = quotient.formula((Fraction(1), 2 * A[1]), B)
+    wrong = quotient.quotient_formula((Fraction(1), 2 * A[1]), B)
     with pytest.raises((ArithmeticError, ValueError)):
         prove(wrong, Fraction(0), Fraction(1))
     assert float(prove(wrong, Fraction(0), Fraction(1), "relative").bound) > 0.01
@@ -153,7 +153,7 @@ def deviation(formula, panel, start, end, measure="relative"):
 def test_the_error_of_the_reference_is_in_the_bound(monkeypatch, measure):
     """R = q (1 + g) and q = eps (1 + d): both may have the same sign; also for d as small as it is."""
     a, b = (Fraction(3), Fraction(0)), (Fraction(3), Fraction(0), Fraction(-1, 2))
-    part = quotient.formula(a, b), 40, Fraction(-1, 10), Fraction(1, 10), measure
+    part = quotient.quotient_formula(a, b), 40, Fraction(-1, 10), Fraction(1, 10), measure
     for error in (2.0**-3, panel_proof.proven_error()):
         monkeypatch.setattr(panel_proof, "proven_error", lambda: 0.0)
         bare = deviation(*part)
@@ -455,4 +455,4 @@ def test_intervals_that_are_invalid_are_refused():
 def test_a_half_line_formula_has_the_right_degrees():
     wrong = LacunaryQuotient(Powers((0, 6, 16), (0, 11)), (Fraction(1),) * 3, (Fraction(1),) * 2)
     with pytest.raises(ValueError, match="deg N must be deg D"):
-        compact.formula(wrong)
+        compact.half_line_formula(wrong)

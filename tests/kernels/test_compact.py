@@ -156,7 +156,7 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(place):
     with working(128):
         parts = [Fraction(2.0**e) for e in (*(exponents / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
         alone = [(y**3, compact._on_part(powers, variant.a, variant.b, place, y, y)) for y in parts]
-    for function, sizes in compact.rounding_bounds(powers, variant.a, variant.b, place).items():
+    for function, sizes in compact.compact_rounding(powers, variant.a, variant.b, place).items():
         common = [found for v, found in alone if compact.COMMON[0] <= v <= compact.COMMON[1]]
         for size, among in zip(sizes, ([found for _, found in alone], common), strict=True):
             assert 0.85 * float(size) < max(float(found[function]) for found in among) <= float(size)
@@ -190,7 +190,7 @@ def test_every_error_of_a_machine_counts(place):
     (powers, variant), generator = of("1e-5", FLOAT), np.random.default_rng(6)
     ends = (-1, 1) if place.log2_absolute else (-126, 120)
     w = np.exp2(generator.uniform(*ends, 20_000)).astype(np.float32)
-    bounds = compact.rounding_bounds(powers, variant.a, variant.b, place)
+    bounds = compact.compact_rounding(powers, variant.a, variant.b, place)
     found, true = emulated(powers, variant, place, generator, w), formula(powers, variant, w)
     ratio = {f: np.abs(found[f] / true[f] - 1).max() / float(bounds[f][0]) for f in compact.MEANINGS}
     assert max(ratio.values()) <= 1
@@ -201,7 +201,7 @@ def test_powers_that_overflow_are_refused(monkeypatch):
     powers, variant = of("1e-3", FLOAT)
     monkeypatch.setitem(compact.LARGEST, "float", 150)
     with pytest.raises(ArithmeticError, match="may overflow in type float"):
-        compact.rounding_bounds(powers, variant.a, variant.b, DEVICE)
+        compact.compact_rounding(powers, variant.a, variant.b, DEVICE)
 
 
 def arguments(form, generator):

@@ -113,7 +113,7 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(monkeypatch):
         given = powers, approximants.WHOLE_FORM, Fraction(0), variant.a, variant.b, HOSTS[variant.form.name]
         monkeypatch.setattr(rounding_bounds, "_NEARLY", Fraction(1, 1024))
         bound = variant.bound("v_star")
-        assert 0.9 < float(inverse.rounding_bounds(*given)["v_star"] / bound.rounding * (1 + bound.formula)) <= 1
+        assert 0.9 < float(inverse.inverse_rounding(*given)["v_star"] / bound.rounding * (1 + bound.formula)) <= 1
 
 
 @each_form

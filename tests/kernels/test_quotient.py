@@ -233,12 +233,12 @@ def test_what_fits_no_double_is_refused(b, message):
 
 
 def test_pade_bounds_are_those_of_the_exact_formula():
-    kernel, found = quotient.pade(3, 6), proven_pade(3, 6)
+    kernel, found = quotient.pade_quotient(3, 6), proven_pade(3, 6)
     for place in ARITHMETICS.values():
         bounds = epsilon_bounds(kernel, place)
         assert [(b.low, b.high, b.relative_to) for b in bounds] == [(0, high, "smaller") for high in HIGH]
         assert all(left.formula < right.formula for left, right in pairwise(bounds))
-        assert bounds[1].formula == prove(quotient.formula(*found.reduced), Fraction(0), Fraction(1)).bound
+        assert bounds[1].formula == prove(quotient.quotient_formula(*found.reduced), Fraction(0), Fraction(1)).bound
         assert Fraction("1e-6") < bounds[0].formula < Fraction("1e-5")
 
 
@@ -246,16 +246,16 @@ def test_pade_bounds_are_those_of_the_exact_formula():
 def test_pade_rounding_covers_that_of_the_coefficients(place):
     found = proven_pade(3, 6)
     ends = Fraction(0), Fraction(5)
-    without = float(quotient.rounding(*found.reduced, place, *ends))
-    with_them = float(quotient.rounding(*found.reduced, place, *ends, coefficients=True))
-    assert with_them <= float(epsilon_bounds(quotient.pade(3, 6), place)[0].last) <= 1.2 * with_them
+    without = float(quotient.quotient_rounding(*found.reduced, place, *ends))
+    with_them = float(quotient.quotient_rounding(*found.reduced, place, *ends, coefficients=True))
+    assert with_them <= float(epsilon_bounds(quotient.pade_quotient(3, 6), place)[0].last) <= 1.2 * with_them
     assert with_them > 1.05 * without or place not in (HOST, HOST_FLOAT)
 
 
 def test_bounds_of_the_speed_have_the_rounding_of_v_star():
-    of_eps, *_ = epsilon_bounds(quotient.pade(3, 6))
+    of_eps, *_ = epsilon_bounds(quotient.pade_quotient(3, 6))
     usual, every = (
-        b for b in quotient.pade(3, 6).bound("restitution", "host", "double") if b.formula == of_eps.formula
+        b for b in quotient.pade_quotient(3, 6).bound("restitution", "host", "double") if b.formula == of_eps.formula
     )
     assert usual.speeds == (Fraction(1, 10**30), 10**30)
     assert every.speeds is None
@@ -282,7 +282,7 @@ def test_poles_and_zeros_are_those_that_theory_proves(m, n):
         positive = [Decimal(root.decimals(quotient.PADE_DIGITS)[0]) for root in roots if root.positive]
         assert at == min(positive, default=None)
     assert (found.end is None) == (approximant.domain_end is None)
-    record = quotient.pade(m, n).record
+    record = quotient.pade_quotient(m, n).record
     assert record["zero"] == (found.zero and repr(float(found.zero)))
     assert (record["a"], record["b"]) == tuple(map(list, approximant.decimals(quotient.PADE_DIGITS)))
 
@@ -300,7 +300,7 @@ def test_types_whose_range_is_too_small_have_no_bound():
 @pytest.mark.parametrize(("law", "m", "n"), [("tsuji", 1, 3), ("hunt-crossley:1", 2, 3)])
 def test_of_other_laws_errors_are_sampled_and_no_function_takes_a_speed(law, m, n):
     law = law_of(law)
-    kernel, approximant = quotient.pade(m, n, law), pade(m, n, quotient.PADE_DIGITS, law)
+    kernel, approximant = quotient.pade_quotient(m, n, law), pade(m, n, quotient.PADE_DIGITS, law)
     assert [function.name for function in kernel.functions] == ["epsilon"]
     assert kernel.proofs == ()
     low = 0.0
@@ -335,12 +335,12 @@ def test_samples_end_where_contact_does():
 
 @cache
 def small():
-    return quotient.best(1, 4, 5)
+    return quotient.best_fit(1, 4, 5)
 
 
 @cache
 def relative():
-    return quotient.best(2, 5, 2, Fraction(1, 10), "relative")
+    return quotient.best_fit(2, 5, 2, Fraction(1, 10), "relative")
 
 
 @pytest.mark.parametrize("place", [HOST, HOST_FLOAT], ids=["double", "float"])
@@ -349,19 +349,19 @@ def test_each_format_is_proven_with_its_own_coefficients(place):
     constants = kernel.constants[place.form.name]
     a, b = (tuple(Fraction(constants[f"{letter}{i}"]) for i in range(n)) for letter, n in (("a", 2), ("b", 5)))
     (bound,) = epsilon_bounds(kernel, place)
-    assert bound.formula == prove(quotient.formula(a, b), Fraction(0), Fraction(5)).bound
-    size = float(quotient.rounding(a, b, place, Fraction(0), Fraction(5)))
+    assert bound.formula == prove(quotient.quotient_formula(a, b), Fraction(0), Fraction(5)).bound
+    size = float(quotient.quotient_rounding(a, b, place, Fraction(0), Fraction(5)))
     # Relative to eps, not to the formula, and rounded up to two digits.
     assert size * (1 + float(bound.formula)) <= float(bound.last) <= 1.11 * size
 
 
 def test_rounding_is_relative_to_eps_and_not_to_the_formula():
-    kernel = quotient.best(0, 3, 1000)
+    kernel = quotient.best_fit(0, 3, 1000)
     (bound,) = epsilon_bounds(kernel)
     coefficients = (
         [Fraction(kernel.constants["double"].get(f"{c}{i}", 0)) for i in range(n)] for c, n in (("a", 1), ("b", 4))
     )
-    size = float(quotient.rounding(*coefficients, HOST, Fraction(0), Fraction(1000)))
+    size = float(quotient.quotient_rounding(*coefficients, HOST, Fraction(0), Fraction(1000)))
     assert float(bound.formula) > 0.5
     assert float(bound.last) >= size * (1 + float(bound.formula))
 
@@ -377,21 +377,21 @@ def test_names_tell_degrees_interval_and_measure():
 
 @pytest.mark.parametrize("wanted", ["1e-2", "1e-5"])
 def test_accuracy_is_met_by_formula_and_rounding_together(wanted):
-    for bound in quotient.accurate(wanted, 2).bounds:
+    for bound in quotient.accurate_quotient(wanted, 2).bounds:
         if bound.result == "epsilon" and bound.arithmetic.place == "host":
             assert bound.relative + bound.last <= Fraction(wanted)
 
 
 def test_accuracy_is_met_where_rounding_counts():
     """What is wanted is just above what the best approximant alone would have, but below its sum with rounding."""
-    (best,) = epsilon_bounds(quotient.best(2, 5, 1))
+    (best,) = epsilon_bounds(quotient.best_fit(2, 5, 1))
     wanted = best.formula + best.last / 2
-    (bound,) = epsilon_bounds(quotient.accurate(str(float(wanted)), 1))
+    (bound,) = epsilon_bounds(quotient.accurate_quotient(str(float(wanted)), 1))
     assert bound.relative + bound.last <= wanted
 
 
 def test_a_float_that_would_miss_the_accuracy_is_left_out_with_a_reason():
-    kernel = quotient.accurate("1e-7", 1)
+    kernel = quotient.accurate_quotient("1e-7", 1)
     assert kernel.formats == ("double",)
     assert "the error would be" in kernel.missing["float"]
 
@@ -399,7 +399,7 @@ def test_a_float_that_would_miss_the_accuracy_is_left_out_with_a_reason():
 @pytest.mark.slow
 def test_a_float_much_worse_than_the_double_is_left_out():
     """The best [6/9] in double precision is far better than rounded coefficients of float allow."""
-    assert list(quotient.best(6, 9, 2).missing) == ["float"]
+    assert list(quotient.best_fit(6, 9, 2).missing) == ["float"]
     assert small().missing == {}
     (in_double,), (in_float,) = (epsilon_bounds(small(), place) for place in (HOST, HOST_FLOAT))
     assert in_float.formula <= 2 * in_double.formula
@@ -408,9 +408,9 @@ def test_a_float_much_worse_than_the_double_is_left_out():
 @pytest.mark.parametrize("accuracy", ["0", "1e-16", "1", "-1", "nan"])
 def test_accuracies_that_are_refused(accuracy):
     with pytest.raises(ValueError, match="accuracy"):
-        quotient.accurate(accuracy, 5)
+        quotient.accurate_quotient(accuracy, 5)
 
 
 def test_proofs_are_accepted_by_the_checker():
-    for kernel in (quotient.pade(1, 4), relative()):
+    for kernel in (quotient.pade_quotient(1, 4), relative()):
         assert Checker(json.loads(json.dumps(kernel.proofs[0]))).check() > 0

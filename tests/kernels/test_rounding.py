@@ -28,7 +28,7 @@ FORMS = {"double": (DOUBLE, np.float64), "float": (FLOAT, np.float32)}
 
 
 def quotient_rounding(a, b, form, *ends, **coefficients):
-    return quotient.rounding(a, b, HOSTS[form.name], *ends, **coefficients)
+    return quotient.quotient_rounding(a, b, HOSTS[form.name], *ends, **coefficients)
 
 
 @cache
@@ -119,7 +119,7 @@ def test_the_bound_holds_for_machines_as_bad_as_assumed(place):
     found = (ratio + draw.uniform(-1.99, 1.99, len(ratio)) * np.ldexp(1.0, np.frexp(ratio)[1] - 24)).astype(np.float32)
     exact = np.divide(*(np.polynomial.polynomial.polyval(v_star.astype(float), [*map(float, c)]) for c in (a, b)))
     error = np.abs(found / exact - 1).max()
-    assert error <= float(quotient.rounding(a, b, place, Fraction(0), Fraction(5))) <= LOOSE * error
+    assert error <= float(quotient.quotient_rounding(a, b, place, Fraction(0), Fraction(5))) <= LOOSE * error
 
 
 @pytest.mark.parametrize("name", FORMS)

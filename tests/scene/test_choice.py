@@ -153,7 +153,7 @@ def test_a_quotient_goes_on_beyond_the_scene_if_that_costs_nothing(ends: tuple[f
     assert found is not None
     low, high = interval([met], asked.code)
     accuracy = candidate._short(candidate._accuracy(asked, [met], found.measure))
-    alone = quotient.accurate(accuracy, high, low, found.measure)
+    alone = quotient.accurate_quotient(accuracy, high, low, found.measure)
     assert candidate.price(found) <= candidate.price(replace(found, kernel=alone))
     for beyond in (met.v_star[0] / Fraction("1.018"), met.v_star[1] * Fraction("1.018")):
         assert math.isfinite(evaluated(found.kernel, "epsilon", float(beyond)))
@@ -300,7 +300,7 @@ def test_quotients_that_rounding_alone_makes_too_rough_are_not_made(monkeypatch:
 def test_costs_are_counts_of_operations() -> None:
     asked = scene((0.3, 0.9), epsilon=1e-3)
     (met,) = encounters(asked)
-    kernel = quotient.pade(1, 4)
+    kernel = quotient.pade_quotient(1, 4)
     by_horner = 2 * (1 + 4) + candidate.DIVISION
     assert candidate.cost(kernel, "epsilon", met) == by_horner
     assert candidate.cost(kernel, "restitution", met) == by_horner + candidate.POWER + candidate.DIVISION + 1

@@ -55,13 +55,13 @@ class Entry:
 def _pade(m: int, n: int) -> Kernel:
     from viscopade.kernels import quotient
 
-    return quotient.pade(m, n)
+    return quotient.pade_quotient(m, n)
 
 
 def _minimax(accuracy: str, v_star_max: str) -> Kernel:
     from viscopade.kernels import quotient
 
-    return quotient.accurate(accuracy, v_star_max)
+    return quotient.accurate_quotient(accuracy, v_star_max)
 
 
 def _compact(accuracy: str) -> Kernel:

@@ -229,7 +229,7 @@ def compact_fit(form: Powers, measure: Measure) -> Fitted:
     found = approximants.fit_half_line(form, measure).quotient
     return with_proofs(
         found,
-        lambda exact: certificate.prove(formula(exact), Fraction(0), math.inf, measure),
+        lambda exact: certificate.prove(half_line_formula(exact), Fraction(0), math.inf, measure),
         lambda of: (
             *on_machines(of.form, lambda machine: _compact_bounds(form, of, machine)),
             *_half_line_bounds(form, of),
@@ -293,7 +293,7 @@ def levelled(choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]) ->
             yield fit(form).error, form
 
 
-def formula(found: LacunaryQuotient) -> Formula:
+def half_line_formula(found: LacunaryQuotient) -> Formula:
     """Return eps = D/(D + v*^2 N), with N and D lacunary in y = v*^(1/3), deg N = deg D + 4, as proofs read it."""
     require_half_line_degrees(found.powers)
     return Formula(3, *half_line_branches(found.powers), constants(found.powers, found.a, found.b))
@@ -398,7 +398,7 @@ def _compact_bounds(form: Powers, of: Coefficients, machine: Arithmetic) -> Iter
     """
     error, relative, kind = of.certificate.bound, relative_to(of.certificate.measure), of.form
     of_loss = error * (1 + error / 2)  # |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), |d eps| <= error smaller
-    sizes = rounding_bounds(form, of.a, of.b, machine)
+    sizes = compact_rounding(form, of.a, of.b, machine)
     unit = Fraction(2) ** -machine.model.precision
     last = (unit + machine.quotient * machine.ulp) * _SECOND_ORDER  # elastic/(elastic + lost)
     for i, (low, high) in enumerate((reach(kind), COMMON) if kind == FLOAT else (reach(kind),)):
@@ -414,7 +414,7 @@ def _compact_bounds(form: Powers, of: Coefficients, machine: Arithmetic) -> Iter
             yield ErrorBound("dissipation", low, high, "value", of_loss, of_rounding, arithmetic=machine)
 
 
-def rounding_bounds(form: Powers, a: Values, b: Values, machine: Arithmetic) -> dict[str, tuple[Fraction, Fraction]]:
+def compact_rounding(form: Powers, a: Values, b: Values, machine: Arithmetic) -> dict[str, tuple[Fraction, Fraction]]:
     """Bound each function's rounding error, relative to the formula's value, for all w and for v* in `COMMON`.
 
     All w are those up to the cut-off where beta^2, beta^4, beta^5 and w as computed are normal. The bound of rebound

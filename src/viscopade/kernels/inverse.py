@@ -183,12 +183,12 @@ def inverse_fit(powers: Powers, epsilon_min: Fraction = Fraction(0)) -> Fitted:
     fit = approximants.fit_interval(powers.m, powers.n, low) if low else approximants.fit_whole(powers)
     return with_proofs(
         fit.quotient,
-        lambda found: certificate.prove_inverse(formula(found, form), low),
+        lambda found: certificate.prove_inverse(inverse_formula(found, form), low),
         lambda of: on_machines(of.form, lambda machine: _bounds(powers, form, low, of, machine)),
     )
 
 
-def formula(found: LacunaryQuotient, form: InverseForm) -> Formula:
+def inverse_formula(found: LacunaryQuotient, form: InverseForm) -> Formula:
     """Return v* = y^k N/D, with N and D lacunary in y = ((1 - eps)/eps)^root, as proofs read it; `power` is k."""
     near, *far = formulas.inverse_branches(found.powers, form)
     given = formulas.constants(found.powers, found.a, found.b)
@@ -207,13 +207,13 @@ def _bounds(
         ends = max(proof.low, IN_SHADERS[0]), min(proof.high, IN_SHADERS[1])
         speeds = machine.least, Fraction(2) ** (machine.form.largest + 1)
     of_beta = (1 + proof.bound) ** 2 - 1
-    sizes = rounding_bounds(powers, form, epsilon_min, of.a, of.b, machine)
+    sizes = inverse_rounding(powers, form, epsilon_min, of.a, of.b, machine)
     for result, error in (("v_star", proof.bound), ("v_star_from_loss", proof.bound), ("beta", of_beta)):
         size, of_speed = sizes[result.removesuffix("_from_loss")] * (1 + error), speeds if result == "beta" else None
         yield ErrorBound(result, *ends, "value", error, size, arithmetic=machine, speeds=of_speed)
 
 
-def rounding_bounds(
+def inverse_rounding(
     powers: Powers, form: InverseForm, epsilon_min: Fraction, a: Values, b: Values, machine: Arithmetic
 ) -> dict[str, Fraction]:
     """Bound the rounding errors of v_star and beta, relative to the formula's value; nothing underflows there.

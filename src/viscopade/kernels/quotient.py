@@ -224,7 +224,7 @@ class ProvenPade:
 
 
 @lru_cache(maxsize=256)
-def pade(m: int, n: int, law: Law = VISCOELASTIC) -> Kernel:
+def pade_quotient(m: int, n: int, law: Law = VISCOELASTIC) -> Kernel:
     """Return the kernel of a Padé approximant; of another law than the paper's with sampled errors.
 
     Errors as for `theory.pade.pade`.
@@ -242,7 +242,7 @@ def proven_pade(m: int, n: int) -> ProvenPade:
     found = list[Certificate]()
     for end in _useful_ends(None if bare.end is None else Fraction(bare.end[1])):
         try:
-            found.append(certificate.prove(formula(*bare.reduced), Fraction(0), end, "both"))
+            found.append(certificate.prove(quotient_formula(*bare.reduced), Fraction(0), end, "both"))
         except ArithmeticError:  # of high degree, with a pole and a zero that nearly cancel
             break
     if not found:
@@ -280,7 +280,7 @@ def _useful_ends(first: Fraction | None) -> list[Fraction]:
 # --- best approximants ------------------------------------------------------------------------------------------------
 
 
-def best(
+def best_fit(
     m: SupportsIndex, n: SupportsIndex, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both"
 ) -> Kernel:
     """Return the kernel of the best approximant [m/n] on an interval; arguments and errors as for `minimax.fit`."""
@@ -293,7 +293,7 @@ def _best(m: int, n: int, low: Fraction, high: Fraction, measure: Measure) -> Ke
     return _of_fit(_with_proofs(minimax.fit(m, n, high, low, measure)), f"{m}_{n}_{_interval_name(low, high)}")
 
 
-def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Kernel:
+def accurate_quotient(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Kernel:
     """Return the cheapest kernel whose proven errors sum to at most `accuracy` in type double.
 
     (That of the formula is relative to what `measure` says, that of rounding to eps.)
@@ -327,7 +327,7 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> Fitted:
 
     def prove(form: Format) -> Coefficients:
         machine = machine_coefficients.machine(fit, form)
-        proof = certificate.prove(formula(*machine.exact), *fit.interval, fit.measure)
+        proof = certificate.prove(quotient_formula(*machine.exact), *fit.interval, fit.measure)
         return Coefficients(form, machine.a, machine.b, proof)
 
     def bounds(of: Coefficients) -> Iterator[ErrorBound]:
@@ -500,7 +500,7 @@ def without_leading_zeros(ascending: Sequence[Number]) -> tuple[Number, ...]:
 # --- proofs -----------------------------------------------------------------------------------------------------------
 
 
-def formula(a: Exactly, b: Exactly) -> Formula:
+def quotient_formula(a: Exactly, b: Exactly) -> Formula:
     """Return eps = N/D with coefficients in ascending order, as proofs read it."""
     given = formulas.dense(a=a, b=b) | formulas.losses(a, b)
     near, _ = formulas.epsilon_branches(given)
@@ -525,7 +525,7 @@ def _bounds(
     low, end = min(proof.low for proof in proofs), max(map(_end, proofs))
     if 2 ** threshold(label, a, b, machine.form) < end:
         raise ValueError(f"{label}: sums could overflow in type {machine.form.name} before v* = {float(end):g}")
-    size = rounding(a, b, machine, low, end, coefficients)
+    size = quotient_rounding(a, b, machine, low, end, coefficients)
     with working(64):  # relative to eps, not to the formula's value
         last = rounded_up(size * (1 + ball_of(max(proof.bound for proof in proofs))), DIGITS)
     for proof in proofs:
@@ -534,7 +534,7 @@ def _bounds(
         )
 
 
-def rounding(
+def quotient_rounding(
     a: Sequence[Fraction],
     b: Sequence[Fraction],
     machine: Arithmetic,
@@ -602,7 +602,7 @@ def error_up_to(a: Sequence[arb], b: Sequence[arb], v_star_max: Exact) -> Fracti
         If v_star_max is no such number, or nothing was proven up to there, as for an N/D with a pole.
     """
     try:
-        return certificate.prove(formula(a, b), Fraction(0), _end_of_interval(v_star_max), "both").bound
+        return certificate.prove(quotient_formula(a, b), Fraction(0), _end_of_interval(v_star_max), "both").bound
     except ArithmeticError as error:
         raise ValueError(f"v_star_max is {v_star_max}: {error}; accepted is a smaller number") from None
 

@@ -115,13 +115,13 @@ class Request:
         for m, n in self.pade:
             if m + n < law.d:
                 raise ValueError(f"pade is {m}/{n}: expected m + n >= {law.d}, as 1 - eps begins with v*^{law.d}")
-        found = [quotient.pade(m, n, law) for m, n in self.pade]
+        found = [quotient.pade_quotient(m, n, law) for m, n in self.pade]
         if self.v_star_max is None:
             found += [compact.compact(accuracy, self.measure) for accuracy in self.accuracy]
         else:
             ends = self.v_star_max, self.v_star_min, self.measure
-            found += [quotient.best(m, n, *ends) for m, n in self.minimax]
-            found += [quotient.accurate(accuracy, *ends) for accuracy in self.accuracy]
+            found += [quotient.best_fit(m, n, *ends) for m, n in self.minimax]
+            found += [quotient.accurate_quotient(accuracy, *ends) for accuracy in self.accuracy]
         found += [inverse.inverse(accuracy, self.epsilon_min) for accuracy in self.inverse]
         found += [full.full()] if self.full else []
         return [*found, *(speed_table.speed_table(accuracy, self.size) for accuracy in self.from_speed)]

@@ -345,7 +345,7 @@ def _on_interval(
         if accuracy * factor < LEAST_ACCURACY:
             return None
         try:
-            kernel = quotient.accurate(_short(accuracy * factor), ends[1], ends[0], measure)
+            kernel = quotient.accurate_quotient(_short(accuracy * factor), ends[1], ends[0], measure)
         except (ValueError, ArithmeticError):
             return None
         by_pow = ", v* by pow" if code.argument == "speed" else ""

@@ -103,7 +103,7 @@ def enclosed_error(m: int, v_star: int) -> arb:
 def proven_error(m: int, up_to: int) -> float:
     """Return a proven bound of |[m/m+3]/eps - 1| on 0 <= v* <= up_to."""
     p = pade(m, m + 3, 2 * PADE_DIGITS)
-    return float(prove(quotient.formula(p.a, p.b), Fraction(0), Fraction(up_to), "relative").bound)
+    return float(prove(quotient.quotient_formula(p.a, p.b), Fraction(0), Fraction(up_to), "relative").bound)
 
 
 def largest(error: Array, up_to: float) -> float:
