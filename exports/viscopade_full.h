@@ -67,6 +67,12 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 #include <stdint.h>
 #include <string.h>
 
+#ifdef __cplusplus
+#define VISCOPADE_AS(type, x) static_cast<type>(x)
+#else
+#define VISCOPADE_AS(type, x) ((type)(x))
+#endif
+
 /* Tables are hexadecimal: clang warns of each number before C++17, GCC in strict mode knows none. */
 #if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
 #define VISCOPADE_HEXADECIMAL _Pragma("clang diagnostic push") _Pragma("clang diagnostic ignored \"-Wc++17-extensions\"")
@@ -119,9 +125,9 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #ifdef VISCOPADE_INLINE
 
 #ifndef VISCOPADE_FULL
-#define VISCOPADE_FULL 0x4820812a
+#define VISCOPADE_FULL 0xe483cc98
 
-VISCOPADE_KERNEL(0x4820812a)
+VISCOPADE_KERNEL(0xe483cc98)
 
 VISCOPADE_HEXADECIMAL
 VISCOPADE_TABLE double viscopade_panels_full[433][14] = {
@@ -573,12 +579,12 @@ VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
     }
     const uint64_t bits = viscopade_bits(v_star) & UINT64_C(0x7fffffffffffffff);
     const uint64_t word = bits < UINT64_C(0x5430000000000000) ? bits : UINT64_C(0x5430000000000000);
-    const uint32_t exponent = (uint32_t)(word >> 52);
+    const uint32_t exponent = VISCOPADE_AS(uint32_t, word >> 52);
     const uint32_t n = exponent > 1043 ? (exponent - 1043) / 3 : 0;
-    const double scale = viscopade_from_bits((uint64_t)(1023 - 10 * n) << 52);
-    const uint64_t folded = word - ((uint64_t)(3 * n) << 52);
+    const double scale = viscopade_from_bits(VISCOPADE_AS(uint64_t, 1023 - 10 * n) << 52);
+    const uint64_t folded = word - (VISCOPADE_AS(uint64_t, 3 * n) << 52);
     const uint64_t lead = folded >> 48;
-    const unsigned index = lead > 16303 ? (unsigned)(lead - 16303) : 0;
+    const unsigned index = lead > 16303 ? VISCOPADE_AS(unsigned, lead - 16303) : 0;
     const double * row = viscopade_panels_full[index];
     const double centre = row[0];
     const double a0_high = row[1];
@@ -647,7 +653,7 @@ VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
     }
     const uint64_t folded = bits < UINT64_C(0x4130000000000000) ? bits : UINT64_C(0x4130000000000000);
     const uint64_t lead = folded >> 48;
-    const unsigned index = lead > 16303 ? (unsigned)(lead - 16303) : 0;
+    const unsigned index = lead > 16303 ? VISCOPADE_AS(unsigned, lead - 16303) : 0;
     const double * row = viscopade_panels_full[index];
     const double centre = row[0];
     const double a0_high = row[1];
@@ -687,7 +693,7 @@ VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_FULL != 0x4820812a
+#elif VISCOPADE_FULL != 0xe483cc98
 #error "viscopade: two headers have different kernels of one name"
 #endif
 

@@ -68,6 +68,12 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 #include <stdint.h>
 #include <string.h>
 
+#ifdef __cplusplus
+#define VISCOPADE_AS(type, x) static_cast<type>(x)
+#else
+#define VISCOPADE_AS(type, x) ((type)(x))
+#endif
+
 /* Tables are hexadecimal: clang warns of each number before C++17, GCC in strict mode knows none. */
 #if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
 #define VISCOPADE_HEXADECIMAL _Pragma("clang diagnostic push") _Pragma("clang diagnostic ignored \"-Wc++17-extensions\"")
@@ -8717,12 +8723,12 @@ VISCOPADE_SELDOM double viscopade_elsewhere_1em5(double speed, double beta, int 
     const double eps = viscopade_epsilon_halfline_1em5(v_star);
 
     if (what == VISCOPADE_DISSIPATION) {
-        return (double)(eps < 0.5 ? 1.0 - eps * eps : viscopade_one_minus_epsilon_halfline_1em5(v_star) * (1.0 + eps));
+        return VISCOPADE_AS(double, eps < 0.5 ? 1.0 - eps * eps : viscopade_one_minus_epsilon_halfline_1em5(v_star) * (1.0 + eps));
     }
     if (what == VISCOPADE_REBOUND) {
-        return (double)(eps == 0.0 && speed > DBL_MAX ? speed : eps * speed);
+        return VISCOPADE_AS(double, eps == 0.0 && speed > DBL_MAX ? speed : eps * speed);
     }
-    return (double)eps;
+    return VISCOPADE_AS(double, eps);
 }
 
 VISCOPADE_ALWAYS double viscopade_one_1em5(double speed, double beta, int what)
@@ -8735,7 +8741,7 @@ VISCOPADE_ALWAYS double viscopade_one_1em5(double speed, double beta, int what)
         const float *c = viscopade_table_1em5[place >> 46];
 
         return viscopade_inside_1em5(place, viscopade_bases_1em5[place >> 52], speed, what,
-            (double)c[0], (double)c[1]);
+            VISCOPADE_AS(double, c[0]), VISCOPADE_AS(double, c[1]));
     }
     return viscopade_elsewhere_1em5(speed, beta, what);
 }
@@ -8778,7 +8784,7 @@ VISCOPADE_ALWAYS void viscopade_block_1em5(const double *speed, const double *be
     VISCOPADE_INDEPENDENT
     for (i = 0; i < 32; ++i) {
         out[i] = viscopade_inside_1em5(place[i], viscopade_base_1em5(place[i]), speed[i], what,
-            (double)c[i][0], (double)c[i][1]);
+            VISCOPADE_AS(double, c[i][0]), VISCOPADE_AS(double, c[i][1]));
     }
 }
 
@@ -8804,7 +8810,7 @@ VISCOPADE_ALWAYS void viscopade_many_1em5(size_t n, const double *speed, const i
         viscopade_block_1em5(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
     }
     for (i = whole; i < n; ++i) {
-        const double b = beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
+        const double b = beta[pair != NULL ? VISCOPADE_AS(size_t, pair[i]) : each ? i : 0];
 
         out[i] = viscopade_one_1em5(speed[i], b, what);
     }
@@ -8926,16 +8932,16 @@ VISCOPADE_ALWAYS float viscopade_inside_1em5f(uint32_t place, float base, float 
 /* Where the table does not help. */
 VISCOPADE_SELDOM float viscopade_elsewhere_1em5f(float speed, float beta, int what)
 {
-    const double v_star = (double)speed >= 0.0 ? sqrt((double)beta) * pow((double)speed, 0.1) : nan("");
+    const double v_star = VISCOPADE_AS(double, speed) >= 0.0 ? sqrt(VISCOPADE_AS(double, beta)) * pow(VISCOPADE_AS(double, speed), 0.1) : nan("");
     const double eps = viscopade_epsilon_halfline_1em5(v_star);
 
     if (what == VISCOPADE_DISSIPATION) {
-        return (float)(eps < 0.5 ? 1.0 - eps * eps : viscopade_one_minus_epsilon_halfline_1em5(v_star) * (1.0 + eps));
+        return VISCOPADE_AS(float, eps < 0.5 ? 1.0 - eps * eps : viscopade_one_minus_epsilon_halfline_1em5(v_star) * (1.0 + eps));
     }
     if (what == VISCOPADE_REBOUND) {
-        return (float)(eps == 0.0 && (double)speed > DBL_MAX ? (double)speed : eps * (double)speed);
+        return VISCOPADE_AS(float, eps == 0.0 && VISCOPADE_AS(double, speed) > DBL_MAX ? VISCOPADE_AS(double, speed) : eps * VISCOPADE_AS(double, speed));
     }
-    return (float)eps;
+    return VISCOPADE_AS(float, eps);
 }
 
 VISCOPADE_ALWAYS float viscopade_one_1em5f(float speed, float beta, int what)
@@ -9017,7 +9023,7 @@ VISCOPADE_ALWAYS void viscopade_many_1em5f(size_t n, const float *speed, const i
         viscopade_block_1em5f(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
     }
     for (i = whole; i < n; ++i) {
-        const float b = beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
+        const float b = beta[pair != NULL ? VISCOPADE_AS(size_t, pair[i]) : each ? i : 0];
 
         out[i] = viscopade_one_1em5f(speed[i], b, what);
     }

@@ -68,6 +68,12 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 #include <stdint.h>
 #include <string.h>
 
+#ifdef __cplusplus
+#define VISCOPADE_AS(type, x) static_cast<type>(x)
+#else
+#define VISCOPADE_AS(type, x) ((type)(x))
+#endif
+
 /* Tables are hexadecimal: clang warns of each number before C++17, GCC in strict mode knows none. */
 #if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
 #define VISCOPADE_HEXADECIMAL _Pragma("clang diagnostic push") _Pragma("clang diagnostic ignored \"-Wc++17-extensions\"")
@@ -277,9 +283,9 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 #endif
 
 #ifndef VISCOPADE_FULL
-#define VISCOPADE_FULL 0x4820812a
+#define VISCOPADE_FULL 0xe483cc98
 
-VISCOPADE_KERNEL(0x4820812a)
+VISCOPADE_KERNEL(0xe483cc98)
 
 VISCOPADE_HEXADECIMAL
 VISCOPADE_TABLE double viscopade_panels_full[433][14] = {
@@ -731,12 +737,12 @@ VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
     }
     const uint64_t bits = viscopade_bits(v_star) & UINT64_C(0x7fffffffffffffff);
     const uint64_t word = bits < UINT64_C(0x5430000000000000) ? bits : UINT64_C(0x5430000000000000);
-    const uint32_t exponent = (uint32_t)(word >> 52);
+    const uint32_t exponent = VISCOPADE_AS(uint32_t, word >> 52);
     const uint32_t n = exponent > 1043 ? (exponent - 1043) / 3 : 0;
-    const double scale = viscopade_from_bits((uint64_t)(1023 - 10 * n) << 52);
-    const uint64_t folded = word - ((uint64_t)(3 * n) << 52);
+    const double scale = viscopade_from_bits(VISCOPADE_AS(uint64_t, 1023 - 10 * n) << 52);
+    const uint64_t folded = word - (VISCOPADE_AS(uint64_t, 3 * n) << 52);
     const uint64_t lead = folded >> 48;
-    const unsigned index = lead > 16303 ? (unsigned)(lead - 16303) : 0;
+    const unsigned index = lead > 16303 ? VISCOPADE_AS(unsigned, lead - 16303) : 0;
     const double * row = viscopade_panels_full[index];
     const double centre = row[0];
     const double a0_high = row[1];
@@ -805,7 +811,7 @@ VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
     }
     const uint64_t folded = bits < UINT64_C(0x4130000000000000) ? bits : UINT64_C(0x4130000000000000);
     const uint64_t lead = folded >> 48;
-    const unsigned index = lead > 16303 ? (unsigned)(lead - 16303) : 0;
+    const unsigned index = lead > 16303 ? VISCOPADE_AS(unsigned, lead - 16303) : 0;
     const double * row = viscopade_panels_full[index];
     const double centre = row[0];
     const double a0_high = row[1];
@@ -845,7 +851,7 @@ VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_FULL != 0x4820812a
+#elif VISCOPADE_FULL != 0xe483cc98
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
@@ -2026,12 +2032,12 @@ VISCOPADE_SELDOM double viscopade_elsewhere_full(double speed, double beta, int 
     const double eps = viscopade_epsilon_full(v_star);
 
     if (what == VISCOPADE_DISSIPATION) {
-        return (double)(eps < 0.5 ? 1.0 - eps * eps : viscopade_one_minus_epsilon_full(v_star) * (1.0 + eps));
+        return VISCOPADE_AS(double, eps < 0.5 ? 1.0 - eps * eps : viscopade_one_minus_epsilon_full(v_star) * (1.0 + eps));
     }
     if (what == VISCOPADE_REBOUND) {
-        return (double)(eps == 0.0 && speed > DBL_MAX ? speed : eps * speed);
+        return VISCOPADE_AS(double, eps == 0.0 && speed > DBL_MAX ? speed : eps * speed);
     }
-    return (double)eps;
+    return VISCOPADE_AS(double, eps);
 }
 
 VISCOPADE_ALWAYS double viscopade_one_full(double speed, double beta, int what)
@@ -2118,7 +2124,7 @@ VISCOPADE_ALWAYS void viscopade_many_full(size_t n, const double *speed, const i
         viscopade_block_full(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
     }
     for (i = whole; i < n; ++i) {
-        const double b = beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
+        const double b = beta[pair != NULL ? VISCOPADE_AS(size_t, pair[i]) : each ? i : 0];
 
         out[i] = viscopade_one_full(speed[i], b, what);
     }
@@ -2195,29 +2201,29 @@ VISCOPADE_ALWAYS void viscopade_many_fullf(size_t n, const float *speed, const i
     const size_t whole = n - n % 32;
     size_t start, i;
 
-    betas[0] = pair != NULL || n == 0 ? 0.0 : (double)beta[0];
+    betas[0] = pair != NULL || n == 0 ? 0.0 : VISCOPADE_AS(double, beta[0]);
     for (start = 0; start < whole; start += 32) {
         for (i = 0; i < 32; ++i) {
-            speeds[i] = (double)speed[start + i];
+            speeds[i] = VISCOPADE_AS(double, speed[start + i]);
         }
         for (i = 0; each && i < 32; ++i) {
-            betas[i] = (double)beta[pair != NULL ? (size_t)pair[start + i] : start + i];
+            betas[i] = VISCOPADE_AS(double, beta[pair != NULL ? VISCOPADE_AS(size_t, pair[start + i]) : start + i]);
         }
         viscopade_block_full(speeds, betas, each, results, what);
         for (i = 0; i < 32; ++i) {
-            out[start + i] = (float)results[i];
+            out[start + i] = VISCOPADE_AS(float, results[i]);
         }
     }
     for (i = whole; i < n; ++i) {
-        const double b = (double)beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
+        const double b = VISCOPADE_AS(double, beta[pair != NULL ? VISCOPADE_AS(size_t, pair[i]) : each ? i : 0]);
 
-        out[i] = (float)viscopade_one_full((double)speed[i], b, what);
+        out[i] = VISCOPADE_AS(float, viscopade_one_full(VISCOPADE_AS(double, speed[i]), b, what));
     }
 }
 
 VISCOPADE_INLINE float viscopade_restitution_fullf(float speed, float beta)
 {
-    return (float)viscopade_one_full((double)speed, (double)beta, VISCOPADE_EPSILON);
+    return VISCOPADE_AS(float, viscopade_one_full(VISCOPADE_AS(double, speed), VISCOPADE_AS(double, beta), VISCOPADE_EPSILON));
 }
 
 VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_array_fullf(size_t n, const float *speed, float beta, float *out)
@@ -2238,7 +2244,7 @@ VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_each_fullf(size_t 
 
 VISCOPADE_INLINE float viscopade_rebound_fullf(float speed, float beta)
 {
-    return (float)viscopade_one_full((double)speed, (double)beta, VISCOPADE_REBOUND);
+    return VISCOPADE_AS(float, viscopade_one_full(VISCOPADE_AS(double, speed), VISCOPADE_AS(double, beta), VISCOPADE_REBOUND));
 }
 
 VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_array_fullf(size_t n, const float *speed, float beta, float *out)
@@ -2259,7 +2265,7 @@ VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_each_fullf(size_t n, c
 
 VISCOPADE_INLINE float viscopade_dissipation_fullf(float speed, float beta)
 {
-    return (float)viscopade_one_full((double)speed, (double)beta, VISCOPADE_DISSIPATION);
+    return VISCOPADE_AS(float, viscopade_one_full(VISCOPADE_AS(double, speed), VISCOPADE_AS(double, beta), VISCOPADE_DISSIPATION));
 }
 
 VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_array_fullf(size_t n, const float *speed, float beta, float *out)

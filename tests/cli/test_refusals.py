@@ -122,7 +122,7 @@ BAD = [
     ),
     (
         ["export", "c", "--from-speed", "1e-10", "--size", "small"],
-        "asked for is 1e-10 (small): accepted are 1e-5 (fast)",
+        "asked for is 1e-10 (small): expected 1e-5 (fast)",
     ),
     (["export", "c", "--size", "small"], "size is given without from_speed: accepted is size with from_speed"),
     (

@@ -78,9 +78,11 @@ def file_text(
     Raises
     ------
     ValueError
-        If no kernel has a format of the language.
+        If no kernel has a format of the language, or one has a table and the language has none.
     """
     name = module or language.stem
+    if not language.table and any(kernel.tables for kernel in kernels):
+        raise ValueError(f"the language is {language.name}: expected c, as the kernel has a table")
     if not any(numbers_of(kernel, language) for kernel in kernels):
         reasons = "; ".join(f"{kernel.name}: {reason}" for kernel in kernels for reason in kernel.missing.values())
         raise ValueError(f"{language.name} has no type in which a kernel was proven: {reasons}")
@@ -123,15 +125,7 @@ def _texts(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
 
 
 def kernel_text(kernel: Kernel, language: Language) -> str:
-    """Return the functions of a kernel, each after what is proven of it.
-
-    Raises
-    ------
-    ValueError
-        If the language has no tables, which the kernel needs.
-    """
-    if kernel.tables and not language.table:
-        raise ValueError(f"the language is {language.name}: expected c, as {kernel.label} has a table")
+    """Return the functions of a kernel, each after what is proven of it."""
     code = [table_text(kernel, table, language) for table in kernel.tables]
     texts = list(code)
     if kernel.elsewhere is not None:

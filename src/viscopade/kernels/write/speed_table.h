@@ -224,12 +224,12 @@ VISCOPADE_SELDOM REAL viscopade_elsewhere_NAME(REAL speed, REAL beta, int what)
     const double eps = viscopade_epsilon_SLOW(v_star);
 
     if (what == VISCOPADE_DISSIPATION) {
-        return (REAL)(LOST_ENERGY);
+        return VISCOPADE_AS(REAL, LOST_ENERGY);
     }
     if (what == VISCOPADE_REBOUND) {
-        return (REAL)(eps == 0.0 && SPEED > DBL_MAX ? SPEED : eps * SPEED);
+        return VISCOPADE_AS(REAL, eps == 0.0 && SPEED > DBL_MAX ? SPEED : eps * SPEED);
     }
-    return (REAL)eps;
+    return VISCOPADE_AS(REAL, eps);
 }
 
 VISCOPADE_ALWAYS REAL viscopade_one_NAME(REAL speed, REAL beta, int what)
@@ -302,7 +302,7 @@ VISCOPADE_ALWAYS void viscopade_many_NAME(size_t n, const REAL *speed, const int
         viscopade_block_NAME(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
     }
     for (i = whole; i < n; ++i) {
-        const REAL b = beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
+        const REAL b = beta[pair != NULL ? VISCOPADE_AS(size_t, pair[i]) : each ? i : 0];
 
         out[i] = viscopade_one_NAME(speed[i], b, what);
     }
@@ -365,22 +365,22 @@ VISCOPADE_ALWAYS void viscopade_many_NAME(size_t n, const float *speed, const in
     const size_t whole = n - n % BLOCK;
     size_t start, i;
 
-    betas[0] = pair != NULL || n == 0 ? 0.0 : (double)beta[0];
+    betas[0] = pair != NULL || n == 0 ? 0.0 : VISCOPADE_AS(double, beta[0]);
     for (start = 0; start < whole; start += BLOCK) {
         for (i = 0; i < BLOCK; ++i) {
-            speeds[i] = (double)speed[start + i];
+            speeds[i] = VISCOPADE_AS(double, speed[start + i]);
         }
         for (i = 0; each && i < BLOCK; ++i) {
-            betas[i] = (double)beta[pair != NULL ? (size_t)pair[start + i] : start + i];
+            betas[i] = VISCOPADE_AS(double, beta[pair != NULL ? VISCOPADE_AS(size_t, pair[start + i]) : start + i]);
         }
         viscopade_block_KERNEL(speeds, betas, each, results, what);
         for (i = 0; i < BLOCK; ++i) {
-            out[start + i] = (float)results[i];
+            out[start + i] = VISCOPADE_AS(float, results[i]);
         }
     }
     for (i = whole; i < n; ++i) {
-        const double b = (double)beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
+        const double b = VISCOPADE_AS(double, beta[pair != NULL ? VISCOPADE_AS(size_t, pair[i]) : each ? i : 0]);
 
-        out[i] = (float)viscopade_one_KERNEL((double)speed[i], b, what);
+        out[i] = VISCOPADE_AS(float, viscopade_one_KERNEL(VISCOPADE_AS(double, speed[i]), b, what));
     }
 }

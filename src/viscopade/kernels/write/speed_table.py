@@ -32,6 +32,9 @@ _TWO, _FEW = 2, 4  # numbers in a row
 _COLUMNS = 118  # of comments
 
 
+_AS_DOUBLE = "VISCOPADE_AS(double, {})"
+
+
 @cache
 def _parts() -> Mapping[str, str]:
     """Return the parts of the C file by name."""
@@ -60,7 +63,10 @@ def functions_text(kernel: Kernel, language: Language) -> str:
             found.append(_replaced(parts["type"], words | {"LOAD": load}))
         else:
             found.append(_replaced(parts["float by double"], words))
-            words["ONE"] = f"(float)viscopade_one_{kernel.name}((double)speed, (double)beta, VISCOPADE_WHAT)"
+            words["ONE"] = (
+                f"VISCOPADE_AS(float, viscopade_one_{kernel.name}("
+                "VISCOPADE_AS(double, speed), VISCOPADE_AS(double, beta), VISCOPADE_WHAT))"
+            )
         for function, what in FUNCTIONS.items():
             text = _replaced(parts["function"].replace("FUNCTION", function), words)
             found.append(text.replace("VISCOPADE_WHAT", f"VISCOPADE_{what}"))
@@ -137,10 +143,10 @@ def _of_type(kernel: Kernel, table: Table, language: Language, form: Format) -> 
     def written(expression: Expression, of: Format = form) -> str:
         return expression_text(kernel, expression, language, language.number(of.name))
 
-    in_columns, cast = table.form == DOUBLE.name, "(double)" * (form.name != table.form)
+    in_columns, cast = table.form == DOUBLE.name, "{}" if form.name == table.form else _AS_DOUBLE
     smallest, width, index = "DBL_MIN" if form == DOUBLE else "FLT_MIN", len(names), written(row.index)
     lost = formulas.lost_energy(Name("eps"), Name(f"viscopade_one_minus_epsilon_{slow}(v_star)"))["of_both"]
-    speed, beta = (Name(f"(double){name}" if form != DOUBLE else name) for name in ("speed", "beta"))
+    speed, beta = (Name(_AS_DOUBLE.format(name) if form != DOUBLE else name) for name in ("speed", "beta"))
     v_star = Call("sqrt", (beta,)) * Call("pow", (speed, Literal("0.1")))
     in_block = "c[{n}][i]" if in_columns else "c[i][{n}]"
     return {name.upper(): written(expression) for name, expression in branch.results.items()} | {
@@ -156,8 +162,8 @@ def _of_type(kernel: Kernel, table: Table, language: Language, form: Format) -> 
         "INSIDE": written(guard).replace("smallest", smallest),
         "INDEX": index,
         **{f"INDEX_{k}": index.replace("place", f"place[i + {k}]" if k else "place[i]") for k in range(4)},
-        "ROW": ", ".join(f"{cast}c[{n}]" for n in range(width)),
-        "ROW_OF_BLOCK": ", ".join(cast + in_block.format(n=n) for n in range(width)),
+        "ROW": ", ".join(cast.format(f"c[{n}]") for n in range(width)),
+        "ROW_OF_BLOCK": ", ".join(cast.format(in_block.format(n=n)) for n in range(width)),
         "LOADED": f"double c[{width}][{BLOCK}];" if in_columns else f"{table.form} c[{BLOCK}][{width}];",
         "SMALLEST": smallest,
         "END_SHIFT": str(octaves(OCTAVES).of(form).bit_length() - 1),

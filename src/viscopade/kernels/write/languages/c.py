@@ -15,7 +15,8 @@ def _constant(value: float, arithmetic: object) -> str:
 def _words(form: Format) -> dict[str, str]:
     """Return the calls of the functions in words.h, and casts."""
     own = {name: f"viscopade_{name}{form.suffix}({{0}})" for name in ("bits", "from_bits")}
-    return own | {"uint32": "(uint32_t)({0})", "uint64": "(uint64_t)({0})", "index": "(unsigned)({0})"}
+    types = {"uint32": "uint32_t", "uint64": "uint64_t", "index": "unsigned"}
+    return own | {name: f"VISCOPADE_AS({kind}, {{0}})" for name, kind in types.items()}
 
 
 LANGUAGE = Language(

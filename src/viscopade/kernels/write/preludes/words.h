@@ -4,6 +4,12 @@
 #include <stdint.h>
 #include <string.h>
 
+#ifdef __cplusplus
+#define VISCOPADE_AS(type, x) static_cast<type>(x)
+#else
+#define VISCOPADE_AS(type, x) ((type)(x))
+#endif
+
 /* Tables are hexadecimal: clang warns of each number before C++17, GCC in strict mode knows none. */
 #if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
 #define VISCOPADE_HEXADECIMAL _Pragma("clang diagnostic push") _Pragma("clang diagnostic ignored \"-Wc++17-extensions\"")
