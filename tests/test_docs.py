@@ -75,8 +75,15 @@ def test_every_file_is_reached_from_the_index():
 
 
 def test_the_readme_fits_on_a_page_and_leads_to_the_index():
-    assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 115
+    assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 110
     assert DOCS / "index.md" in {target for target, _ in links(ROOT / "README.md")}
+
+
+def test_the_sidebar_has_at_most_30_entries():
+    """An entry is the first link of an item of a list on the first page; items within an item are folded below it."""
+    items = re.findall(r"^- \[[^\]]+\]\(([^)#]+)\.md\)", (DOCS / "index.md").read_text("utf-8"), re.MULTILINE)
+    assert 20 < len(items) <= 30
+    assert [item for item in items if item.startswith("development/")] == []
 
 
 DISPLAYED = re.compile(r"^ *\$\$(.+?)\$\$$", re.MULTILINE | re.DOTALL)

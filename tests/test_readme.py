@@ -5,7 +5,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import click
 import pytest
 
 from tests.patience import HANGS
+from tools import readme
 from viscopade.arithmetic.decimals import at_most
 from viscopade.cli.main import command as viscopade
 from viscopade.collision.spheres import beta_si_from_cgs
@@ -23,8 +23,7 @@ from viscopade_lab.bench.result import from_csv
 ROOT = Path(__file__).parents[1]
 USAGE = ROOT / "docs" / "usage"
 README = (ROOT / "README.md").read_text("utf-8")
-SHOWN = [ROOT / "docs" / "index.md", *sorted(USAGE.glob("*.md"))]
-PAGES = [README, *(page.read_text("utf-8") for page in SHOWN)]
+PAGES = [README, *(page.read_text("utf-8") for page in sorted(USAGE.glob("*.md")))]
 OF_SIMULATORS = [page.read_text("utf-8") for page in sorted((USAGE / "simulators").glob("*.md"))]
 EVERYWHERE = [README, *(page.read_text("utf-8") for page in sorted((ROOT / "docs").rglob("*.md")))]
 RESULT = from_csv((ROOT / "docs" / "bench" / "xeon_cascade_lake.csv").read_bytes(), "xeon_cascade_lake.csv")
@@ -87,7 +86,7 @@ def test_console_examples(block, tmp_path):
 def test_python_examples(tmp_path):
     pairs = [pair for text in PAGES for pair in pairwise(blocks(text))]
     examples = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
-    assert len(examples) == 7
+    assert len(examples) == 6
     for code, expected in examples:
         assert output_of([sys.executable, "-c", code], tmp_path) == expected
 
@@ -130,66 +129,39 @@ def test_targets_of_make_on_pages_exist():
     assert named <= set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
 
 
-# --- which kernel? ----------------------------------------------------------------------------------------------------
+# --- the README, and the first page made from it ----------------------------------------------------------------------
 
-ROWS = re.findall(
-    r"^\| [^|]+ \| \[`([\w.]+)`\]\(exports/([\w.]+)\)[^|]* \| ([^|]+) \| ([^|]+) \|$", README, re.MULTILINE
-)
-MEASURED = {
-    "viscopade_speed_1em5.h": "speed-1e-5",
-    "viscopade_speed_1em10.h": "speed-1e-10",
-    "viscopade_speed_full.h": "speed-full",
-    "viscopade_full.h": "full",
-    "viscopade_minimax.h": "minimax-2.84e-6",
-    "viscopade_pade.h": "pow+[3/6]",
-}
+
+def test_the_table_of_kernels_and_the_first_page_are_what_the_tool_makes():
+    assert readme.readme() == README
+    assert readme.index() == readme.INDEX.read_text("utf-8")
+
+
+def test_the_table_has_an_error_in_double_and_in_float_on_its_device():
+    rows = [line.split(" | ") for line in readme.table().splitlines()[2:]]
+    assert len(rows) == 4
+    ends = ["on a processor |", "on a GPU |", "no float version |", "on a processor |"]
+    assert all(row[-1].endswith(end) for row, end in zip(rows, ends, strict=True))
+    for _, file, _, *cells in rows:
+        text = (ROOT / re.search(r"\((exports/.+?)\)", file)[1]).read_text("utf-8")
+        for cell, epsilon in zip(cells, (2**-52, 2**-23), strict=True):
+            if "ulp" in cell:
+                assert f"{cell} " in text
+            elif not cell.startswith("no "):
+                parts = re.findall(r"(\d[\d.e-]*) m(?: \+ ([\d.e-]+) r)?(?: \+ ([\d.]+) ulp)?", text)
+                sums = [float(m) + float(r or 0) + float(ulp or 0) * epsilon for m, r, ulp in parts]
+                assert min(sums, key=lambda found: abs(found - float(cell.split()[0]))) == pytest.approx(
+                    float(cell.split()[0]), rel=0.01
+                )
+
+
+def test_the_time_of_the_first_kernel_is_measured():
+    (row,) = [row for row in picture.points(RESULT, "throughput") if row.id == "speed-1e-5"]
+    assert f"takes\n{row.median_ns:.2g} ns per collision" in README
 
 
 def comment(file):
     return re.sub(r"[\s*/]+", " ", (ROOT / "exports" / file).read_text("utf-8").partition("*/")[0])
-
-
-def test_the_table_names_headers():
-    assert len(ROWS) > 5
-    assert all(shown == file and (ROOT / "exports" / file).is_file() for shown, file, _, _ in ROWS)
-
-
-OF_ROWS = {
-    "viscopade_minimax.h": ("minimax 1e-5 v5", "epsilon", "host", "double", 5),
-    "viscopade_pade.h": ("pade 3/6", "epsilon", "host", "double", 1),
-    "viscopade_inverse.h": ("inverse 1e-5", "v_star", "host", "double", 5),
-    "viscopade.cuh": ("compact 1e-5", "restitution", "device", "float", 10),
-}
-"""Kernel, function and arithmetic of rows, and where their range ends."""
-
-
-@pytest.mark.parametrize(("file", "error"), [(file, error) for _, file, error, _ in ROWS])
-def test_the_tables_errors_are_those_of_the_kernels(file, error):
-    if file in OF_ROWS:
-        key, function, place, form, end = OF_ROWS[file]
-        bounds = catalogue.kernel(key).bound(function, place, form)
-        bound = min((b for b in bounds if b.holds_at(Fraction(end))), key=lambda b: b.formula + b.rounding + b.last)
-        rounding = bound.rounding + bound.last if form == "float" else 0  # the row of the GPU has it
-        assert error == at_most(bound.formula + rounding, 2 if form == "float" else 3)
-    elif error.endswith(" ulp"):
-        assert f"{error.removesuffix(' ulp')} " in comment(file)
-    else:
-        assert error in comment(file)
-
-
-@pytest.mark.parametrize(("file", "cost"), [(file, cost) for _, file, _, cost in ROWS])
-def test_the_tables_times_are_measured(file, cost):
-    if file.endswith(".cuh"):
-        text = page("reference/languages")
-        (copy,) = re.findall(r"takes ([0-9.]+) ns for each float", text)
-        (ratio,) = re.findall(r"\| 1e-5: restitution \| ([0-9.]+) ", text)
-        assert cost == f"{float(copy) * float(ratio):.2g} on an H100"
-        return
-    if file not in MEASURED:
-        assert cost == "not measured"
-        return
-    (row,) = [row for row in picture.points(RESULT, "throughput") if row.id == MEASURED[file]]
-    assert cost == f"{row.median_ns:.2g}"
 
 
 # --- numbers on the pages ---------------------------------------------------------------------------------------------
@@ -230,13 +202,13 @@ def test_ice_in_si_units():
 def test_proven_errors_and_size_of_full_accuracy():
     found = page("reference/full-kernels")
     rows = re.findall(r"^\| `(\w+)` \| ([\d.]+) ulp", found, re.MULTILINE)
-    stated = re.findall(r"(\w+): +at most (0.5[\d.]+)", comment("viscopade_full.h"))  # rounded up
+    stated = re.findall(r"viscopade_(\w+)_full\(v_star\) all v (0.5[\d.]+)", comment("viscopade_full.h"))  # rounded up
     assert [row[:1] for row in rows] == [row[:1] for row in stated]
     for (*_, exact), (*_, rounded) in zip(rows, stated, strict=True):
         assert float(exact) <= float(rounded) < float(exact) + 0.001
     (numbers,) = re.findall(r"(\d+) rows of (\d+) numbers", found)
     rows, width = map(int, numbers)
-    assert f"table: {8 * rows * width} bytes" in comment("viscopade_full.h")
+    assert catalogue.kernel("full").bytes == 8 * rows * width
 
 
 def stated():

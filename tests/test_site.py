@@ -77,7 +77,7 @@ def marks(site):
     return {path: Marks(path) for path in site.rglob("*.html")}
 
 
-def test_the_doors_notebooks_derivations_and_files_are_pages(site, marks):
+def test_the_docs_notebooks_derivations_and_files_are_pages(site, marks):
     pages = {path.relative_to(site).as_posix() for path in marks}
     assert {*SAMPLE, "index.html", "search.html", "README.html"} <= pages
     for folder, pattern in (("docs", "**/*.md"), ("notebooks", "*.ipynb"), ("derivations", "*.py")):

@@ -81,7 +81,7 @@ def contents(entries: list[str], caption: str = "", glob: bool = False) -> str:
     return "\n".join(("", FENCE + "{toctree}", *options, "", *entries, FENCE, ""))
 
 
-def doors(text: str) -> str:
+def sections(text: str) -> str:
     """Return the contents: the sections of the index, with the first link to a page in each item of their lists."""
     found = []
     for section in text.split("\n## ")[1:]:
@@ -90,6 +90,16 @@ def doors(text: str) -> str:
         if links:
             found.append(contents(links, caption))
     return "".join(found)
+
+
+def folded(text: str, name: str) -> list[str]:
+    """Return the pages that the index lists below a page: items of a list within an item."""
+    pages, parent = list[str](), ""
+    for below, link in re.findall(r"^( *)- \[[^\]]+\]\(([^)#]+)\.md\)", text, re.MULTILINE):
+        page = os.path.normpath(f"docs/{link}")
+        parent = parent if below else page
+        pages += [f"/{page}"] if below and parent == name else []
+    return pages
 
 
 def reference(table: re.Match[str]) -> str:
@@ -128,9 +138,12 @@ def read(app: Sphinx, name: str, content: list[str]) -> None:
     text = re.sub(r"^##+ (.*\$.*)$", place, text, flags=re.MULTILINE)
     text = re.sub(r'^<a id="([\w-]+)"></a>$', r"(\1)=", text, flags=re.MULTILINE)
     if name == INDEX:
-        text = text.replace("## Install\n", EMBEDDED + "## Install\n", 1) + doors(text)
+        text = text.replace("## Install\n", EMBEDDED + "## Install\n", 1) + sections(text)
     if name == REFERENCE:
         text = re.sub(r"^\| name \|.*?\n(?=\n|\Z)", reference, text, flags=re.MULTILINE | re.DOTALL)
+    below = folded((app.srcdir / f"{INDEX}.md").read_text(encoding="utf-8"), name)
+    if below:
+        text += contents(below)
     if name in FOLDERS:
         text += contents([FOLDERS[name]], glob=True)
     if name in ALONE:
