@@ -27,7 +27,7 @@ from viscopade.kernels.expressions import (
 )
 from viscopade.kernels.machine import TYPES, located, machine_arithmetic
 from viscopade.kernels.rounding_bounds import rounding_of_w
-from viscopade.kernels.speed_table import OCTAVES, TABLES, index_of, speed_table
+from viscopade.kernels.speed_table import OCTAVES, TABLES, row_number, speed_table
 from viscopade.kernels.write import languages
 from viscopade.kernels.write.writer import expression_text
 
@@ -56,7 +56,7 @@ def test_the_first_and_the_last_number_of_every_row_lead_to_it(key, form):
     for w in (low, high):
         values, inside = run(key, form, w=w, scale=kind(1))
         assert np.all(inside)
-        assert np.array_equal(evaluate(index_of(table), values, machine_arithmetic(form)), expected)
+        assert np.array_equal(evaluate(row_number(table), values, machine_arithmetic(form)), expected)
         assert np.array_equal(values["row"], np.array(table.rows, kind))
         assert [Fraction(float(x)) for x in values["middle"]] == [table.centre(i) for i in expected]
         assert np.array_equal(values["base"], [table.base(i) for i in expected])
@@ -94,7 +94,7 @@ def test_a_table_gives_arrays_of_any_shape_what_it_gives_numbers(key, form):
 def of_panel(name, x):
     function = full.full().function(name)
     program = (*function.start, *function.branches[-1].program)
-    table = np.array(full.rows())
+    table = np.array(full.panel_table())
     return Run(program, {"v_star": x, "panels": table}, machine_arithmetic(DOUBLE))
 
 

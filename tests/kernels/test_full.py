@@ -147,9 +147,9 @@ def test_errors_are_below_the_bounds_and_not_far_below(library, function):
 
 def with_row(monkeypatch, column, factor):
     """Change a number of row 200 of the table."""
-    rows, place = list(full.rows()), full.COLUMNS.index(column)
+    rows, place = list(full.panel_table()), full.COLUMNS.index(column)
     rows[200] = tuple(c * factor if n == place else c for n, c in enumerate(rows[200]))
-    monkeypatch.setattr(full, "rows", lambda: tuple(rows))
+    monkeypatch.setattr(full, "panel_table", lambda: tuple(rows))
 
 
 @pytest.mark.parametrize(("column", "factor"), [("a0_high", 1 + 2.0**-50), ("a0_low", 9.0), ("a1_low", 1e4)])
@@ -184,7 +184,7 @@ def test_bounds_of_rounding_errors_hold():
         names = [f"a{n}" for n in range(len(a))]
         program, total = (Statement("tt", Name("t") * Name("t")),), in_pairs("t", "tt", names)
         with working(128):
-            rounding, numbers = arithmetic(DOUBLE), full.rounded_numbers(names, a, t=full.between(low, high))
+            rounding, numbers = arithmetic(DOUBLE), full.rounded_numbers(names, a, t=full.ball_between(low, high))
             rounded = evaluate(total, Run(program, numbers, rounding), rounding)
             error = Fraction(full.exact_middle(rounded.absolute))
         values = Run(program, dict(zip(names, a, strict=True)) | {"t": t}, Reading(float))

@@ -105,12 +105,12 @@ def test_the_cheapest_of_all_kinds(code: Code, tolerance: dict[str, float]) -> N
 def test_a_quotient_is_chosen_only_where_it_is_clearly_cheaper_than_a_compact_kernel(monkeypatch, ends, dearer) -> None:
     asked = scene(ends, code=ready("rust"), epsilon=1e-3)
     assert choose(asked).chosen.kernel.name == "compact_1em3"
-    whole = candidate.cost
+    whole = candidate.weighted_operations
 
     def cost(kernel, *rest):
         return whole(kernel, *rest) + dearer * (kernel.argument == "speed")
 
-    monkeypatch.setattr(candidate, "cost", cost)
+    monkeypatch.setattr(candidate, "weighted_operations", cost)
     found = choose(asked)
     is_sound(found)
     assert (found.chosen.measure is not None) == (dearer > 0)
@@ -302,5 +302,8 @@ def test_costs_are_counts_of_operations() -> None:
     (met,) = encounters(asked)
     kernel = quotient.pade_quotient(1, 4)
     by_horner = 2 * (1 + 4) + candidate.DIVISION
-    assert candidate.cost(kernel, "epsilon", met) == by_horner
-    assert candidate.cost(kernel, "restitution", met) == by_horner + candidate.POWER + candidate.DIVISION + 1
+    assert candidate.weighted_operations(kernel, "epsilon", met) == by_horner
+    assert (
+        candidate.weighted_operations(kernel, "restitution", met)
+        == by_horner + candidate.POWER + candidate.DIVISION + 1
+    )

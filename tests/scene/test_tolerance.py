@@ -24,7 +24,7 @@ from viscopade.scene.tolerance import (
     excess,
     failing,
     last_of_product,
-    worst,
+    worst_errors,
 )
 
 F = Fraction
@@ -67,7 +67,7 @@ def attained(of: ErrorBound, low: Fraction, high: Fraction) -> dict[str, Fractio
         found.append(
             {"epsilon": off / eps, "dissipation": abs(lost - 1 + eps**2) / (1 - eps**2), "absolute": off}
         )  # fmt: skip
-    return worst(found)
+    return worst_errors(found)
 
 
 @pytest.mark.parametrize("of", BOUNDS)
@@ -104,8 +104,8 @@ def test_errors_are_those_of_the_worst_range_and_machine_and_none_where_nothing_
         return errors_on(kernel, "restitution", arithmetics, [Range(v, e, (F(1), F(1))) for v, e in ranges])
 
     low, high = ((F(1, 10), F(2, 10)), (F(9, 10), F(99, 100))), ((F(1), F(2)), (F(1, 10), F(4, 10)))
-    assert errors([HOST_FLOAT], low, high) == worst([errors([HOST_FLOAT], low), errors([HOST_FLOAT], high)])
-    assert errors([HOST_FLOAT, DEVICE], low) == worst([errors([HOST_FLOAT], low), errors([DEVICE], low)])
+    assert errors([HOST_FLOAT], low, high) == worst_errors([errors([HOST_FLOAT], low), errors([HOST_FLOAT], high)])
+    assert errors([HOST_FLOAT, DEVICE], low) == worst_errors([errors([HOST_FLOAT], low), errors([DEVICE], low)])
     assert errors([HOST_FLOAT], low, ((F(1), F(10**5)), (F(1, 10**9), F(1, 3)))) is None
 
 
@@ -125,7 +125,7 @@ def test_allowed_is_the_largest_error_within_the_tolerance(tolerance: Tolerance,
 
     def fails(size: Fraction) -> bool:
         of = bound("smaller" if measure == "both" else "value", size)
-        return bool(failing(worst(errors_of(of, epsilon) for epsilon in ranges), tolerance))
+        return bool(failing(worst_errors(errors_of(of, epsilon) for epsilon in ranges), tolerance))
 
     assert not fails(limit * F(99, 100))
     assert fails(limit * F(101, 100))

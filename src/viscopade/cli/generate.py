@@ -185,11 +185,11 @@ def scene_command(
     if out is not None and text is not None:
         write_all({out / render.file_name(scene): text}, parents=True)
     if style != "text":
-        show(style, tables.KERNELS, tables.kernels(found), tables.to_json(found, verdict))
+        show(style, tables.KERNELS, tables.kernel_rows(found), tables.to_json(found, verdict))
         return
     say(tables.summary(found))
     show(style, tables.PAIRS, tables.pairs(found), {}, title=scene.title)
-    show(style, tables.KERNELS, tables.kernels(found), {}, title="Kernels, operations; errors are proven")
+    show(style, tables.KERNELS, tables.kernel_rows(found), {}, title="Kernels, operations; errors are proven")
     for line in tables.sentences(found):
         say(line)
     if verdict is not None:

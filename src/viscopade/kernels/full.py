@@ -161,7 +161,7 @@ def _to_multiple(number: Fraction, unit: Fraction) -> float:
 
 
 @recorded("full rows")
-def rows() -> tuple[tuple[float, ...], ...]:
+def panel_table() -> tuple[tuple[float, ...], ...]:
     """Return the table: a row for [0, NEAR], which only eps uses, then one for each panel."""
     near = _coefficients(-_cut_on_unit(_ratio(), DEGREE - 2), NEAR, DEGREE - 1)
     return (0.0, 0.0, 0.0, 0.0, 0.0, *map(DOUBLE.nearest, near)), *map(_row, smaller_panels())
@@ -356,13 +356,13 @@ def full() -> Kernel:
         "full",
         "full accuracy",
         "v_star",
-        f"polynomials of degree {DEGREE} on {len(rows()):,} panels, summed with their rounding errors",
+        f"polynomials of degree {DEGREE} on {len(panel_table()):,} panels, summed with their rounding errors",
         "the proven polynomials of viscopade.epsilon, truncated",
         "all v* >= 0",
         (_epsilon(), _one_minus_epsilon()),
         {DOUBLE.name: near_constants()},
         tuple(bound for function in FUNCTIONS for bound in _bounds(function)),
-        (Table("panels", DOUBLE.name, rows()),),
+        (Table("panels", DOUBLE.name, panel_table()),),
         missing={"float": "full accuracy is that of type double"},
     )
 
@@ -430,7 +430,7 @@ def rounded_numbers(names: Sequence[str], values: Sequence[float], **inputs: arb
     return {name: Rounded(value, DOUBLE) for name, value in given.items()}
 
 
-def between(low: Fraction, high: Fraction) -> arb:
+def ball_between(low: Fraction, high: Fraction) -> arb:
     """Return a ball with both numbers and all between."""
     return ball_of(low).union(ball_of(high))
 
@@ -455,15 +455,15 @@ def _in_ulp(error: arb, least: arb) -> Fraction:
 
 def panel_bound(index: int, loss: bool) -> Fraction:
     """Return the bound in ulp on a panel: the largest of those of its parts."""
-    panel, row = smaller_panels()[index], rows()[1 + index]
+    panel, row = smaller_panels()[index], panel_table()[1 + index]
     _check_head(panel, row)
     machine = _exactly(row, fmpq_poly([0, to_fmpq(panel.half)]))
     difference = greatest(machine * (-1 if panel.elastic else 1) - panel.p)
 
     def bound(low: Fraction, high: Fraction) -> Fraction:
-        p, t = arb_poly(panel.p)(between(low, high)), between(panel.half * low, panel.half * high)
+        p, t = arb_poly(panel.p)(ball_between(low, high)), ball_between(panel.half * low, panel.half * high)
         given = _given_error(panel, difference, p)
-        numbers = rounded_numbers(COLUMNS, row, t=t, t2=between(Fraction(0), _step(panel)))
+        numbers = rounded_numbers(COLUMNS, row, t=t, t2=ball_between(Fraction(0), _step(panel)))
         rest = of_branch(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
         if loss == panel.elastic:
             return _in_ulp(rest.absolute + given, p)
@@ -504,7 +504,7 @@ def _near_bound() -> Fraction:
     inputs = {"v_star": x, "w": 2 * x, "high": x / 3}  # w is v* times any power of 2, `high` any part of it
     machine = exactly(sums, "result", inputs, constants) / 4
     given += _greatest_on_unit(_over_square(machine) - ratio)
-    numbers = rounded_numbers(list(constants), list(constants.values()), v_star=between(Fraction(0), NEAR))
+    numbers = rounded_numbers(list(constants), list(constants.values()), v_star=ball_between(Fraction(0), NEAR))
     error = _product_error(constants["c_high"], of_branch(sums, ["factor"], numbers, DOUBLE)["factor"]) + given
     lost: Fraction = exact_middle(_above(_above(error) / least)) * 2**DOUBLE.precision
     # Intermediate results that underflow are below 2^-60 ulp of a result of at least 2^(2 TINY).
@@ -522,10 +522,10 @@ def _product_error(c_high: float, rest: Rounded) -> arb:
 
 def _near_one_bound() -> Fraction:
     """Bound the error of eps on [0, NEAR], from the table's first row."""
-    ratio, row = _ratio(), rows()[0]
+    ratio, row = _ratio(), panel_table()[0]
     most = _above(arb(ratio[0]) + _greatest_on_unit(ratio - ratio[0]))
     machine = -_exactly(row, fmpq_poly([0, to_fmpq(NEAR)]))
     given = most * ball_of(TABLE_ERROR) + _greatest_on_unit(_over_square(machine) - ratio)
-    x = between(Fraction(0), NEAR)
+    x = ball_between(Fraction(0), NEAR)
     rest = of_branch(panel_sums(False), ["rest"], rounded_numbers(COLUMNS, row, t=x, t2=x), DOUBLE)["rest"]
     return _in_ulp(rest.absolute + given * ball_of(NEAR**2), 1 - _magnitude(rest.value) * 2)

@@ -476,7 +476,7 @@ def place_program(layout: Layout) -> Program:
     )
 
 
-def index_of(layout: Layout) -> Expression:
+def row_number(layout: Layout) -> Expression:
     """Return the number of the row of a place."""
     return Name("place") >> count(lambda form: form.precision - 1 - layout.split)
 
@@ -509,7 +509,7 @@ def row_branch(layout: Layout) -> CodeBranch:
 
 def _functions(layout: Layout) -> Iterator[Function]:
     program = (
-        Statement("row", TableRow("table", index_of(layout))),
+        Statement("row", TableRow("table", row_number(layout))),
         *(Statement(name, Column("row", n)) for n, name in enumerate(layout.names)),
         Statement("base", base_of(layout)),
     )

@@ -99,7 +99,9 @@ def _accepts(words: Sequence[str], flags: Sequence[str], directory: str) -> bool
     return _run((*words, *flags, "-Werror", "-c", "empty.c"), directory).returncode == 0
 
 
-def build(compiler: Compiler, units: Mapping[Library, Sources], headers: Sources) -> dict[Library, ctypes.CDLL]:
+def build_libraries(
+    compiler: Compiler, units: Mapping[Library, Sources], headers: Sources
+) -> dict[Library, ctypes.CDLL]:
     """Compile the files of each library one by one, link and load the libraries.
 
     They are linked without their flags: with -ffast-math, gcc would link code that makes the whole process flush

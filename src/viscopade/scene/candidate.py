@@ -155,17 +155,17 @@ def _candidate(
     errors = tolerance.errors_on(kernel, code.function, code.number.arithmetics, ranges(scene, met))
     if errors is None:
         return None
-    count = cost(kernel, code.function, met[0])
+    count = weighted_operations(kernel, code.function, met[0])
     return Candidate(kernel, label, count, errors, tolerance.failing(errors, scene.tolerance), measure)
 
 
-def cost(kernel: Kernel, result: str, encounter: Encounter) -> int:
+def weighted_operations(kernel: Kernel, result: str, encounter: Encounter) -> int:
     """Return the weighted number of operations of a result, in the branch that a typical impact takes."""
     function, v_star = kernel.function(result), float(encounter.pair.v_star(encounter.speeds.typical))
     given = {"v_star": v_star, "speed": 1.0, "beta": v_star**2}
     taken = int(located(kernel, result, *(given[name] for name in function.arguments))[1])
     if taken == len(function.branches) and kernel.elsewhere is not None:
-        return cost(kernel.elsewhere, "epsilon", encounter) + POWER + DIVISION + 1
+        return weighted_operations(kernel.elsewhere, "epsilon", encounter) + POWER + DIVISION + 1
     branch = function.branches[taken]
     found = expressions.operations((*function.start, *branch.program), branch.results[function.result])
     return sum(number * _COSTS.get(name, not name.isidentifier()) for name, number in found.items())
@@ -222,14 +222,17 @@ def constant(scene: Scene, met: Sequence[Encounter]) -> Candidate:
     values = [_decimal(epsilon, scene.tolerance, code) for epsilon in eps]
     kernel = Kernel(
         "constant", "a constant", "pair", "eps is a number", "the scene", "the pairs of the scene",
-        (of_pair("epsilon", VALUES, "eps of a pair"),), {form: {} for form in FORMATS}, lists={VALUES: tuple(values)},
+        (value_of_pair("epsilon", VALUES, "eps of a pair"),), {form: {} for form in FORMATS},
+        lists={VALUES: tuple(values)},
     )  # fmt: skip
-    errors = tolerance.worst(_of_constant(value, epsilon, code) for value, epsilon in zip(values, eps, strict=True))
+    errors = tolerance.worst_errors(
+        _of_constant(value, epsilon, code) for value, epsilon in zip(values, eps, strict=True)
+    )
     label = "a constant" + " for each pair" * (len(met) > 1)
     return Candidate(kernel, label, 0, errors, tolerance.failing(errors, scene.tolerance))
 
 
-def of_pair(name: str, values: str, meaning: str) -> Function:
+def value_of_pair(name: str, values: str, meaning: str) -> Function:
     """Return the function that reads a list of values by the number of a pair."""
     return Function(name, ("pair",), meaning, None, (), (CodeBranch(None, (), {name: Item(values, "pair")}),), name)
 
@@ -287,7 +290,7 @@ def too_rough(scene: Scene, met: Sequence[Encounter]) -> str | None:
     arithmetic = scene.code.number.arithmetics[-1]
     unit = Fraction(2) ** -arithmetic.form.precision
     least = ErrorBound("epsilon", Fraction(0), Fraction(1), "value", Fraction(0), unit, arithmetic=arithmetic)
-    errors = tolerance.worst(tolerance.errors_of(least, each.epsilon) for each in ranges(scene, met))
+    errors = tolerance.worst_errors(tolerance.errors_of(least, each.epsilon) for each in ranges(scene, met))
     for name in tolerance.failing(errors, scene.tolerance):
         off = at_most(errors[name]) if errors[name] < tolerance.HOPELESS else "any size"
         error = f"{tolerance.MEASURES[name]} of {off}, more than {scene.tolerance.given()[name]:g}"

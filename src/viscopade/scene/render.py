@@ -19,7 +19,7 @@ from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.machine import computed
 from viscopade.kernels.write import file
 from viscopade.kernels.write.languages import language as language_of
-from viscopade.scene.candidate import of_pair
+from viscopade.scene.candidate import value_of_pair
 from viscopade.scene.choice import Choice
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import hull
@@ -103,7 +103,7 @@ def _pairs(choice: Choice, name: str) -> Kernel:
     rows = [_numbers(scene, encounter.pair) for encounter in choice.encounters]
     betas, walls, quotients = zip(*rows, strict=True)
     typical = " for typical radii" if _is_spread(scene) else ""
-    functions = [of_pair("beta", "betas", f"beta of a pair in {scene.units.beta}{typical}")]
+    functions = [value_of_pair("beta", "betas", f"beta of a pair in {scene.units.beta}{typical}")]
     lists = {"betas": betas}
     if _is_spread(scene):
         zero, densities = formulas.ZERO, Name("densities")

@@ -38,7 +38,7 @@ def _span(low: float, high: float) -> str:
     return f"{low:.4g}" if f"{low:.4g}" == f"{high:.4g}" else f"{low:.4g} … {high:.4g}"
 
 
-def kernels(choice: Choice) -> Iterator[tuple[str, ...]]:
+def kernel_rows(choice: Choice) -> Iterator[tuple[str, ...]]:
     """Yield a row for each kernel, the cheapest first."""
     for candidate in choice.offers:
         found = map(at_most, candidate.errors.values())

@@ -56,7 +56,7 @@ def errors_on(kernel: Kernel, result: str, arithmetics: Sequence[Arithmetic], ra
             known = {name: min(errors[name] for errors in each) for name in MEASURES}
             known["dissipation"] = min([known["dissipation"], *_dissipation(kernel, arithmetic, where)])
             found.append(known)
-    return worst(found)
+    return worst_errors(found)
 
 
 def _on(kernel: Kernel, result: str, arithmetic: Arithmetic, where: Range) -> Iterator[ErrorBound]:
@@ -112,7 +112,7 @@ def in_eps(measure: str, epsilon: Value, loss: Value) -> Value:
     return known[measure]
 
 
-def worst(found: Iterable[Errors]) -> Errors:
+def worst_errors(found: Iterable[Errors]) -> Errors:
     """Return the largest error in each measure."""
     every = list(found)
     return {name: max(errors[name] for errors in every) for name in MEASURES}
@@ -135,7 +135,7 @@ def allowed(tolerance: Tolerance, ranges: Iterable[Interval], measure: Measure) 
     """
     unit = Fraction(1, 1 << 30)
     bound = ErrorBound("epsilon", Fraction(0), _ONE, "smaller" if measure == "both" else "value", unit)
-    largest = worst(errors_of(bound, epsilon) for epsilon in ranges)
+    largest = worst_errors(errors_of(bound, epsilon) for epsilon in ranges)
     return min(_exact(limit) / (largest[name] / unit) for name, limit in tolerance.given().items())
 
 

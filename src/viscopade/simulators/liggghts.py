@@ -52,7 +52,7 @@ from viscopade.simulators.stated import (
     ConstantEpsilon,
     ProgramErrors,
     common,
-    constant,
+    constant_epsilon,
     facts,
     program_errors,
     program_number,
@@ -175,7 +175,7 @@ def hertz_restitution(contact: NamedContact, limit_force: bool) -> HertzRestitut
     ValueError
         As `coefficient_restitution` does.
     """
-    found = constant(contact)
+    found = constant_epsilon(contact)
     reachable = found.balanced > least_epsilon(limit_force)
     return HertzRestitution(
         found,
@@ -187,7 +187,7 @@ def hertz_restitution(contact: NamedContact, limit_force: bool) -> HertzRestitut
 def limits_force(contacts: Sequence[NamedContact]) -> bool:
     """Return whether `hertz` can have `limitForce on` for all these contacts: all pairs of types share the switch."""
     least = least_epsilon(True)
-    return all(constant(contact).epsilon > least for contact in contacts)
+    return all(constant_epsilon(contact).epsilon > least for contact in contacts)
 
 
 def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:

@@ -51,7 +51,7 @@ from viscopade.simulators.formula import (
 )
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Simulator
-from viscopade.simulators.stated import ConstantEpsilon, common, constant, facts
+from viscopade.simulators.stated import ConstantEpsilon, common, constant_epsilon, facts
 from viscopade.theory.law import VISCOELASTIC, Law
 
 
@@ -79,7 +79,7 @@ class SpeciesParameters:
 
 def species_parameters(contact: NamedContact) -> SpeciesParameters:
     """Return the parameters for a contact."""
-    found = constant(contact)
+    found = constant_epsilon(contact)
     return SpeciesParameters(contact.pair.E_eff, contact.pair.A, found, float(tsuji_kappa(found.epsilon)))
 
 

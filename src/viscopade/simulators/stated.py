@@ -81,7 +81,7 @@ class ConstantEpsilon:
     balanced_errors: ProgramErrors
 
 
-def constant(contact: NamedContact) -> ConstantEpsilon:
+def constant_epsilon(contact: NamedContact) -> ConstantEpsilon:
     """Return the constants for a contact."""
     typical = contact.pair.epsilon(contact.typical)
     pairs = (contact.pair, *contact.extremes)

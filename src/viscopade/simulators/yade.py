@@ -66,7 +66,7 @@ from viscopade.simulators.formula import (
 )
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Simulator
-from viscopade.simulators.stated import ConstantEpsilon, ProgramErrors, common, constant, facts, program_errors
+from viscopade.simulators.stated import ConstantEpsilon, ProgramErrors, common, constant_epsilon, facts, program_errors
 from viscopade.theory.law import VISCOELASTIC, Law
 from viscopade.theory.paper import TABLE
 
@@ -114,7 +114,7 @@ def printed_pade(v_star: float) -> float:
 
 def mindlin_phys_parameters(contact: NamedContact) -> MindlinPhysParameters:
     """Return the parameters for a contact."""
-    found = constant(contact)
+    found = constant_epsilon(contact)
     pair = contact.pair
 
     def same_beta(size: Pair, speed: float) -> float:

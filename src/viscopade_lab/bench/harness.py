@@ -124,7 +124,7 @@ class Harness:
             library: {"part.c": f'#define BENCH_LIBRARY_{library.upper()}\n#include "bench.c"\n'}
             for library in sorted(used)
         }
-        self._libraries = toolchain.build(compiler, units, {**headers, "bench.c": c_file(contenders)})
+        self._libraries = toolchain.build_libraries(compiler, units, {**headers, "bench.c": c_file(contenders)})
         most = max(sizes.memory, CACHE, sizes.scalar, sizes.sampled)
         self._speed = {
             (form.name, kind): speeds(kind, most).astype(DTYPE[form])

@@ -25,7 +25,7 @@ from viscopade.kernels.bound import INFINITY, End, ErrorBound
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.write import speed_table
 from viscopade.kernels.write.language import Language, Number
-from viscopade.kernels.write.writer import function_text, generic_text, names_of, table_text
+from viscopade.kernels.write.writer import function_text, generic_text, table_text, words_of
 from viscopade.theory.law import VISCOELASTIC, Law
 
 HEAD = 25
@@ -170,7 +170,7 @@ def numbers_of(kernel: Kernel, language: Language) -> list[Number]:
 
 def call(kernel: Kernel, function: Function, language: Language, arguments: Sequence[str], number: Number) -> str:
     """Return a call of a function."""
-    return language.call.format(**names_of(kernel, function), suffix=number.suffix, arguments=", ".join(arguments))
+    return language.call.format(**words_of(kernel, function), suffix=number.suffix, arguments=", ".join(arguments))
 
 
 # --- what is proven ---------------------------------------------------------------------------------------------------

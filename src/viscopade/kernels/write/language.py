@@ -90,6 +90,8 @@ class Runner:
         In the environment, what names the tool; what the interpreter needs.
     folder : bool
         Whether the file of functions is in a folder of its name.
+    asked : str
+        What makes the tool tell its version.
     """
 
     driver: str = ""
@@ -99,6 +101,7 @@ class Runner:
     variable: str = ""
     package: str = ""
     folder: bool = False
+    asked: str = "--version"
 
 
 @dataclass(frozen=True)

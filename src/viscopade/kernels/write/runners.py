@@ -65,7 +65,7 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
             words = tuple(shlex.split(candidate))
         except ValueError:
             continue
-        if words and shutil.which(words[0]) is not None and (known := _version(words)) is not None:
+        if words and shutil.which(words[0]) is not None and (known := _version(words, runner.asked)) is not None:
             return Tool(words, known)
     if named:
         raise NoSuchToolError(f"{runner.variable} is {named!r}, which does not start: expected a compiler's name")
@@ -86,11 +86,11 @@ def missing(runner: Runner) -> str:
     return " or ".join(runner.tools) or f"Python package {runner.package}"
 
 
-def _version(words: Sequence[str]) -> str | None:
+def _version(words: Sequence[str], asked: str) -> str | None:
     """Return the line that a tool prints of its version; None if it does not start."""
     name = re.split(r"[/\\]", words[0])[-1]
     try:
-        ran = _run((*words, "version" if name == "go" else "--version"), None)
+        ran = _run((*words, asked), None)
     except ToolchainError:
         return None
     if ran.returncode:

@@ -79,12 +79,12 @@ def render(kernels: Sequence[Kernel], command: str) -> str:
     if "\n" in command:
         raise ValueError("expected a command of one line")
     wholes = (each for kernel in kernels for each in (kernel.elsewhere, kernel) if each is not None)
-    lines = (dumps(row) for kernel in wholes for row in rows(kernel))
+    lines = (dumps(row) for kernel in wholes for row in vectors_of(kernel))
     start = dumps(head | {"vectors": []}, indent=1, ensure_ascii=False).removesuffix("]\n}")
     return start + "\n" + ",\n".join(dict.fromkeys(lines)) + "\n]}\n"
 
 
-def rows(kernel: Kernel) -> Iterator[list[str]]:
+def vectors_of(kernel: Kernel) -> Iterator[list[str]]:
     """Yield the vectors of all functions of a kernel."""
     for form, function in product(map(FORMATS.get, kernel.formats), kernel.functions):
         assert form is not None
@@ -118,7 +118,7 @@ def _vector(kernel: Kernel, function: Function, form: Format, given: Arguments) 
 # --- what is stated ---------------------------------------------------------------------------------------------------
 
 
-class Exact(NamedTuple):
+class ExactResult(NamedTuple):
     """The exact result of a function, v*, and the smaller of eps and 1 - eps; the latter two rounded up a little."""
 
     value: arb
@@ -183,13 +183,13 @@ def _limit(name: str, given: Arguments) -> float | None:
     return 0.0 if 0 in given else _INF if _INF in given else None
 
 
-def _exact(name: str, given: Arguments, at: Any) -> Exact:
+def _exact(name: str, given: Arguments, at: Any) -> ExactResult:
     """Return the exact result of a function at arguments inside its domain."""
     first = Fraction(given[0])
     if name in ("v_star", "v_star_from_loss", "beta"):
         ball = truth.exact_v_star(1 - first if name == "v_star_from_loss" else first)
         value = ball**2 / ball_of(Fraction(given[1])).root(5) if name == "beta" else ball
-        return Exact(value, _above(ball))
+        return ExactResult(value, _above(ball))
     w = first**10 if len(given) == 1 else first * Fraction(given[1]) ** 5
     portions: Portions = at(w)
     values = {
@@ -199,7 +199,7 @@ def _exact(name: str, given: Arguments, at: Any) -> Exact:
     }
     smaller = min(_above(portions.epsilon), _above(portions.loss)) * (first if name == "rebound" else 1)
     v_star = first if len(given) == 1 else _above(ball_of(w).root(10))
-    return Exact(values.get(name, portions.epsilon), v_star, smaller)
+    return ExactResult(values.get(name, portions.epsilon), v_star, smaller)
 
 
 def _ends(ball: arb) -> tuple[Fraction, Fraction]:

@@ -49,7 +49,7 @@ def function_text(kernel: Kernel, function: Function, language: Language, number
 
 def generic_text(kernel: Kernel, function: Function, language: Language) -> str:
     """Return the text that makes one function of those for each type; "" where the language has none."""
-    words = names_of(kernel, function)
+    words = words_of(kernel, function)
     each = [
         language.procedure.format(**words, type=number.type, suffix=number.suffix)
         for number in language.numbers
@@ -58,7 +58,7 @@ def generic_text(kernel: Kernel, function: Function, language: Language) -> str:
     return language.generic.format(**words, procedures=", ".join(each))
 
 
-def names_of(kernel: Kernel, function: Function) -> dict[str, str]:
+def words_of(kernel: Kernel, function: Function) -> dict[str, str]:
     """Return the words of patterns that name a function."""
     name = f"{function.name}_{kernel.name}"
     return {
@@ -115,7 +115,7 @@ class _Writer:
         constants, head = list(self._constants()), []
         if language.locals and self.variables:
             head = self._line(language.locals, names=", ".join(dict.fromkeys(self.variables)))
-        words = {**names_of(self.kernel, function), "arguments": given}
+        words = {**words_of(self.kernel, function), "arguments": given}
         lines = [*constants, *head, *([""] if constants or head else []), *body]
         if language.end == "" and not language.close:
             lines = [line for line in lines if line]

@@ -43,5 +43,12 @@ LANGUAGE = Language(
     prelude="go.go",
     call="viscopade.{Name}{suffix}({arguments})",
     use="{result} := {call}",
-    run=Runner("go.go", ("go",), "env GO111MODULE=off {tool} build -o {program} {driver}", "{program}", folder=True),
+    run=Runner(
+        "go.go",
+        ("go",),
+        "env GO111MODULE=off {tool} build -o {program} {driver}",
+        "{program}",
+        folder=True,
+        asked="version",
+    ),
 )
