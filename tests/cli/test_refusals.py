@@ -167,6 +167,7 @@ BAD = [
         ["plot", "--epsilon", "0.8", "--speed", "1", "-o", "x.svg", "--font-size", "1"],
         "font-size is 1: expected 3 to 72 points",
     ),
+    (["fit", "data.csv", "--empirical", "x.txt"], "--empirical is x.txt: expected a name that ends in .cs, .cuh"),
     (["nonsense"], "there is no command 'nonsense'"),
     (["--nonsense"], "No such option"),
     (("fit", "data.csv", "--plot", "x.svg", "--scene", "x.svg", *MATERIAL), "--scene and --plot are the same file"),

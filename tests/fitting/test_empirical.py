@@ -1,5 +1,10 @@
 """Empirical functions of measured points: what they follow, their range, and what they say of themselves."""
 
+import math
+import shutil
+import subprocess
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -76,3 +81,25 @@ def test_bad_points_and_forms_are_refused():
         of_points(Points.measured([1, 2, 3], [0, 0, 0]))
     with pytest.raises(ValueError, match="expected 'power' or 'table'"):
         of_points(Points.measured(SPEED, ICE), "cubic")
+
+
+@pytest.mark.parametrize("form", ["power", "table"])
+def test_the_code_says_that_it_is_empirical_and_computes_the_function(tmp_path, form):
+    found = of_points(Points.measured([0.1, 0.3, 0.5, 1.0, 2.0], [1.0, 0.9, 0.85, 0.8, 0.7]), form)
+    speeds = [0.0, 0.05, 0.1, 0.2, 0.31, 0.7, 1.0, 2.0, 5.0, math.inf]
+    text = found.text("python", "ball", "viscopade fit ball.csv")
+    assert "EMPIRICAL" in text
+    assert "Speeds from 0.1 to 2 m/s" in text
+    module: dict[str, Any] = {}
+    exec(text, module)
+    function = module["epsilon_empirical_ball"]
+    assert [function(speed) for speed in speeds] == pytest.approx(found.epsilon(np.array(speeds)), rel=1e-14)
+    assert math.isnan(function(-1.0))
+    if shutil.which("cc") is None:
+        pytest.skip("no C compiler")
+    (tmp_path / "ball.h").write_text(found.text("c", "ball", "viscopade fit ball.csv"))
+    calls = "".join(f'printf("%.17g\\n", viscopade_epsilon_empirical_ball({speed!r}));' for speed in speeds[:-1])
+    (tmp_path / "ball.c").write_text(f'#include <stdio.h>\n#include "ball.h"\nint main(void) {{ {calls} }}\n')
+    subprocess.run(["cc", "-o", "ball", "ball.c", "-lm"], cwd=tmp_path, check=True)
+    printed = subprocess.run(["./ball"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout.split()
+    assert list(map(float, printed)) == pytest.approx(found.epsilon(np.array(speeds[:-1])), rel=1e-14)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -26,10 +27,14 @@ from viscopade.cli.console import (
 )
 from viscopade.cli.writer import check_targets, write_all
 
+FORMS = ("power", "table")
+"""Of empirical functions."""
+
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Sphere
     from viscopade.fitting.contacts import ContactTime
     from viscopade.fitting.damping import Constant, DampingFit
+    from viscopade.fitting.empirical import Form
     from viscopade.fitting.flight import Flight
     from viscopade.fitting.likelihood import LawFit
     from viscopade.fitting.neglected import WeightInContacts
@@ -97,6 +102,13 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
     "--scene", "scene_file", type=click.Path(path_type=Path), help="Scene to write, with the fitted material."
 )
 @click.option("--plot", "picture", type=click.Path(path_type=Path), help="Picture to write: .svg, .png or .pdf.")
+@click.option(
+    "--empirical",
+    "code",
+    type=click.Path(path_type=Path),
+    help="File to write with an empirical function of the data, for none of the laws: .h, .py, .f90, …",
+)
+@click.option("--form", type=click.Choice(FORMS), default="power", help="Of that function.  [default: power]")
 @STYLE
 def fit(
     data: tuple[Path, ...],
@@ -104,6 +116,8 @@ def fit(
     robust: bool,
     scene_file: Path | None,
     picture: Path | None,
+    code: Path | None,
+    form: Form,
     style: str,
     **options: Any,
 ) -> None:
@@ -125,9 +139,11 @@ def fit(
     need("fit", *(package for package, wanted in needed.items() if wanted))
     if picture is not None:
         picture_kind("--plot", picture)
-    if scene_file is not None and scene_file == picture:
-        raise click.UsageError("--scene and --plot are the same file: accepted are two")
-    check_targets([path for path in (scene_file, picture) if path is not None])
+    targets = [path for path in (scene_file, picture, code) if path is not None]
+    if len({*targets}) < len(targets):
+        raise click.UsageError("--scene, --plot and --empirical name one file twice: expected one for each")
+    check_targets(targets)
+    language = None if code is None else _language(code)
     names = ", ".join(each.name for each in data)
     words = shlex.join(["viscopade", "fit", *(each.name for each in data)])
     recording, found, sphere, constants, left = _fitted(data, laws, robust, scene_file is not None, **options)
@@ -144,6 +160,12 @@ def fit(
         kind = picture_kind("--plot", picture)
         draw = partial(fit_picture.draw_fit, found)
         written[picture] = sheet.picture(draw, f"eps against speed, {names}", words, kind)
+    if code is not None and language is not None:
+        from viscopade.fitting import empirical
+
+        stem = re.sub(r"\W", "_", code.stem.lower(), flags=re.ASCII)
+        command = f"{words} --empirical {shlex.quote(code.name)}{f' --form {form}' * (form != 'power')}"
+        written[code] = empirical.of_points(found.points, form).text(language, stem, command)
     if written:
         write_all(written)
     _show(recording, found, constants, left, style)
@@ -151,6 +173,17 @@ def fit(
         click.echo(f"wrote {', '.join(map(str, written))}")
         if scene_file is not None and found.contact_law.law != "viscoelastic":
             click.echo(f"{scene_file} has the viscoelastic law: a scene takes no other one")
+
+
+def _language(code: Path) -> str:
+    """Return the language of a file with code, by its ending."""
+    from viscopade.kernels.write import languages
+
+    endings = {languages.language(name).ending: name for name in reversed(languages.NAMES)}
+    endings[".py"] = "python"
+    if code.suffix not in endings:
+        raise click.UsageError(f"--empirical is {code}: expected a name that ends in {', '.join(sorted(endings))}")
+    return endings[code.suffix]
 
 
 def _fitted(

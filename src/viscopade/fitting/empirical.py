@@ -8,12 +8,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from textwrap import wrap
 from typing import Literal
 
 import numpy as np
 
+from viscopade.arithmetic.formats import FORMATS
 from viscopade.arrays.checked import Accepted, FloatArray, Values, elementwise
 from viscopade.fitting.points import Points
+from viscopade.generated import WIDTH, marker_line
+from viscopade.kernels.expressions import Call, CodeBranch, Name, Select, Statement
+from viscopade.kernels.formulas import ONE, ZERO
+from viscopade.kernels.kernel import Function, Kernel
+from viscopade.kernels.write import file
+from viscopade.kernels.write.languages import language as language_of
 
 Form = Literal["power", "table"]
 
@@ -68,6 +78,54 @@ class Empirical:
             f"Speeds from {self.slowest:.6g} to {self.fastest:.6g} m/s; slower and faster ones are taken for these.",
             f"Residuals of eps: {self.residual:.2g} (root mean square), up to {self.largest:.2g}.",
         ]
+
+    def kernel(self, name: str) -> Kernel:
+        """Return the function as a kernel without a proof, which every language can be written from."""
+        speed, v, eps = map(Name, ("speed", "v", "eps"))
+        cut = Select(speed < Name("slowest"), Name("slowest"), Select(speed > Name("fastest"), Name("fastest"), speed))
+        constants = {"slowest": self.slowest, "fastest": self.fastest}
+        if self.nodes:
+            branches = []
+            for i, ((low, first), (high, last)) in enumerate(pairwise(self.nodes)):
+                constants |= {f"v{i}": low, f"e{i}": first, f"v{i + 1}": high, f"e{i + 1}": last}
+                at, next_at, start, end = map(Name, (f"v{i}", f"v{i + 1}", f"e{i}", f"e{i + 1}"))
+                share = Call("log2", (v / at,)) / Call("log2", (next_at / at,))  # of any base
+                branches.append(CodeBranch(v <= next_at, (), {"eps": start + (end - start) * share}))
+            branches[-1] = branches[-1]._replace(guard=None)
+        else:
+            constants |= {"factor": self.factor, "exponent": -self.power}
+            value = (Statement("eps", Name("factor") * Call("pow", (v, Name("exponent")))),)
+            branches = [CodeBranch(None, value, {"eps": Select(eps > ONE, ONE, eps)})]
+        function = Function(
+            "epsilon", ("speed",), "eps at a speed in m/s, EMPIRICAL", speed >= ZERO, (Statement("v", cut),),
+            tuple(branches), "eps",
+        )  # fmt: skip
+        written = {
+            form.name: {each: form.nearest(Fraction(value)) for each, value in constants.items()}
+            for form in FORMATS.values()
+        }
+        return Kernel(f"empirical_{name}", name, "speed", "", "", "", (function,), written)
+
+    def text(self, language: str, name: str, command: str) -> str:
+        """Return a file with the function, which says that it is empirical.
+
+        Parameters
+        ----------
+        language : str
+            Of `viscopade export`.
+        name : str
+            The end of the function's name, `epsilon_empirical_NAME`.
+        command : str
+            The command line that makes the file.
+        """
+        lines = [
+            marker_line(command),
+            file.SPDX,
+            "",
+            *(line for sentence in self.described() for line in wrap(sentence, WIDTH)),
+            "A negative speed gives NaN. Nothing is proven of this function.",
+        ]
+        return file.file_text([self.kernel(name)], language_of(language), command, f"empirical_{name}", lines)
 
 
 def of_points(points: Points, form: Form = "power") -> Empirical:
