@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -23,6 +24,12 @@ END_CONDITION_WITHOUT_DELAY = (
 )
 
 WIDTH = 100  # columns of generated text, where it can be wrapped
+
+SPDX = "SPDX-License-Identifier: MIT"
+CITE = (
+    "Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade "
+    f"{__version__}."
+)
 
 
 # What ends or begins a comment, a line or a text, or names an encoding, if its last sign follows: in C (three), LAMMPS
@@ -71,6 +78,18 @@ def version_number() -> int:
 def marker_line(command: str) -> str:
     """Return the first line of every generated file: the marker, the version and the command that made it."""
     return harmless(f"{generated_by()}: {command}")
+
+
+def marker_lines(command: str) -> list[str]:
+    """Return the first lines of a generated file: the marker with the command, the licence, and what to cite."""
+    return [marker_line(command), SPDX, *wrap(CITE, WIDTH)]
+
+
+def json_head(command: str, source: str, end: str = END_CONDITION) -> dict[str, Any]:
+    """Return the first entries of a generated file in JSON, which has no comments."""
+    name, _, licence = SPDX.partition(": ")
+    made = {"generated_by": generated_by(), "command": command, name: licence, "cite": CITE.partition(": ")[2]}
+    return {**made, "source": source, "end_condition": end}
 
 
 def environment(module: str | None = None) -> Environment:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from contextlib import nullcontext
@@ -104,6 +105,13 @@ def test_coefficients_do_not_depend_on_the_processor():
     ours = [(v.a, v.b) for fitted in (*quotients, *(fitted for _, fitted in half_lines)) for v in fitted.variants]
     assert run.stdout.splitlines() == [str(pair) for pair in ours]
     assert len(ours) >= 8
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_licence_and_what_to_cite_are_at_the_head(name):
+    head = " ".join(committed(name).splitlines()[:25])
+    assert re.search(r'SPDX-License-Identifier"?: "?MIT', head)
+    assert "doi:10.1103/PhysRevE.84.021302" in head
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -10,7 +10,7 @@ from viscopade import generated, quantity
 from viscopade.arithmetic.decimals import at_most
 from viscopade.calculator import lines, tables
 from viscopade.collision import limits
-from viscopade.generated import marker_line
+from viscopade.generated import marker_lines
 from viscopade.kernels import catalogue, requests
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.languages import NAMES, language
@@ -60,7 +60,7 @@ def page(command: str) -> str:
     command : str
         The command line that makes it, for its first line.
     """
-    marker = marker_line(command)
+    marker = marker_lines(command)
     made = generated.environment(__name__)
     return made.get_template("page.html.jinja").render(marker=marker, **_parts())
 

@@ -18,7 +18,7 @@ import numpy as np
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.arrays.checked import Accepted, FloatArray, Values, elementwise
 from viscopade.fitting.points import Points
-from viscopade.generated import WIDTH, marker_line
+from viscopade.generated import WIDTH, marker_lines
 from viscopade.kernels.expressions import Call, CodeBranch, Name, Select, Statement
 from viscopade.kernels.formulas import ONE, ZERO
 from viscopade.kernels.kernel import Function, Kernel
@@ -119,8 +119,7 @@ class Empirical:
             The command line that makes the file.
         """
         lines = [
-            marker_line(command),
-            file.SPDX,
+            *marker_lines(command),
             "",
             *(line for sentence in self.described() for line in wrap(sentence, WIDTH)),
             "A negative speed gives NaN. Nothing is proven of this function.",

@@ -7,7 +7,7 @@ import math
 from viscopade.arrays import double
 from viscopade.collision.spheres import Sphere
 from viscopade.fitting.damping import DampingFit
-from viscopade.generated import harmless, marker_line, string
+from viscopade.generated import comment, harmless, marker_lines, string
 
 SHARE = 0.1  # of the standard error of eps, as the tolerance
 
@@ -48,7 +48,7 @@ def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, titl
     tolerance = max(float(f"{SHARE * error:.1g}"), 1e-12)
     plane = '\n[body.plane]\nmaterial = "measured"\nwall = true\n' if wall else ""
     return f"""\
-# {marker_line(command)}
+{comment(marker_lines(command), "#")}
 # {found.verdict.sentence}: {"; ".join(found.verdict.reasons)}.
 title = {string(harmless(title))}
 

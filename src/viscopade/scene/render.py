@@ -11,7 +11,7 @@ from textwrap import wrap
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.collision.spheres import Pair
-from viscopade.generated import END_CONDITION, WIDTH, marker_line
+from viscopade.generated import CITE, END_CONDITION, SPDX, WIDTH, marker_line
 from viscopade.kernels import formulas
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Item, Name, Select, Statement
@@ -166,13 +166,13 @@ def _head(choice: Choice, command: str) -> list[str]:
         choice.against_cheaper,
         f"End condition: {END_CONDITION}.",
         f"Use: {_in_module(_use(choice), scene)}",
-        file.CITE,
+        CITE,
     ]
     typical = " for typical radii" * _is_spread(scene)
     pairs = [f"    {i}  {line}" for i, line in enumerate(_lines(choice))]
     notes = [*(f"{text}." for text in choice.notes), *(f"Warning: {text}." for text in choice.warnings)]
     return [
-        *(marker_line(command), file.SPDX, "", *_wrapped(question), ""),
+        *(marker_line(command), SPDX, "", *_wrapped(question), ""),
         *(f"Pairs, with speeds in {scene.units.speed} and beta in {scene.units.beta}{typical}:", *pairs),
         *([""] if notes else []),
         *_wrapped(notes),

@@ -33,7 +33,7 @@ _GN = "1/s if Hooke or Flores, 1/(s m^(3/2)) if Hertz, N s/m^(3/2) if PlainCoulo
 _E, _ACCEPTED, _SOURCE = "cr_eff", ("1e-15", "1"), "src/chrono/physics/ChContactSMC.cpp"
 
 _TEXT = """\
-// {{ marker }}
+{{ marker | lines("// {}") }}
 //
 {{ opening | lines("// {}") }}
 //

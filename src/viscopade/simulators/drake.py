@@ -105,7 +105,7 @@ _NATIVE = Native(
 )
 
 _TEXT = '''\
-# {{ marker }}
+{{ marker | lines("# {}") }}
 #
 {{ opening | lines("# {}") }}
 #

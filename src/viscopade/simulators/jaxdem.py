@@ -21,7 +21,7 @@ from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa
 from viscopade.simulators.simulator import OwnLaw, Simulator
 
 _TEXT = '''\
-# {{ marker }}
+{{ marker | lines("# {}") }}
 #
 {{ opening | lines("# {}") }}
 #

@@ -49,7 +49,7 @@ from viscopade.arrays.checked import Values
 from viscopade.collision.contact import PHASE, Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.generated import WIDTH, harmless, marker_line, written_template
+from viscopade.generated import WIDTH, harmless, marker_lines, written_template
 from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR,
@@ -300,7 +300,7 @@ def render(setup: Setup, command: str) -> str:
     spheres, walls = setup.spheres, _walls(setup)
     pairs = [(first, second) for i, first in enumerate(spheres) for second in spheres[i:]]
     return written_template(_TEXT).render(
-        marker=marker_line(command),
+        marker=marker_lines(command),
         opening=setup.opening,
         units=setup.units,
         units_command=units_command(setup.units),
@@ -374,7 +374,7 @@ def collision_script(
     radii = [body.radius for body in (pair.first, pair.second) if not body.is_wall]
     wall = pair.second.is_wall
     return written_template(_COLLISION).render(
-        marker=marker_line(command),
+        marker=marker_lines(command),
         lines=_wrapped(
             f"{contact.name}: a head-on collision at {_number(v)} {setup.units.speed}, in steps of "
             f"{duration / dt:.6g} to a contact. It prints eps, the value expected, and the overlap at the end, which "
@@ -545,7 +545,7 @@ def _number(x: float) -> str:
 
 
 _TEXT = """\
-# {{ marker }}
+{{ marker | lines("# {}") }}
 #
 {{ opening | lines("# {}") }}
 #
@@ -613,7 +613,7 @@ group {{ group.name }} type {{ group.number }}
 """
 
 _COLLISION = """\
-# {{ marker }}
+{{ marker | lines("# {}") }}
 #
 {{ lines | lines("# {}") }}
 

@@ -273,7 +273,7 @@ def _switch(on: bool) -> str:
 
 
 _TEXT = """\
-# {{ marker }}
+{{ marker | lines("# {}") }}
 #
 {{ opening | lines("# {}") }}
 #

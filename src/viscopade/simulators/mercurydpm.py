@@ -140,7 +140,7 @@ def identifiers(names: list[str]) -> dict[str, str]:
 
 
 _TEXT = """\
-// {{ marker }}
+{{ marker | lines("// {}") }}
 //
 {{ opening | lines("// {}") }}
 //

@@ -129,7 +129,7 @@ NATIVE = Native(
 
 _TEXT = """\
 <!--
-    {{ marker | xml_comment }}
+{{ marker | lines("    {}") | xml_comment }}
 
 {{ opening | lines("    {}") | xml_comment }}
 

@@ -40,7 +40,7 @@ from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair
-from viscopade.generated import END_CONDITION, WIDTH, comment, marker_line, written_template
+from viscopade.generated import END_CONDITION, WIDTH, comment, marker_lines, written_template
 from viscopade.kernels import catalogue
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.file import file_text
@@ -216,7 +216,7 @@ def _head(setup: Setup, named: dict[str, NamedContact], chosen: Kernel, command:
     units, opening = setup.units, setup.opening
     error = max(bound.formula for bound in chosen.bounds if bound.result == "restitution")
     return [
-        marker_line(command),
+        *marker_lines(command),
         "",
         *wrap(f"For REBOUND (written for 5.2.2): {opening[0]}", WIDTH),
         *(line for text in opening[1:] for line in wrap(text, WIDTH)),

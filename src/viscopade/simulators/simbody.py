@@ -54,7 +54,7 @@ _NATIVE = Native(
 )
 
 _TEXT = '''\
-# {{ marker }}
+{{ marker | lines("# {}") }}
 #
 {{ opening | lines("# {}") }}
 #

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from viscopade.collision.spheres import Pair
-from viscopade.generated import marker_line
+from viscopade.generated import marker_lines
 from viscopade.simulators.lammps import shortest_contact, timestep_error
 from viscopade.simulators.setup import NamedContact, Setup, Units
 
@@ -100,7 +100,7 @@ def common(setup: Setup, command: str) -> dict[str, Any]:
     """Return the values that all templates need."""
     timestep = shortest_contact(setup) / STEPS
     return {
-        "marker": marker_line(command),
+        "marker": marker_lines(command),
         "opening": setup.opening,
         "setup": setup,
         "timestep": f"{timestep:.6g}",

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from math import sqrt
 
 from viscopade.collision.weight import loss_slope
-from viscopade.generated import harmless, marker_line, written_template
+from viscopade.generated import harmless, marker_lines, written_template
 from viscopade.simulators import simulator_with
 from viscopade.simulators.setup import NO_WEIGHT, SI, Setup, Units
 from viscopade.simulators.simulator import OwnLaw
@@ -108,7 +108,7 @@ def render_own_law(
             }
         )
     return written_template(own.template).render(
-        marker=marker_line(command),
+        marker=marker_lines(command),
         opening=[harmless(line) for line in opening],
         contacts=contacts,
         units=units,

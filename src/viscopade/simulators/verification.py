@@ -27,7 +27,7 @@ from viscopade.collision import exact
 from viscopade.collision.contact import PHASES, Contact
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.collision.weight import EARTH
-from viscopade.generated import marker_line, written_template
+from viscopade.generated import CITE, SPDX, marker_line, marker_lines, written_template
 from viscopade.simulators.lammps import hertz_material
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
@@ -267,7 +267,7 @@ def _errors(law: Law, kappa: float, h: float, scaled: dict[str, float], load: fl
 
 
 _YAML = """\
-# {{ marker }}
+{{ marker | lines("# {}") }}
 # {{ case.title }}
 # Expected, by proven digits of the equation of motion: en {{ case.epsilon.value }}, peak overlap {{
 case.peak_overlap.value }} m,
@@ -335,7 +335,7 @@ analytic_only: yes
 
 
 _PLANE = """\
-# {{ marker }}
+{{ marker | lines("# {}") }}
 # {{ case.title }}
 {% if case.friction %}
 # The sphere slides all the time, as the viscous limit of linear_nohistory, with the factor 1e6, is never reached.
@@ -383,11 +383,13 @@ print "spin times radius $(v_spin:%.12g) expected {{ case.surface_spin.value }}"
 def verification_files(command: str) -> dict[str, str]:
     """Return file names and texts: a YAML file or an input for each case, and all of them in one JSON file."""
     made, yaml = list(cases()), written_template(_YAML)
-    texts = {f"{case.name}.yaml": yaml.render(marker=marker_line(command), case=case) for case in made}
+    texts = {f"{case.name}.yaml": yaml.render(marker=marker_lines(command), case=case) for case in made}
     on_plane, script = list(plane_cases()), written_template(_PLANE)
-    texts |= {f"in.{case.name}": script.render(marker=marker_line(command), case=case) for case in on_plane}
+    texts |= {f"in.{case.name}": script.render(marker=marker_lines(command), case=case) for case in on_plane}
     whole = {
         "generated_by": marker_line(command),
+        "licence": SPDX,
+        "cite": CITE,
         "law": "m x'' = -k x^(3/2) - c x^(1/2) x', k = 4/3 E_eff sqrt(R_eff), c = 3/2 A k; m, R_eff effective",
         "units": "SI",
         "cases": [asdict(case) for case in made],

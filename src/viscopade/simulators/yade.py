@@ -149,7 +149,7 @@ def render(setup: Setup, command: str) -> str:
 
 
 _TEXT = '''\
-# {{ marker }}
+{{ marker | lines("# {}") }}
 #
 {{ opening | lines("# {}") }}
 #

@@ -13,11 +13,14 @@ from zlib import crc32
 from viscopade import generated
 from viscopade.arithmetic.decimals import at_least, at_most
 from viscopade.generated import (
+    CITE,
     END_CONDITION,
     END_CONDITION_WITHOUT_DELAY,
+    SPDX,
     WIDTH,
     comment,
     marker_line,
+    marker_lines,
     version_number,
 )
 from viscopade.kernels.arithmetic import Arithmetic
@@ -30,7 +33,6 @@ from viscopade.theory.law import VISCOELASTIC, Law
 
 HEAD = 25
 """Lines at the beginning of a file, with those that begin and end the comment."""
-SPDX = "SPDX-License-Identifier: MIT"
 PAGE = "docs/reference/kernels.md"
 """The generated page: what is assumed, special values, monotonicity."""
 
@@ -51,10 +53,6 @@ _SPHERES = (
 _LEGEND = (
     "E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return "
     f"NaN outside the domain. Assumptions, special values, monotonicity: {PAGE}"
-)
-CITE = (
-    "Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade "
-    f"{generated.__version__}."
 )
 
 
@@ -101,7 +99,7 @@ def file_text(
 def version_text(language: Language, command: str) -> str:
     """Return the text of a file with the version alone."""
     about = ["The version of viscopade that made this file and those beside it: each file of kernels has it, too."]
-    head = language.block.format(lines=comment([marker_line(command), SPDX, "", *about], language.comment))
+    head = language.block.format(lines=comment([*marker_lines(command), "", *about], language.comment))
     return f"{head}\n{_version(language)}\n"
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from viscopade import arguments
 from viscopade.arithmetic.formats import decimal_value
-from viscopade.generated import END_CONDITION, WIDTH, comment, generated_by, marker_line
+from viscopade.generated import END_CONDITION, WIDTH, comment, json_head, marker_lines
 from viscopade.kernels.arithmetic import HOST
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.file import end_condition, error_text, range_text, stated, subject
@@ -74,7 +74,7 @@ def latex_table(kernels: Sequence[Kernel], command: str, digits: int = DIGITS) -
 def series_csv(h: Sequence[str], command: str) -> str:
     """Return the columns k,h_k of the series' coefficients, after lines of comment that begin with "#"."""
     head = [
-        marker_line(command),
+        *marker_lines(command),
         "",
         "The coefficient of normal restitution eps of two viscoelastic spheres:",
         f"{SERIES_SOURCE}, v* = beta^(1/2) v^(1/10).",
@@ -115,7 +115,7 @@ def _error(kernels: Sequence[Kernel]) -> str:
 def _head(kernels: Sequence[Kernel], command: str) -> list[str]:
     law = kernels[0].law
     return [
-        marker_line(command),
+        *marker_lines(command),
         "",
         *wrap(subject(law), WIDTH),
         "[m/n](v*) = (a_0 + a_1 v* + ... + a_m v*^m) / (b_0 + b_1 v* + ... + b_n v*^n)",
@@ -138,8 +138,7 @@ def _csv(head: Iterable[str], columns: tuple[str, ...], rows: Iterable[tuple[obj
 
 
 def _json(command: str, source: str, rest: dict[str, object], end: str = END_CONDITION) -> str:
-    head = {"generated_by": generated_by(), "command": command, "source": source, "end_condition": end}
-    return dumps(head | rest, indent=2, ensure_ascii=False) + "\n"
+    return dumps(json_head(command, source, end) | rest, indent=2, ensure_ascii=False) + "\n"
 
 
 def _latex_rows(kernel: Kernel, digits: int) -> list[str]:

@@ -24,7 +24,7 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, known_decimal, wor
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays import double
-from viscopade.generated import END_CONDITION, generated_by
+from viscopade.generated import json_head
 from viscopade.kernels import machine, truth
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.machine import TYPES
@@ -69,13 +69,7 @@ def render(kernels: Sequence[Kernel], command: str) -> str:
     ValueError
         If `command` is not one line.
     """
-    head = {
-        "generated_by": generated_by(),
-        "command": command,
-        "source": SOURCE,
-        "end_condition": END_CONDITION,
-        "columns": COLUMNS,
-    }
+    head = {**json_head(command, SOURCE), "columns": COLUMNS}
     if "\n" in command:
         raise ValueError("expected a command of one line")
     wholes = (each for kernel in kernels for each in (kernel.elsewhere, kernel) if each is not None)
