@@ -42,14 +42,14 @@ QUICK = frozenset(
     )
 )
 TOGETHER = (
-    *files("kernels", "exports", "speed_kernels", "table_free", "lacunary_kernels", "inverse_kernels"),
+    *files("kernels", "exports", "speed_kernels", "compact", "inverse"),
     *files("cli", "cli", "scenes"),
     *files("scene", "choice", "render", "check"),
     *files("simulators", "rebound"),
 )
 FIRST = (
     *TOGETHER,
-    *files("kernels", "every_kernel"),
+    *files("kernels", "languages"),
     *files("", "notebooks", "derivations", "site"),
     *files("lab", "figures", "claims"),
     *files("collision", "panel_proof"),

@@ -41,37 +41,6 @@ def scalar(name, given):
     return np.array([getattr(SCALAR, name)(*row) for row in zip(*(column.tolist() for column in given), strict=True)])
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.filterwarnings("error")
-def test_arrays_are_as_numbers_without_a_warning(name):
-    """Outside the domain both are NaN; Python raises nothing."""
-    given = [column[np.abs(column) != 1e200] for column in columns(name)]
-    given = [column[: min(map(len, given))] for column in given]
-    with np.errstate(over="ignore", invalid="ignore"):  # of w, beyond the range of the bound
-        found = getattr(ARRAYS, name)(*given)
-    np.testing.assert_allclose(found, scalar(name, given), rtol=1e-12, atol=0)
-    zero = np.zeros(3)
-    getattr(ARRAYS, name)(*[zero] * len(given))
-    np.testing.assert_array_equal(getattr(ARRAYS, name)(*[zero] * len(given)), scalar(name, [zero] * len(given)))
-
-
-@pytest.mark.parametrize("name", [name for name in NAMES if hasattr(ARRAYS, f"{name}_f32")])
-def test_arrays_of_type_float_stay_so(name):
-    given = [np.float32(column[:200]) for column in columns(name)]
-    found = getattr(ARRAYS, f"{name}_f32")(*given)
-    assert found.dtype == np.float32
-    np.testing.assert_allclose(found, getattr(ARRAYS, name)(*map(np.float64, given)), rtol=5e-5, atol=0)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_numba_compiles_the_functions_as_they_are(name):
-    numba = pytest.importorskip("numba")
-    given = columns(name)
-    function = numba.njit(getattr(SCALAR, name))
-    found = [function(*row) for row in zip(*(column.tolist() for column in given), strict=True)]
-    np.testing.assert_allclose(found, scalar(name, given), rtol=1e-13, atol=0)
-
-
 @pytest.fixture(params=[False, True], ids=["x32", "x64"])
 def jax(request):
     found = pytest.importorskip("jax")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import re
 from dataclasses import replace
 from fractions import Fraction
@@ -18,10 +17,9 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.kernels import compact, formulas, machine
-from viscopade.kernels.arithmetic import ARITHMETICS, DEVICE, HOST, HOST_FLOAT, SHADER
+from viscopade.kernels.arithmetic import DEVICE, HOST, HOST_FLOAT, SHADER
 from viscopade.kernels.coefficients import Coefficients
 from viscopade.kernels.expressions import Name, Reading, Run, evaluate
-from viscopade.kernels.kernel import names_of
 
 ACCURACIES = ("1e-3", "1e-5", "1e-7")
 MIXED_SIGNS = Powers((0, 4, 12, 19), (0, 4, 6, 8, 15))
@@ -71,25 +69,6 @@ def test_the_programs_are_the_formula(accuracy):
 def test_powers_of_another_kind_are_refused():
     with pytest.raises(ValueError, match="deg N must be deg D"):
         compact.body(Powers((0, 4), (0, 4)))
-
-
-def test_there_is_no_logarithm_of_0_and_no_branch():
-    kernel = compact.compact("1e-3")
-    for function in kernel.functions:
-        (branch,) = function.branches
-        assert branch.guard is None
-        assert "largest" not in names_of(branch)
-    for form in (FORMATS[name] for name in kernel.formats):
-        with np.errstate(all="raise"):
-            found = machine.evaluated(kernel, "restitution", [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], form=form)
-        assert (found == 1).all()
-        cut = 2.0 ** compact.LARGEST[form.name]
-        far = machine.evaluated(kernel, "restitution", [cut, 2 * cut, math.inf], 1.0, form=form)
-        assert (far == far[0]).all()
-        assert 0 < far[0] < (1e-89 if form == DOUBLE else 2e-12)
-        pairs = [-1.0, 1.0, math.nan, 1.0], [1.0, -1.0, 1.0, math.nan]
-        outside = machine.evaluated(kernel, "restitution", *pairs, form=form)
-        assert np.isnan(outside).all()
 
 
 # --- bounds of rounding -----------------------------------------------------------------------------------------------
@@ -301,9 +280,3 @@ def test_coefficients_that_contradict_themselves_cannot_be_made():
         Coefficients(FLOAT, (0.1, *variant.a[1:]), variant.b, variant.certificate)
     with pytest.raises(ValueError, match="b_0 must be 1"):
         Coefficients(FLOAT, variant.a, (2.0, *variant.b[1:]), variant.certificate)
-
-
-def test_assumptions_are_those_of_the_record():
-    assert {bound.arithmetic for v in compact.compact_fit(MIXED_SIGNS, "both").variants for bound in v.bounds} == {
-        *ARITHMETICS.values()
-    }

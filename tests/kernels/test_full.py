@@ -3,9 +3,7 @@
 Compiled code at all other arguments is checked by test_vectors.py and test_languages.py.
 """
 
-import ctypes
 import random
-import subprocess
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -14,8 +12,9 @@ import numpy as np
 import pytest
 from flint import fmpz
 
-from tests.compiled import WARNINGS, compiler
-from tests.kernels.speed_headers import named_compiler
+from tests import compiled
+from tests.compiled import compiler
+from tests.kernels.speed_headers import machine_flags
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, exponent
 from viscopade.arrays import panels
@@ -27,23 +26,6 @@ from viscopade.theory.series import series
 from viscopade_lab.studies import exhaustive
 
 HEADER = Path(__file__).parents[2] / "exports" / "viscopade_full.h"
-BUILDS = {
-    "plain": ("-O3", "-ffp-contract=off"),
-    "fused": ("-O3", "-march=native", "-ffp-contract=fast"),
-    "clang": ("-O3", "-march=native", "-ffp-contract=fast"),
-}
-
-INTERFACE = "".join(
-    f"""
-void all_{function}(const double *v_star, double *result, long count)
-{{
-    for (long i = 0; i < count; i++) {{
-        result[i] = viscopade_{function}_full(v_star[i]);
-    }}
-}}
-"""
-    for function in full.FUNCTIONS
-)
 
 
 @pytest.fixture(scope="module")
@@ -53,28 +35,9 @@ def text():
 
 @pytest.fixture(scope="module")
 def library(text, tmp_path_factory):
-    """Return a function that runs a kernel on an array, by build and function."""
-    folder = tmp_path_factory.mktemp("full")
-    (folder / "full.h").write_text(text)
-    (folder / "interface.c").write_text(f'#include "full.h"\n{INTERFACE}')
-
-    @cache
-    def built(build):
-        target = folder / f"{build}.so"
-        arguments = named_compiler("clang" if build == "clang" else "cc", "c99")
-        command = [*arguments, *WARNINGS, "-Wno-missing-prototypes", *BUILDS[build], "-fPIC"]
-        subprocess.run([*command, "-c", str(folder / "interface.c"), "-o", str(target.with_suffix(".o"))], check=True)
-        subprocess.run([command[0], "-shared", str(target.with_suffix(".o")), "-o", str(target), "-lm"], check=True)
-        return ctypes.CDLL(str(target))
-
-    def run(build, function, values):
-        v_star = np.ascontiguousarray(values)
-        result = np.empty_like(v_star)
-        pointers = (ctypes.c_void_p(array.ctypes.data) for array in (v_star, result))
-        built(build)[f"all_{function}"](*pointers, ctypes.c_long(len(v_star)))
-        return result
-
-    return run
+    """The functions, compiled with fused operations."""
+    flags = ("-O3", *machine_flags(), "-ffp-contract=fast")
+    return compiled.build(tmp_path_factory.mktemp("full"), [text], flags=flags)
 
 
 # --- the truth ------------------------------------------------------------------------------------------------------
@@ -138,8 +101,8 @@ def test_errors_are_below_the_bounds_and_not_far_below(library, function):
     for (low, high), bound in zip(ends, full.bounds()[function], strict=True):
         values = generator.uniform(float(low), float(high), 12)
         values = values[(values >= low) & (values < high) & (values > 0)]
-        for v_star, result in zip(values, library("fused", function, values), strict=True):
-            error = ulps(result, table_value(function, v_star))
+        for v_star in values:
+            error = ulps(library[f"{function}_full"](v_star), table_value(function, v_star))
             assert error <= bound, float(v_star).hex()
             worst = max(worst, error)
     assert worst > Fraction(49, 100)

@@ -12,7 +12,6 @@ import pytest
 
 from tests import compiled
 from tests.kernels.speed_headers import named_compiler
-from viscopade.arithmetic.formats import FORMATS
 from viscopade.generated import END_CONDITION, MARKER
 from viscopade.kernels import catalogue, requests
 from viscopade.kernels.requests import Request
@@ -288,25 +287,3 @@ def test_all_headers_in_one_program(tmp_path, standard):
     for name, function in first.items():
         numbers = (0.5, 1.25, 0.0, 3.0)[: len(function.argtypes)]
         np.testing.assert_equal(library[name](*numbers), function(*numbers))
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_compact_kernels_at_all_sizes(tmp_path, form):
-    """In (0, 1], with 1 - eps^2 beyond 1 by two units at most; beyond the cut-off of w results are those there."""
-    library, s = compiled.build(tmp_path, [HEADERS["viscopade.cuh"]]), FORMATS[form].suffix
-    kind = np.dtype(f"f{FORMATS[form].bytes}").type
-    bits = (
-        np.random.default_rng(9).integers(0, 2 ** (8 * FORMATS[form].bytes - 1), 2000).astype(f"u{FORMATS[form].bytes}")
-    )
-    cut = 2.0 ** {"double": 900, "float": 120}[form]
-    for entry in catalogue.group("compact"):
-        if form not in entry.kernel.formats:
-            continue
-        eps, loss = (library[f"{name}_{entry.kernel.name}{s}"] for name in ("restitution", "dissipation"))
-        for speed in bits.view(kind):
-            if speed >= 0:
-                assert 0 < eps(speed, 1.3) <= 1
-                assert 0 <= loss(speed, 1.3) <= 1 + 2 * np.finfo(kind).eps
-        for beyond in ((cut * 2, 1), (np.inf, 1), (float(np.finfo(kind).max), 1e10), (1, np.inf), (np.inf, np.inf)):
-            assert eps(*beyond) == eps(cut, 1)
-            assert loss(*beyond) == 1

@@ -97,15 +97,6 @@ def test_ends_of_an_interval_are_within(form):
         assert all(Fraction(float(np.float32(float(x)))) == x for x in (start, 1 - start))
 
 
-@each_form
-def test_outside_the_domain_there_is_nan(form):
-    kernel = kernels()[0][0]
-    assert np.isnan(machine.evaluated(kernel, "v_star", [0.0, -1.0, 1.5, np.nan, np.inf], form=form)).all()
-    assert np.isnan(machine.evaluated(kernel, "v_star_from_loss", [1.0, -0.5, 2.0, np.nan], form=form)).all()
-    assert np.isnan(machine.evaluated(kernel, "beta", [0.5, 0.5, 0.0], [0.0, -1.0, 1.0], form=form)).all()
-    assert machine.evaluated(kernel, "v_star", 1.0, form=form) == 0
-
-
 def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(monkeypatch):
     """A search that stops later finds hardly less."""
     _, powers, fitted = kernels()[1]

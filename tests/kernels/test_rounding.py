@@ -201,13 +201,6 @@ def test_either_bound_helps_the_other():
         assert 200 * u < product.absolute < 202 * u
 
 
-def test_coefficients_that_are_rounded_count():
-    with working(200):
-        u = arb(2) ** -24
-        exact, rounded = (numerator([Fraction(3), Fraction(2)], FLOAT, arb(5), own) for own in (False, True))
-        assert abs(rounded.absolute - exact.absolute - 13 * u) < u**2 * 100
-
-
 @pytest.mark.parametrize("name", FORMS)
 def test_underflow_is_in_the_bound(name):
     """Denormal products: half the smallest denormal number is added, and the relative error stays about one unit."""
@@ -259,14 +252,6 @@ def test_the_errors_of_both_sums_are_in_the_bounds(top, bottom):
     assert first + second > 2 * u
     half_unit = 2.0 ** (np.floor(np.log2(size)) - 24) / size
     assert float(quotient_rounding(top, bottom, FLOAT, *ends)) == pytest.approx(first + second + half_unit, rel=1e-4)
-
-
-def test_more_operations_and_fewer_bits_make_it_larger():
-    low, high = Fraction(0), Fraction(2)
-    short = quotient_rounding(A, B[:3], FLOAT, low, high)
-    assert short < quotient_rounding(A, (*B, *B), FLOAT, low, high)
-    ratio = float(quotient_rounding(A, B, FLOAT, low, high) / quotient_rounding(A, B, DOUBLE, low, high))
-    assert ratio == pytest.approx(2.0**29, rel=1e-4)
 
 
 @pytest.mark.parametrize("name", FORMS)
@@ -495,12 +480,3 @@ def test_what_has_no_bound_is_refused(monkeypatch):
         rounding_bounds.largest(never, whole, lambda _: arb(1))
     with pytest.raises(ArithmeticError, match="there is no bound from 0 to "):
         rounding_bounds.largest(lambda part: part, whole, lambda part: arb.nan() if part[0] == 0 else arb(1))
-
-
-def test_what_underflow_does_is_counted():
-    with working(128):
-        tiny = Rounded(arb(2) ** -1000, DOUBLE)
-        square = tiny * tiny
-        assert square.underflow == arb(2) ** -1075
-    assert DOUBLE.smallest == Fraction(5e-324)
-    assert FLOAT.smallest == Fraction(1, 2**149)

@@ -71,13 +71,6 @@ def test_a_wrong_coefficient_is_found_by_the_bounds():
     assert wrong.bounds(300)["error"] > 4 * SMALL.bounds(300)["error"]
 
 
-def test_rounding_of_w():
-    """Five roundings of the same sign at a place where eps is steep."""
-    w, change = Fraction(2**31), (1 + Fraction(1, 2**24)) ** 5
-    before, after = true(w, 0), true(w * change, 0)
-    assert speed_table.of_w(FLOAT) * Fraction(9, 10) < abs(after / before - 1) < speed_table.of_w(FLOAT)
-
-
 def test_eps_falls_within_rows_and_hardly_rises_between_them():
     rises = []
     for index in range(SMALL.size - 1):
@@ -184,8 +177,3 @@ def test_a_function_that_may_vanish_is_refused():
         SMALL.bounds_on(300, piece._replace(p=piece.p - piece.p[0]), 1)
     with pytest.raises(ArithmeticError, match="p may vanish"):
         FULL.bounds_on(5, piece._replace(p=piece.p - piece.p[0]), 1)
-
-
-def test_constants_agree_with_the_full_module():
-    assert FULL.degree % 2 == 0  # so that a_1 … come in pairs
-    assert -speed_table.SWITCH in range(-SMALL.first)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from flint import fmpq_poly
 
-from tests.kernels.contracted import Contracted
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
@@ -86,12 +85,6 @@ def test_bounds_of_a_row_count_every_part(index):
     assert index != 372 or any(1 - piece.most < piece.least for piece in pieces)
 
 
-def test_the_worst_of_all_rows():
-    first, second = SMALL.bounds(3), SMALL.bounds(400)
-    for found in (speed_table.worst([first, second]), speed_table.worst([second, first])):
-        assert found == {name: max(first[name], second[name]) for name in ("error", "double", "float")}
-
-
 def test_a_row_that_falls_in_its_middle_only_is_refused():
     _, low, high = SMALL.interval(450)
     centre = (low + high) / 2
@@ -129,22 +122,13 @@ def test_a_rise_is_relative_to_the_smaller_function():
 # --- rounding ---------------------------------------------------------------------------------------------------------
 
 
-def sums(table, row, x, kind, contracted):
-    """Return p, or the rest of a row of full accuracy, as the exported code sums it."""
-    names = table.names
-    wrap = Contracted if contracted else (lambda number: number)
-    given = {name: wrap(kind(c)) for name, c in zip(names, row, strict=True)}
-    variable, result = ("t", "rest") if table is FULL else ("m", "p")
-    found = Run(table.sums().program, {**given, variable: wrap(x)}, Reading(kind))[result]
-    return found.value if contracted else found
-
-
-def errors(table, row, x, kind, start=0):
-    """Return the largest rounding errors of sums, without and with fused operations, by fractions."""
+def error(table, row, x, kind, start=0):
+    """Return the largest rounding error of p, or of the rest of a row of full accuracy, by fractions."""
     exactly = [sum(Fraction(c) * Fraction(v) ** n for n, c in enumerate(row[start:])) for v in x.tolist()]
-    for contracted in (False, True):
-        found = sums(table, row, x, kind, contracted)
-        yield max(abs(Fraction(v) - e) for v, e in zip(found.tolist(), exactly, strict=True))
+    variable, result = ("t", "rest") if table is FULL else ("m", "p")
+    given = {name: kind(c) for name, c in zip(table.names, row, strict=True)} | {variable: x}
+    found = Run(table.sums().program, given, Reading(kind))[result]
+    return max(abs(Fraction(v) - e) for v, e in zip(found.tolist(), exactly, strict=True))
 
 
 @pytest.mark.parametrize("degree", [1, 3, 5, 7])
@@ -157,7 +141,7 @@ def test_roundings_of_a_row_stay_within_the_bound_and_come_near_it(degree, kind)
             bound = table.rounding_on(index, piece, form)
             ends = float(piece.centre - piece.half), float(piece.centre + piece.half)
             m = np.random.default_rng(index).uniform(*ends, 250).astype(kind)
-            found = max(errors(table, table.row(index), m, kind))
+            found = error(table, table.row(index), m, kind)
             assert found <= bound
             closest = max(closest, float(found / bound))
     assert closest > 0.5
@@ -169,7 +153,7 @@ def test_roundings_of_a_row_of_full_accuracy_stay_within_the_bound(index):
     centre, half = (start + end) / 2, (end - start) / 2
     rest, _ = FULL.rounding_on(index, fmpq_poly([0, to_fmpq(half)]))
     t = np.random.default_rng(index).uniform(float(start), float(end), 600) - float(centre)
-    found = max(errors(FULL, FULL.rows[index], t, np.float64, start=1))
+    found = error(FULL, FULL.rows[index], t, np.float64, start=1)
     assert Fraction(1, 5) * rest < found <= rest
 
 

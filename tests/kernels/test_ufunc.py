@@ -19,7 +19,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import viscopade as vp
-from viscopade.collision import exact
 from viscopade.kernels import native
 from viscopade.kernels.speed_table import OCTAVES, SWITCH, TABLES
 
@@ -135,13 +134,6 @@ def test_float_is_the_rounded_double(restitution):
 
 
 @each_backend
-def test_agrees_with_the_exact_function(restitution):
-    for speed, beta in [(0.1, 1.307), (2.0, 3.28), (1e-12, 0.5), (1e9, 7.0), (3e-200, 1e-3), (1e99, 1e3)]:
-        truth = exact.collision(beta=beta, speed=speed, digits=20).floats()["epsilon"]
-        assert restitution(speed, beta) == pytest.approx(truth, rel=2e-14, abs=0)
-
-
-@each_backend
 def test_agrees_with_the_function_of_v_star(restitution):
     speed = np.geomspace(1e-40, 1e40, 20_000)
     np.testing.assert_allclose(restitution(speed, 1.0), vp.epsilon(speed**0.1), rtol=3e-14)
@@ -204,13 +196,6 @@ def test_an_early_invalid_value_is_not_forgotten(restitution):
             warnings.simplefilter("always")
             restitution(*arguments)
         assert len(caught) == invalid
-
-
-@each_backend
-def test_masked_out_values_are_not_reported(restitution):
-    out = np.full(3, 7.0)
-    restitution([1.0, -1.0, 1.0], 1.0, out=out, where=[True, False, True])
-    assert out[1] == 7
 
 
 # --- called as a ufunc ------------------------------------------------------------------------------------------------
