@@ -105,6 +105,12 @@ def test_an_added_simulator_with_the_viscoelastic_law_has_its_text(with_two_simu
     ]
 
 
+@pytest.mark.parametrize("page", ["simulators", "targets"])
+def test_the_pages_begin_with_a_table_of_files(page):
+    text = (ROOT / "docs" / "development" / f"{page}.md").read_text("utf-8")
+    assert text.splitlines()[2] == "| file | why |"
+
+
 @pytest.mark.parametrize("page", ["laws", "simulators", "targets"])
 def test_files_that_the_pages_name_exist(page):
     text = (ROOT / "docs" / "development" / f"{page}.md").read_text("utf-8")

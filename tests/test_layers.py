@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from graphlib import TopologicalSorter
 from importlib import import_module
@@ -11,6 +12,9 @@ from pathlib import Path
 import pytest
 
 import viscopade
+from tests.kernels.languages import COMPILED_ONLY, WAYS
+from viscopade.kernels import requests
+from viscopade.kernels.write.language import Runner
 from viscopade.kernels.write.languages import NAMES as LANGUAGES
 from viscopade.kernels.write.languages import language as language_of
 
@@ -157,6 +161,44 @@ def test_each_language_has_one_module_that_names_no_other():
         texts = {node.value for node in nodes(module) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
         assert texts & {*LANGUAGES} == {name}
         assert language_of(name).name == name
+
+
+WRITE = SOURCE / "viscopade" / "kernels" / "write"
+
+
+def missing_of(name):
+    """Return what a language still needs, by the table of docs/development/targets.md."""
+    if name not in LANGUAGES:
+        return ["its name in NAMES of kernels/write/languages/__init__.py"]
+    found, root = language_of(name), SOURCE.parent
+    exported = [file for file, (_, target) in requests._FILES.items() if target == name]
+    rows = {page: (root / "docs" / "reference" / page).read_text("utf-8") for page in ("languages.md", "exports.md")}
+    wanted = {
+        f"a driver, {found.run.driver}.jinja": (WRITE / "drivers" / f"{found.run.driver}.jinja").is_file(),
+        "a command that runs the driver, or its name in COMPILED_ONLY": bool(found.run.start)
+        != (name in COMPILED_ONLY),
+        "a way in WAYS of tests/kernels/languages.py": name in {way.language for way in WAYS.values()},
+        "its files in exports/": bool(exported) and all((root / "exports" / file).is_file() for file in exported),
+        "its files in docs/reference/exports.md": all(
+            f"`{file}`" in rows["exports.md"] or f"`{found.ending}`" in rows["exports.md"] for file in exported
+        ),
+        "a row in docs/reference/languages.md": "compact" not in found.groups or f"| {name} |" in rows["languages.md"],
+        "its name in docs/usage/scenes.md": f'`"{name}"`' in (root / "docs" / "usage" / "scenes.md").read_text("utf-8"),
+    }
+    return [what for what, is_there in wanted.items() if not is_there]
+
+
+@pytest.mark.parametrize("name", sorted({*LANGUAGES, *(path.stem for path in (WRITE / "languages").glob("[a-z]*.py"))}))
+def test_no_language_is_half_there(name):
+    assert missing_of(name) == []
+
+
+def test_a_language_that_is_half_there_is_found(monkeypatch):
+    half = replace(language_of("rust"), name="rusty", run=Runner("rusty.rs"))
+    monkeypatch.setattr(sys.modules[__name__], "LANGUAGES", (*LANGUAGES, "rusty"))
+    monkeypatch.setattr(sys.modules[__name__], "language_of", lambda _: half)
+    assert len(missing_of("rusty")) == 6
+    assert missing_of("cobol") == ["its name in NAMES of kernels/write/languages/__init__.py"]
 
 
 def loaded_after(statement):
