@@ -72,7 +72,7 @@ def radius():
 
 
 def errors_of_3_6():
-    return header("pade", r"\* \[3/6\] for all[^#]*?([0-9.]+) for v\* <= 5"), at_most(minimax.fit(3, 6, 5).error, 2)
+    return header("pade", r"epsilon_pade_3_6\(v_star\) +v\* <= 5 +(\S+) m"), at_most(minimax.fit(3, 6, 5).error, 2)
 
 
 def verdicts():
@@ -87,7 +87,7 @@ def speed_kernel():
     content = (ROOT / "docs" / "bench" / "xeon_cascade_lake.csv").read_bytes()
     ns = {row.id: row.median_ns for row in picture.points(from_csv(content, ""), "throughput")}
     clock = re.search(r"Xeon.* @ (\d\.\d)\dGHz", content.decode())[1]
-    return header("speed_1em5", r"<= (\S+) in the table"), f"{ns['speed-1e-5']:.1f}", clock, f"{ns['pow+[3/6]']:.0f}"
+    return header("speed_1em5", r"restitution_1em5[^\n]*? (\S+) m"), f"{ns['speed-1e-5']:.1f}", clock, f"{ns['pow+[3/6]']:.0f}"
 
 
 def header(name, pattern):
@@ -95,7 +95,7 @@ def header(name, pattern):
 
 
 def last_places():
-    return header("speed_full", r"off by at most (\S+) units in"), header("full", r"epsilon: +at most (\S+)")
+    return header("speed_full", r"restitution_full[^\n]*? (\S+) ulp"), header("full", r"epsilon_full[^\n]*? (\S+) ulp")
 
 
 def first_coefficient():
