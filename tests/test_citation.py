@@ -87,7 +87,12 @@ def speed_kernel():
     content = (ROOT / "docs" / "bench" / "xeon_cascade_lake.csv").read_bytes()
     ns = {row.id: row.median_ns for row in picture.points(from_csv(content, ""), "throughput")}
     clock = re.search(r"Xeon.* @ (\d\.\d)\dGHz", content.decode())[1]
-    return header("speed_1em5", r"restitution_1em5[^\n]*? (\S+) m"), f"{ns['speed-1e-5']:.1f}", clock, f"{ns['pow+[3/6]']:.0f}"
+    return (
+        header("speed_1em5", r"restitution_1em5[^\n]*? (\S+) m"),
+        f"{ns['speed-1e-5']:.1f}",
+        clock,
+        f"{ns['pow+[3/6]']:.0f}",
+    )
 
 
 def header(name, pattern):

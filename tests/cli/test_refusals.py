@@ -170,7 +170,10 @@ BAD = [
     (["fit", "data.csv", "--empirical", "x.txt"], "--empirical is x.txt: expected a name that ends in .cs, .cuh"),
     (["nonsense"], "there is no command 'nonsense'"),
     (["--nonsense"], "No such option"),
-    (("fit", "data.csv", "--plot", "x.svg", "--scene", "x.svg", *MATERIAL), "--scene, --plot and --empirical name one file twice"),
+    (
+        ("fit", "data.csv", "--plot", "x.svg", "--scene", "x.svg", *MATERIAL),
+        "--scene, --plot and --empirical name one file twice",
+    ),
     (("fit", "data.csv", "--gravity", "3"), "accepted with speed and epsilon are no options of a flight"),
     (("fit", "data.csv", "--plot", "x.bmp"), "accepted is a name that ends in .svg, .png or .pdf"),
     (("fit", "data.csv", "--scene", "x.toml"), "the sphere also needs --radius, --density, --poisson-ratio"),
