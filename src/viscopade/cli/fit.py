@@ -180,7 +180,6 @@ def _language(code: Path) -> str:
     from viscopade.kernels.write import languages
 
     endings = {languages.language(name).ending: name for name in reversed(languages.NAMES)}
-    endings[".py"] = "python"
     if code.suffix not in endings:
         raise click.UsageError(f"--empirical is {code}: expected a name that ends in {', '.join(sorted(endings))}")
     return endings[code.suffix]
