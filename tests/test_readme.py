@@ -12,6 +12,7 @@ import click
 import pytest
 
 from tests.patience import HANGS
+from tests.test_citation import verdicts
 from tools import readme
 from viscopade.arithmetic.decimals import at_most
 from viscopade.cli.main import command as viscopade
@@ -153,6 +154,19 @@ def test_the_table_has_an_error_in_double_and_in_float_on_its_device():
                 assert min(sums, key=lambda found: abs(found - float(cell.split()[0]))) == pytest.approx(
                     float(cell.split()[0]), rel=0.01
                 )
+
+
+def test_the_readme_s_verdicts_are_those_of_the_claims():
+    numbers = re.search(
+        r"tests (\d+) statements of the paper: (\d+) hold, (\d+) hold with a limit, (\d+) do not", README
+    )
+    assert numbers.groups() == verdicts()
+
+
+def test_no_word_of_ours_stands_on_the_first_pages():
+    """Words that only we use, and idioms of another language."""
+    text = README + readme.INDEX.read_text("utf-8") + (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    assert re.findall(r"\b(?:doors?|wings?|faces?|delivers?|of the deck|but for|accepted is)\b", text) == []
 
 
 def test_the_time_of_the_first_kernel_is_measured():

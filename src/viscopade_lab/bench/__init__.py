@@ -15,7 +15,7 @@ import numpy as np
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import Format
 from viscopade.arrays.checked import FloatArray
-from viscopade.generated import marker_line
+from viscopade.generated import marker_lines
 from viscopade.kernels import toolchain
 from viscopade.progress import track
 from viscopade_lab.bench import ours, rivals
@@ -89,7 +89,7 @@ def run(
     system = " ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip()
     flags = (" ".join(compiler.flags(library)) for library in ("scalar", "array"))
     comments = [
-        marker_line("viscopade bench"),
+        *marker_lines("viscopade bench"),
         f"{toolchain.processor()}; {compiler.version}; {system}; Python {platform.python_version()}, "
         f"NumPy {version('numpy')}",
         "{} rounds; scalar {}; arrays {}, {} elements in the cache, {} from memory".format(
