@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 from functools import cache, cached_property
-from itertools import count
+from itertools import count, product
 from pathlib import Path
 
 import numpy as np
@@ -31,40 +31,17 @@ _serial = count()
 
 @dataclass(frozen=True)
 class Header:
-    """The text of a header, its kernel and its table."""
+    """The text of a header, and which kernel it is said to have."""
 
     text: str
     tier: str
 
-    @property
-    def kernel(self):
-        return speed_table.speed_table(self.tier)
-
-    @property
-    def layout(self):
-        return speed_table.TABLES[self.tier, "fast"]
-
-    @property
-    def name(self):
-        return self.kernel.name
-
-    @property
-    def native(self):
-        """The types in which the table's sums are computed; the other is converted."""
-        return [form.name for form in speed_table.forms_of(self.layout)]
-
-    @property
-    def first(self):
-        """The table begins at w = 2^first, and ends at 2^end."""
-        return self.layout.first
-
-    @property
-    def end(self):
-        return self.layout.first + speed_table.OCTAVES
-
-    @property
-    def split(self):
-        return self.layout.split
+    def __post_init__(self):
+        """Find the kernel and its table, which begins at w = 2^first and ends at 2^end."""
+        kernel, layout = speed_table.speed_table(self.tier), speed_table.TABLES[self.tier, "fast"]
+        native = [form.name for form in speed_table.forms_of(layout)]  # other types are converted to this one
+        given = {"kernel": kernel, "layout": layout, "name": kernel.name, "native": native, "first": layout.first}
+        self.__dict__.update(given, end=layout.first + speed_table.OCTAVES, split=layout.split)
 
 
 @cache
@@ -75,35 +52,30 @@ def header(tier):
 
 # --- compiled functions -----------------------------------------------------------------------------------------------
 
-_INTERFACE = """
-#define INTERFACE_OF(FUNCTION, NAME, T, S) \\
-    void single_##FUNCTION##_##NAME##S(size_t n, const T *speed, const T *beta, T *out); \\
-    void single_##FUNCTION##_##NAME##S(size_t n, const T *speed, const T *beta, T *out) \\
-    { \\
-        size_t i; \\
-        for (i = 0; i < n; ++i) { \\
-            out[i] = viscopade_##FUNCTION##_##NAME##S(speed[i], beta[i]); \\
-        } \\
-    } \\
-    void array_##FUNCTION##_##NAME##S(size_t n, const T *speed, T beta, T *out); \\
-    void array_##FUNCTION##_##NAME##S(size_t n, const T *speed, T beta, T *out) \\
-    { \\
-        viscopade_##FUNCTION##_array_##NAME##S(n, speed, beta, out); \\
-    } \\
-    void by_pair_##FUNCTION##_##NAME##S(size_t n, const T *speed, const int *pair, const T *beta, T *out); \\
-    void by_pair_##FUNCTION##_##NAME##S(size_t n, const T *speed, const int *pair, const T *beta, T *out) \\
-    { \\
-        viscopade_##FUNCTION##_by_pair_##NAME##S(n, speed, pair, beta, out); \\
-    } \\
-    void each_##FUNCTION##_##NAME##S(size_t n, const T *speed, const T *beta, T *out); \\
-    void each_##FUNCTION##_##NAME##S(size_t n, const T *speed, const T *beta, T *out) \\
-    { \\
-        viscopade_##FUNCTION##_each_##NAME##S(n, speed, beta, out); \\
-    }
-#ifdef __cplusplus
-extern "C" {
-#endif
-"""
+ARRAYS = {"array": ("T beta", "beta"), "by_pair": ("const int *pair, const T *beta", "pair, beta"),
+          "each": ("const T *beta", "beta")}  # fmt: skip
+"""Kinds of array functions: parameters and arguments."""
+
+
+def interface(given):
+    """Return C text that makes the array functions visible to the linker, as kind_function_type."""
+    lines = []
+    for (kind, (parameters, arguments)), function, form in product(ARRAYS.items(), FUNCTIONS, FORMS):
+        head = f"void {kind}_{function}_T(size_t n, const T *speed, {parameters}, T *out)".replace("T", form)
+        call = f"viscopade_{function}_{kind}_{given.name}{SUFFIXES[form]}(n, speed, {arguments}, out);"
+        lines.append(f"{head} {{ {call} }}")
+    return "\n".join([*lines, ""])
+
+
+def single(given):
+    """Return C text of functions that call those of single speeds one by one, named likewise."""
+    return "".join(
+        f"void single_{function}_{form}(size_t n, const {form} *speed, const {form} *beta, {form} *out)\n{{\n"
+        f"    size_t i;\n    for (i = 0; i < n; ++i) {{\n"
+        f"        out[i] = viscopade_{function}_{given.name}{SUFFIXES[form]}(speed[i], beta[i]);\n    }}\n}}\n"
+        for function, form in product(FUNCTIONS, FORMS)
+    )
+
 
 # Lets the tests set subnormal numbers to 0 while a function runs: flush-to-zero and denormals-are-zero of x86.
 _CONTROL = """
@@ -119,13 +91,6 @@ unsigned control(unsigned value)
 }
 #endif
 """
-
-
-def interface(headers):
-    """Return C text that makes all functions of these headers visible to the linker."""
-    names = [(function, h.name, form, s) for h in headers for function in FUNCTIONS for form, s in SUFFIXES.items()]
-    lines = [f"INTERFACE_OF({', '.join(name)})" for name in names]
-    return "\n".join([_INTERFACE, *lines, _CONTROL, "#ifdef __cplusplus", "}", "#endif", ""])
 
 
 def named_compiler(name, standard, flags=()):
@@ -147,33 +112,30 @@ def _works(command):
 
 
 class Functions:
-    """All functions of some headers, compiled; they take and return arrays."""
+    """All functions of a header, compiled; they take and return arrays."""
 
-    def __init__(self, directory, headers, command, warnings=WARNINGS):
-        here = directory / f"speed{next(_serial)}"
+    def __init__(self, here, given, command):
+        here = here / f"speed{next(_serial)}"
         here.mkdir()
-        self.names = {}
-        for i, given in enumerate(headers):
-            (here / f"header{i}.h").write_text(given.text, encoding="utf-8")
-        includes = "".join(f'#include "header{i}.h"\n' for i in range(len(headers)))
-        source, target = here / "interface.src", here / "interface.so"
-        source.write_text(includes + interface(headers))
-        built = target.with_suffix(".o")
-        subprocess.run([*command, *warnings, "-fPIC", "-c", str(source), "-o", str(built)], check=True)
+        (here / "header.h").write_text(given.text, encoding="utf-8")
+        text = ('#include "header.h"\n#ifdef __cplusplus\nextern "C" {\n#endif\n', interface(given), single(given),
+                _CONTROL, "#ifdef __cplusplus\n}\n#endif\n")  # fmt: skip
+        (here / "interface.src").write_text("".join(text))
+        built = here / "interface.o"
+        subprocess.run([*command, *WARNINGS, "-fPIC", "-c", str(here / "interface.src"), "-o", str(built)], check=True)
         # Linked without -ffast-math, which would set subnormal numbers to 0 in this process.
-        subprocess.run([command[0], "-shared", str(built), "-o", str(target), "-lm"], check=True)
-        self.shared = ctypes.CDLL(str(target))
+        subprocess.run([command[0], "-shared", str(built), "-o", str(here / "interface.so"), "-lm"], check=True)
+        self.shared = ctypes.CDLL(str(here / "interface.so"))
 
-    def __call__(self, kind, function, of, values, beta, pair=None, out=None):
+    def __call__(self, kind, function, values, beta, pair=None, out=None):
         """Call a function; `values` has the type, `beta` is an array, for kind "array" one number.
 
         `pair` are indices of `beta` for kind "by_pair".
         """
-        kind_of = values.dtype.type
-        suffix = next(SUFFIXES[form] for form, it in FORMS.items() if it is kind_of)
+        form = next(form for form, it in FORMS.items() if it is values.dtype.type)
         result = np.empty_like(values) if out is None else out
         if kind == "array":
-            scalar = ctypes.c_float if suffix else ctypes.c_double
+            scalar = ctypes.c_float if form == "float" else ctypes.c_double
             given = [scalar(float(beta))]
         else:
             assert beta.dtype == values.dtype
@@ -181,7 +143,7 @@ class Functions:
         if kind == "by_pair":
             assert pair.dtype == np.intc
             given = [_pointer(pair), *given]
-        entry = self.shared[f"{kind}_{function}_{of.name}{suffix}"]
+        entry = self.shared[f"{kind}_{function}_{form}"]
         entry.restype = None
         entry(ctypes.c_size_t(values.size), _pointer(values), *given, _pointer(result))
         return result

@@ -74,7 +74,7 @@ def built(tmp_path_factory):
     @cache
     def functions(build, tier):
         name, standard, flags = BUILDS[build]
-        return Functions(folder, [header(tier)], named_compiler(name, standard, flags))
+        return Functions(folder, header(tier), named_compiler(name, standard, flags))
 
     return functions
 
@@ -196,7 +196,7 @@ def truth_and_bound(tier, form, function, more=0, flushed=False):
 def test_errors_are_within_the_stated_bounds(built, build, tier):
     functions = built(build, tier)
     for form, function in itertools.product(FORMS, FUNCTIONS):
-        found = functions("single", function, header(tier), *inputs(tier, form))
+        found = functions("single", function, *inputs(tier, form))
         parts = part(found, *truth_and_bound(tier, form, function))
         worst = int(np.argmax(parts))
         values, beta = inputs(tier, form)
@@ -223,14 +223,10 @@ def batch(tier, form, generator, length, odd=0.0):
     return values, beta
 
 
-def expected(functions, function, tier, values, beta):
-    return functions("single", function, header(tier), values, beta)
-
-
 @pytest.mark.parametrize(("build", "tier"), few(("plain", "native", "clang")))
 def test_arrays_of_every_length_and_in_place_are_the_single_results(built, build, tier):
     """Inputs at any address, results between guards; some blocks hold odd speeds."""
-    functions, given, generator = built(build, tier), header(tier), np.random.default_rng(5)
+    functions, generator = built(build, tier), np.random.default_rng(5)
     for length in (*range(131), 159, 160, 161, 191, 192, 193, 1000):
         for form, function in itertools.product(FORMS, FUNCTIONS):
             start, odd = length % 7, generator.choice([0, 0, 0.02, 0.3])
@@ -246,12 +242,12 @@ def test_arrays_of_every_length_and_in_place_are_the_single_results(built, build
             for kind, arguments in calls.items():
                 of_each = {"each": beta, "by_pair": table[pair], "array": np.full(length, one)}[kind]
                 room = np.full(length + 8, 7.5, dtype=FORMS[form])
-                functions(kind, function, given, *arguments, out=room[3 : length + 3])
-                assert same(room[3 : length + 3], expected(functions, function, tier, values, of_each)), (kind, length)
+                functions(kind, function, *arguments, out=room[3 : length + 3])
+                assert same(room[3 : length + 3], functions("single", function, values, of_each)), (kind, length)
                 assert np.all(room[:3] == 7.5)
                 assert np.all(room[length + 3 :] == 7.5)
                 own = values.copy()
-                functions(kind, function, given, own, *arguments[1:], out=own)
+                functions(kind, function, own, *arguments[1:], out=own)
                 assert same(own, room[3 : length + 3]), (kind, length, "in place")
 
 
@@ -268,10 +264,10 @@ def test_arrays_by_other_shuffles(tmp_path, without, four, flags):
     for condition in without:
         text = changed(Header(text, tier), condition, "#if 0").text
     text = text if four == "" else f"#define VISCOPADE_BY_FOUR {four}\n{text}"
-    functions = Functions(tmp_path, [Header(text, tier)], named_compiler("cc", "c99", ("-O2", *flags, *PLAIN)))
+    functions = Functions(tmp_path, Header(text, tier), named_compiler("cc", "c99", ("-O2", *flags, *PLAIN)))
     for form, function in itertools.product(FORMS, FUNCTIONS):
         values, beta = batch(tier, form, np.random.default_rng(7), 1999, 0.01)
-        assert same(functions("each", function, given, values, beta), expected(functions, function, tier, values, beta))
+        assert same(functions("each", function, values, beta), functions("single", function, values, beta))
 
 
 # --- -ffast-math, and subnormal numbers set to 0 ----------------------------------------------------------------------
@@ -288,13 +284,13 @@ def normal_inputs(tier, form):
 @pytest.mark.parametrize(("build", "tier"), few(("plain", "fast", "clang-fast")))
 def test_errors_without_the_rules_of_ieee(built, build, tier, flushed):
     """A few units in the last place more are allowed, and what is subnormal may be 0."""
-    functions, given = built(build, tier), header(tier)
+    functions = built(build, tier)
     for form, function, kind in itertools.product(FORMS, FUNCTIONS, ("single", "each")):
         good = normal_inputs(tier, form)
         values, beta = (np.ascontiguousarray(x[good]) for x in inputs(tier, form))
         undo = functions.flushed() if flushed else lambda: None
         try:
-            found = functions(kind, function, given, values, beta)
+            found = functions(kind, function, values, beta)
         finally:
             undo()
         true, bound = (x[good] for x in truth_and_bound(tier, form, function, 4, flushed))
@@ -313,7 +309,7 @@ def rises(functions, tier, form, values, beta):
     given = header(tier)
     values = np.unique(values)
     beta = np.full_like(values, beta)
-    eps = functions("each", "restitution", given, values, beta).astype(np.longdouble)
+    eps = functions("each", "restitution", values, beta).astype(np.longdouble)
     inside = in_table(given, form, values, beta)
     return np.diff(eps), eps[1:], inside[1:] & inside[:-1]
 

@@ -20,7 +20,7 @@ from viscopade.arithmetic.chebyshev import (
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
 from viscopade.kernels import speed_table
-from viscopade.kernels.speed_table import OCTAVES, TABLES, Layout, Polynomials, table_bounds
+from viscopade.kernels.speed_table import TABLES, Layout, Polynomials, table_bounds
 
 SMALL, FULL = TABLES["1e-5", "small"], TABLES["full", "fast"]
 
@@ -71,33 +71,6 @@ def test_a_wrong_coefficient_is_found_by_the_bounds():
     assert wrong.bounds(300)["error"] > 4 * SMALL.bounds(300)["error"]
 
 
-def test_eps_falls_within_rows_and_hardly_rises_between_them():
-    rises = []
-    for index in range(SMALL.size - 1):
-        before = value(SMALL.rows[index], SMALL.interval(index)[2]) + SMALL.base(index)
-        after = value(SMALL.rows[index + 1], SMALL.interval(index + 1)[1]) + SMALL.base(index + 1)
-        rises.append((after - before) / min(before, 1 - before))
-    assert max(rises) == table_bounds(SMALL)["rise"] < 2 * table_bounds(SMALL)["error"]
-
-
-def test_p_is_the_smaller_of_both_functions():
-    assert true(Fraction(1, 8), 0) > Fraction(1, 2) > true(Fraction(1, 4), 0)
-    for index in (0, SMALL.switch - 1, SMALL.switch, SMALL.size - 1):
-        low, high = (value(SMALL.rows[index], m) for m in SMALL.interval(index)[1:])
-        assert (low < 0) == (high < 0) == bool(SMALL.base(index))
-        assert max(abs(low), abs(high)) < Fraction(52, 100)
-
-
-def test_rows_are_consecutive_and_cover_the_octaves():
-    table = Polynomials(3, -64, 1, FLOAT)
-    ends = [
-        (low * Fraction(2) ** e, high * Fraction(2) ** e) for e, low, high in map(table.interval, range(table.size))
-    ]
-    assert ends[0][0] == Fraction(1, 2**64)
-    assert ends[-1][1] == 2 ** (OCTAVES - 64)
-    assert all(before[1] == after[0] for before, after in pairwise(ends))
-
-
 def test_pieces_join_where_the_panels_of_the_reference_end():
     split = [i for i in range(SMALL.size) if len(SMALL.pieces(i)) > 1]
     assert len(split) > 20
@@ -110,24 +83,6 @@ def test_pieces_join_where_the_panels_of_the_reference_end():
             assert before.centre + before.half == after.centre - after.half
             left, right = to_fraction(before.p(1)), to_fraction(after.p(-1))
             assert abs(left - right) <= before.error + after.error
-
-
-@pytest.mark.parametrize("index", [0, 100, 487, 488, 489, 700, 976, 1023])
-def test_full_accuracy_in_ulp(index):
-    """Eps from the row, evaluated exactly, against the integrated motion: the rest of the bound is rounding."""
-    high, low, *a = map(Fraction, FULL.rows[index])
-    exponent, start, end = FULL.interval(index)
-    bounds, random = FULL.bounds(index), Random(index)
-    assert Fraction(1, 2) < bounds["ulp"] < 1
-    for _ in range(3):
-        m = somewhere(FULL, index, random)
-        t = m - (start + end) / 2
-        p = high + low + sum(c * t ** (n + 1) for n, c in enumerate(a))
-        truth = true(m * Fraction(2) ** exponent, FULL.base(index))
-        error = abs(p - truth)
-        ulp = Fraction(2) ** (len(bin(int((truth + FULL.base(index)) * 2**200))) - 3 - 200 - 52)
-        assert error / ulp <= bounds["ulp"] - Fraction(1, 2)
-        assert error / abs(truth) <= bounds["relative"]
 
 
 def test_full_table_has_a_bound_below_one_ulp():

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from tests.compiled import compiler
-from tests.kernels.speed_headers import FORMS, FUNCTIONS, SUFFIXES, header
+from tests.kernels.speed_headers import ARRAYS, FORMS, FUNCTIONS, SUFFIXES, header, interface
 from viscopade.kernels import catalogue
 
 ARM = "aarch64-linux-gnu"
@@ -26,11 +26,6 @@ REPORTS = {
 }
 VECTOR = re.compile(r"loop vectorized using|vectorized loop")
 UNROLLED = re.compile(r"Stores SLP vectorized")  # Clang may unroll a loop completely, and make vectors then
-KINDS = {
-    "array": ("{T} beta", "beta"),
-    "by_pair": ("const int *pair, const {T} *beta", "pair, beta"),
-    "each": ("const {T} *beta", "beta"),
-}
 slow = pytest.mark.slow
 
 
@@ -64,25 +59,13 @@ CASES = [
 ]
 
 
-def source(given):
-    """Return C text with the array functions, each to be found in the assembly by its name."""
-    lines = ['#include "header.h"']
-    for kind, (parameters, arguments) in KINDS.items():
-        for function in FUNCTIONS:
-            for form, s in SUFFIXES.items():
-                head = f"void {kind}_{function}_{form}(size_t n, const {form} *speed, {parameters}, {form} *out)"
-                call = f"viscopade_{function}_{kind}_{given.name}{s}(n, speed, {arguments}, out);"
-                lines += [f"{head};".format(T=form), head.format(T=form), f"{{ {call} }}"]
-    return "\n".join([*lines, ""])
-
-
 def compiled(folder, given, target):
     """Return the compiler's report and the assembly, or skip."""
     command = shutil.which(target.compiler)
     if command is None:
         pytest.skip(f"there is no {target.compiler}")
     (folder / "header.h").write_text(given.text)
-    (folder / "source.c").write_text(source(given))
+    (folder / "source.c").write_text(f'#include "header.h"\n{interface(given)}')
     (folder / "probe.c").write_text("#include <math.h>\n#include <string.h>\nint main(void) { return 0; }\n")
     arguments = [command, "-std=c99", "-O3", *target.flags]
     probe = subprocess.run([*arguments, "-S", "probe.c", "-o", "probe.s"], cwd=folder, capture_output=True)
@@ -127,7 +110,7 @@ def shortcomings(given, report, target):
     messages = reported(report)
     for form in given.native:
         # Functions of a type that is converted use the block of the other.
-        wanted = len(KINDS) * len(FUNCTIONS) * (len(FORMS) if given.native == [form] else 1)
+        wanted = len(ARRAYS) * len(FUNCTIONS) * (len(FORMS) if given.native == [form] else 1)
         every = loops(given, form)
         for name, (start, end) in (("first", every[0]), ("last", every[-1])):
             sizes = [vector_bytes(text, form) for line, text in messages if line == start and VECTOR.search(text)]
@@ -158,12 +141,12 @@ def test_first_and_last_loop_are_vectorised(tmp_path, target, tier):
     report, assembly = compiled(tmp_path, given, TARGETS[target])
     assert shortcomings(given, report, TARGETS[target]) == []
     found = gathers(assembly)
-    assert {f"{kind}_{function}_{form}" for kind in KINDS for function in FUNCTIONS for form in FORMS} <= set(found)
+    assert {f"{kind}_{function}_{form}" for kind in ARRAYS for function in FUNCTIONS for form in FORMS} <= set(found)
     if target == "gcc-zen4":
         assert ("zmm" in assembly) == (tier in OF_TWO)
     if target == "gcc-cooperlake" and tier in OF_TWO:
         gathering = [name for name, number in found.items() if number]
-        for kind, function in itertools.product(KINDS, FUNCTIONS):
+        for kind, function in itertools.product(ARRAYS, FUNCTIONS):
             assert any(kind in name and function in name for name in gathering), found
     else:  # beta[pair[i]] may be gathered; rows are not
         assert all(number == 0 or "by_pair" in name for name, number in found.items()), found
@@ -171,7 +154,7 @@ def test_first_and_last_loop_are_vectorised(tmp_path, target, tier):
 
 # --- undefined behaviour ----------------------------------------------------------------------------------------------
 
-ARRAYS = """
+SWEEP = """
 static void arrays_NAMEEND(size_t n)
 {
     static uint64_t z = 1;
@@ -216,7 +199,7 @@ def test_no_undefined_behaviour_of_array_functions(tmp_path, math_flag):
             for function in ("restitution", "rebound", "dissipation")
             for kind_, beta in (("each", "beta"), ("by_pair", "pair, beta"), ("array", "(TYPE)1.3"))
         )
-        made = ARRAYS.replace("CALLS", calls).replace("NAME", name).replace("END", suffix)
+        made = SWEEP.replace("CALLS", calls).replace("NAME", name).replace("END", suffix)
         body.append(made.replace("TYPE", form))
         runs.append(f"arrays_{end}(n);")
     main = f"int main(void) {{ for (size_t n = 0; n < 300; n++) {{ {' '.join(runs)} }} return 0; }}"

@@ -3,7 +3,6 @@
 import json
 import random
 import re
-import shutil
 import subprocess
 from fractions import Fraction
 from functools import cache
@@ -14,6 +13,7 @@ import pytest
 from mpmath import mp, mpf
 
 from tests import compiled, daily
+from tests.kernels.languages import tool
 from tests.patience import HANGS
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.collision import exact
@@ -38,13 +38,6 @@ def rows(name):
     """Return all vectors of a file."""
     found = json.loads((EXPORTS / name).read_text())["vectors"]
     return [dict(zip(COLUMNS, row, strict=True)) for row in found]
-
-
-def tool(name):
-    found = shutil.which(name)
-    if found is None:
-        pytest.skip(f"{name} is not installed")
-    return found
 
 
 def run(*words):
