@@ -216,7 +216,7 @@ def test_another_dimension_is_refused(quantity, call):
     for values in values_of(call):
         given = quantity(values, "A", "mA")
         for bad in [given, list(given)] if np.ndim(values) else [given]:
-            with pytest.raises(TypeError, match=r"^\w+ is .*: accepted is a (number without|quantity in .* number)"):
+            with pytest.raises(TypeError, match=r"^\w+ is .*: expected a (number without|quantity in .* number)"):
                 CALLS[call][0](bad)
 
 
@@ -229,7 +229,7 @@ def test_a_number_without_a_dimension_passes(quantity, call):
 def test_a_force_with_a_unit_is_refused(quantity):
     contact = vp.Contact(lambda x, v: quantity(1e5 * x, "N", "kN"))
     for step in (None, 1e-3):
-        with pytest.raises(TypeError, match=r"^force is .*: accepted is a number without a dimension$"):
+        with pytest.raises(TypeError, match=r"^force is .*: expected a number without a dimension$"):
             contact.collide(1.0, step=step)
 
 
@@ -278,11 +278,9 @@ def test_masked_points_are_left_out_and_counted():
         fitted = vp.fit(found)
         assert fitted.beta == clean.beta == pytest.approx(0.0937, abs=1e-4)
         assert re.fullmatch(r"beta: 0\.09\d+ \+- \S+ \(time/length\).* holds.*\. 4 points, 1 masked\.", str(fitted))
-    with pytest.raises(
-        ValueError, match=r"^speed and epsilon have the shapes \(5,\) and \(4,\): accepted is one length$"
-    ):
+    with pytest.raises(ValueError, match=r"^speed and epsilon have the shapes \(5,\) and \(4,\): expected one length$"):
         vp.Points.measured(np.ma.array(speed, mask=outlier), epsilon[:4])
-    with pytest.raises(ValueError, match=r"^there are 2 labels: accepted are 5, one for each point$"):
+    with pytest.raises(ValueError, match=r"^there are 2 labels: expected 5, one for each point$"):
         vp.Points.measured(speed, epsilon, labels=["a", "b"])
     first = vp.Points.measured(np.ma.array(speed, mask=[1, 0, 0, 0, 0]), epsilon, sigma_epsilon=0.01)
     assert first.labels[0] == "point 2"
@@ -293,7 +291,7 @@ def test_masked_points_are_left_out_and_counted():
 
 @pytest.mark.parametrize("call", [*NUMBERS])
 def test_a_masked_number_is_refused(call):
-    with pytest.raises((TypeError, ValueError), match=r"^\w+ is masked: accepted is "):
+    with pytest.raises((TypeError, ValueError), match=r"^\w+ is masked: expected "):
         NUMBERS[call][0](np.ma.masked)
 
 
@@ -330,7 +328,7 @@ def test_columns_of_different_orders_are_no_points():
     pandas = pytest.importorskip("pandas", reason="there is no Python package pandas")
     frame = pandas.DataFrame({"v": [0.3, 0.1, 1.0], "eps": [0.8, 0.9, 0.7]})
     assert len(vp.Points.measured(frame.v, frame.eps)) == 3
-    with pytest.raises(ValueError, match=r"^speed and epsilon have different indices: accepted is one index"):
+    with pytest.raises(ValueError, match=r"^speed and epsilon have different indices: expected one index"):
         vp.Points.measured(frame.v.sort_values(), frame.eps)
 
 
@@ -342,9 +340,9 @@ def test_xarray_keeps_its_coordinates(call):
     given = xarray.DataArray([value, value / 2], {"x": [1, 2]}, "x", name="given", attrs={"units": unit_of(name)})
     expected = xarray.DataArray(function([value, value / 2]), given.coords, "x", name="given")
     xarray.testing.assert_identical(function(given), expected)
-    with pytest.raises(TypeError, match=rf"^{name} is .*: accepted is one variable of the data set$"):
+    with pytest.raises(TypeError, match=rf"^{name} is .*: expected one variable of the data set$"):
         function(given.to_dataset())
-    with pytest.raises(TypeError, match=rf"^{name} is .*furlong.*: accepted is "):
+    with pytest.raises(TypeError, match=rf"^{name} is .*furlong.*: expected "):
         function(given.assign_attrs(units="furlong"))
 
 

@@ -104,7 +104,7 @@ def refusal(name: str, value: object, accepted: str) -> str:
         text = " ".join(_REPR.repr(value).split())
     except ValueError:  # an integer with more digits than Python prints
         text = "an integer of thousands of digits"
-    return f"{name} is {text}: accepted is {accepted}"
+    return f"{name} is {text}: expected {accepted}"
 
 
 def integer(name: str, value: SupportsIndex, low: int, high: int) -> int:

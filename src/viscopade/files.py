@@ -43,7 +43,7 @@ def content(file: Path, accepted: str) -> bytes:
         with file.open("rb") as stream:
             found = stream.read(LONGEST + 1)
     except OSError as error:
-        raise ValueError(f"cannot read {file}: {error.strerror or error}; accepted is {accepted}") from None
+        raise ValueError(f"cannot read {file}: {error.strerror or error}; expected {accepted}") from None
     require_size(str(file), len(found))
     return found
 
@@ -83,7 +83,7 @@ def toml(text: bytes | str, source: str) -> dict[str, Any]:
     try:
         plain = text if isinstance(text, str) else text.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise ValueError(f"{source}: the file is not text in UTF-8: accepted is a scene in TOML") from None
+        raise ValueError(f"{source}: the file is not text in UTF-8: expected a scene in TOML") from None
     code = _STRING_OR_COMMENT.sub("x", plain)
     depths = accumulate((c in "[{") - (c in "]}") for c in code if c in "[]{}")
     if _DOTTED.search(code) or max(depths, default=0) > DEEPEST:

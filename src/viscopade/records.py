@@ -32,7 +32,7 @@ class Node:
     def refuse(self, accepted: str) -> ValueError:
         """Return the exception that names the file, the key, the value and the accepted values."""
         where = f"{self.key} is" if self.key else "it holds"
-        return ValueError(f"{self.source}: {where} {_shown(self.value)}: accepted is {accepted}")
+        return ValueError(f"{self.source}: {where} {_shown(self.value)}: expected {accepted}")
 
     def _at(self, name: str, value: object) -> Self:
         return type(self)(self.source, f"{self.key}.{name}".removeprefix("."), value)
@@ -51,7 +51,7 @@ class Node:
     def need(self, name: str, accepted: str) -> Self:
         """Return a part; a missing part is refused with the accepted values."""
         if name not in self._table:
-            raise ValueError(f"{self.source}: {self._at(name, None).key} is missing: accepted is {accepted}")
+            raise ValueError(f"{self.source}: {self._at(name, None).key} is missing: expected {accepted}")
         return self[name]
 
     def get(self, name: str) -> Self | None:
@@ -67,7 +67,7 @@ class Node:
         for name in self._table:
             if name not in names:
                 where = f"{self.key}." if self.key else ""
-                raise ValueError(f"{self.source}: {where}{_short(name)} is not known: accepted are {', '.join(names)}")
+                raise ValueError(f"{self.source}: {where}{_short(name)} is not known: expected {', '.join(names)}")
         return self
 
     def parts(self) -> Iterator[tuple[str, Self]]:

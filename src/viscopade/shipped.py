@@ -39,4 +39,4 @@ def _folder(name: str) -> Path:
     for found in (_PACKAGE / name, _PACKAGE.parents[1] / _IN_A_CHECKOUT[name]):
         if found.is_dir():
             return found
-    raise FileNotFoundError(f"viscopade was installed without its folder {name}: accepted is an installation with pip")
+    raise FileNotFoundError(f"viscopade was installed without its folder {name}: expected an installation with pip")

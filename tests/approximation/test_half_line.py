@@ -139,7 +139,7 @@ def test_portions_add_up_to_one_and_epsilon_falls(kernel):
     ("call", "message"),
     [
         (lambda: half_line.fit_half_line(Powers((0, 4, 9), (0, 4))), "deg N must be deg D \\+ 4"),
-        (lambda: half_line.fit_half_line(Powers((0, 4, 8), (0, 4)), "absolute"), "accepted is 'both' or 'relative'"),
+        (lambda: half_line.fit_half_line(Powers((0, 4, 8), (0, 4)), "absolute"), "expected 'both' or 'relative'"),
         (lambda: Powers((0, 4, 4), (0, 4)), "ascending exponents that begin with 0"),
         (lambda: Powers((1, 4), (0, 4)), "ascending exponents that begin with 0"),
         (

@@ -25,7 +25,7 @@ from viscopade.collision import exact
 DEGREES = [(m, n) for m in range(7) for n in range(10) if max(m, n) >= 2]
 SPEEDS = ("0.1", "0.5", 1, 2, 5, 10, 30, 100, 1000)
 GRID = [(m, n, v, measure) for measure in ("both", "relative") for v in SPEEDS for m, n in DEGREES]
-NO_ANSWER = ("no best approximant exists", "accepted are degrees and intervals with an error below 1")
+NO_ANSWER = ("no best approximant exists", "expected degrees and intervals with an error below 1")
 
 
 def polynomial(c, v: Fraction) -> Fraction:
@@ -279,7 +279,7 @@ def test_the_degrees_of_the_pages_table_reach_their_accuracy():
 
 @pytest.mark.parametrize("accuracy", [0, 1e-8, math.nan, "much"])
 def test_accuracies_that_the_format_cannot_hold(accuracy):
-    with pytest.raises(ValueError, match=r"^accuracy is .*: accepted is a number below 1, and for type float at least"):
+    with pytest.raises(ValueError, match=r"^accuracy is .*: expected a number below 1, and for type float at least"):
         cheapest_fit(accuracy, 5, form=FLOAT)
 
 
@@ -296,17 +296,17 @@ def test_accuracies_that_degrees_do_not_reach():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((1, 1, 2), r"the degrees are \[1/1\]: accepted is at least 2 for one of them"),
-        ((-1, 4, 2), "m is -1: accepted is an integer from 0 to 12"),
-        ((3, 16, 2), "n is 16: accepted is an integer from 0 to 15"),
-        ((1, 4, 0), "v_star_max is 0: accepted is a number greater than v_star_min = 0"),
+        ((1, 1, 2), r"the degrees are \[1/1\]: expected at least 2 for one of them"),
+        ((-1, 4, 2), "m is -1: expected an integer from 0 to 12"),
+        ((3, 16, 2), "n is 16: expected an integer from 0 to 15"),
+        ((1, 4, 0), "v_star_max is 0: expected a number greater than v_star_min = 0"),
         ((1, 4, math.nan), "v_star_max is nan: accepted"),
-        ((1, 4, 1e7), "v_star_max is 10000000.0: accepted is .* at most 1000000"),
-        ((1, 4, 2, 2), "v_star_max is 2: accepted is a number greater than v_star_min = 2"),
-        ((1, 4, 2, -1), "v_star_min is -1: accepted is 0, or a number from 1e-06"),
+        ((1, 4, 1e7), "v_star_max is 10000000.0: expected .* at most 1000000"),
+        ((1, 4, 2, 2), "v_star_max is 2: expected a number greater than v_star_min = 2"),
+        ((1, 4, 2, -1), "v_star_min is -1: expected 0, or a number from 1e-06"),
         ((1, 4, "2", "1.9999999"), "is too short"),
         ((1, 4, "fast"), "v_star_max is 'fast': accepted"),
-        ((1, 4, 2, 0, "absolute"), "measure is 'absolute': accepted is 'both' or 'relative'"),
+        ((1, 4, 2, 0, "absolute"), "measure is 'absolute': expected 'both' or 'relative'"),
         ((1, 4, 2, 0, "both", 0), "digits is 0"),
     ],
 )
@@ -318,7 +318,7 @@ def test_values_out_of_range(arguments, message):
 
 @pytest.mark.parametrize("arguments", [(1.0, 4, 2), (1, 4, None), (True, 4, 2)])
 def test_types_that_are_no_numbers(arguments):
-    with pytest.raises(TypeError, match="accepted is"):
+    with pytest.raises(TypeError, match="expected"):
         fit(*arguments)
 
 

@@ -81,7 +81,7 @@ def test_edges_belong_together():
 
 @pytest.mark.parametrize("bad", [-1e-3, math.nan])
 def test_negative_speeds_are_refused(bad):
-    with pytest.raises(ValueError, match=r"^v_star is .*: accepted is a number >= 0"):
+    with pytest.raises(ValueError, match=r"^v_star is .*: expected a number >= 0"):
         exact_target().at(arb(bad))
 
 

@@ -245,21 +245,21 @@ def test_other_types_become_double(function):
 @pytest.mark.parametrize("function", OF_V_STAR)
 @pytest.mark.parametrize("bad", [-1e-300, math.nan, -math.inf, [1, -2]])
 def test_numbers_out_of_range_are_refused(function, bad):
-    with pytest.raises(ValueError, match=r"^v_star is .*: accepted is a number >= 0, or inf"):
+    with pytest.raises(ValueError, match=r"^v_star is .*: expected a number >= 0, or inf"):
         function(bad)
 
 
 @pytest.mark.parametrize("bad", [-1e-300, 1 + 2**-52, math.nan, [0.5, 2]])
 @pytest.mark.parametrize("name", ["epsilon", "one_minus_epsilon"])
 def test_portions_out_of_range_are_refused(name, bad):
-    with pytest.raises(ValueError, match=rf"^{name} is .*: accepted is a number >= 0 and <= 1"):
+    with pytest.raises(ValueError, match=rf"^{name} is .*: expected a number >= 0 and <= 1"):
         double.v_star_from(**{name: bad})
 
 
 @pytest.mark.parametrize("function", [*OF_V_STAR, double.v_star_from])
 @pytest.mark.parametrize("bad", ["1", True, 1j, [[1], [1, 2]]])
 def test_what_is_no_number_is_refused(function, bad):
-    with pytest.raises(TypeError, match=r"^(v_star|epsilon) is .*: accepted is a number"):
+    with pytest.raises(TypeError, match=r"^(v_star|epsilon) is .*: expected a number"):
         function(bad)
     with pytest.raises(TypeError, match="exactly one of"):
         double.v_star_from(0.5, one_minus_epsilon=0.5)

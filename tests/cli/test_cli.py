@@ -181,7 +181,7 @@ def test_where_the_model_does_not_hold():
     hard = ("--radius", "1 cm", "--density", 2500, "--young-modulus", "70 GPa", "--poisson-ratio", 0.22)
     hard = ("epsilon", *hard, "--dissipative-constant", "1 us", "--speed", "1 m/s")
     assert json_of(*hard)["warnings"] == []
-    assert "yield_strength is -1.0: accepted is a number > 0" in called(*hard, "--yield-strength", -1).stderr
+    assert "yield_strength is -1.0: expected a number > 0" in called(*hard, "--yield-strength", -1).stderr
     (warning,) = json_of(*hard, "--yield-strength", "1 MPa")["warnings"]
     assert warning.startswith("1 m/s is beyond the ")
     across = ("table", *hard[1:-2], "--to", "1 m/s", "--yield-strength", "1 MPa")

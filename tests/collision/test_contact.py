@@ -425,7 +425,7 @@ def test_the_damping_of_a_contact_that_damps_while_approaching():
 
 
 def test_an_eps_that_no_damping_gives():
-    with pytest.raises(ValueError, match=r"epsilon is 0.9: accepted is at most 0\.\d+"):
+    with pytest.raises(ValueError, match=r"epsilon is 0.9: expected at most 0\.\d+"):
         damping_factor(lambda c: Contact.of_law("linear", c), 0.9, near=0.1, step=0.5, scheme=IMPLICIT)
 
 
@@ -440,14 +440,14 @@ def test_an_eps_that_no_damping_gives():
         (lambda: Contact(lambda x, v: x, load=math.nan), "load is nan.*a finite number"),
         (lambda: Contact(lambda x, v: x, end="late"), "end is 'late'.*'force' or 'return'"),
         (lambda: Contact(lambda x, v: x).collide(0), "speed is 0.*a finite number > 0"),
-        (lambda: Contact(lambda x, v: x).collide(1e-200), "speed is 1e-200, mass 1: accepted are numbers whose"),
-        (lambda: Contact(lambda x, v: x, mass=1e-100).collide(1e200), r"speed is 1e\+200, mass 1e-100: accepted are"),
-        (lambda: Contact(lambda x, v: x, mass=1e-250).collide(1e-60), "speed is 1e-60, mass 1e-250: accepted are"),
-        (lambda: Contact(lambda x, v: x).collide(step=1e-9), "step is 1e-09: accepted is a number >= .* 100000 steps"),
+        (lambda: Contact(lambda x, v: x).collide(1e-200), "speed is 1e-200, mass 1: expected numbers whose"),
+        (lambda: Contact(lambda x, v: x, mass=1e-100).collide(1e200), r"speed is 1e\+200, mass 1e-100: expected"),
+        (lambda: Contact(lambda x, v: x, mass=1e-250).collide(1e-60), "speed is 1e-60, mass 1e-250: expected"),
+        (lambda: Contact(lambda x, v: x).collide(step=1e-9), "step is 1e-09: expected a number >= .* 100000 steps"),
         (lambda: Contact(lambda x, v: x).collide(step=math.nan), "step is nan"),
         (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[2]), "phases is 2.0"),
         (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[]), "phases has no number"),
-        (lambda: Contact(lambda x, v: 1e300 * x).collide(step=1e300), r"step is 1e\+300: accepted is one with which"),
+        (lambda: Contact(lambda x, v: 1e300 * x).collide(step=1e300), r"step is 1e\+300: expected one with which"),
         (lambda: Contact(lambda x, v: x).collide(step=0.1, substeps=0), "substeps is 0.*an integer from 1"),
         (lambda: damping_factor(lambda c: Contact.of_law("linear", c), 1.0, near=0.1), "epsilon is 1.0.*> 0 and < 1"),
         (lambda: damping_factor(lambda c: Contact.of_law("linear", c), 0.5, near=0), "near is 0.*finite number > 0"),
@@ -462,11 +462,11 @@ def test_an_eps_that_no_damping_gives():
 def test_refusals(make, message):
     with pytest.raises(ValueError, match=message):
         make()
-    with pytest.raises(TypeError, match="force is 3: accepted is a function"):
+    with pytest.raises(TypeError, match="force is 3: expected a function"):
         Contact(3)
-    with pytest.raises(TypeError, match="scheme is 'verlet': accepted is a Scheme, such as SCHEMES"):
+    with pytest.raises(TypeError, match="scheme is 'verlet': expected a Scheme, such as SCHEMES"):
         Contact(lambda x, v: x).collide(step=0.1, scheme="verlet")
-    with pytest.raises(TypeError, match=r"substeps is 2\.5: accepted is an integer"):
+    with pytest.raises(TypeError, match=r"substeps is 2\.5: expected an integer"):
         Contact(lambda x, v: x).collide(step=0.1, substeps=2.5)
 
 

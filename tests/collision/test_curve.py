@@ -98,15 +98,15 @@ def test_limits(law):
 def test_bad_input():
     found = vp.curve("hunt-crossley")
     for function in (found.epsilon, found.one_minus_epsilon):
-        with pytest.raises(ValueError, match=r"kappa is -1.0: accepted is a number >= 0, or inf"):
+        with pytest.raises(ValueError, match=r"kappa is -1.0: expected a number >= 0, or inf"):
             function([1.0, -1.0])
         with pytest.raises(ValueError, match="kappa is nan"):
             function(math.nan)
         with pytest.raises(TypeError, match="kappa is '1'"):
             function("1")
-    with pytest.raises(ValueError, match=r"kappa is 1000.0: accepted is a number >= 0 and <= 41.*law 3/2,3/2"):
+    with pytest.raises(ValueError, match=r"kappa is 1000.0: expected a number >= 0 and <= 41.*law 3/2,3/2"):
         found.tau_c(1e3)
-    with pytest.raises(ValueError, match=r"epsilon is 1.5: accepted is a number >= 0 and <= 1"):
+    with pytest.raises(ValueError, match=r"epsilon is 1.5: expected a number >= 0 and <= 1"):
         found.kappa_from(1.5)
     with pytest.raises(TypeError, match="exactly one of epsilon and one_minus_epsilon"):
         found.kappa_from(0.5, one_minus_epsilon=0.5)
@@ -117,9 +117,9 @@ def test_bad_input():
 def test_what_does_not_exist_is_refused():
     found = vp.curve(law_of("linear", "return"))
     assert found.kappa_max < 2
-    with pytest.raises(ValueError, match=r"kappa is 2.0: accepted is a number >= 0 and <= 1.8"):
+    with pytest.raises(ValueError, match=r"kappa is 2.0: expected a number >= 0 and <= 1.8"):
         found.epsilon(2.0)
-    with pytest.raises(ValueError, match=r"epsilon is 0.0001: accepted is a number >= 0.001 and <= 1"):
+    with pytest.raises(ValueError, match=r"epsilon is 0.0001: expected a number >= 0.001 and <= 1"):
         found.kappa_from(1e-4)
 
 

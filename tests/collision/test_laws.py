@@ -175,7 +175,7 @@ def test_laws_whose_epsilon_falls_slower_than_1_over_kappa(law, epsilon):
 
 
 def test_an_epsilon_that_is_reached_too_slowly_is_refused():
-    with pytest.raises(ValueError, match=r"does not end at x = 0.*accepted is a larger epsilon"):
+    with pytest.raises(ValueError, match=r"does not end at x = 0.*expected a larger epsilon"):
         exact.invert("1e-9", 5, law=law_of("3/2,0", "return"))
 
 
@@ -186,9 +186,9 @@ def test_an_epsilon_that_is_reached_too_slowly_is_refused():
 def test_damping_too_strong_to_be_followed_to_x_0_is_refused(law, last, beyond):
     of = law_of(law, "return")
     assert exact.collision(kappa=last, digits=5, law=of).epsilon > 0
-    with pytest.raises(ValueError, match=r"does not end at x = 0, or too slowly.*accepted is a smaller kappa"):
+    with pytest.raises(ValueError, match=r"does not end at x = 0, or too slowly.*expected a smaller kappa"):
         exact.collision(kappa=beyond, law=of)
-    with pytest.raises(ValueError, match=r"does not end at x = 0, or too slowly.*accepted is a larger epsilon"):
+    with pytest.raises(ValueError, match=r"does not end at x = 0, or too slowly.*expected a larger epsilon"):
         exact.invert("1e-30", law=of)
 
 
@@ -227,7 +227,7 @@ def test_the_ends(law):
     if law.delayed:
         assert exact.collision("inf", law=law).decimals()["kappa"] == "inf"
     else:
-        with pytest.raises(ValueError, match="v_star is inf: accepted is a finite number"):
+        with pytest.raises(ValueError, match="v_star is inf: expected a finite number"):
             exact.collision("inf", law=law)
 
 
@@ -242,7 +242,7 @@ def test_the_ends(law):
             {"v_star": "1e100", "law": "10,1/3"},
             "kappa is about 1e2900.*accepted for the law 10,1/3 is a kappa up to 1e15",
         ),
-        ({"kappa": 1, "law": "hertz"}, "law is 'hertz': accepted is viscoelastic"),
+        ({"kappa": 1, "law": "hertz"}, "law is 'hertz': expected viscoelastic"),
     ],
 )
 def test_refusals(arguments, message):

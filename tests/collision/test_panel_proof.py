@@ -158,7 +158,7 @@ def test_another_k_is_in_the_bound():
 
 @pytest.mark.parametrize("index", [-1, PANELS])
 def test_there_is_no_such_panel(index):
-    with pytest.raises(ValueError, match=f"accepted are 0 to {PANELS - 1}"):
+    with pytest.raises(ValueError, match=f"expected 0 to {PANELS - 1}"):
         panel_proof.prove_panel(index)
 
 

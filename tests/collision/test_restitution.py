@@ -96,5 +96,5 @@ def test_refused_values(arguments, message):
 
 def test_refused_combinations():
     for arguments in ({"speed": 1}, {"speed": 1, "epsilon": 0.5, "one_minus_epsilon": 0.5}):
-        with pytest.raises(TypeError, match="accepted is exactly one of them"):
+        with pytest.raises(TypeError, match="expected exactly one of them"):
             PAIRS["equal"].calibrated(**arguments)

@@ -101,11 +101,11 @@ def test_nearly_elastic_collisions(end):
 @pytest.mark.parametrize(
     ("call", "error", "text"),
     [
-        (lambda: tsuji.epsilon(-0.1), ValueError, "damping_ratio is -0.1: accepted is a finite number >= 0"),
+        (lambda: tsuji.epsilon(-0.1), ValueError, "damping_ratio is -0.1: expected a finite number >= 0"),
         (lambda: tsuji.epsilon(math.inf), ValueError, "finite"),
         (lambda: tsuji.epsilon("0.1"), TypeError, "damping_ratio"),
-        (lambda: tsuji.epsilon(0.1, "middle"), ValueError, "end is 'middle': accepted is 'force' or 'position'"),
-        (lambda: tsuji.damping_ratio(0.0), ValueError, "epsilon is 0.0: accepted is a number > 0 and <= 1"),
+        (lambda: tsuji.epsilon(0.1, "middle"), ValueError, "end is 'middle': expected 'force' or 'position'"),
+        (lambda: tsuji.damping_ratio(0.0), ValueError, "epsilon is 0.0: expected a number > 0 and <= 1"),
         (lambda: tsuji.damping_ratio(1.1), ValueError, "epsilon is 1.1"),
         (lambda: tsuji.damping_ratio(math.nan), ValueError, "epsilon is nan"),
         (lambda: tsuji.damping_ratio(one_minus_epsilon=1.0), ValueError, "one_minus_epsilon is 1.0"),

@@ -76,7 +76,7 @@ def test_errors_of_both_constants_are_the_scatter_of_many_sets():
 
 
 def test_without_contact_times_there_is_no_stiffness():
-    with pytest.raises(ValueError, match="accepted is a column contact_time"):
+    with pytest.raises(ValueError, match="expected a column contact_time"):
         fitted().stiffness(BALL, False)
 
 

@@ -37,9 +37,9 @@ def test_outside_the_speeds_the_ends_hold(form):
     found = of_points(Points.measured(SPEED, ICE), form)
     ends = found.epsilon([SPEED[0], SPEED[-1]])
     assert found.epsilon([0, 1e-9, np.inf, 7]) == pytest.approx([ends[0], ends[0], ends[1], ends[1]])
-    with pytest.raises(ValueError, match="accepted is a number >= 0"):
+    with pytest.raises(ValueError, match="expected a number >= 0"):
         found.epsilon([-1])
-    with pytest.raises(ValueError, match="accepted is a number >= 0"):
+    with pytest.raises(ValueError, match="expected a number >= 0"):
         found.epsilon(np.nan)
 
 

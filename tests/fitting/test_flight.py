@@ -63,7 +63,7 @@ def test_terminal_speed_balances_drag_and_weight():
 @pytest.mark.parametrize(
     ("values", "text"),
     [
-        ({"air_density": 90}, "accepted is less than the sphere's density"),
+        ({"air_density": 90}, "expected less than the sphere's density"),
         ({"air_density": -1}, "air_density is -1"),
         ({"air_density": 1.2, "drag_coefficient": math.nan}, "drag_coefficient is nan"),
         ({"air_density": 1.2, "gravity": 0}, "gravity is 0"),

@@ -214,7 +214,7 @@ def test_what_cannot_be_fitted_is_refused(points, text):
         (([1, 2, 3], [0.9, 0.8, 2.1]), "point 3: eps is 2.1"),
         (([1, 2, 3], [0.9, 0.8, -0.01]), "point 3: eps is -0.01"),
         (([1, 2, -3], [0.9, 0.8, 0.7]), "speed is -3"),
-        (([1, 2], [0.9, 0.8, 0.7]), "accepted is one length"),
+        (([1, 2], [0.9, 0.8, 0.7]), "expected one length"),
         (([1, 2, 3], [0.9, 0.8, math.nan]), "epsilon is nan"),
     ],
 )
@@ -226,5 +226,5 @@ def test_points_out_of_range_are_refused(arguments, text):
 def test_known_errors_are_positive():
     with pytest.raises(ValueError, match="sigma_epsilon is 0"):
         Points.measured(SPEED, law(SPEED), sigma_epsilon=0.0)
-    with pytest.raises(ValueError, match="accepted is one number, or 12"):
+    with pytest.raises(ValueError, match="expected one number, or 12"):
         Points.measured(SPEED, law(SPEED), sigma_epsilon=[0.1, 0.2])

@@ -95,7 +95,7 @@ def test_errors_that_leave_points_without_one_are_scatter_or_refused():
     assert vp.fit(points(text)).beta > 0
     with pytest.raises(ValueError, match=r"eps has no standard errors|a combination of points without any"):
         vp.fit(points(text, scatter=False))
-    with pytest.raises(ValueError, match="line 3: sigma is '-1': accepted is a number >= 0"):
+    with pytest.raises(ValueError, match="line 3: sigma is '-1': expected a number >= 0"):
         points("time,sigma\n0,0\n1,-1\n1.9,.001\n")
 
 
@@ -249,7 +249,7 @@ def test_encodings(wide):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("x,y\n1,2\n", "the columns are 'x', 'y': accepted are speed and epsilon"),
+        ("x,y\n1,2\n", "the columns are 'x', 'y': expected speed and epsilon"),
         ("speed,v,epsilon\n1,1,0.9\n", "'speed' .column 1. and 'v' .column 2. both are speed: expected one"),
         ("speed,epsilon\n1,90\n2,85\n3,0.8\n", "line 2: eps is 90: expected 0 to 2"),
         ("speed,epsilon\n1,0.9\n2,-0.01\n3,0.8\n", "line 3: eps is -0.01: expected 0 to 2"),
@@ -257,13 +257,13 @@ def test_encodings(wide):
             "speed,epsilon,sigma_epsilon\n1,0.9,.01\n2,1.06,.01\n3,0.8,.01\n",
             "line 3: eps is 1.06: expected 0 to 1.05 .1 and 5 standard errors",
         ),
-        ("speed,speed_out\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is '0': accepted is a number > 0"),
-        ("speed,epsilon\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is '0': accepted is a number > 0"),
-        ("speed,epsilon\n1,0.9\nnan,0.8\n3,0.8\n", "line 3: speed is 'nan': accepted is a number"),
-        ("speed,epsilon\n1,0.9\n2\n3,0.8\n", "line 3: epsilon is '': accepted is a number"),
+        ("speed,speed_out\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is '0': expected a number > 0"),
+        ("speed,epsilon\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is '0': expected a number > 0"),
+        ("speed,epsilon\n1,0.9\nnan,0.8\n3,0.8\n", "line 3: speed is 'nan': expected a number"),
+        ("speed,epsilon\n1,0.9\n2\n3,0.8\n", "line 3: epsilon is '': expected a number"),
         ("speed (kg),epsilon\n1,0.9\n2,0.8\n", "the unit of speed is 'kg'"),
-        ("speed,epsilon (m)\n1,0.9\n2,0.8\n", "the unit of epsilon is 'm': accepted is none, or %"),
-        ("time\n1\n3\n2\n", "line 4: the bounce is at 2: accepted is later than the one before"),
+        ("speed,epsilon (m)\n1,0.9\n2,0.8\n", "the unit of epsilon is 'm': expected none, or %"),
+        ("time\n1\n3\n2\n", "line 4: the bounce is at 2: expected later than the one before"),
         (
             "time\n1\n2\n4\n",
             "three bounces in succession: .* line 3: ambiguous: an echo or another sound, or the bounce after it",
@@ -273,9 +273,9 @@ def test_encodings(wide):
         ("bounce 0,bounce 1,bounce 2\nNaN,NaN,NaN\n1,2,\n", "no drop has three bounces in succession"),
         ("impact_time,release_time\n0,0.1\n1,0.9\n1.9,2\n", "line 3: the release_time is before the impact"),
         ("time,sigma\n0,1e300\n1,1e300\n1.9,1e300\n", "line 3: the standard error of eps is"),
-        ("interval\n1\n-1\n0.9\n", "line 3: the bounce is at 0: accepted is later than the one before"),
+        ("interval\n1\n-1\n0.9\n", "line 3: the bounce is at 0: expected later than the one before"),
         ("time\n1\n2\n", "no drop has three bounces"),
-        ("height\n1\n-2\n", "line 3: the height is -2: accepted is a number > 0"),
+        ("height\n1\n-2\n", "line 3: the height is -2: expected a number > 0"),
         ("height\n1\n", "no drop has two heights"),
         ("", "the file has 0 lines with data"),
         (b"\x00\x01\x02", "the file is not text"),
@@ -308,17 +308,17 @@ def test_a_spreadsheet_that_is_none_is_refused(name, content):
         ("speed,epsilon\n1,0.8\n", {"contact_time": 1e-3}, "expected with it are bounces; here a column contact_time"),
         ("time\n1\n2\n2.9\n", {"contact_time": -1.0}, "contact_time is -1"),
         ("time\n1\n2\n2.9\n", {"resolution": "20"}, "line 3: the standard error of eps is"),
-        ("time\n1000\n2000\n2900\n", {}, "the speed is 4.9e.03 m/s: accepted is 1e-09 to 100 m/s; is the unit right"),
+        ("time\n1000\n2000\n2900\n", {}, "the speed is 4.9e.03 m/s: expected 1e-09 to 100 m/s; is the unit right"),
         ("speed;epsilon\n1,000;0.92\n2,000;0.9\n", {}, "decimal commas and decimal points"),
-        ("time\n1\n2\n2.9\n", {"resolution": "1 mm"}, "resolution is '1 mm': accepted is a time"),
-        ("time,sigma\n1,1\n2,1\n2.9,1\n", {"resolution": "1 ms"}, "accepted is no --resolution besides"),
+        ("time\n1\n2\n2.9\n", {"resolution": "1 mm"}, "resolution is '1 mm': expected a time"),
+        ("time,sigma\n1,1\n2,1\n2.9,1\n", {"resolution": "1 ms"}, "expected no --resolution besides"),
         ("speed,epsilon\n1,0.9\n", {"resolution": "1 ms"}, "accepted with speed and epsilon is a column"),
         ("speed,epsilon\n1,0.9\n", {"scatter": False}, "eps has no standard errors"),
         ("time\n1\n2\n2.9\n", {"scatter": False}, "eps has no standard errors"),
         ("speed,epsilon\n1,0.9\n", {"columns": {"speed": "w"}}, "there is no column 'w'"),
         ("speed,epsilon\n1,0.9\n", {"units": {"time": "s"}}, "there is no column 'time', for which a unit is given"),
         ("speed (m/s),epsilon\n1,0.9\n", {"units": {"speed": "cm/s"}}, "has the unit 'm/s' in its header"),
-        ("time\n1\n1.1\n1.19\n", {"contact_time": 0.2}, "accepted is more than the contact time"),
+        ("time\n1\n1.1\n1.19\n", {"contact_time": 0.2}, "expected more than the contact time"),
     ],
 )
 def test_options_that_do_not_fit_the_file(text, options, message):
@@ -338,5 +338,5 @@ def test_a_file_of_many_rows_is_read():
     rows = "\n".join(f"{1 + i / 1e5:.6f},0.9" for i in range(50_000))
     assert len(points(f"speed,epsilon\n{rows}\n")) == 50_000
     many = "\n".join(map(str, range(20_001)))
-    with pytest.raises(ValueError, match="there are 20001 instants: accepted are up to 20000"):
+    with pytest.raises(ValueError, match="there are 20001 instants: expected up to 20000"):
         points(f"time\n{many}\n")

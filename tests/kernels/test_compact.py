@@ -229,7 +229,7 @@ def test_relative_kernels_claim_nothing_of_the_loss():
 
 
 def test_what_is_said_to_be_accepted_is_accepted():
-    with pytest.raises(ValueError, match=r"accuracy is 1e-09: accepted is a number >= 2.8.*e-8") as refused:
+    with pytest.raises(ValueError, match=r"accuracy is 1e-09: expected a number >= 2.8.*e-8") as refused:
         compact.compact(1e-9)
     accuracy = re.search(r">= (\S+),", str(refused.value))[1]
     assert compact.compact(accuracy).formats == ("double",)
@@ -246,7 +246,7 @@ def test_a_refusal_names_an_error_that_a_proof_reaches():
         return Fraction(proven[choice])
 
     sampled = [(1e-10, "far"), (2e-12, "near"), (1e-12, "unproven miss"), (6e-14, "unproven")]
-    with pytest.raises(ValueError, match=r"^accuracy is 1e-13: accepted is a number >= 1\.1e-11, "):
+    with pytest.raises(ValueError, match=r"^accuracy is 1e-13: expected a number >= 1\.1e-11, "):
         compact.first(Fraction("1e-13"), sampled, error_of)
     assert made == ["unproven", "unproven miss", "near"]
 
@@ -265,8 +265,8 @@ def test_a_kernel_that_is_proven_again_has_the_same_record():
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
-        (lambda: compact.compact(0.1, "absolute"), ValueError, "measure is 'absolute': accepted is 'both' or"),
-        (lambda: compact.compact(None), TypeError, "accuracy is None: accepted is a number from"),
+        (lambda: compact.compact(0.1, "absolute"), ValueError, "measure is 'absolute': expected 'both' or"),
+        (lambda: compact.compact(None), TypeError, "accuracy is None: expected a number from"),
     ],
 )
 def test_bad_input(call, error, message):

@@ -150,8 +150,8 @@ def test_names_have_the_interval():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: inverse.inverse(0.1, 1), "epsilon_min is 1: accepted is 0, or a number"),
-        (lambda: inverse.inverse(1e-12), "accuracy of the inverse is 1e-12: accepted is a number >="),
+        (lambda: inverse.inverse(0.1, 1), "epsilon_min is 1: expected 0, or a number"),
+        (lambda: inverse.inverse(1e-12), "accuracy of the inverse is 1e-12: expected a number >="),
     ],
 )
 def test_bad_input(call, message):

@@ -319,7 +319,7 @@ def test_the_error_of_a_root_is_that_of_its_operations(name):
 
 
 def test_errors_of_sums_are_refused():
-    with working(BITS), pytest.raises(ValueError, match="accepted are products and quotients"):
+    with working(BITS), pytest.raises(ValueError, match="expected products and quotients"):
         of_powers(formulas.beta_of_radii_branch(), "shape", HOST, dict.fromkeys(("densities", "ratio"), 0))
 
 

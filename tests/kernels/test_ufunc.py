@@ -310,7 +310,7 @@ def test_masked_constants_and_outs(public):
 
 @pytest.mark.parametrize("speed", [10**400, -(10**400), 10**5000], ids=["large", "small", "unprintable"])
 def test_integers_too_large_are_refused(public, speed):
-    with pytest.raises(ValueError, match=r"^speed is .*: accepted is a number that double precision can hold$"):
+    with pytest.raises(ValueError, match=r"^speed is .*: expected a number that double precision can hold$"):
         public(speed, 1.0)
 
 
@@ -445,7 +445,7 @@ def test_the_environment_chooses():
 def test_a_bad_environment_is_refused():
     run = python(SHOWN, VISCOPADE_BACKEND="fortran")
     assert run.returncode == 1
-    assert run.stderr.splitlines()[-1] == "ValueError: VISCOPADE_BACKEND is 'fortran': accepted is compiled or numpy"
+    assert run.stderr.splitlines()[-1] == "ValueError: VISCOPADE_BACKEND is 'fortran': expected compiled or numpy"
 
 
 def test_without_the_extension(monkeypatch):
@@ -460,7 +460,7 @@ def test_without_the_extension(monkeypatch):
 
 @needs_extension
 def test_unknown_instructions_are_refused():
-    with pytest.raises(ValueError, match="instructions are z80: accepted is one of instruction_sets"):
+    with pytest.raises(ValueError, match="instructions are z80: expected one of instruction_sets"):
         native.compiled_restitution("z80")
 
 

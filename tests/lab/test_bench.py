@@ -252,11 +252,11 @@ def test_the_fastest_of_some_runs_counts():
 
 def test_without_a_compiler_there_is_one_clear_line(monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
-    with pytest.raises(ToolchainError, match=r"^there is no C compiler 'no-such-compiler': accepted is") as named:
+    with pytest.raises(ToolchainError, match=r"^there is no C compiler 'no-such-compiler': expected") as named:
         toolchain.find_compiler()
     monkeypatch.delenv("CC")
     monkeypatch.setenv("PATH", "")
-    with pytest.raises(ToolchainError, match=r"^there is no C compiler 'cc': accepted is") as unnamed:
+    with pytest.raises(ToolchainError, match=r"^there is no C compiler 'cc': expected") as unnamed:
         toolchain.find_compiler()
     assert [isinstance(error.value, ValueError) for error in (named, unnamed)] == [True, False]  # bad input, or not
 
@@ -337,7 +337,7 @@ def test_all_that_was_asked_for_is_measured_and_the_two_references(quick):
 def test_unknown_names_and_missing_headers_are_told(tmp_path):
     with pytest.raises(ValueError, match=r"there is no kernel 'minimax-5e-6': expected one of speed-1e-5, "):
         bench.contenders(("minimax-5e-6",))
-    with pytest.raises(ValueError, match=r"cannot read .*viscopade_full.h: No such file or directory; accepted is"):
+    with pytest.raises(ValueError, match=r"cannot read .*viscopade_full.h: No such file or directory; expected"):
         bench.run(bench.contenders(("full",)), lambda name: toolchain.read_from(tmp_path, name), 1, TINY)
 
 

@@ -176,7 +176,7 @@ def test_languages(name):
             assert parsed(("code", {"language": name, "format": form})).code == Code(name, form)
         else:
             message = refusal(text(edited(("code", {"language": name, "format": form}))))
-            assert message == f"code.format is {form!r}: accepted is {accepted[0]}"
+            assert message == f"code.format is {form!r}: expected {accepted[0]}"
 
 
 @pytest.mark.parametrize(
@@ -264,7 +264,7 @@ def test_a_constant_and_a_restitution_that_contradict_each_other(ratio):
     assert message.startswith(
         f"material.steel.dissipative_constant is {a * ratio:.6g} s, but material.steel.restitution"
     )
-    assert f"{a:.6g} s: accepted is one of the two" in message
+    assert f"{a:.6g} s: expected one of the two" in message
 
 
 def meeting(contact):
@@ -297,7 +297,7 @@ def test_materials_need_no_constant_if_contacts_have_one():
     changes = [("material.glass.dissipative_constant", GONE), ("contact", [contact])]
     assert parsed(*changes).materials["glass"].dissipative_constant is None
     message = refusal(text(edited(changes[0])))
-    assert message.startswith("material.glass.dissipative_constant is missing: accepted is dissipative_constant or")
+    assert message.startswith("material.glass.dissipative_constant is missing: expected dissipative_constant or")
 
 
 def test_one_material_may_be_elastic_but_not_both():
@@ -306,7 +306,7 @@ def test_one_material_may_be_elastic_but_not_both():
         assert scene.materials["glass"].dissipative_constant == 0
         assert scene.pair(scene.meetings[0]).A > 0
     message = refusal(text(edited(("material.glass.dissipative_constant", 0))))
-    assert "bead-bead has no dissipation, eps is 1: accepted is dissipative_constant > 0" in message
+    assert "bead-bead has no dissipation, eps is 1: expected dissipative_constant > 0" in message
     assert message.startswith("material.glass: ")
 
 
@@ -327,7 +327,7 @@ SQUARED = 'a squared speed > 0, such as "2.5 cm^2/s^2", or a number in m^2/s^2'
 NAME = "a name of up to 40 letters, digits and _ that begins with a letter"
 POISSON = "a number > -1 and <= 0.5"
 FRACTION = "a number > 0 and < 1"
-UNKNOWN = "is not known: accepted are"
+UNKNOWN = "is not known: expected"
 MISSING = "is missing: "
 
 
@@ -338,8 +338,8 @@ REFUSED = [  # a place, what stands there, the key that the message names, a par
     ("title", "a\nb", "title", "one line of text"),
     ("tolerence", {}, "tolerence", UNKNOWN),
     *((key, GONE, key, MISSING) for key in ("material", "body", "speed", "tolerance")),
-    *((key, {}, key, "accepted are 1 to 40") for key in ("material", "body")),
-    ("body", {f"b{i}": BASE["body"]["bead"] for i in range(41)}, "body", "accepted are 1 to 40"),
+    *((key, {}, key, "expected 1 to 40") for key in ("material", "body")),
+    ("body", {f"b{i}": BASE["body"]["bead"] for i in range(41)}, "body", "expected 1 to 40"),
     *((key, 1, key, "an object") for key in ("material", "body", "tolerance", "code", "gas", "units")),
     # materials
     ("material.a-b", BASE["material"]["glass"], "material", NAME),
@@ -442,20 +442,20 @@ def test_refusal(path, value, key, accepted):
 
 def test_a_contact_without_a_speed():
     content = text(edited(("speed", GONE), ("contact", [{"between": ["bead", "bead"]}])))
-    assert refusal(content) == "contact[0].speed is missing: accepted is a speed here, or one for the whole scene"
+    assert refusal(content) == "contact[0].speed is missing: expected a speed here, or one for the whole scene"
 
 
 def test_walls_alone():
     content = text(edited(("body", {"floor": BASE["body"]["floor"]})))
     message = refusal(content)
     assert message.startswith("body is ")
-    assert message.endswith("accepted is at least one sphere")
+    assert message.endswith("expected at least one sphere")
 
 
 @pytest.mark.parametrize(
     ("content", "accepted"),
     [
-        (b"\xff\xfe", "the file is not text in UTF-8: accepted is a scene in TOML"),
+        (b"\xff\xfe", "the file is not text in UTF-8: expected a scene in TOML"),
         (b"[material", "the text is not TOML: "),
         (b"", "material is missing"),
         (b"a = " + b"[" * 100_000, "nested too deeply"),
@@ -592,7 +592,7 @@ def documented():
 def accepted_by(path, value=1):
     """Return the keys that are accepted where an unknown one is put."""
     message = refusal(text(edited((f"{path}.nonsense".removeprefix("."), value), base=FULL)))
-    return message.split("accepted are ")[1].split(", ")
+    return message.split("expected ")[1].split(", ")
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def test_names_are_unique():
 
 
 def test_unknown_programs_are_refused():
-    with pytest.raises(ValueError, match="program is 'x': accepted is lammps"):
+    with pytest.raises(ValueError, match="program is 'x': expected lammps"):
         simulator_of("x")
 
 
@@ -69,7 +69,7 @@ def test_a_step_at_which_nothing_delivers_the_eps_still_gets_advice():
     program = simulator_of("mercurydpm")
     found = audited(program, program.formulas[0], "0.5", 1.0, 0.01)
     assert found.instead is None
-    assert "accepted is" in found.reasons[-1]
+    assert "expected" in found.reasons[-1]
     assert 0 < found.advice.largest_step < 0.1
 
 

@@ -150,7 +150,7 @@ def test_what_the_program_cannot_have():
     with pytest.raises(ValueError, match=r"epsilon is .*limitForce off is more than 0\.05"):
         liggghts.render(case, COMMAND, "hertz")
     assert "cannot have this eps: epsilon is" in liggghts.render(case, COMMAND)
-    with pytest.raises(ValueError, match="model is 'hooke': accepted is 'hertz/stiffness' or 'hertz'"):
+    with pytest.raises(ValueError, match="model is 'hooke': expected 'hertz/stiffness' or 'hertz'"):
         liggghts.render(case, COMMAND, "hooke")
 
 

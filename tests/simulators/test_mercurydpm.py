@@ -128,9 +128,7 @@ def test_the_header_compiled_with_stand_ins(tmp_path):
 def test_names():
     assert mercurydpm.identifiers(["a b", "2"]) == {"a b": "a_b_species", "2": "_2_species"}
     assert mercurydpm.identifiers(["glaß"]) == {"glaß": "gla__species"}
-    with pytest.raises(
-        ValueError, match=r"bodies 'a b' and 'a-b' get the same C\+\+ name: accepted are names that differ"
-    ):
+    with pytest.raises(ValueError, match=r"bodies 'a b' and 'a-b' get the same C\+\+ name: expected names that differ"):
         mercurydpm.identifiers(["a b", "a-b"])
     with pytest.raises(ValueError, match=r"bodies '2' and '_2'"):
         mercurydpm.identifiers(["2", "_2"])

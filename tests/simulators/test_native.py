@@ -104,7 +104,7 @@ def test_warnings():
 
 @pytest.mark.parametrize("step", [1e-9, 1.0])
 def test_steps_that_are_far_too_short_or_long_are_refused(step):
-    with pytest.raises(ValueError, match=r"accepted is 0\.0002 to 10 contact times of 0\.031"):
+    with pytest.raises(ValueError, match=r"expected 0\.0002 to 10 contact times of 0\.031"):
         delivered("mujoco", {"solref": SOFT, **FLAT}, step=step)
 
 
@@ -329,7 +329,7 @@ def test_parameters_of_dem_programs_mean_what_they_say():
         (
             "lammps",
             {"normal": "jkr", "coefficients": "1e5 1"},
-            "normal is 'jkr': accepted is hooke, hertz, hertz/material",
+            "normal is 'jkr': expected hooke, hertz, hertz/material",
         ),
         ("liggghts", {"model": "hertz", "coefficientRestitution": "0.05"}, "a number > 0.05 and <= 1"),
         ("yade", {"physics": "MindlinPhys", "young": "1e6", "poisson": "0.3"}, "en and betan: expected one of them"),
@@ -337,12 +337,12 @@ def test_parameters_of_dem_programs_mean_what_they_say():
         ("mercurydpm", MERCURY, "particleMass is not set"),
         ("mercurydpm", {"dissipation": "-1"}, "a number >= 0: in N s/m if LinearViscoelastic, without unit if"),
         ("mercurydpm", {"alpha": "1"}, "dissipation (a number >= 0: in N s/m if LinearViscoelastic, without unit if"),
-        ("chrono", {"kn": "0"}, "kn is '0': accepted is a number > 0: in N/m if Hooke or Flores, N/m^(5/2) if Hertz,"),
+        ("chrono", {"kn": "0"}, "kn is '0': expected a number > 0: in N/m if Hooke or Flores, N/m^(5/2) if Hertz,"),
         ("chrono", {"k": "1"}, "gn (a number >= 0: in 1/s if Hooke or Flores, 1/(s m^(3/2)) if Hertz, N s/m^(3/2) if"),
-        ("kratos", {"law": "DEM_D_JKR"}, "law is 'DEM_D_JKR': accepted is DEM_D_Hertz"),
-        ("jaxdem", {"young": "0", "e": "0.5"}, "young is '0': accepted is a number > 0, in Pa"),
-        ("chrono", {"poisson_ratio": "0.6"}, "poisson_ratio is '0.6': accepted is from -1 to 1/2"),
-        ("rebound", {"coefficient_of_restitution": "1.1"}, "accepted is a number > 0 and <= 1"),
+        ("kratos", {"law": "DEM_D_JKR"}, "law is 'DEM_D_JKR': expected DEM_D_Hertz"),
+        ("jaxdem", {"young": "0", "e": "0.5"}, "young is '0': expected a number > 0, in Pa"),
+        ("chrono", {"poisson_ratio": "0.6"}, "poisson_ratio is '0.6': expected from -1 to 1/2"),
+        ("rebound", {"coefficient_of_restitution": "1.1"}, "expected a number > 0 and <= 1"),
     ],
 )
 def test_wrong_parameters_of_dem_programs(program, given, message):
@@ -423,15 +423,15 @@ def test_stiff_contacts_of_drake_are_warned_of():
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"mass": "1"}, "there is no parameter 'mass': accepted are solref (timeconst"),
-        ({"solref": "1 -1"}, "solref is '1 -1': accepted is timeconst (in s) and dampratio > 0, or"),
+        ({"mass": "1"}, "there is no parameter 'mass': expected solref (timeconst"),
+        ({"solref": "1 -1"}, "solref is '1 -1': expected timeconst (in s) and dampratio > 0, or"),
         ({"solref": "nan 1"}, "solref is 'nan 1'"),
         ({"solref": "1e999 1"}, "solref is '1e999 1'"),
         ({"solref": ""}, "solref is ''"),
-        ({"friction": "1 1 1 1"}, "friction is '1 1 1 1': accepted is"),
-        ({"friction": "-1"}, "friction is '-1': accepted is"),
-        ({"condim": "2"}, "condim is '2': accepted is 1, 3, 4, 6"),
-        ({"integrator": "Verlet"}, "integrator is 'Verlet': accepted is Euler, RK4, implicit, implicitfast"),
+        ({"friction": "1 1 1 1"}, "friction is '1 1 1 1': expected"),
+        ({"friction": "-1"}, "friction is '-1': expected"),
+        ({"condim": "2"}, "condim is '2': expected 1, 3, 4, 6"),
+        ({"integrator": "Verlet"}, "integrator is 'Verlet': expected Euler, RK4, implicit, implicitfast"),
         ({"solref": "-0.0 -1"}, "solref is '-0.0 -1'"),
     ],
 )
@@ -449,7 +449,7 @@ def test_numbers_may_have_units():
     assert two.value("3") == (3, 2)
     assert two.written(two.value("3, 4")) == "3 4"
     for wrong in ("70 kg", "1 GPa, 2 GPa", "-1", "x"):
-        with pytest.raises(ValueError, match="accepted is a number >= 0, in Pa"):
+        with pytest.raises(ValueError, match="expected a number >= 0, in Pa"):
             one.value(wrong)
 
 
@@ -496,7 +496,7 @@ def test_wrong_formulas_get_one_line(formula):
     with pytest.raises(ValueError) as error:
         force(formula)
     assert str(error.value).startswith("force has ")
-    assert "accepted is numbers, x, v, + - * / **" in str(error.value)
+    assert "expected numbers, x, v, + - * / **" in str(error.value)
     assert "\n" not in str(error.value)
 
 

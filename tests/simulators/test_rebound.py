@@ -131,7 +131,7 @@ def test_names_of_functions_are_distinct():
 
 
 def test_bad_input():
-    with pytest.raises(ValueError, match="language is 'rust': accepted are c, python"):
+    with pytest.raises(ValueError, match="language is 'rust': expected c, python"):
         rebound.render(ice(), COMMAND, "rust")
     with pytest.raises(ValueError, match="expected 1e-5, 1e-10, full"):
         rebound.render(ice(), COMMAND, "c", "1e-6")
@@ -381,7 +381,7 @@ def test_compiled_functions_are_called_directly(program, scene):
 
 def test_install_refuses(program, scene, slow, tmp_path, header):
     sim = program.Simulation()
-    with pytest.raises(ValueError, match="contact is 'x': accepted are ice-ice"):
+    with pytest.raises(ValueError, match="contact is 'x': expected ice-ice"):
         scene.install(sim, "x")
     with pytest.raises(OSError, match=r"no\.so"):
         scene.install(sim, library=tmp_path / "no.so")

@@ -59,7 +59,7 @@ def test_refused(text):
 
 
 def test_refused_ends_and_kinds():
-    with pytest.raises(ValueError, match="accepted is 'force' or 'return'"):
+    with pytest.raises(ValueError, match="expected 'force' or 'return'"):
         law_of("linear", "sideways")
     for wrong in (None, 3, 1.5, ("1", "2")):
         with pytest.raises(TypeError, match="accepted"):

@@ -247,7 +247,7 @@ def test_an_exact_solution_loses_no_digits(h):
 
 
 def test_rational_pade_refuses():
-    with pytest.raises(TypeError, match="accepted are integers and Fractions"):
+    with pytest.raises(TypeError, match="expected integers and Fractions"):
         rational_pade([1, 0.5], 0, 1)
     with pytest.raises(ValueError, match="2 coefficients were given"):
         rational_pade([1, 2], 1, 1)
@@ -281,7 +281,7 @@ def test_zero_three_has_exact_zeros():
 def test_approximants_that_do_not_exist_are_named_and_a_larger_one_that_does(m, n, law):
     with pytest.raises(DegenerateError, match=rf"\[{m}/{n}\] does not exist") as refused:
         pade(m, n, 20, law)
-    larger = int(re.search(rf"accepted is for instance \[{m}/(\d+)\]$", str(refused.value))[1])
+    larger = int(re.search(rf"expected for instance \[{m}/(\d+)\]$", str(refused.value))[1])
     assert pade(m, larger, 20, law).n == larger > n
     for k in range(n + 1, larger):
         with pytest.raises(DegenerateError, match="does not exist"):
@@ -291,7 +291,7 @@ def test_approximants_that_do_not_exist_are_named_and_a_larger_one_that_does(m, 
 def test_an_approximant_with_a_coefficient_that_seems_0_is_named_and_one_near_that_works():
     with pytest.raises(ArithmeticError, match=r"\[2/15\] is not determined by 570 digits") as refused:
         pade(2, 15, 30, "3,1/2")
-    m, n = map(int, re.search(r"accepted is for instance \[(\d+)/(\d+)\]$", str(refused.value)).groups())
+    m, n = map(int, re.search(r"expected for instance \[(\d+)/(\d+)\]$", str(refused.value)).groups())
     assert abs(m - 2) + abs(n - 15) <= 2
     assert pade(m, n, 20, "3,1/2").n == n
 
@@ -463,7 +463,7 @@ def test_evaluation_at_the_ends():
 
 @pytest.mark.parametrize("bad", [-1.0, np.nan, [0.5, -1e-300]])
 def test_evaluation_refuses(bad):
-    with pytest.raises(ValueError, match=r"^v_star is .*: accepted is a number >= 0, or inf$"):
+    with pytest.raises(ValueError, match=r"^v_star is .*: expected a number >= 0, or inf$"):
         pade(1, 4)(bad)
 
 
@@ -472,13 +472,13 @@ def test_evaluation_refuses(bad):
 
 @pytest.mark.parametrize(("m", "n"), [(-1, 3), (0, -3), (201, 1), (1, 10**9)])
 def test_degrees_out_of_range(m, n):
-    with pytest.raises(ValueError, match="accepted is an integer from 0 to 200"):
+    with pytest.raises(ValueError, match="expected an integer from 0 to 200"):
         pade(m, n)
 
 
 @pytest.mark.parametrize("bad", ["3", 2.0, None, True])
 def test_degrees_of_wrong_type(bad):
-    with pytest.raises(TypeError, match="accepted is an integer"):
+    with pytest.raises(TypeError, match="expected an integer"):
         pade(bad, 3)
 
 

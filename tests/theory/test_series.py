@@ -339,21 +339,21 @@ def test_constructor_checks_identities():
 
 @pytest.mark.parametrize("order", [-1, arguments.MAX_ORDER + 1])
 def test_order_out_of_range(order):
-    with pytest.raises(ValueError, match=f"order is {order}: accepted is an integer from 0 to"):
+    with pytest.raises(ValueError, match=f"order is {order}: expected an integer from 0 to"):
         series(order, 10)
 
 
 @pytest.mark.parametrize("digits", [0, -3, 10**6])
 def test_digits_out_of_range(digits):
-    with pytest.raises(ValueError, match=f"digits is {digits}: accepted is an integer from 1 to 5000"):
+    with pytest.raises(ValueError, match=f"digits is {digits}: expected an integer from 1 to 5000"):
         series(4, digits)
 
 
 @pytest.mark.parametrize("bad", [2.5, 3.0, "4", None, True, 1 + 0j, Fraction(4)])
 def test_not_an_integer(bad):
-    with pytest.raises(TypeError, match="accepted is an integer"):
+    with pytest.raises(TypeError, match="expected an integer"):
         series(bad, 10)
-    with pytest.raises(TypeError, match="accepted is an integer"):
+    with pytest.raises(TypeError, match="expected an integer"):
         series(10, bad)
 
 

@@ -206,14 +206,14 @@ FUNCTIONS = [hierarchy, g_function, delayed_recovery_series, lambda_symbol, G_sy
 @pytest.mark.parametrize("bad", [-1, 10**9, 1.5, 2.0, Fraction(3), True, "3", None])
 def test_bad_orders_are_refused(function, bad):
     expected = ValueError if type(bad) is int else TypeError
-    with pytest.raises(expected, match="accepted is an integer from") as refusal:
+    with pytest.raises(expected, match="expected an integer from") as refusal:
         function(bad)
     assert "\n" not in str(refusal.value)
 
 
 @pytest.mark.parametrize("function", [lambda_symbol, lambda_from_G])
 def test_even_lambdas_do_not_exist(function):
-    with pytest.raises(ValueError, match="accepted is an odd integer"):
+    with pytest.raises(ValueError, match="expected an odd integer"):
         function(2)
 
 

@@ -27,7 +27,7 @@ class Powers:
     def __post_init__(self) -> None:
         for name, exponents in (("top", self.top), ("bottom", self.bottom)):
             if not exponents or exponents[0] != 0 or any(b <= a for a, b in pairwise(exponents)):
-                raise ValueError(f"{name} is {exponents}: accepted are ascending exponents that begin with 0")
+                raise ValueError(f"{name} is {exponents}: expected ascending exponents that begin with 0")
 
     @property
     def m(self) -> int:
@@ -73,6 +73,6 @@ class LacunaryQuotient:
     def __post_init__(self) -> None:
         if (len(self.a), len(self.b)) != (len(self.powers.top), len(self.powers.bottom)):
             numbers = f"{len(self.a)} and {len(self.b)} coefficients"
-            raise ValueError(f"{self.powers.label} cannot have {numbers}: accepted is one for each power")
+            raise ValueError(f"{self.powers.label} cannot have {numbers}: expected one for each power")
         if self.b[0] != 1:
             raise ValueError(f"the coefficient of y^0 in D is {self.b[0]}, it must be 1")

@@ -18,5 +18,5 @@ def measure_of(measure: str) -> Measure:
         If there is no such measure.
     """
     if measure not in MEASURES:
-        raise ValueError(f"measure is {measure!r}: accepted is 'both' or 'relative'")
+        raise ValueError(f"measure is {measure!r}: expected 'both' or 'relative'")
     return measure

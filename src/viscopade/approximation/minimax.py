@@ -174,7 +174,7 @@ def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
     n = arguments.integer("n", n, 0, MAX_FIT_N)
     if max(m, n) < 2:
         raise ValueError(
-            f"the degrees are [{m}/{n}]: accepted is at least 2 for one of them (as a_1 = b_1, smaller ones leave only "
+            f"the degrees are [{m}/{n}]: expected at least 2 for one of them (as a_1 = b_1, smaller ones leave only "
             "N/D = 1)"
         )
     return m, n
@@ -188,7 +188,7 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
     high = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: low < v <= LARGEST)
     if high - low < SMALLEST * max(low, Fraction(1)):
         raise ValueError(
-            f"the interval [{float(low):g}, {float(high):g}] is too short: accepted is a length of "
+            f"the interval [{float(low):g}, {float(high):g}] is too short: expected a length of "
             f"{float(SMALLEST):g} max(v_star_min, 1) or more"
         )
     return low, high
@@ -197,19 +197,17 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
 @lru_cache(maxsize=1024)
 def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int) -> Fit:
     if digits > MAX_DIGITS:
-        raise ValueError(
-            f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: accepted are lower degrees"
-        )
+        raise ValueError(f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: expected lower degrees")
     try:
         found = remez.solve(minimax_problem(m, n, interval, measure, digits))
     except remez.TooAccurate as small:
         wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
         return _fit(m, n, interval, measure, STEP * math.ceil(max(digits + STEP, wanted) / STEP))
     except remez.NoBest as reason:
-        raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; accepted are other degrees") from None
+        raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; expected other degrees") from None
     if not found.error < 1:
         raise TooCoarse(
-            f"the best [{m}/{n}] on {_shown(interval)} is off by {found.error:.3g} (100 % is 1): accepted are degrees "
+            f"the best [{m}/{n}] on {_shown(interval)} is off by {found.error:.3g} (100 % is 1): expected degrees "
             "and intervals with an error below 1 (n = m + 3 suits long intervals)"
         )
     places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))

@@ -141,7 +141,7 @@ class Problem:
     def __post_init__(self) -> None:
         low, high = self.interval
         if not 0 <= low < high < math.inf:
-            raise ValueError(f"interval is {self.interval}: accepted are two finite numbers, 0 <= x0 < x1")
+            raise ValueError(f"interval is {self.interval}: expected two finite numbers, 0 <= x0 < x1")
 
     @property
     def bits(self) -> int:

@@ -87,7 +87,7 @@ class ExactEpsilon:
         """Return eps, 1 - eps and (1 - eps)/v*^2."""
         near = float(v_star)
         if not near >= 0:
-            raise ValueError(f"v_star is {near!r}: accepted is a number >= 0")
+            raise ValueError(f"v_star is {near!r}: expected a number >= 0")
         if self.digits <= TABLE_DIGITS:
             index, folds = panels.index_of(near)
             return _table_panel(index).at(v_star, folds)

@@ -124,7 +124,7 @@ def v_star_from(epsilon: Values | None = None, *, one_minus_epsilon: Values | No
             lambda d: _inverse(np.minimum(d, 1 - d), d <= 0.5), "one_minus_epsilon", one_minus_epsilon, _PORTIONS
         )
     given = "neither" if epsilon is None else "both"
-    raise TypeError(f"epsilon and one_minus_epsilon: {given} given, accepted is exactly one of them")
+    raise TypeError(f"epsilon and one_minus_epsilon: {given} given, expected exactly one of them")
 
 
 # --- polynomials ------------------------------------------------------------------------------------------------------

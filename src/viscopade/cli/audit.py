@@ -80,7 +80,7 @@ def audit(
 def _refuse(where: str, options: Mapping[str, object]) -> None:
     for flag, value in options.items():
         if value is not None:
-            raise click.UsageError(f"{flag} is given {where}: accepted is one of both")
+            raise click.UsageError(f"{flag} is given {where}: expected one of both")
 
 
 def _show_audits(
@@ -101,7 +101,7 @@ def _show_audits(
     if epsilon is not None:
         arguments.exact_number("epsilon", epsilon, "a number from 0.001 to 1", lambda e: Fraction(1, 1000) <= e <= 1)
     if step_error is not None and not _LEAST_ERROR <= step_error <= 1:
-        raise ValueError(f"step-error is {step_error:.4g}: accepted is {_LEAST_ERROR:g} to 1")
+        raise ValueError(f"step-error is {step_error:.4g}: expected {_LEAST_ERROR:g} to 1")
     wanted = ASKED if epsilon is None else (epsilon.strip(),)
     found, refused = _audits(chosen, wanted, step, step_error)
     whole = {"rows": [_json(row) for row in found], "refused": refused}
@@ -185,11 +185,11 @@ def _native(simulator: str | None, force: str | None, end: End | None) -> tuple[
 
         return "", "", native(force, end or "force")
     if end is not None:
-        raise click.UsageError("--end is given for a simulator, which has its own: accepted is --force with it")
+        raise click.UsageError("--end is given for a simulator, which has its own: expected --force with it")
     program = simulator_of(str(simulator))
     if program.native is None:
         with_one = ", ".join(each.name for each in simulators() if each.native is not None)
-        raise ValueError(f"{program.title} has no contact of native parameters here: accepted is {with_one}")
+        raise ValueError(f"{program.title} has no contact of native parameters here: expected {with_one}")
     return program.title, program.version, program.native
 
 
@@ -199,9 +199,9 @@ def _given(settings: Sequence[str]) -> dict[str, str]:
     for text in settings:
         name, equals, value = map(str.strip, text.partition("="))
         if not equals:
-            raise click.UsageError(f'--set is {text!r}: accepted is NAME=VALUE, such as "solref=-2500 -100"')
+            raise click.UsageError(f'--set is {text!r}: expected NAME=VALUE, such as "solref=-2500 -100"')
         if name in found:
-            raise click.UsageError(f"{name} is set twice: accepted is once")
+            raise click.UsageError(f"{name} is set twice: expected once")
         found[name] = value
     return found
 
@@ -243,7 +243,7 @@ def _in_contact_times(time_step: str | None, contact_time: float, is_time: bool)
     step = float(arguments.exact_number("time-step", time_step, accepted, lambda x: abs(x) < 10**300))
     step = step / contact_time if contact_time else 0
     if not _LEAST_STEP <= step <= 1:
-        raise ValueError(f"time-step is {step:.4g} contact times: accepted is {_LEAST_STEP:g} to 1")
+        raise ValueError(f"time-step is {step:.4g} contact times: expected {_LEAST_STEP:g} to 1")
     return step
 
 

@@ -73,7 +73,7 @@ class Whole(_Integer):
         """Parse decimal digits with an optional sign."""
         if isinstance(value, str):
             if not re.fullmatch(r"[+-]?[0-9]{1,18}", value):
-                self.fail(f"{self.label} is {value!r}: accepted is an integer from {self.low} to {self.high}")
+                self.fail(f"{self.label} is {value!r}: expected an integer from {self.low} to {self.high}")
             value = int(value)
         try:
             return arguments.integer(self.label, value, self.low, self.high)
@@ -123,7 +123,7 @@ class Quantity(_Text):
                 unit, example = quantity.DIMENSIONS[self.dimension]
                 article = "an" if self.dimension[0] in "aeiou" else "a"
                 accepted = f'{article} {self.dimension}, such as "2.5 {example}", or a number in {unit}'
-                self.fail(f"{self.label} is {value!r}: accepted is {accepted}")
+                self.fail(f"{self.label} is {value!r}: expected {accepted}")
             return found
         return str(value)
 
@@ -152,7 +152,7 @@ class Degrees(_Pair):
         degrees = (int(match[1]), int(match[2])) if match else (arguments.MAX_DEGREE + 1, 0)
         if max(degrees) > arguments.MAX_DEGREE:
             accepted = f"M/N with 0 <= M, N <= {arguments.MAX_DEGREE}, such as 3/6"
-            self.fail(f"degrees are {value!r}: accepted is {accepted}")
+            self.fail(f"degrees are {value!r}: expected {accepted}")
         return degrees
 
 
@@ -298,7 +298,7 @@ def pair_of(
     if missing:
         raise click.UsageError("a material also needs " + ", ".join("--" + name.replace("_", "-") for name in missing))
     if len(radii) > 2 - wall:
-        raise click.UsageError(f"--radius is given {len(radii)} times: accepted is once or twice, and once with --wall")
+        raise click.UsageError(f"--radius is given {len(radii)} times: expected once or twice, and once with --wall")
     values: dict[str, Any] = {"dissipative_constant": 0.0}
     values |= {name: double(name, str(value)) for name, value in properties.items()}
     spheres = [Sphere(radius=double("radius", radius), **values) for radius in radii]
@@ -346,7 +346,7 @@ def picture_kind(option: str, file: Path) -> str:
     """
     kind = file.suffix.lower().removeprefix(".")
     if kind not in PICTURES:
-        raise click.UsageError(f"{option} is {file}: accepted is a name that ends in .svg, .png or .pdf")
+        raise click.UsageError(f"{option} is {file}: expected a name that ends in .svg, .png or .pdf")
     return kind
 
 

@@ -310,7 +310,7 @@ def epsilon(
     given = (v_star is not None) + (kappa is not None) + (beta is not None and speed is not None)
     if given != 1 or (beta is None) != (speed is None):
         raise click.UsageError(
-            "the options do not give one v*: accepted is --v-star, --kappa, --beta with --speed, --stiffness with "
+            "the options do not give one v*: expected --v-star, --kappa, --beta with --speed, --stiffness with "
             "--damping and --mass, or a material with --speed"
         )
     number = 30 if digits is None else digits
@@ -374,7 +374,7 @@ def invert(
 
     if (epsilon is None) == (one_minus_epsilon is None):
         given = "neither" if epsilon is None else "both"
-        raise click.UsageError(f"--epsilon and --one-minus-epsilon: {given} given, accepted is exactly one of them")
+        raise click.UsageError(f"--epsilon and --one-minus-epsilon: {given} given, expected exactly one of them")
     of = law_of(law, end)
     fields, line = law_words(of)
     pair = pair_of(**options)
@@ -384,7 +384,7 @@ def invert(
         raise click.UsageError("a material is given: accepted with it is the law viscoelastic with the end force")
     constants = _constants(of, stiffness, mass, speed)
     if constants is not None and pair is not None:
-        raise click.UsageError("--stiffness and a material are given: accepted is one of them")
+        raise click.UsageError("--stiffness and a material are given: expected one of them")
     plain = pair is None and speed is None and constants is None
     on_plane = constants is not None and speed is not None if pair is None else pair.second.is_wall
     _check_weight(load, gravity, on_plane=on_plane, of_scaled=plain)
@@ -489,7 +489,7 @@ def _constants(
     value = {name: _in_unit(name, str(text), units[name]) for name, text in given.items()}
     v = None if speed is None else double("speed", speed)
     if v == 0:
-        raise ValueError("speed is 0: accepted is a number > 0")
+        raise ValueError("speed is 0: expected a number > 0")
     k, m = value["stiffness"], value["mass"]
     kappa = law.kappa(1.0 if v is None else v, k=k, c=value["damping"], mass=m) if of_epsilon else 0.0
     return _Constants(law, k, m, v, kappa)
@@ -521,7 +521,7 @@ def _check_weight(load: float | None, gravity: str | None, *, on_plane: bool, of
     if gravity is None:
         return
     if double("gravity", gravity) < 0:
-        raise ValueError(f"gravity is {gravity}: accepted is a number >= 0")
+        raise ValueError(f"gravity is {gravity}: expected a number >= 0")
     if not on_plane:
         raise click.UsageError(
             "--gravity needs a body that falls on a plane: accepted with it is a material, --wall and --speed, or "

@@ -233,9 +233,7 @@ def _fitted(
             constants["young_modulus"] = young
             sphere = replace(sphere, young_modulus=young.value)
         else:
-            raise click.UsageError(
-                "the Young modulus is not known: accepted is --young-modulus, or a column contact_time"
-            )
+            raise click.UsageError("the Young modulus is not known: expected --young-modulus, or a column contact_time")
     assert isinstance(sphere, Sphere | None)
     gravity = how.flight.gravity
     drag = None if in_air else neglected.drag(recording, sphere, gravity)
@@ -297,7 +295,7 @@ def _flight(
         if drag_coefficient is not None:
             raise click.UsageError("--drag-coefficient is given: accepted with it is --air-density")
         if not g > 0:
-            raise ValueError(f"gravity is {g:g}: accepted is a number > 0")
+            raise ValueError(f"gravity is {g:g}: expected a number > 0")
         return Flight(g)
     assert sphere is not None
     drag = DRAG_COEFFICIENT if drag_coefficient is None else double("drag-coefficient", drag_coefficient)

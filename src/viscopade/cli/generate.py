@@ -167,13 +167,13 @@ def scene_command(
     from viscopade.scene import choice, render, tables
 
     if (file is None) == (example is None):
-        raise click.UsageError("accepted is a scene: either FILE, or --example NAME")
+        raise click.UsageError("expected a scene: either FILE, or --example NAME")
     if example is not None and example not in example_scenes():
-        raise click.UsageError(f"there is no example scene {example!r}: accepted are {', '.join(example_scenes())}")
+        raise click.UsageError(f"there is no example scene {example!r}: expected {', '.join(example_scenes())}")
     words, source = ("", file) if file is not None else ("--example ", example_scenes()[str(example)])
     scene = read_scene(source)
     if cc is not None and not (checking and scene.code.spoken.run.variable == "CC"):
-        raise click.UsageError("--cc is given and would not be used: accepted is --cc with the check of code in C")
+        raise click.UsageError("--cc is given and would not be used: expected --cc with the check of code in C")
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)
     found = choice.choose(scene)

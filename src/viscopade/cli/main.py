@@ -177,7 +177,7 @@ def main() -> None:
     except (ArithmeticError, RuntimeError) as error:
         _fail(error, 1)
     except MemoryError:
-        _fail("there is not enough memory: accepted are fewer digits, a lower order, or fewer inputs at once", 1)
+        _fail("there is not enough memory: expected fewer digits, a lower order, or fewer inputs at once", 1)
     except BrokenPipeError:  # the reader of the output has closed it
         _forget(sys.stdout)
         sys.exit(1)

@@ -34,7 +34,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
         first, colon, second = value.partition(":")
         unit = second.lstrip("+-.0123456789eE ")
         if not colon:
-            self.fail(f'speeds is {value!r}: accepted is a slowest and a fastest speed, such as "1:20 cm/s"')
+            self.fail(f'speeds is {value!r}: expected a slowest and a fastest speed, such as "1:20 cm/s"')
         if first.strip(" +-.0123456789eE") == "" and unit:
             first += f" {unit}"
         return speed.convert(first.strip(), param, ctx), speed.convert(second.strip(), param, ctx)
@@ -89,10 +89,10 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
     of_soft = [each for each in TARGETS if isinstance(simulator_with(each).texts[each], OwnLaw)]
     if target not in of_soft and any(value is not None for value in soft.values()):
         flag = next(name for name, value in soft.items() if value is not None)
-        raise click.UsageError(f"--{flag.replace('_', '-')} is given for {target}: accepted is {', '.join(of_soft)}")
+        raise click.UsageError(f"--{flag.replace('_', '-')} is given for {target}: expected {', '.join(of_soft)}")
     if tier is not None and not target.startswith("rebound"):
         raise click.UsageError(
-            f"--tier is given for {target}, which computes the force: accepted is rebound-c or rebound-python"
+            f"--tier is given for {target}, which computes the force: expected rebound-c or rebound-python"
         )
     gravity = options.pop("gravity")
     found = _given(file, None if gravity is None else double("gravity", gravity), **options)
@@ -102,8 +102,7 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
         text = render(target, found.setup, words, **({} if tier is None else {"tier": tier}))
     else:
         raise click.UsageError(
-            f"{target} needs a material: accepted is a scene, or --radius, --density, --young-modulus and "
-            "--poisson-ratio"
+            f"{target} needs a material: expected a scene, or --radius, --density, --young-modulus and --poisson-ratio"
         )
     deliver(text, output)
 
@@ -132,21 +131,21 @@ def _given(
     from viscopade.scene.sense import setup
 
     if gravity is not None and not gravity > 0:
-        raise ValueError(f"gravity is {gravity:g}: accepted is a number > 0")
+        raise ValueError(f"gravity is {gravity:g}: expected a number > 0")
     constant = options["dissipative_constant"]
     without = {name: value for name, value in options.items() if name != "dissipative_constant"}
     has_material = bool(without["radii"]) or any(value not in (None, False, ()) for value in without.values())
     if file is not None:
         if has_material or any(value is not None for value in (epsilon, speed, speeds, constant, yield_strength)):
             raise click.UsageError(
-                "a scene and a material are given: accepted is either a scene or a material with --speed"
+                "a scene and a material are given: expected either a scene or a material with --speed"
             )
         scene = read_scene(file)
         return _Given(setup(scene, gravity), scene)
     if (epsilon is None) == (constant is None):
         given = "neither" if constant is None else "both"
         raise click.UsageError(
-            f"--epsilon and --dissipative-constant: {given} given, accepted is a scene, or a material with --speed and "
+            f"--epsilon and --dissipative-constant: {given} given, expected a scene, or a material with --speed and "
             "exactly one of them"
         )
     if speed is None:
@@ -154,7 +153,7 @@ def _given(
     v = double("speed", speed)
     ends = None if speeds is None else (double("speeds", speeds[0]), double("speeds", speeds[1]))
     if ends is not None and not 0 < ends[0] <= v <= ends[1]:
-        raise ValueError(f"speeds are {ends[0]:g} and {ends[1]:g} m/s: accepted is 0 < MIN <= {v:g} <= MAX")
+        raise ValueError(f"speeds are {ends[0]:g} and {ends[1]:g} m/s: expected 0 < MIN <= {v:g} <= MAX")
     if not has_material and constant is None and yield_strength is None:
         return _Given(None, None, epsilon, v, ends, gravity)
     return _Given(_setup_of_material(epsilon, v, ends, yield_strength, gravity, options))
@@ -199,14 +198,14 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     )
     for name, value in (("mass", mass), ("time-step", step)):
         if value is not None and value <= 0:
-            raise ValueError(f"{name} is {value:g}: accepted is a number > 0")
+            raise ValueError(f"{name} is {value:g}: expected a number > 0")
     error = STEP_ERROR if soft["step_error"] is None else soft["step_error"]
     if not 1e-8 <= error <= 1:
-        raise ValueError(f"step-error is {error:.4g}: accepted is 1e-08 to 1")
+        raise ValueError(f"step-error is {error:.4g}: expected 1e-08 to 1")
     scale = Scale() if found.scene is None else found.scene.scale
     if soft["stiffness"] is not None and found.setup is not None and found.setup.units != SI:
         raise click.UsageError(
-            "--stiffness is in SI units and the scene is not: accepted is --contact-time or --penetration"
+            "--stiffness is in SI units and the scene is not: expected --contact-time or --penetration"
         )
     time, length, step = (
         None if value is None else value / unit
@@ -220,7 +219,7 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
         opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s{of}"], SI
     else:
         if mass is not None:
-            raise click.UsageError("--mass and bodies with masses are given: accepted is one of them")
+            raise click.UsageError("--mass and bodies with masses are given: expected one of them")
         wanted = [Wanted.of(contact, found.setup.weighty) for contact in found.setup.contacts]
         opening, units = found.setup.heading, found.setup.units
     return render_own_law(

@@ -102,9 +102,7 @@ def plot(
     page = sheet.Page(title, _inches(size), _points(font_size))
     curves, ends, pair, of_v_star = _curves(file, **options)
     if of_v_star and data is not None:
-        raise click.UsageError(
-            "--data needs spheres: accepted is a scene, a material, --beta, or --epsilon with --speed"
-        )
+        raise click.UsageError("--data needs spheres: expected a scene, a material, --beta, or --epsilon with --speed")
     points = None
     if data is not None:
         from viscopade import files
@@ -220,18 +218,16 @@ def _curves(
 
     at = None if speed is None else double("speed", speed)
     if at is not None and not at > 0:
-        raise ValueError(f"speed is {at:g}: accepted is a number > 0")
+        raise ValueError(f"speed is {at:g}: expected a number > 0")
     g = None if gravity is None else double("gravity", gravity)
     if g is not None and not g > 0:
-        raise ValueError(f"gravity is {g:g}: accepted is a number > 0")
+        raise ValueError(f"gravity is {g:g}: expected a number > 0")
     nothing = file is None and beta is None and epsilon is None and speed is None
     if nothing and all(value in (None, False, ()) for value in body.values()):
         if g is not None:
             raise click.UsageError(_NO_FALL)
         if laws or programs:
-            raise click.UsageError(
-                "--law and --program need spheres: accepted is --epsilon with --speed, or a material"
-            )
+            raise click.UsageError("--law and --program need spheres: expected --epsilon with --speed, or a material")
         without_spheres = [speeds.over_v_star(), *(speeds.approximant(m, n, None) for m, n in approximants)]
         return without_spheres, _ends(slowest, fastest, 0.01, 10.0), None, True
     found, pair, ends = _viscoelastic(file, beta, epsilon, at, body, g)
@@ -250,10 +246,10 @@ def _curves(
         for program in programs:
             curves += speeds.of_program(program, value, at, weights[0])
     if approximants and g is not None:
-        raise click.UsageError("--pade and --gravity are given: accepted is one of them")
+        raise click.UsageError("--pade and --gravity are given: expected one of them")
     curves += [speeds.approximant(m, n, betas[0]) for m, n in approximants]
     if len(curves) > speeds.MOST:
-        raise ValueError(f"there are {len(curves)} curves: accepted are up to {speeds.MOST}")
+        raise ValueError(f"there are {len(curves)} curves: expected up to {speeds.MOST}")
     return curves, _ends(slowest, fastest, *ends[:2]), pair, False
 
 
@@ -272,7 +268,7 @@ def _ends(slowest: str | None, fastest: str | None, low: float, high: float) -> 
     low = low if slowest is None else double("from", slowest)
     high = high if fastest is None else double("to", fastest)
     if not 0 < low < high:
-        raise ValueError(f"the ends are {low:g} and {high:g}: accepted is 0 < --from < --to")
+        raise ValueError(f"the ends are {low:g} and {high:g}: expected 0 < --from < --to")
     return low, high
 
 
@@ -290,21 +286,21 @@ def _viscoelastic(
     given = (file is not None) + (beta is not None) + (constant is not None) + (epsilon is not None)
     if given != 1 or (epsilon is None) == (speed is not None and file is None and beta is None and constant is None):
         raise click.UsageError(
-            "the options do not describe spheres: accepted is a scene, or --beta, or --epsilon with --speed, or a "
+            "the options do not describe spheres: expected a scene, or --beta, or --epsilon with --speed, or a "
             "material with either --dissipative-constant or --epsilon and --speed"
         )
     ends = (1e-3, 10.0, 1.0)
     if file is not None:
         if has_body:
-            raise click.UsageError("a scene and a material are given: accepted is one of them")
+            raise click.UsageError("a scene and a material are given: expected one of them")
         return _of_scene(file, gravity is not None)
     if beta is not None:
         if has_body:
-            raise click.UsageError("--beta and a material are given: accepted is one of them")
+            raise click.UsageError("--beta and a material are given: expected one of them")
         return [("viscoelastic", _in_si(beta))], None, ends
     if not has_body:
         if epsilon is None:
-            raise click.UsageError("--dissipative-constant needs a material: accepted are its radius, density, …")
+            raise click.UsageError("--dissipative-constant needs a material: expected its radius, density, …")
         assert speed is not None
         from viscopade.plots import speeds
 

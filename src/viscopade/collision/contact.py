@@ -149,7 +149,7 @@ class Contact:
         object.__setattr__(self, "mass", checked.number("mass", self.mass, _POSITIVE))
         object.__setattr__(self, "load", checked.number("load", self.load, _FINITE))
         if self.end not in ENDS:
-            raise ValueError(f"end is {self.end!r}: accepted is 'force' or 'return'")
+            raise ValueError(f"end is {self.end!r}: expected 'force' or 'return'")
 
     @classmethod
     def of_law(cls, law: Law | str, kappa: ArrayLike, load: float = 0.0) -> Contact:
@@ -206,20 +206,18 @@ class Contact:
         shortest = math.pi * length / _fastest(self, v, length) / _STEPS
         if h < shortest:
             raise ValueError(
-                f"step is {h:g}: accepted is a number >= {shortest:.3g}, {_STEPS} steps in a contact; without one, "
+                f"step is {h:g}: expected a number >= {shortest:.3g}, {_STEPS} steps in a contact; without one, "
                 "steps are infinitely fine"
             )
         begins = checked.array("phases", phases, PHASE).ravel()
         if not begins.size:
-            raise ValueError("phases has no number: accepted is at least one number from 0 to 1")
+            raise ValueError("phases has no number: expected at least one number from 0 to 1")
         if not isinstance(scheme, Scheme):
             raise TypeError(checked.refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
         with np.errstate(over="ignore", invalid="ignore"):
             found = self.rebounds(v, h, begins, scheme)
         if not (np.isfinite(found.epsilon) & np.isfinite(found.depth)).all():
-            raise ValueError(
-                f"step is {step:g}: accepted is one with which no speed leaves the range of double precision"
-            )
+            raise ValueError(f"step is {step:g}: expected one with which no speed leaves the range of double precision")
         mean, errors = {}, {}
         for name, values in found._asdict().items():
             mean[name] = float(values.mean())
@@ -320,7 +318,7 @@ def damping_factor(
             b, high, a = a, low, a - _NEAR * 2**i
             low = excess(a)
     accepted = f"at least {min(tried):.4g}" if first > 0 else f"at most {max(tried):.4g}"
-    raise ValueError(f"epsilon is {wanted:g}: accepted is {accepted}, which this damping gives")
+    raise ValueError(f"epsilon is {wanted:g}: expected {accepted}, which this damping gives")
 
 
 def _root(function: Callable[[float], float], one: tuple[float, float], other: tuple[float, float]) -> float:
@@ -526,7 +524,7 @@ def _length(contact: Contact, speed: float) -> float:
     """Return a length on which the force stops the bodies, at rest if it does, else at the speed of impact."""
     if not (0 < speed * speed < math.inf and 0 < contact.mass * speed * speed < math.inf):
         raise ValueError(
-            f"speed is {speed:g}, mass {contact.mass:g}: accepted are numbers whose m v^2 is a positive double"
+            f"speed is {speed:g}, mass {contact.mass:g}: expected numbers whose m v^2 is a positive double"
         )
     for rate in (0.0, speed):
         low, high = -40.0, 40.0

@@ -141,7 +141,7 @@ class Curve:
             If not exactly one of the two is given.
         """
         if (epsilon is None) == (one_minus_epsilon is None):
-            raise TypeError("accepted is exactly one of epsilon and one_minus_epsilon")
+            raise TypeError("expected exactly one of epsilon and one_minus_epsilon")
         if epsilon is not None:
             return checked.elementwise(lambda e: self._kappa(1 - e, e), "epsilon", epsilon, self._portions(False))
         assert one_minus_epsilon is not None

@@ -188,11 +188,11 @@ def collision(
         factor = arguments.exact_number("beta", beta, _BETAS, _in_range)
         velocity = arguments.exact_number("speed", speed, _BETAS, _in_range)
         if of.c <= 0 and velocity == 0:
-            raise ValueError("speed is 0: accepted is a number > 0, for kappa does not vanish with the speed")
+            raise ValueError("speed is 0: expected a number > 0, for kappa does not vanish with the speed")
         root = _rational_root_of_product(factor, velocity, of)
         exact = {"beta": factor} if root is None else {"beta": factor, "v_star": root}
         return _at_speed(_Speed(factor, velocity, exact, of), digits)
-    raise TypeError("accepted is exactly one of v_star, kappa, and both beta and speed")
+    raise TypeError("expected exactly one of v_star, kappa, and both beta and speed")
 
 
 def _at_speed(wanted: _Speed, digits: int) -> Collision:
@@ -263,7 +263,7 @@ def invert(
     """
     digits, of = arguments.digits(digits), law_of(law)
     if (epsilon is None) == (one_minus_epsilon is None):
-        raise TypeError("accepted is exactly one of epsilon and one_minus_epsilon")
+        raise TypeError("expected exactly one of epsilon and one_minus_epsilon")
     if epsilon is not None:
         restitution = arguments.exact_number("epsilon", epsilon, _RESTITUTIONS, _is_restitution)
     else:
@@ -567,7 +567,7 @@ def _collision(wanted: _Wanted, digits: int) -> Collision:
         smaller = "a larger epsilon" if isinstance(wanted, _Restitution) else "a smaller kappa"
         raise ValueError(
             f"contact of the law {wanted.law} does not end at x = 0, or too slowly to be followed, with so much "
-            f"damping: accepted is {smaller}" + (", or end 'force'" if wanted.law.nu > 1 else "")
+            f"damping: expected {smaller}" + (", or end 'force'" if wanted.law.nu > 1 else "")
         ) from None
 
 
@@ -728,6 +728,6 @@ def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bo
 def _at_infinity(digits: int, law: Law) -> Collision:
     """Return the limit v* -> infinity."""
     if not law.delayed:
-        raise ValueError("v_star is inf: accepted is a finite number, because contact with this law takes for ever")
+        raise ValueError("v_star is inf: expected a finite number, because contact with this law takes for ever")
     kappa = {"kappa": arb.pos_inf()} if law != VISCOELASTIC else {}
     return Collision(digits, arb.pos_inf(), arb(0), arb(1), arb(0), arb(0), {}, **kappa)

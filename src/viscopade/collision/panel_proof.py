@@ -136,7 +136,7 @@ def prove_panel(index: int) -> PanelBounds:
         If the bounds are not small.
     """
     if index not in range(PANELS):
-        raise ValueError(f"panel is {index}: accepted are 0 to {PANELS - 1}")
+        raise ValueError(f"panel is {index}: expected 0 to {PANELS - 1}")
     bounds = _PanelProof(index).bounds()
     if max(bounds) > WANTED:
         bounds = _PanelProof(index, MORE_ACCURACY, MORE_DEGREE).bounds()
@@ -315,7 +315,7 @@ def tail(v_star: arb) -> arb:
         If v* is below 4.
     """
     if not v_star >= 4:
-        raise ValueError(f"v_star is {v_star}: accepted is 4 or more")
+        raise ValueError(f"v_star is {v_star}: expected 4 or more")
     k = (96 * v_star**10 / (arb(10) / 9)).root(6)
     return ((21 * k.log() + 8) / k**2).abs_upper()
 

@@ -177,7 +177,7 @@ class Pair:
             if not isinstance(value, Sphere):
                 raise TypeError(refusal(name, value, "a Sphere"))
         if self.first.is_wall and self.second.is_wall:
-            raise ValueError("first and second are walls: accepted is at most one wall")
+            raise ValueError("first and second are walls: expected at most one wall")
         _in_range("rho", self.rho)
         if self.A > 0:
             _in_range("beta", self.beta)
@@ -244,7 +244,7 @@ class Pair:
         """
         g = checked.number("gravity", gravity, _NON_NEGATIVE)
         if g and not (self.first.is_wall or self.second.is_wall):
-            raise ValueError(f"gravity is {g:g} for two spheres: accepted is 0; a weight needs a sphere and a wall")
+            raise ValueError(f"gravity is {g:g} for two spheres: expected 0; a weight needs a sphere and a wall")
         rho, damping = self.rho, 1.5 * self.A * self.rho
         return Contact(lambda x, v: rho * x**1.5 + damping * np.sqrt(x) * v, mass=self.m_eff, load=self.m_eff * g)
 
@@ -426,7 +426,7 @@ def beta_from_restitution(
     """
     reached: Any = v_star_from(epsilon, one_minus_epsilon=one_minus_epsilon)  # type: ignore[type-var]
     if np.asarray(np.isinf(reached)).any():
-        raise ValueError("epsilon is 0: accepted is a number > 0 and <= 1")
+        raise ValueError("epsilon is 0: expected a number > 0 and <= 1")
     beta = checked.Elementwise(lambda v, v_star: v_star**2 / v**0.2, {"speed": _POSITIVE, "v_star": _NON_NEGATIVE})
     return cast(float | FloatArray, beta(speed, reached))
 
@@ -531,12 +531,12 @@ def _mass_and_density(radius: float, mass: Number | None, density: Number | None
     """Check the one of the two that is given and complete the other; the density of a wall is NaN."""
     if (mass is None) == (density is None):
         given = "neither" if mass is None else "both"
-        raise ValueError(f"mass and density: {given} given, accepted is exactly one of them")
+        raise ValueError(f"mass and density: {given} given, expected exactly one of them")
     m = math.nan if mass is None else checked.number("mass", mass, _EXTENT)
     d = math.nan if density is None else checked.number("density", density, _POSITIVE)
     if math.isinf(radius) != math.isinf(m):
         infinite, other = ("radius", "mass") if math.isinf(radius) else ("mass", "radius")
-        raise ValueError(f"{infinite} is inf: accepted is a finite number > 0 or, for a wall, {other} = inf too")
+        raise ValueError(f"{infinite} is inf: expected a finite number > 0 or, for a wall, {other} = inf too")
     if math.isinf(radius):
         return m, d
     # One factor of the radius at a time: the intermediate results lie between the given value and the result.
@@ -561,5 +561,5 @@ def _in_range(name: str, value: float) -> float:
     if not _LEAST_NORMAL <= value < math.inf:
         subnormal = 0 < value < _LEAST_NORMAL
         accepted = f"at least {_LEAST_NORMAL:.3g}, as smaller numbers lose digits" if subnormal else _POSITIVE.accepted
-        raise ValueError(f"{name} is {value} in these units: accepted is {accepted}; rescale the units")
+        raise ValueError(f"{name} is {value} in these units: expected {accepted}; rescale the units")
     return value

@@ -114,7 +114,7 @@ def _wanted(epsilon: Number | None, loss: Number | None) -> float:
     """Return -ln eps."""
     if (epsilon is None) == (loss is None):
         given = "neither" if loss is None else "both"
-        raise TypeError(f"epsilon and one_minus_epsilon: {given} given, accepted is exactly one of them")
+        raise TypeError(f"epsilon and one_minus_epsilon: {given} given, expected exactly one of them")
     if epsilon is not None:
         return -math.log(checked.number("epsilon", epsilon, _EPSILON)) + 0.0
     return -math.log1p(-checked.number("one_minus_epsilon", loss, _LOSS)) + 0.0

@@ -175,7 +175,7 @@ def of_times(
             measured = array("contact_time", durations[i], _ERRORS) if len(durations) else None
             parts.append(_of_drop(instants, labels, flight, _errors(sigma, i, instants, "s"), contact, measured))
     if not parts:
-        raise TooFew("no drop has three bounces: accepted are three instants or more, for one eps")
+        raise TooFew("no drop has three bounces: expected three instants or more, for one eps")
     return _weighted(together(parts), contact, flight)
 
 
@@ -183,9 +183,7 @@ def require_ascending(instants: FloatArray, labels: Sequence[str]) -> None:
     """Refuse instants that do not ascend."""
     if (late := np.diff(instants) <= 0).any():
         k = int(np.argmax(late))
-        raise ValueError(
-            f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: accepted is later than the one before"
-        )
+        raise ValueError(f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: expected later than the one before")
 
 
 def _of_drop(
@@ -203,7 +201,7 @@ def _of_drop(
         if (short := contacts >= spans).any():
             k = int(np.argmax(short))
             raise ValueError(
-                f"{labels[k + 1]}: {spans[k]:.6g} after the bounce before: accepted is more than the contact time"
+                f"{labels[k + 1]}: {spans[k]:.6g} after the bounce before: expected more than the contact time"
             )
         launch = flight.launch(spans - contacts)
         speed = flight.impact(launch[:-1])
@@ -254,14 +252,14 @@ def of_heights(
         heights = array("heights", given, _FINITE)
         if (low := heights <= 0).any():
             k = int(np.argmax(low))
-            raise ValueError(f"{labels[k]}: the height is {heights[k]:g}: accepted is a number > 0")
+            raise ValueError(f"{labels[k]}: the height is {heights[k]:g}: expected a number > 0")
         if len(heights) < 2:
             continue
         errors = _errors(sigma, i, heights, "m")
         launch = flight.launch_to(heights)
         parts.append(_points(flight, launch, _rows(flight.launch_to_slope(heights) * errors), labels[1:]))
     if not parts:
-        raise TooFew("no drop has two heights: accepted are the height of release and a rebound, or more")
+        raise TooFew("no drop has two heights: expected the height of release and a rebound, or more")
     return _weighted(together(parts), contact, flight)
 
 

@@ -185,7 +185,7 @@ class Columns:
             bad &= np.array([cell.lower() not in ("", "nan") for cell in cells], dtype=bool)
         if bad.any():
             i = int(np.argmax(bad))
-            raise ValueError(f"{self.labels[i]}: {name} is {cells[i]!r}: accepted is a number{least}")
+            raise ValueError(f"{self.labels[i]}: {name} is {cells[i]!r}: expected a number{least}")
         return found * self._unit(name, dimension or COLUMNS[name][0])
 
     def _number(self, cell: str) -> float:
@@ -199,7 +199,7 @@ class Columns:
         written = ((match[2] if match else "") or self._second.get(name, "")).strip()
         unit = self.options.units.get(name) or written
         if written and name in self.options.units:
-            raise ValueError(f"the column {name} has the unit {written!r} in its header: accepted is no other one")
+            raise ValueError(f"the column {name} has the unit {written!r} in its header: expected no other one")
         if name == "position" and self.options.length_per_unit is not None:
             return self.options.length_per_unit
         if not unit:
@@ -207,7 +207,7 @@ class Columns:
         if not dimension:
             if unit in ("%", "-", "1"):
                 return 0.01 if unit == "%" else 1.0
-            raise ValueError(f"the unit of {name} is {unit!r}: accepted is none, or %")
+            raise ValueError(f"the unit of {name} is {unit!r}: expected none, or %")
         return factor(Node(self.sheet.source, f"the unit of {name}", unit), dimension)[1]
 
     def sigma(self, dimension: str) -> FloatArray:
@@ -215,7 +215,7 @@ class Columns:
         given = self.options.resolution
         if "sigma" in self.known:
             if given is not None:
-                raise ValueError("there is a column of standard errors: accepted is no --resolution besides")
+                raise ValueError("there is a column of standard errors: expected no --resolution besides")
             return self.numbers("sigma", dimension, least=" >= 0")
         plain = math.nan if given is None else self._number(given)
         node = Node(self.sheet.source, "resolution", given if math.isnan(plain) else plain)

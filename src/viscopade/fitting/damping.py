@@ -135,7 +135,7 @@ class DampingFit:
         """
         times = self.points.contact_time
         if times is None:
-            raise ValueError("contact times are not given: accepted is a column contact_time")
+            raise ValueError("contact times are not given: expected a column contact_time")
 
         speed, load = self.points.speed, self.points.load(self.points.speed)
 

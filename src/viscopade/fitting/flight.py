@@ -71,7 +71,7 @@ class Flight:
         air = number("air_density", air_density, _NON_NEGATIVE)
         drag = number("drag_coefficient", drag_coefficient, _NON_NEGATIVE)
         if air >= d:
-            raise ValueError(f"air_density is {air:g}: accepted is less than the sphere's density, {d:g}")
+            raise ValueError(f"air_density is {air:g}: expected less than the sphere's density, {d:g}")
         falling = g * (1 - air / d)
         return cls(falling, math.sqrt(8 / 3 * r * falling * d / (air * drag)) if air * drag else math.inf)
 

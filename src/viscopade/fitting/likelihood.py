@@ -337,14 +337,14 @@ def fitted(points: Points, model: Model, *, robust: bool = False) -> LawFit:
 
 def _require(points: Points, model: Model) -> None:
     if len(points) < 3:
-        raise ValueError(f"there are {len(points)} points with a speed and an eps: accepted are 3 or more")
+        raise ValueError(f"there are {len(points)} points with a speed and an eps: expected 3 or more")
     if np.ptp(points.speed) <= 1e-9 * points.speed.max():
         raise ValueError(
-            f"all speeds are {points.speed[0]:.6g}: accepted are two different ones or more; `viscopade invert` gives "
+            f"all speeds are {points.speed[0]:.6g}: expected two different ones or more; `viscopade invert` gives "
             "the damping for one eps at one speed"
         )
     if len(points) <= model.parameters:
-        raise ValueError(f"there are {len(points)} points for {model.parameters} parameters: accepted are more")
+        raise ValueError(f"there are {len(points)} points for {model.parameters} parameters: expected more")
 
 
 def _from(points: Points, model: Model, middle: float, start: float, robust: bool) -> LawFit:
@@ -415,7 +415,7 @@ def _cholesky(measured: FloatArray, scatter: float, counts: FloatArray | None) -
         return np.asarray(linalg.cholesky_banded(whole, lower=True))
     except np.linalg.LinAlgError:
         raise ValueError(
-            "the standard errors leave a combination of points without any: accepted is one for each"
+            "the standard errors leave a combination of points without any: expected one for each"
         ) from None
 
 

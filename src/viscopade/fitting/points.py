@@ -148,10 +148,10 @@ class Points:
         plain = [without_unit(name, values) for name, values in given.items()]
         shapes = [np.shape(values) for values in plain]
         if len(shapes[0]) != 1 or shapes[0] != shapes[1]:
-            raise ValueError(f"speed and epsilon have the shapes {shapes[0]} and {shapes[1]}: accepted is one length")
+            raise ValueError(f"speed and epsilon have the shapes {shapes[0]} and {shapes[1]}: expected one length")
         for name, shape in zip(given, shapes, strict=True):
             if shape not in ((), shapes[0]):
-                raise ValueError(f"{name} has the shape {shape}: accepted is one number, or {shapes[0][0]}")
+                raise ValueError(f"{name} has the shape {shape}: expected one number, or {shapes[0][0]}")
         data, hidden = unmasked(plain)
         shown = np.ones(shapes[0], dtype=bool) if hidden is None else ~hidden
         known = sigma_epsilon is not None and not scatter
@@ -162,7 +162,7 @@ class Points:
         )
         names = tuple(labels) or tuple(f"point {i}" for i in range(1, len(shown) + 1))
         if len(names) != len(shown):
-            raise ValueError(f"there are {len(names)} labels: accepted are {len(shown)}, one for each point")
+            raise ValueError(f"there are {len(names)} labels: expected {len(shown)}, one for each point")
         zero = sparse.csr_array((len(v), len(v)))
         return cls(
             v,
@@ -231,7 +231,7 @@ class Points:
         """
         for label in labels:
             if label not in self.labels:
-                raise ValueError(f"there is no point {label!r}: accepted are {self.labels[0]} to {self.labels[-1]}")
+                raise ValueError(f"there is no point {label!r}: expected {self.labels[0]} to {self.labels[-1]}")
         keep = np.array([label not in labels for label in self.labels])
         return replace(
             self,
@@ -251,4 +251,4 @@ def _require_one_index(given: dict[str, Any]) -> None:
     for name, index in indices.items():
         first = next(iter(indices))
         if not index.equals(indices[first]):
-            raise ValueError(f"{first} and {name} have different indices: accepted is one index, in one order")
+            raise ValueError(f"{first} and {name} have different indices: expected one index, in one order")

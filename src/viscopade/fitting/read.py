@@ -91,7 +91,7 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
         if not any(name in reader.known for reader in readers):
             raise _no_column(first.sheet, options, name)
     if (cells := sum(reader.counted for reader in readers)) > bounces.MOST_INSTANTS:
-        text = f"there are {cells} {first.form.kind}: accepted are up to {bounces.MOST_INSTANTS}"
+        text = f"there are {cells} {first.form.kind}: expected up to {bounces.MOST_INSTANTS}"
         raise ValueError(f"{first.sheet.file}: {text}")
     for reader in _twice(readers):
         unread.append((reader.sheet.name, "its instants are in other sheets"))
@@ -164,7 +164,7 @@ def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
     if name:
         return ValueError(f"{sheet.source}: there is no column {name!r}, for which a unit is given")
     return ValueError(
-        f"{sheet.source}: the columns are {header}: accepted are {ACCEPTED}; --column NAME=HEADER names others"
+        f"{sheet.source}: the columns are {header}: expected {ACCEPTED}; --column NAME=HEADER names others"
     )
 
 
@@ -249,7 +249,7 @@ class _Reader(Columns):
             text = "".join(cell for name in self.known if name != "drop" for cell in self.cells(name))
             if "," in text and "." in text:
                 raise ValueError(
-                    "numbers have decimal commas and decimal points: accepted is one of them, and no thousands"
+                    "numbers have decimal commas and decimal points: expected one of them, and no thousands"
                 )
         made = form.points(self)
         _require_sense(made, form.kind != "speeds")
@@ -265,13 +265,13 @@ def _require_sense(made: Points, falls: bool) -> None:
     if (bad := ~((made.speed >= SLOWEST) & (made.speed <= fastest))).any():
         i = int(np.argmax(bad))
         raise ValueError(
-            f"{made.labels[i]}: the speed is {made.speed[i]:.3g} m/s: accepted is {SLOWEST:g} to {fastest:g} m/s; is "
+            f"{made.labels[i]}: the speed is {made.speed[i]:.3g} m/s: expected {SLOWEST:g} to {fastest:g} m/s; is "
             "the unit right? (--unit NAME=UNIT)"
         )
     errors = made.standard_errors
     if (errors >= 1).any():
         i = int(np.argmax(errors >= 1))
-        raise ValueError(f"{made.labels[i]}: the standard error of eps is {errors[i]:.3g}: accepted is less than 1")
+        raise ValueError(f"{made.labels[i]}: the standard error of eps is {errors[i]:.3g}: expected less than 1")
 
 
 def _pairs(reader: _Reader) -> Points:

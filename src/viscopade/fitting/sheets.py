@@ -74,11 +74,11 @@ def sheets(content: bytes, source: str, is_header: IsHeader) -> list[Sheet]:
             _csv(part, source, name[:-4], is_header) for name, part in parts if re.fullmatch(r"(?i)[^/]*\.csv", name)
         ]
         if not found:
-            raise ValueError(f"{source}: the ZIP archive has no CSV file: accepted is one with phyphox's CSV files")
+            raise ValueError(f"{source}: the ZIP archive has no CSV file: expected one with phyphox's CSV files")
         return found
     if not content.startswith((_XLS, _ZIP)):
         if suffix in ("xls", "xlsx", "ods", "zip"):
-            raise ValueError(f"{source}: the file is no {suffix.upper()}: accepted is what its name says, or CSV")
+            raise ValueError(f"{source}: the file is no {suffix.upper()}: expected what its name says, or CSV")
         return [_csv(content, source, "", is_header)]
     found = []
     for name, rows in spreadsheet.worksheets(content, source):
@@ -101,7 +101,7 @@ def _csv(content: bytes, file: str, sheet: str, is_header: IsHeader) -> Sheet:
         except UnicodeDecodeError:
             text = "\0"
     if "\0" in text:
-        raise ValueError(f"{source}: the file is not text: accepted is CSV or a spreadsheet")
+        raise ValueError(f"{source}: the file is not text: expected CSV or a spreadsheet")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     files.require_cells(source, text.count("\n"))
     kept: list[tuple[int, str]] = []
@@ -112,7 +112,7 @@ def _csv(content: bytes, file: str, sheet: str, is_header: IsHeader) -> Sheet:
     header = next((each for each in kept[:_ABOVE] + said[:_ABOVE] if _is(each[1], is_header)), (kept or [(0, "")])[0])
     below = [each for each in kept if each[0] > header[0]]
     if not below:
-        raise ValueError(f"{source}: the file has {len(kept)} lines with data: accepted is a header and rows below it")
+        raise ValueError(f"{source}: the file has {len(kept)} lines with data: expected a header and rows below it")
     delimiter = _delimiter(header[1])
     count = (lambda line: line.count(delimiter) + 1) if delimiter else _cells_between_blanks
     files.require_cells(source, count(header[1]) + sum(count(line) for _, line in below))
@@ -122,7 +122,7 @@ def _csv(content: bytes, file: str, sheet: str, is_header: IsHeader) -> Sheet:
     except csv.Error as error:
         raise ValueError(f"{source}: the file is no CSV: {error}") from None
     if len(rows) != len(below):
-        raise ValueError(f"{source}: a quoted cell extends over several lines: accepted is one line a row")
+        raise ValueError(f"{source}: a quoted cell extends over several lines: expected one line a row")
     return Sheet(file, sheet, tuple(names), rows, [number for number, _ in below], comma=delimiter != ",")
 
 

@@ -246,7 +246,7 @@ static PyObject *ufunc(PyObject *module, PyObject *args)
             return result;
         }
     }
-    return PyErr_Format(PyExc_ValueError, "instructions are %s: accepted is one of instruction_sets()", wanted);
+    return PyErr_Format(PyExc_ValueError, "instructions are %s: expected one of instruction_sets()", wanted);
 }
 
 static PyObject *instruction_sets(PyObject *module, PyObject *unused)

@@ -282,7 +282,7 @@ def first(
             break
         best = min(best, total(choice))
     raise ValueError(
-        f"{name} is {float(wanted):g}: accepted is a number >= {at_most(best)}, which the best kernel known reaches"
+        f"{name} is {float(wanted):g}: expected a number >= {at_most(best)}, which the best kernel known reaches"
     )
 
 

@@ -445,7 +445,7 @@ def chain(wanted: frozenset[int]) -> tuple[Step, ...]:
         If a power is below 1.
     """
     if any(power < 1 for power in wanted):
-        raise ValueError(f"powers are {sorted(wanted)}: accepted are whole numbers >= 1")
+        raise ValueError(f"powers are {sorted(wanted)}: expected whole numbers >= 1")
     rest = tuple(sorted(wanted - {1}))
     return next(found for steps in numbers(len(rest)) if (found := _chain((1,), rest, steps)) is not None)
 

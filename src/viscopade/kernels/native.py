@@ -169,7 +169,7 @@ def chosen_backend(wanted: str | None) -> tuple[str, Any]:
         If the compiled one is asked for and was not built.
     """
     if wanted not in (*BACKENDS, "", None):
-        raise ValueError(f"{VARIABLE} is {wanted!r}: accepted is {' or '.join(BACKENDS)}")
+        raise ValueError(f"{VARIABLE} is {wanted!r}: expected {' or '.join(BACKENDS)}")
     if wanted == "numpy":
         return "numpy", numpy_restitution
     try:
@@ -178,7 +178,7 @@ def chosen_backend(wanted: str | None) -> tuple[str, Any]:
         if wanted:
             raise ImportError(
                 f"{VARIABLE} is {wanted!r}, but the extension could not be loaded ({error}): was there a C compiler "
-                "when viscopade was installed? Accepted is numpy, too"
+                "when viscopade was installed? Expected numpy, too"
             ) from error
     return "numpy", numpy_restitution
 

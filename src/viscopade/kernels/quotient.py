@@ -604,7 +604,7 @@ def error_up_to(a: Sequence[arb], b: Sequence[arb], v_star_max: Exact) -> Fracti
     try:
         return certificate.prove(quotient_formula(a, b), Fraction(0), _end_of_interval(v_star_max), "both").bound
     except ArithmeticError as error:
-        raise ValueError(f"v_star_max is {v_star_max}: {error}; accepted is a smaller number") from None
+        raise ValueError(f"v_star_max is {v_star_max}: {error}; expected a smaller number") from None
 
 
 def _end_of_interval(v_star_max: Exact) -> Fraction:

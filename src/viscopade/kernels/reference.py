@@ -37,7 +37,7 @@ class Stretch(NamedTuple):
 def stretches(low: Fraction, high: Fraction) -> list[Stretch]:
     """Return the stretches of panels that cover an interval of v*; errors as for `certificate.prove`."""
     if not 0 <= low < high <= panel_proof.END:
-        raise ValueError(f"the interval is [{low}, {high}]: accepted is 0 <= low < high <= {panel_proof.END}")
+        raise ValueError(f"the interval is [{low}, {high}]: expected 0 <= low < high <= {panel_proof.END}")
     found = []
     for panel in range(PANELS):
         centre, half = (Fraction(float(values[panel])) for values in (CENTRES, HALF_WIDTHS))

@@ -77,21 +77,21 @@ class Request:
 
     def __post_init__(self) -> None:
         if self.minimax and self.v_star_max is None:
-            raise ValueError("minimax is given without an interval: accepted is minimax with v_star_max (--v-star-max)")
+            raise ValueError("minimax is given without an interval: expected minimax with v_star_max (--v-star-max)")
         for name, needed in _NEEDED.items():
             if getattr(self, name) != getattr(Request, name) and not any(getattr(self, other) for other in needed):
                 others, flags = " or ".join(needed), ", ".join(f"--{other.replace('_', '-')}" for other in needed)
-                raise ValueError(f"{name} is given without {others}: accepted is {name} with {others} ({flags})")
+                raise ValueError(f"{name} is given without {others}: expected {name} with {others} ({flags})")
         besides = self.minimax, self.accuracy, self.inverse, self.full, self.from_speed
         if law_of(self.law) != VISCOELASTIC and (not self.pade or any(besides)):
             raise ValueError(f"the law is {self.law}: accepted with it is pade alone (--pade)")
         if self.v_star_max is None and self.v_star_min != "0":
             raise ValueError(
-                "v_star_min is given without v_star_max: accepted is an interval with both ends (--v-star-max)"
+                "v_star_min is given without v_star_max: expected an interval with both ends (--v-star-max)"
             )
         if len(self.from_speed) > 1:
             raise ValueError(
-                f"from_speed is {', '.join(self.from_speed)}: accepted is one accuracy, as a file holds one kernel"
+                f"from_speed is {', '.join(self.from_speed)}: expected one accuracy, as a file holds one kernel"
             )
 
     @classmethod

@@ -88,7 +88,7 @@ def of_powers(
     given = {name: Rounded(normal, model, error) for name, error in errors.items()}
 
     def refused(*_: Rounded) -> Rounded:
-        raise ValueError("accepted are products and quotients: a sum has other errors")
+        raise ValueError("expected products and quotients: a sum has other errors")
 
     by = reading(machine, pow=power, sqrt=sqrt, cbrt=cbrt)
     by = by._replace(

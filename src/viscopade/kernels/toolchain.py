@@ -79,7 +79,7 @@ def find_compiler(command: str | None = None) -> Compiler:
         words = ()
     if not words or shutil.which(words[0]) is None:
         kind = NoSuchToolError if named else ToolchainError
-        raise kind(f"there is no C compiler {asked!r}: accepted is the name of one (--cc, or CC)")
+        raise kind(f"there is no C compiler {asked!r}: expected the name of one (--cc, or CC)")
     version = _version(words)
     with TemporaryDirectory() as directory:
         Path(directory, "empty.c").write_text("int viscopade_empty;\n")
@@ -174,7 +174,7 @@ def read_from(directory: str | os.PathLike[str], name: str) -> str:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is no text"
-        raise ValueError(f"cannot read {path}: {reason}; accepted is a directory with the exported headers") from None
+        raise ValueError(f"cannot read {path}: {reason}; expected a directory with the exported headers") from None
 
 
 def processor() -> str:

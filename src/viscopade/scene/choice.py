@@ -85,7 +85,7 @@ def _nothing(scene: Scene, met: Sequence[Encounter], known: Sequence[Candidate])
     name, code = excess(best.errors, scene.tolerance)[1], scene.code
     small = "" if code.largest_table is None else f", tables of at most {code.largest_table} bytes"
     return ValueError(
-        f"{scene.source}: tolerance.{name} is {scene.tolerance.given()[name]:g}: accepted is "
+        f"{scene.source}: tolerance.{name} is {scene.tolerance.given()[name]:g}: expected "
         f"{at_most(best.errors[name])} or more, which the best kernel in {code.language} ({code.format}{small}) "
         "reaches on this scene"
     )

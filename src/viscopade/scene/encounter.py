@@ -124,7 +124,7 @@ def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
     low, high = found.v_star
     if not 1e-30 <= low <= high <= 1e30:
         raise ValueError(
-            f"{scene.source}: v* of {found.name} is from {float(low):.3g} to {float(high):.3g}: accepted is 1e-30 "
+            f"{scene.source}: v* of {found.name} is from {float(low):.3g} to {float(high):.3g}: expected 1e-30 "
             "to 1e30 (are the units of the material and of the speeds right?)"
         )
     return found
@@ -139,7 +139,7 @@ def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, floa
     """
     first, second = (scene.bodies[name] for name in (meeting.first, meeting.second))
     if first.sizes is None:
-        raise ValueError(f"{meeting.first} is a wall: accepted is a sphere as the first body")
+        raise ValueError(f"{meeting.first} is a wall: expected a sphere as the first body")
     if second.sizes is None:
         yield from ((radius, None) for radius in first.sizes.ends)
         return

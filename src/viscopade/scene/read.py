@@ -104,7 +104,7 @@ def _named(node: Node) -> Iterator[tuple[str, Node]]:
     """Yield the parts of a table of named things."""
     parts = list(node.parts())
     if not 0 < len(parts) <= MOST_BODIES:
-        raise ValueError(f"{node.source}: {node.key} has {len(parts)} entries: accepted are 1 to {MOST_BODIES}")
+        raise ValueError(f"{node.source}: {node.key} has {len(parts)} entries: expected 1 to {MOST_BODIES}")
     for name, part in parts:
         yield _identifier(Node(node.source, f"a name in {node.key}", name)), part
 
@@ -153,7 +153,7 @@ def _constant(node: Node, pair: Pair, given: float | None, known: Node) -> float
     if given is not None and abs(given - found) > SAME * max(given, found):
         raise ValueError(
             f"{node.source}: {node.key}.dissipative_constant is {given:.6g} s, but {known.key} leads to {found:.6g} s: "
-            "accepted is one of the two, or both if they agree within 1 %"
+            "expected one of the two, or both if they agree within 1 %"
         )
     return found if given is None else given
 
@@ -164,8 +164,7 @@ def _restitution(known: Node) -> dict[str, float]:
     if len(names) != 1:
         given = "both" if names else "neither"
         raise ValueError(
-            f"{known.source}: {known.key}: epsilon and one_minus_epsilon: {given} given, "
-            "accepted is exactly one of them"
+            f"{known.source}: {known.key}: epsilon and one_minus_epsilon: {given} given, expected exactly one of them"
         )
     if names[0] == "epsilon":
         return {"epsilon": known["epsilon"].within("a number > 0 and <= 1", lambda e: 0 < e <= 1)}
@@ -275,7 +274,7 @@ def _meetings(whole: Node, materials: Mapping[str, Material], bodies: Mapping[st
         _speeds(default, False)
     if listed is None:
         if default is None:
-            raise ValueError(f"{whole.source}: speed is missing: accepted is {{min, max}} or {{granular_temperature}}")
+            raise ValueError(f"{whole.source}: speed is missing: expected {{min, max}} or {{granular_temperature}}")
         pairs = list(_pairs(bodies))
         if not pairs:
             raise whole["body"].refuse("at least one sphere")
@@ -338,7 +337,7 @@ def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
             material = found.bodies[name].material
             if found.materials[material].dissipative_constant is None:
                 raise ValueError(
-                    f"{found.source}: material.{material}.dissipative_constant is missing: accepted is "
+                    f"{found.source}: material.{material}.dissipative_constant is missing: expected "
                     "dissipative_constant or restitution, for the material or for each contact"
                 )
     node = Node(found.source, place or f"body.{meeting.first}", None)
@@ -346,8 +345,7 @@ def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
     if pair.A == 0:
         where = place or f"material.{found.bodies[meeting.first].material}"
         raise ValueError(
-            f"{found.source}: {where}: {meeting.name} has no dissipation, eps is 1: accepted is "
-            "dissipative_constant > 0"
+            f"{found.source}: {where}: {meeting.name} has no dissipation, eps is 1: expected dissipative_constant > 0"
         )
 
 
@@ -358,7 +356,7 @@ def _tolerance(node: Node) -> Tolerance:
     node.only("epsilon", "dissipation", "absolute")
     values = {name: part.within("a number > 0 and < 1", lambda t: 0 < t < 1) for name, part in node.parts()}
     if not values:
-        raise ValueError(f"{node.source}: tolerance is empty: accepted are epsilon, dissipation, absolute")
+        raise ValueError(f"{node.source}: tolerance is empty: expected epsilon, dissipation, absolute")
     return Tolerance(**values)
 
 

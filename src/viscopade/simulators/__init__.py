@@ -59,7 +59,7 @@ def simulator_of(name: str) -> Simulator:
         If there is none.
     """
     if name not in SIMULATORS:
-        raise ValueError(f"program is {name!r}: accepted is {', '.join(SIMULATORS)}")
+        raise ValueError(f"program is {name!r}: expected {', '.join(SIMULATORS)}")
     found: Simulator = import_module(f"{__name__}.{name}").SIMULATOR
     return found
 

@@ -93,7 +93,7 @@ class DampingFormula:
 
     def __post_init__(self) -> None:
         if self.reason not in REASONS:
-            raise ValueError(f"reason is {self.reason!r}: accepted is one of {', '.join(REASONS)}")
+            raise ValueError(f"reason is {self.reason!r}: expected one of {', '.join(REASONS)}")
 
     def damping(self, asked: str) -> Any:
         """Return the kappa of the contact if eps = `asked` is wanted, an mpmath number."""

@@ -199,7 +199,7 @@ def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: Values) ->
     if steps > _TOO_MANY_STEPS:
         least = contact / _TOO_MANY_STEPS
         raise ValueError(
-            f"timestep is {timestep!r}: accepted is at least {least:.3g}, for {_TOO_MANY_STEPS:,} steps in a contact"
+            f"timestep is {timestep!r}: expected at least {least:.3g}, for {_TOO_MANY_STEPS:,} steps in a contact"
         )
     longest = _PATIENCE * h * max(steps, min(STEPS))
     collide = Contact.of_law(VISCOELASTIC, float(pair.v_star(v)) ** 2).rebounds
@@ -687,7 +687,7 @@ def _constants(values: native.Values, impact: native.Impact) -> tuple[Law, float
     k, coefficient = numbers[:2]
     if k <= 0 or numbers[2:] > (0.5,) or (damping in _OF_EPSILON and not 0 < coefficient <= 1):
         accepted = "a stiffness > 0, a nu up to 1/2 and for tsuji and coeff_restitution an eps > 0 and <= 1"
-        raise ValueError(f"coefficients is {' '.join(f'{x:g}' for x in numbers)}: accepted is {accepted}")
+        raise ValueError(f"coefficients is {' '.join(f'{x:g}' for x in numbers)}: expected {accepted}")
     mass, hertz = impact.effective_mass, normal != "hooke"
     if normal == "hertz/material":
         k = HertzMaterial(k, coefficient, numbers[2]).k_n

@@ -208,7 +208,7 @@ def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:
         If the model is not one of the two, or is `hertz` and it cannot have one of the contacts' eps.
     """
     if model not in ("hertz/stiffness", "hertz"):
-        raise ValueError(f"model is {model!r}: accepted is 'hertz/stiffness' or 'hertz'")
+        raise ValueError(f"model is {model!r}: expected 'hertz/stiffness' or 'hertz'")
     return written_template(_TEXT).render(
         **common(setup, command),
         types=list(enumerate(map(harmless, setup.bodies), 1)),

@@ -135,7 +135,7 @@ def identifiers(names: list[str]) -> dict[str, str]:
         others = [other for other in names if other != name and found[other] == identifier]
         if others:
             same = f"bodies {name!r} and {others[0]!r} get the same C++ name"
-            raise ValueError(f"{same}: accepted are names that differ in letters or digits")
+            raise ValueError(f"{same}: expected names that differ in letters or digits")
     return found
 
 

@@ -78,12 +78,12 @@ class Parameter:
         text = text.strip()
         if self.words:
             if text not in self.words:
-                raise ValueError(f"{self.name} is {text!r}: accepted is {', '.join(self.words)}")
+                raise ValueError(f"{self.name} is {text!r}: expected {', '.join(self.words)}")
             return text
         numbers = self._numbers(text)
         if numbers is None or not all(map(math.isfinite, numbers)) or not self.allowed(numbers):
             unit = f", in {self.unit}" if self.unit else ""
-            raise ValueError(f"{self.name} is {text!r}: accepted is {self.accepted}{unit}")
+            raise ValueError(f"{self.name} is {text!r}: expected {self.accepted}{unit}")
         return numbers if self.most > 1 or self.both else numbers[0]
 
     def written(self, value: Any) -> str:
@@ -294,7 +294,7 @@ class Native:
         for name in settings:
             if name not in known:
                 there = "; ".join(parameter.described for parameter in known.values())
-                raise ValueError(f"there is no parameter {name!r}: accepted are {there}")
+                raise ValueError(f"there is no parameter {name!r}: expected {there}")
         texts = {name: each.default for name, each in known.items() if each.default is not None} | dict(settings)
         return Values((name, known[name].value(text)) for name, text in texts.items())
 
@@ -388,7 +388,7 @@ def _of_step(native: Native, values: Values, hit: Impact) -> Iterable[str]:
     duration = _duration(native.contact(values, hit).collide(hit.speed), hit.speed)
     if duration and not 1 / _MOST_STEPS <= hit.step / duration <= _LONGEST_STEP:
         accepted = f"{1 / _MOST_STEPS:g} to {_LONGEST_STEP:g} contact times of {duration:.3g}"
-        raise ValueError(f"time-step is {hit.step:.4g}: accepted is {accepted}; without one, steps are infinitely fine")
+        raise ValueError(f"time-step is {hit.step:.4g}: expected {accepted}; without one, steps are infinitely fine")
     if hit.step > _LONG * duration > 0:
         yield f"A contact has {duration / hit.step:.2g} time steps only: eps depends on where in a step it begins"
 

@@ -152,7 +152,7 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
         If the language or the tier is not known, or no two spheres meet.
     """
     if language not in LANGUAGES:
-        raise ValueError(f"language is {language!r}: accepted are {', '.join(LANGUAGES)}")
+        raise ValueError(f"language is {language!r}: expected {', '.join(LANGUAGES)}")
     named = contacts(setup)
     chosen = callback_kernel(tier)
     head = _head(setup, named, chosen, command, _ON[language])
@@ -436,7 +436,7 @@ def install(sim, contact={{ contacts[0].name }}, by_pair=True, library=None):
         If the library cannot be loaded.
     """
     if contact not in CONTACTS:
-        raise ValueError(f"contact is {contact!r}: accepted are {', '.join(CONTACTS)}")
+        raise ValueError(f"contact is {contact!r}: expected {', '.join(CONTACTS)}")
     if library is None and not LIBRARY.exists():
         _install_python(sim, CONTACTS[contact], by_pair)
         return "python"
@@ -471,9 +471,9 @@ def _check(compiled, contact, by_pair, path):
         beta = ctypes.c_double.in_dll(compiled, f"viscopade_beta_{contact.symbol}").value
         layout = list((ctypes.c_size_t * 8).in_dll(compiled, "viscopade_layout")) if by_pair else None
     except ValueError as error:
-        raise ValueError(f"{path}: {error}: accepted is the C file of this setup, compiled") from None
+        raise ValueError(f"{path}: {error}: expected the C file of this setup, compiled") from None
     if beta != contact.beta:
-        raise ValueError(f"{path} is of another setup: its beta is {beta!r}, accepted is {contact.beta!r}")
+        raise ValueError(f"{path} is of another setup: its beta is {beta!r}, expected {contact.beta!r}")
     here = [
         ctypes.sizeof(Particle),
         Particle.m.offset,

@@ -70,10 +70,10 @@ class NamedContact:
         if not 0 < self.slowest <= self.typical <= self.fastest < math.inf:
             raise ValueError(
                 f"speeds of {self.name} are {self.slowest!r}, {self.typical!r} and {self.fastest!r}: "
-                "accepted are finite numbers > 0 in order"
+                "expected finite numbers > 0 in order"
             )
         if self.pair.first.is_wall:
-            raise ValueError(f"the first body, {self.first}, is a wall: accepted is a wall as the second body")
+            raise ValueError(f"the first body, {self.first}, is a wall: expected a wall as the second body")
 
     @property
     def name(self) -> str:
@@ -128,11 +128,11 @@ class Setup:
 
     def __post_init__(self) -> None:
         if not self.contacts:
-            raise ValueError("contacts is empty: accepted is at least one")
+            raise ValueError("contacts is empty: expected at least one")
         for contact in self.contacts:
             for name in (contact.first, contact.second):
                 if name not in self.bodies:
-                    raise ValueError(f"there is no body {name!r}: accepted are {', '.join(self.bodies)}")
+                    raise ValueError(f"there is no body {name!r}: expected {', '.join(self.bodies)}")
 
     @property
     def heading(self) -> list[str]:

@@ -83,11 +83,11 @@ class Wanted:
     def __post_init__(self) -> None:
         if not _SLOWEST <= self.slowest <= self.fastest <= min(1 / _SLOWEST, _WIDEST * self.slowest):
             raise ValueError(
-                f"speeds of {self.name} are {self.slowest:g} to {self.fastest:g}: accepted is {_SLOWEST:g} to "
+                f"speeds of {self.name} are {self.slowest:g} to {self.fastest:g}: expected {_SLOWEST:g} to "
                 f"{1 / _SLOWEST:g}, and at most {_WIDEST:g} times the slowest"
             )
         if self.mass is not None and not _LEAST <= self.mass <= 1 / _LEAST:
-            raise ValueError(f"mass is {self.mass!r}: accepted is a number from {_LEAST:g} to {1 / _LEAST:g}")
+            raise ValueError(f"mass is {self.mass!r}: expected a number from {_LEAST:g} to {1 / _LEAST:g}")
 
     @classmethod
     def at(
@@ -159,10 +159,10 @@ class Softness:
     def __post_init__(self) -> None:
         given = {name: value for name, value in vars(self).items() if value is not None}
         if len(given) > 1:
-            raise ValueError(f"{' and '.join(given)} are given: accepted is one of them")
+            raise ValueError(f"{' and '.join(given)} are given: expected one of them")
         for name, value in given.items():
             if not _LEAST <= value <= 1 / _LEAST:
-                raise ValueError(f"{name} is {value!r}: accepted is a number from {_LEAST:g} to {1 / _LEAST:g}")
+                raise ValueError(f"{name} is {value!r}: expected a number from {_LEAST:g} to {1 / _LEAST:g}")
 
 
 @dataclass(frozen=True)
@@ -236,19 +236,19 @@ class SoftContact:
         if self.wanted.with_weight is not None and self.stiffness_over_mass is None:
             raise ValueError("gravity needs the contact's duration: accepted with it is a contact time")
         if self.time_step is not None and self.formula.scheme is None:
-            raise ValueError("a time step is given: accepted is none, as the program chooses its own")
+            raise ValueError("a time step is given: expected none, as the program chooses its own")
         if self.time_step is not None and self.stiffness_over_mass is None:
             raise ValueError("a time step needs the contact's duration: accepted with it is a contact time")
         step = self._step(self.wanted.typical)
         if step is not None and not _LEAST_STEP <= step <= 1:
             raise ValueError(
-                f"time-step is {step:.4g} contact times: accepted is {_LEAST_STEP:g} to 1; shorter ones need no number"
+                f"time-step is {step:.4g} contact times: expected {_LEAST_STEP:g} to 1; shorter ones need no number"
             )
         if self.parameter is None:
             dampings = (self.formula.kappa(mp.mpf(end)) for end in self.formula.accepted)
             least, most = sorted(float(epsilon_of(self.formula.law, kappa)) for kappa in dampings)
             raise ValueError(
-                f"epsilon is {self.epsilon:.6g}: accepted is {least:.4g} to {most:.4g}, which {self.formula.parameter} "
+                f"epsilon is {self.epsilon:.6g}: expected {least:.4g} to {most:.4g}, which {self.formula.parameter} "
                 f"from {self.formula.accepted[0]} to {self.formula.accepted[1]} delivers"
             )
 

@@ -43,7 +43,7 @@ def render(target: str, setup: Setup, command: str, **options: str) -> str:
             if float(pair.epsilon(contact.fastest)) < sys.float_info.min:
                 raise ValueError(
                     f"{contact.name}: eps is too small for double precision at the fastest impact, with v* = "
-                    f"{float(pair.v_star(contact.fastest)):.3g}: accepted is less damping, or slower impacts"
+                    f"{float(pair.v_star(contact.fastest)):.3g}: expected less damping, or slower impacts"
                 )
     made = simulator_with(target).texts[target]
     assert not isinstance(made, OwnLaw)
@@ -96,7 +96,7 @@ def render_own_law(
         stiffness = contact.stiffness_over_mass if own.per_mass else contact.stiffness
         if own.per_mass and stiffness is None:
             raise ValueError(
-                f"{simulator.title} needs a stiffness: accepted is --stiffness, --contact-time or --penetration"
+                f"{simulator.title} needs a stiffness: expected --stiffness, --contact-time or --penetration"
             )
         assert contact.parameter is not None  # a contact without one is refused
         contacts.append(

@@ -85,7 +85,7 @@ def force(formula: str) -> _Function:
     array([600., 100.])
     """
     if len(formula) > _LONGEST:
-        raise ValueError(f"force has {len(formula)} characters: accepted is {_ACCEPTED}")
+        raise ValueError(f"force has {len(formula)} characters: expected {_ACCEPTED}")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of numbers that touch a word
@@ -140,7 +140,7 @@ def _function(formula: str, node: ast.expr, depth: int, condition: bool = False)
 def _refusal(formula: str, part: ast.expr | str) -> ValueError:
     wrong = part if isinstance(part, str) else ast.get_source_segment(formula.strip(), part) or formula
     text = " ".join(wrong.split())
-    return ValueError(f"force has {text if len(text) < 60 else text[:60] + '…'!r}: accepted is {_ACCEPTED}")
+    return ValueError(f"force has {text if len(text) < 60 else text[:60] + '…'!r}: expected {_ACCEPTED}")
 
 
 def native(formula: str, end: End) -> Native:

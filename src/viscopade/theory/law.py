@@ -81,10 +81,10 @@ class Law:
         for name, value in values.items():
             object.__setattr__(self, name, value)  # the class is frozen
         if end not in ENDS:
-            raise ValueError(f"end is {end!r}: accepted is 'force' or 'return'")
+            raise ValueError(f"end is {end!r}: expected 'force' or 'return'")
         if max(self.powers) > LARGEST_POWER:
             raise ValueError(
-                f"the exponents {self} have too large denominators: accepted are a, b with m (a + 1) and m (b + 1) "
+                f"the exponents {self} have too large denominators: expected a, b with m (a + 1) and m (b + 1) "
                 f"whole numbers up to {LARGEST_POWER} for one m, such as 3/2,1/4"
             )
 
@@ -282,7 +282,7 @@ def _exponent(name: str, value: object, least: Fraction) -> Fraction:
             arguments.exact_number(name, part, accepted, lambda x: abs(x) < 10**9) for part in value.split("/")
         )
         if not (bottom and least <= top / bottom <= LARGEST_EXPONENT):
-            raise ValueError(f"{name} is {value!r}: accepted is {accepted}")
+            raise ValueError(f"{name} is {value!r}: expected {accepted}")
         value = top / bottom
     return arguments.exact_number(name, value, accepted, lambda x: least <= x <= LARGEST_EXPONENT)
 
@@ -350,7 +350,7 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
     if isinstance(text, Law):
         return text if end is None else Law(text.elastic, text.damping, end)
     if not isinstance(text, str):
-        raise TypeError(f"law is {text!r}: accepted is {ACCEPTED_LAWS}, or a Law")
+        raise TypeError(f"law is {text!r}: expected {ACCEPTED_LAWS}, or a Law")
     name, _, n = text.strip().partition(":")
     given = text.split(",")
     if name in NAMED and (not n or NAMED[name].n is not None):
@@ -360,6 +360,6 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
     elif len(given) == 2:
         exponents = [part.strip() for part in given]
     else:
-        raise ValueError(f"law is {text!r}: accepted is {ACCEPTED_LAWS}")
+        raise ValueError(f"law is {text!r}: expected {ACCEPTED_LAWS}")
     a, b = exponents
     return Law(a, b, end or "force")

@@ -298,8 +298,8 @@ def _determined_near(m: int, n: int, law: Law) -> str:
         for i, k in sorted(near, key=lambda degrees: abs(degrees[0] - m) + abs(degrees[1] - n)):
             with suppress(ArithmeticError):
                 _solved(h[: i + k + LOOK_AHEAD + 1], i, k, NEAR_DIGITS)
-                return f"accepted is for instance [{i}/{k}]"
-    return "accepted are other degrees"
+                return f"expected for instance [{i}/{k}]"
+    return "expected other degrees"
 
 
 class _TooWideError(ArithmeticError):
@@ -335,7 +335,7 @@ def rational_pade(h: Sequence[Rational], m: SupportsIndex, n: SupportsIndex, dig
     m, n = arguments.integer("m", m, 0, arguments.MAX_DEGREE), arguments.integer("n", n, 0, arguments.MAX_DEGREE)
     digits = arguments.digits(digits)
     if not all(isinstance(h_k, Rational) for h_k in h):
-        raise TypeError("h has an element that is not rational: accepted are integers and Fractions")
+        raise TypeError("h has an element that is not rational: expected integers and Fractions")
     if len(h) <= m + n or h[0] <= 0:
         raise ValueError(f"[{m}/{n}] needs h_0 … h_{m + n} with h_0 > 0, and {len(h)} coefficients were given")
     exact = [fmpq(int(h_k.numerator), int(h_k.denominator)) for h_k in h]
@@ -541,7 +541,7 @@ def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
     larger = next((k for k in range(n + 1, LARGEST_DECIDED - m + 1) if not _singular(m, k, law)), None)
     raise DegenerateError(
         f"[{m}/{n}] does not exist: the order conditions contradict each other, because some h_k are 0"
-        + ("" if larger is None else f"; accepted is for instance [{m}/{larger}]")
+        + ("" if larger is None else f"; expected for instance [{m}/{larger}]")
     )
 
 

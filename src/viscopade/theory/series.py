@@ -277,7 +277,7 @@ def _require_memory(orders: int, digits: int, law: Law) -> None:
     if needed(digits) > MOST_MEMORY:
         fewer = bisect_left(range(digits), True, key=lambda number: needed(number) > MOST_MEMORY) - 1
         raise ValueError(
-            f"{digits} digits of a series to this order need about {needed(digits):.0f} GB of memory: accepted is what "
+            f"{digits} digits of a series to this order need about {needed(digits):.0f} GB of memory: expected what "
             f"needs at most {MOST_MEMORY} GB, to this order up to {fewer} digits"
         )
 

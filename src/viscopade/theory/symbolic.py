@@ -304,7 +304,7 @@ def _odd_partitions(n: int, largest: int) -> Iterator[dict[int, int]]:
 def _odd(k: SupportsIndex) -> int:
     k = arguments.integer("k", k, 1, arguments.MAX_ORDER - 1)
     if k % 2 == 0:
-        raise ValueError(f"k is {k}: accepted is an odd integer, for Lambda is odd (section 2.4)")
+        raise ValueError(f"k is {k}: expected an odd integer, for Lambda is odd (section 2.4)")
     return k
 
 

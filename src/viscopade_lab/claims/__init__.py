@@ -67,7 +67,7 @@ def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
     wanted = list(by_name) if names is None else list(names)
     for name in wanted:
         if name not in by_name:
-            raise ValueError(f"there is no claim {name!r}: accepted are {', '.join(by_name)}")
+            raise ValueError(f"there is no claim {name!r}: expected {', '.join(by_name)}")
     return tuple(
         CheckedClaim(by_name[wanted[i]], _quietly(by_name[wanted[i]])) for i in track(range(len(wanted)), "claims")
     )

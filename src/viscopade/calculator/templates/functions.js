@@ -32,11 +32,11 @@ function parseQuantity(field, label, text, dimension, system) {
   const unit = unitOf(dimension, system);
   const accepted = unit ? `a number, in ${unit} unless it has a unit` : "a number";
   const match = /^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*$/.exec(text);
-  if (!match) refuse(field, `${label} is "${text.trim()}": accepted is ${accepted}`);
+  if (!match) refuse(field, `${label} is "${text.trim()}": expected ${accepted}`);
   const factor = match[2] ? factorOf(dimension, match[2]) : factorOf(dimension, unit);
   if (factor === undefined) {
     const known = dimension in FACTS.units ? Object.keys(FACTS.units[dimension]).join(", ") : unit || "none";
-    refuse(field, `${label} has the unit "${match[2]}": accepted is ${known}`);
+    refuse(field, `${label} has the unit "${match[2]}": expected ${known}`);
   }
   return Number(match[1]) * factor;
 }
@@ -245,7 +245,7 @@ function calculate(input) {
   const law = lawOf(input.law);
   const pair = input.bodies && pairOf(...input.bodies);
   const kappa = kappaOf(input, law, pair);
-  if (!(kappa <= 1e40)) refuse("damping", "the damping is too strong: accepted is kappa up to 1e40");
+  if (!(kappa <= 1e40)) refuse("damping", "the damping is too strong: expected kappa up to 1e40");
   const found = restitutionOf(law, input.end, kappa);
   if (found === null) {
     const largest = general(tableOf(law, input.end).largest, 4);

@@ -68,7 +68,7 @@ const shownUnit = (dimension) => (dimension ? ` (${unitOf(dimension, $("system")
 function number(id, accepted, test) {
   const label = id === "damping" ? wayNow()[1] : FIELDS[id][0];
   const x = parseQuantity(id, label, $(id).value, dimensionOf(id), $("system").value);
-  if (!test(x)) refuse(id, `${label} is ${$(id).value.trim()}: accepted is ${accepted}`);
+  if (!test(x)) refuse(id, `${label} is ${$(id).value.trim()}: expected ${accepted}`);
   return x;
 }
 
@@ -98,7 +98,7 @@ function read() {
       : number("damping", "a number >= 0, up to 1e20 in SI units", (x) => x >= 0 && x <= 1e20);
   found.at = by === "epsilon" ? positive("at") : null;
   found.bodies = bodies();
-  if (by === "A" && !found.bodies) refuse("bodies", "A needs the bodies: accepted is A with bodies, or beta, v*, or eps at a speed");
+  if (by === "A" && !found.bodies) refuse("bodies", "A needs the bodies: expected A with bodies, or beta, v*, or eps at a speed");
   const filledIn = (id) => found.bodies && $(id).value.trim() !== "";
   found.strength = filledIn("strength") ? positive("strength") : null;
   const other = by === "A" && ["sphere", "otherwall"].includes($("kind").value);
@@ -254,7 +254,7 @@ const shownCurves = () =>
 // Slowest and fastest speed of the picture.
 function ends() {
   const [low, high] = [positive("from"), positive("to")];
-  if (!(low < high)) refuse("to", `the speeds are ${$("from").value} to ${$("to").value}: accepted is a slowest below a fastest`);
+  if (!(low < high)) refuse("to", `the speeds are ${$("from").value} to ${$("to").value}: expected a slowest below a fastest`);
   return [low, high];
 }
 
