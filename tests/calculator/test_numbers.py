@@ -278,7 +278,7 @@ def test_units_are_those_of_the_command_line(run):
 def test_what_has_no_answer_is_refused_in_a_line(run, changes):
     (found,) = run("calculate(x)", [of(**changes)])
     assert set(found) == {"refused"}
-    assert "accepted" in found["refused"]
+    assert "expected" in found["refused"]
     assert "NaN" not in found["refused"]
 
 
