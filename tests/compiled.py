@@ -14,21 +14,9 @@ from pathlib import Path
 import pytest
 
 WARNINGS = (
-    *(
-        "-Wall",
-        "-Wextra",
-        "-Wpedantic",
-        "-Wconversion",
-        "-Wsign-conversion",
-        "-Wdouble-promotion",
-        "-Wshadow",
-        "-Wundef",
-    ),
-    "-Werror",
-)
-_CPU = Path("/proc/cpuinfo")
-FMA = ("-mfma",) if _CPU.exists() and " fma " in _CPU.read_text() else ()
-"""What lets a compiler fuse products and sums, on a processor that does."""
+    "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wshadow",
+    "-Wundef", "-Werror",
+)  # fmt: skip
 STANDARDS = ("c99", "c2x", "c++98", "c++14", "c++17", "c++23")  # the ends, and where constants are written otherwise
 
 _DEFINITION = re.compile(
@@ -40,17 +28,27 @@ _serial = count()
 Library = dict[str, Callable[..., float]]
 
 
-def compiler(standard: str) -> list[str]:
-    """Return the command that compiles this standard of C or C++, or skip the test."""
+def works(command: list[str]) -> bool:
+    """Whether a compiler knows its flags."""
+    return not subprocess.run([*command, "-fsyntax-only", "-"], input="", text=True, capture_output=True).returncode
+
+
+def machine_flags() -> list[str]:
+    """Return -march=native, or nothing where the compiler does not know it."""
+    command = shutil.which(os.environ.get("CC", "cc"))
+    return ["-march=native"] if command and works([command, "-xc", "-march=native"]) else []
+
+
+def compiler(standard: str, name: str = "cc", flags: Iterable[str] = ()) -> list[str]:
+    """Return the command that compiles this standard of C or C++, by the usual compiler or Clang, or skip."""
     variable, default = ("CXX", "c++") if "++" in standard else ("CC", "cc")
-    command = shutil.which(os.environ.get(variable, default))
+    usual = os.environ.get(variable, default)
+    command = shutil.which(usual if name == "cc" else name.replace("clang", "clang++") if "++" in standard else name)
     if command is None:
-        pytest.skip(f"no compiler: {variable} is not set and there is no {default}")
-    language = "c++" if "++" in standard else "c"
-    arguments = [command, f"-std={standard}", "-x", language]
-    probe = subprocess.run([*arguments, "-fsyntax-only", "-"], input="", text=True, capture_output=True)
-    if probe.returncode:
-        pytest.skip(f"{command} does not know -std={standard}")
+        pytest.skip(f"there is no {usual if name == 'cc' else name}")
+    arguments = [command, f"-std={standard}", "-x", "c++" if "++" in standard else "c", *flags]
+    if not works(arguments):
+        pytest.skip(f"{command} does not know {' '.join(arguments[1:])}")
     return arguments
 
 

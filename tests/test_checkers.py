@@ -72,15 +72,15 @@ def test_the_checker_of_tables_says_what_holds():
 
 
 def test_the_checker_of_records_says_what_holds_and_what_is_wrong(tmp_path):
-    name = "w_rounding-double.json"
+    name = "pade-0-3.json"
     text = (ROOT / "src" / "viscopade" / "data" / "kernels" / name).read_text()
     for given, status, printed, said in (
-        (text, 0, "w_rounding double holds\n", ""),
+        (text, 0, "pade 0 3 holds\n", ""),
         (
-            text.replace('"w_rounding"', '"x_rounding"'),
+            text.replace('"pade"', '"x_pade"'),
             1,
             "",
-            f"wrong: {name}: no check knows a record of 'x_rounding'\n",
+            f"wrong: {name}: no check knows a record of 'x_pade'\n",
         ),
     ):
         (tmp_path / name).write_text(given)

@@ -19,7 +19,6 @@ import numpy as np
 import pytest
 
 from tests import compiled
-from tests.kernels.speed_headers import machine_flags
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels.write import runners
 from viscopade.kernels.write.language import Language
@@ -176,8 +175,7 @@ class Way:
         if self.package and find_spec(self.package) is None:
             pytest.skip(f"the Python package {self.package} is not installed")
         if self.standard:
-            command = compiled.compiler(self.standard)
-            return runners.Tool((tool(self.compiler) if self.compiler else command[0], *command[1:]), "")
+            return runners.Tool(tuple(compiled.compiler(self.standard, self.compiler or "cc")), "")
         if self.compiler:
             return runners.Tool((tool(self.compiler),), "")
         found = runners.find_tool(language.run)
@@ -187,10 +185,13 @@ class Way:
 
 
 _C = (*compiled.WARNINGS, "-ffp-contract=off")
+_FUSED = (*compiled.WARNINGS, "-O3", "-ffp-contract=fast", *compiled.machine_flags())
 _SHADERS = (*_C, "-Wno-unused-function", "-Wno-conversion", "-Wno-unused-but-set-variable")
 WAYS = {
     "C": Way("c", _C, "c99"),
-    "C, fused": Way("c", (*compiled.WARNINGS, "-O3", "-ffp-contract=fast", *machine_flags()), "c99", exact=False),
+    "C, fused": Way(
+        "c", (*compiled.WARNINGS, "-O3", "-ffp-contract=fast", *compiled.machine_flags()), "c99", exact=False
+    ),
     "C, Clang": Way("c", _C, "c99", "clang"),
     **{f"C as {standard}": Way("c", _C, standard) for standard in compiled.STANDARDS[1:]},
     "CUDA, host": Way("cuda", _C, "c99"),

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import os
-import shutil
 import subprocess
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -14,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.compiled import WARNINGS, compiler
+from tests.compiled import WARNINGS
 from tests.kernels import long_double
 from viscopade.kernels import speed_table
 
@@ -93,24 +91,6 @@ unsigned control(unsigned value)
 """
 
 
-def named_compiler(name, standard, flags=()):
-    """Return the command of the usual compiler, "cc", or of "clang", with flags, or skip the test."""
-    command = compiler(standard)
-    if name == "clang":
-        clang = shutil.which("clang++" if "++" in standard else "clang")
-        if clang is None:
-            pytest.skip("there is no clang")
-        command = [clang, *command[1:]]
-    if not _works([*command, *flags]):
-        pytest.skip(f"{name} does not know {' '.join(flags) or standard}")
-    return [*command, *flags]
-
-
-def _works(command):
-    probe = subprocess.run([*command, "-fsyntax-only", "-"], input="", text=True, capture_output=True)
-    return probe.returncode == 0
-
-
 class Functions:
     """All functions of a header, compiled; they take and return arrays."""
 
@@ -159,12 +139,6 @@ class Functions:
 def _pointer(array):
     assert array.flags.c_contiguous
     return ctypes.c_void_p(array.ctypes.data)
-
-
-def machine_flags():
-    """Return -march=native, or nothing where the compiler does not know it."""
-    command = shutil.which(os.environ.get("CC", "cc"))
-    return ["-march=native"] if command and _works([command, "-xc", "-march=native"]) else []
 
 
 # --- the truth --------------------------------------------------------------------------------------------------------

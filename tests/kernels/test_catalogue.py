@@ -1,6 +1,7 @@
 """The catalogue of ready kernels: keys, requests, names in exported files, bounds, records."""
 
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,25 @@ def test_keys_and_names_are_those_of_one_kernel() -> None:
 def test_options_ask_for_the_kernel(entry) -> None:
     (kernel,) = Request.of([entry]).kernels()
     assert kernel == entry.kernel
+
+
+OUTSIDE = {"epsilon": (0.0, 1.5), "one_minus_epsilon": (1.0, 1.5), "speed": (), "beta": (), "v_star": ()}
+
+
+@EVERY
+def test_outside_the_domain_there_is_nan_and_inside_none(entry) -> None:
+    """Test vectors take NaN where the program has it: that it has it where it should is seen here."""
+    for form, function in product(map(FORMATS.get, entry.kernel.formats), entry.kernel.functions):
+        usual = [0.5] * len(function.arguments)
+        assert np.isfinite(machine.evaluated(entry.kernel, function.name, *usual, form=form))
+        for place, name in enumerate(function.arguments):
+            for bad in (-1.0, -np.inf, np.nan, *OUTSIDE[name]):
+                given = [bad if i == place else x for i, x in enumerate(usual)]
+                assert np.isnan(machine.evaluated(entry.kernel, function.name, *given, form=form)), (function, given)
+    if entry.group == "compact":
+        with np.errstate(all="raise"):
+            found = machine.evaluated(entry.kernel, "restitution", [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
+        assert (found == 1).all()
 
 
 @EVERY

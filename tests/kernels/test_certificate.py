@@ -17,7 +17,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import certificate_checker
-from certificate_checker import Checker, Wrong, check_file
+from certificate_checker import Checker, Wrong
 from viscopade.approximation import machine_coefficients, minimax
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
@@ -396,16 +396,6 @@ def test_the_checkers_panels_are_those_of_the_package():
     for name, panel in (("epsilon", 0), ("one_minus_epsilon", 100)):
         row = panel_proof.panel_rows()[name, panel]
         assert table[name, panel] == [Fraction(2) ** row.exponent * c for c in row.a]
-
-
-def test_the_checker_reads_files(tmp_path):
-    path = tmp_path / "certificates.json"
-    path.write_text(json.dumps({"certificates": [entry("0.1", "1/3", "relative")]}))
-    (line,) = check_file(path)
-    assert "holds" in line
-    path.write_text(json.dumps({"certificates": [{**entry("0.1", "1/3", "relative"), "bound": "1e-9"}]}))
-    with pytest.raises(Wrong):
-        check_file(path)
 
 
 class Short:

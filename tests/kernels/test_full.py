@@ -13,7 +13,6 @@ from flint import fmpz
 
 from tests import compiled
 from tests.compiled import compiler
-from tests.kernels.speed_headers import machine_flags
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, exponent
 from viscopade.arrays import panels
@@ -33,7 +32,7 @@ def text():
 @pytest.fixture(scope="module")
 def library(text, tmp_path_factory):
     """The functions, compiled with fused operations."""
-    flags = ("-O3", *machine_flags(), "-ffp-contract=fast")
+    flags = ("-O3", *compiled.machine_flags(), "-ffp-contract=fast")
     return compiled.build(tmp_path_factory.mktemp("full"), [text], flags=flags)
 
 

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from tests import compiled
-from tests.kernels.speed_headers import named_compiler
 from viscopade.generated import END_CONDITION, MARKER
 from viscopade.kernels import catalogue, requests
 from viscopade.kernels.requests import Request
@@ -207,7 +206,7 @@ export template <class T> T restitution(T speed) {{ return viscopade_restitution
     ],
 )
 def test_a_module_exports_a_template_that_calls_a_kernel(tmp_path, header, name):
-    clang = named_compiler("clang", "c++20")
+    clang = compiled.compiler("c++20", "clang")
     (tmp_path / "restitution.cppm").write_text(MODULE.format(header=header, name=name))
     main = "import restitution;\nint main() { const double e = restitution(2.0); return e > 0.0 && e < 1.0; }\n"
     (tmp_path / "main.cpp").write_text(main)
@@ -273,7 +272,7 @@ STANDARDS = [
 @pytest.mark.parametrize(("name", "standard", "maker"), STANDARDS)
 def test_a_header_compiles_without_warnings(name, standard, maker):
     strict = (*compiled.WARNINGS, *(("-Wold-style-cast",) if "++" in standard else ()))
-    run = checked(name, "int used(void);\nint used(void) { return 0; }", *named_compiler(maker, standard), *strict)
+    run = checked(name, "int used(void);\nint used(void) { return 0; }", *compiled.compiler(standard, maker), *strict)
     assert run.returncode == 0, run.stderr[:1000]
 
 

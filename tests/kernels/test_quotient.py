@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from decimal import Context, Decimal
@@ -14,7 +13,6 @@ import numpy as np
 import pytest
 from flint import fmpq, fmpq_poly
 
-from certificate_checker import Checker
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.collision import exact
@@ -366,8 +364,3 @@ def test_a_float_much_worse_than_the_double_is_left_out():
 def test_accuracies_that_are_refused(accuracy):
     with pytest.raises(ValueError, match="accuracy"):
         quotient.accurate_quotient(accuracy, 5)
-
-
-def test_proofs_are_accepted_by_the_checker():
-    for kernel in (quotient.pade_quotient(1, 4), relative()):
-        assert Checker(json.loads(json.dumps(kernel.proofs[0]))).check() > 0

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests import daily
+from tests.compiled import compiler, machine_flags
 from tests.kernels.speed_headers import (
     FORMS,
     FUNCTIONS,
@@ -21,8 +22,6 @@ from tests.kernels.speed_headers import (
     Truth,
     header,
     in_table,
-    machine_flags,
-    named_compiler,
     spacing,
 )
 from viscopade.arithmetic.formats import FORMATS
@@ -74,7 +73,7 @@ def built(tmp_path_factory):
     @cache
     def functions(build, tier):
         name, standard, flags = BUILDS[build]
-        return Functions(folder, header(tier), named_compiler(name, standard, flags))
+        return Functions(folder, header(tier), compiler(standard, name, flags))
 
     return functions
 
@@ -264,7 +263,7 @@ def test_arrays_by_other_shuffles(tmp_path, without, four, flags):
     for condition in without:
         text = changed(Header(text, tier), condition, "#if 0").text
     text = text if four == "" else f"#define VISCOPADE_BY_FOUR {four}\n{text}"
-    functions = Functions(tmp_path, Header(text, tier), named_compiler("cc", "c99", ("-O2", *flags, *PLAIN)))
+    functions = Functions(tmp_path, Header(text, tier), compiler("c99", flags=("-O2", *flags, *PLAIN)))
     for form, function in itertools.product(FORMS, FUNCTIONS):
         values, beta = batch(tier, form, np.random.default_rng(7), 1999, 0.01)
         assert same(functions("each", function, values, beta), functions("single", function, values, beta))
@@ -423,7 +422,7 @@ def test_a_read_beyond_the_table_is_noticed(old, new):
 @pytest.mark.parametrize("step", [9973, pytest.param(1, marks=slow)])
 def test_all_floats(step):
     """The program that tests all positive floats, with the bounds that the header states."""
-    named_compiler("cc", "c11")  # or skip
+    compiler("c11")  # or skip
     results, differ = exhaustive.floats(header("1e-5").text, "fused", step)
     assert differ == 0
     assert [errors.function for errors in results] == list(FUNCTIONS)

@@ -26,11 +26,6 @@ EXPORTS, RUNNERS = ROOT / "exports", ROOT / "examples" / "vectors"
 NAMES = [name for name in requests.NAMES if name.startswith("vectors_")]
 EVERY = pytest.mark.parametrize("name", NAMES)
 COMPACT, TABLE = "vectors_compact.json", "vectors_speed_1em5.json"
-_DEFINITION = re.compile(
-    r"^(?:VISCOPADE_INLINE|VISCOPADE_FUNCTION) (double|float) viscopade_(\w+)"
-    r"\((?:double|float) \w+(, (?:double|float) \w+)?\)$",
-    re.M,
-)
 
 
 @cache
@@ -48,13 +43,8 @@ def run(*words):
 
 def in_c(folder, header, name, *flags, words=()):
     """Compile the runner with a header's functions that have vectors, and run it."""
-    wanted = {(row["function"], row["type"]) for row in rows(name)}
-    calls = []
-    for form, function, second in _DEFINITION.findall(header.read_text()):
-        plain = function.removesuffix("f") if form == "float" else function
-        if (plain, form) in wanted:
-            calls.append(f"{'TWO' if second else 'ONE'}{'F' if form == 'float' else ''}({plain})")
-    assert len(calls) == len(wanted)
+    wanted = sorted({(row["y"] == "-", row["type"] == "float", row["function"]) for row in rows(name)})
+    calls = [f"{'ONE' if one else 'TWO'}{'F' * in_float}({function})" for one, in_float, function in wanted]
     program = folder / "check"
     run(
         *(compiled.compiler("c99")[0], "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", *flags),

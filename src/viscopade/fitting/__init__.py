@@ -5,6 +5,7 @@ __all__ = [
     "columns",
     "contacts",
     "damping",
+    "empirical",
     "flight",
     "likelihood",
     "neglected",

@@ -114,7 +114,7 @@ class Empirical:
         language : str
             Of `viscopade export`.
         name : str
-            The end of the function's name, `epsilon_empirical_NAME`.
+            The end of the function's name, epsilon_empirical_NAME.
         command : str
             The command line that makes the file.
         """
