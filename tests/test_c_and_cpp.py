@@ -101,7 +101,7 @@ def test_folders_of_the_wheel(installed, tmp_path):
     here = installed / "installed" / "viscopade"
     folders = {"--include-dir": "include", "--cmake-dir": "share/cmake/viscopade", "--examples-dir": "examples"}
     assert {option: shown(option) for option in folders} == {o: str(here / name) for o, name in folders.items()}
-    assert shown("scene --example steel_balls --out . --no-check") == "wrote steel_balls.h to ."
+    assert shown("scene --example steel_balls --out . --no-check") == "wrote steel_balls_scene.h to ."
 
 
 def test_what_the_page_prints_is_eps():

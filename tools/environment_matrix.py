@@ -47,7 +47,7 @@ TESTS: Mapping[str, Sequence[str]] = {
         for name in (
             "arithmetic/test_balls", "theory/test_series", "theory/test_pade", "theory/test_symbolic",
             "collision/test_flow", "collision/test_exact", "collision/test_spheres", "arrays/test_double",
-            "kernels/test_quotient_kernels", "cli/test_cli", "cli/test_scenes", "cli/test_writer", "scene/test_read",
+            "kernels/test_quotient", "cli/test_cli", "cli/test_scenes", "cli/test_writer", "scene/test_read",
             "scene/test_encounter", "lab/test_gas", "test_layers",
         )
     ),
