@@ -229,7 +229,7 @@ def test_bad_input_is_one_line_and_leaves_no_number(tab, field, bad):
     put(tab, **{field: bad})
     problem = shown(tab, "problem")
     assert problem
-    assert "accepted" in problem
+    assert "expected" in problem
     assert "\n" not in problem
     assert tab.evaluate("document.querySelectorAll('[aria-invalid]').length") == 1
     text = tab.evaluate("document.body.innerText")

@@ -225,7 +225,7 @@ function kappaOf(input, law, pair) {
   const paper = law === FACTS.laws[0];
   if (by === "epsilon") {
     const found = kappaFrom(law, input.end, damping);
-    if (found === null) refuse("damping", `eps is ${general(damping, 6)}: accepted for this end of contact is 0.001 to 1`);
+    if (found === null) refuse("damping", `eps is ${general(damping, 6)}: expected 0.001 to 1 for this end of contact`);
     return found * (speed / at) ** law.power;
   }
   if (by === "kappa") return paper ? damping * damping : damping;
@@ -249,7 +249,7 @@ function calculate(input) {
   const found = restitutionOf(law, input.end, kappa);
   if (found === null) {
     const largest = general(tableOf(law, input.end).largest, 4);
-    refuse("damping", `kappa is ${general(kappa, 4)}: accepted for this end of contact is up to ${largest}, where eps is 0.001`);
+    refuse("damping", `kappa is ${general(kappa, 4)}: expected up to ${largest} for this end of contact, where eps is 0.001`);
   }
   const scaled = course(law, input.end, kappa);
   const answer = { law, kappa, ...found, vStar: Math.sqrt(kappa), scaled, pair, rebound: found.epsilon * input.speed };
