@@ -263,6 +263,7 @@ def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere 
     needed = ["radii", "density", *(["poisson_ratio"] if for_scene or given - {"radii", "density"} else [])]
     if missing := [name for name in needed if name not in given]:
         flags = ", ".join("--" + name.replace("radii", "radius").replace("_", "-") for name in missing)
+        flags = flags.replace("--density", "--density (or --mass)")
         raise click.UsageError(f"the sphere also needs {flags}")
     if len(body["radii"]) > 1:
         raise click.UsageError("--radius is given twice: accepted with fit is one radius, of a sphere or of two alike")

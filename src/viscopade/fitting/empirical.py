@@ -146,7 +146,7 @@ def of_points(points: Points, form: Form = "power") -> Empirical:
         raise ValueError(f"form is {form!r}: expected 'power' or 'table'")
     slowest, fastest = float(points.speed.min()), float(points.speed.max())
     if not fastest > slowest or not points.epsilon.any():
-        raise ValueError("expected points with different speeds, and an eps > 0")
+        raise ValueError("the data have one speed, or eps = 0 only: an empirical function expected more")
     weights = 1 / points.standard_errors**2 if points.known else np.ones(len(points))
     if points.counts is not None and not points.known:
         weights = points.counts

@@ -415,15 +415,6 @@ def operations(program: Program, *results: Expression) -> Counter[str]:
     return sum((count(result, every) for result in results), Counter())
 
 
-def simple_operations(program: Program, *results: Expression) -> int:
-    """Return the number of operations in what the results need: sums, products, comparisons, and those on words.
-
-    Divisions, negations, choices and calls do not count.
-    """
-    found = operations(program, *results)
-    return sum(found[symbol] for symbol in _OPERATIONS if symbol != "/")
-
-
 # --- powers and lacunary polynomials ----------------------------------------------------------------------------------
 
 

@@ -112,8 +112,11 @@ class Candidate:
         low, high = map(float, encounter.v_star)
         v_star = np.geomspace(low, high, SAMPLES)
         eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-        off = np.maximum(np.abs(self.epsilon(pair, v_star) - eps) - NOISE * eps, 0.0)
+        found = self.epsilon(pair, v_star)
+        off = np.maximum(np.abs(found - eps) - NOISE * eps, 0.0)
         scale = tolerance.in_eps(measure, eps, loss)
+        if measure == "dissipation":  # not to first order: the errors of constants are large
+            scale = loss * (1 + eps) / (found + eps)
         i = int(np.argmax(off / scale))
         return float(off[i] / scale[i]), float(v_star[i]), encounter.name
 
