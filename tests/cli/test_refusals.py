@@ -176,7 +176,10 @@ BAD = [
     ),
     (("fit", "data.csv", "--gravity", "3"), "accepted with speed and epsilon are no options of a flight"),
     (("fit", "data.csv", "--plot", "x.bmp"), "expected a name that ends in .svg, .png or .pdf"),
-    (("fit", "data.csv", "--scene", "x.toml"), "the sphere also needs --radius, --density (or --mass), --poisson-ratio"),
+    (
+        ("fit", "data.csv", "--scene", "x.toml"),
+        "the sphere also needs --radius, --density (or --mass), --poisson-ratio",
+    ),
     (("fit", "data.csv", "--radius", "1 cm"), "the sphere also needs --density"),
     (("fit", "data.csv", "--mass", "1 g"), "--mass is given: expected with it is one --radius, and no --density"),
     (

@@ -82,7 +82,8 @@ TOLERANCES = [{name: size} for name in ("epsilon", "dissipation", "absolute") fo
 @pytest.mark.parametrize("tolerance", TOLERANCES, ids=str)
 def test_the_cheapest_of_ready_kernels(tolerance: dict[str, float]) -> None:
     ranges = [(0.01, 0.05), (0.3, 1.5), (2.0, 6.0)]
-    for code in (ready("cuda"), ready("cuda", "float"), ready("javascript"), ready("glsl", "float")):
+    codes = ready("cuda"), ready("cuda", "float"), ready("javascript"), ready("glsl", "float")
+    for code in codes if min(tolerance.values()) > 1e-6 else codes[:2]:  # a refusal tries every kernel
         for pairs in (ranges[:1], ranges[1:2], ranges):
             is_sound_or_refused(scene(*pairs, code=code, **tolerance))
 
