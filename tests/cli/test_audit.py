@@ -24,6 +24,29 @@ def test_one_eps_as_json():
     assert limited["instead"]["coefficient of restitution"] == pytest.approx(0.4363, abs=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("program", "formula", "name", "settings"),
+    [
+        ("lammps", "hertz, viscoelastic", "eta_n0", "normal=hertz coefficients=3e8,{}"),
+        ("liggghts", "hertz/stiffness", "gamman", "model=hertz/stiffness kn=3e8 gamman={}"),
+        (
+            "mercurydpm",
+            "HertzianBSHPViscoelastic",
+            "dissipation",
+            "species=HertzianBSHPViscoelastic effectiveElasticModulus=2.25e8 dissipation={}",
+        ),
+    ],
+)
+def test_a_viscoelastic_row_names_the_programs_own_damping(program, formula, name, settings):
+    rows = json.loads(run(program, "--epsilon", "0.5", "--format", "json").output)["rows"]
+    ((parameter, value),) = next(row["instead"] for row in rows if row["formula"] == formula).items()
+    numbers = {"m_eff": 2e-5, "k_n": 3e8, "kn": 3e8, "R_eff": 1e-3, "v": 0.3, "k": 3e8 * 1e-3**0.5, name: 1.0}
+    damping = value / eval(parameter.replace(" ", "*").replace("^", "**"), numbers)
+    options = (word for setting in settings.format(damping).split() for word in ("--set", setting.replace(",", " ")))
+    words = (program, *options, "--mass", "2e-5", "--radius", "1e-3", "--speed", "0.3", "--format", "json")
+    assert json.loads(run(*words).output)["delivered"] == pytest.approx(0.5, abs=1e-6)
+
+
 def test_the_table_has_a_column_for_each_eps():
     rows = list(csv.DictReader(io.StringIO(run("mercurydpm", "--format", "csv").output)))
     assert [*rows[0]] == ["program", "formula", *(f"eps = {e}" for e in ("0.9", "0.75", "0.5", "0.3", "0.1"))]

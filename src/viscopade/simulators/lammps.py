@@ -649,6 +649,9 @@ print "epsilon ${epsilon} expected ${expected} overlap $({{ overlap }}:%.9g)"
 
 _SOURCE = "src/GRANULAR/gran_sub_mod_damping.cpp"
 _EPSILON, _E = ("1e-6", "1"), "coefficient of restitution"
+_SCALED_ETA = "eta_n0 (m_eff/k_n)^(3/5) (R_eff v)^(1/5)"
+"""It is kappa of the scaled equation."""
+_ETA_NOTE = "`k_n` is `4/3 E_eff` for hertz/material. `eta_n0` is as `viscopade simulators lammps` writes {}."
 _POLYNOMIAL = ("4.8218", "-18.022", "27.467", "-22.348", "11.087", "-4.2783", "1.2728")
 
 
@@ -804,24 +807,24 @@ SIMULATOR = Simulator(
         DampingFormula(
             "hertz, viscoelastic, limit_damping",
             VISCOELASTIC,
-            "kappa",
+            _SCALED_ETA,
             mp.mpf,
             ("0", "1e6"),
             "exact",
             _SOURCE,
             written=viscoelastic_kappa,
-            note="`eta_n0` is as `viscopade simulators lammps` writes it.",
+            note=_ETA_NOTE.format("it"),
         ),
         DampingFormula(
             "hertz, viscoelastic",
             law_of("viscoelastic", "return"),
-            "kappa",
+            _SCALED_ETA,
             mp.mpf,
             ("0", "1e6"),
             "other end",
             _SOURCE,
             written=viscoelastic_kappa,
-            note="`eta_n0` is as `viscopade simulators lammps` writes it, without its `limit_damping`.",
+            note=_ETA_NOTE.format("it, without its `limit_damping`"),
         ),
     ),
     texts={"lammps": render},

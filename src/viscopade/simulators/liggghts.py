@@ -367,6 +367,8 @@ number(r.coefficient) }} for the eps at the typical speed.
 """
 
 _E, _ACCEPTED, _KAPPA = "coefficientRestitution", (_LEAST_COEFFICIENT, "1"), ("0", "1e6")
+_SCALED_GAMMAN = "gamman (m_eff/kn)^(3/5) (R_eff v)^(1/5)"
+"""It is kappa of the scaled equation."""
 _HERTZ, _HOOKE, _STIFFNESS = (f"src/normal_model_{name}.h" for name in ("hertz", "hooke", "hertz_stiffness"))
 
 
@@ -423,7 +425,7 @@ SIMULATOR = Simulator(
         DampingFormula(
             "hertz/stiffness, limitForce on",
             VISCOELASTIC,
-            "kappa",
+            _SCALED_GAMMAN,
             mp.mpf,
             _KAPPA,
             "exact",
@@ -434,7 +436,7 @@ SIMULATOR = Simulator(
         DampingFormula(
             "hertz/stiffness",
             law_of(VISCOELASTIC, "return"),
-            "kappa",
+            _SCALED_GAMMAN,
             mp.mpf,
             _KAPPA,
             "other end",
