@@ -1,7 +1,7 @@
-"""The page docs/results/audit.md: the eps that programs deliver, beside what was measured in them.
+"""The page docs/results/audit.md: the eps that programs give, beside values measured in them.
 
 Run as `python -m viscopade_lab.studies.audit > docs/results/audit.md`; with `--pages docs/usage/simulators` it writes
-the rows of each program into its own page instead. The measured values are the package's
+the tables of each program into its own page instead. The measured values are the package's
 (`python -m viscopade_lab.runs.simulators`, and version 1.0.0 for Drake, Kratos and Simbody); all others are computed.
 """
 
@@ -37,110 +37,101 @@ OTHER_SCHEMES = (
 COARSE = 10  # steps in a contact
 ENDS = {"force": "force = 0", "return": "$x = 0$"}
 
-HEAD = r"""# The $\varepsilon$ you asked for: what programs deliver
+HEAD = r"""# The $\varepsilon$ that programs give
 
-You ask a program for $\varepsilon = 0.5$, and its bodies rebound with 0.55 or 0.62. There are six reasons:
+You ask a program for $\varepsilon = 0.5$, and its bodies rebound with 0.55 or 0.62. The command
+`viscopade audit lammps --epsilon 0.5` prints the $\varepsilon$ that LAMMPS gives, the reason, and the value to set
+instead. Give `--time-step` to include the program's integrator. With `--step-error 0.01` the command prints the
+largest time step whose error is 1 %.
 
-- **other end.** The formula is made for contact that ends at $x = 0$, but the program ends it where the force
-  vanishes, or the reverse;
-- **other law.** The formula is made for another law of contact;
-- **normalisation.** The formula is made for another mass, radius or stiffness than the contact has;
-- **time step.** The program computes forces at single moments, most programs with a velocity that is half a step old;
-- **approximate formula.** The formula is an approximation;
-- **weight.** A body that falls is pressed down while it is in contact, and loses more. A MuJoCo contact tuned to 0.5,
-  which lasts 31 ms, delivers 0.45 to a ball that falls with 1 m/s ([below](#weight)). All other numbers of this page
-  are without weight.
+| reason | meaning |
+| --- | --- |
+| other end | The formula assumes that contact ends at $x = 0$, but the program ends it at force 0, or the reverse. |
+| other law | The formula assumes a different contact law. |
+| normalisation | The formula assumes a different mass, radius or stiffness. |
+| approximate formula | The formula is an approximation. |
+| time step | Forces are computed at discrete times, often with a velocity half a step old ([below](#time-steps)). |
+| weight | Weight presses a falling body down during contact, so the body loses more energy ([below](#weight)). |
 
-`viscopade audit lammps --epsilon 0.5` prints the rows of
-this page for one program, with the reason and the number to write instead. With `--time-step` it computes the
-program's own sequence of steps, and with `--step-error 0.01` the largest time step whose error is one per cent.
+`python -m viscopade_lab.studies.audit` writes this page. Values without a time step are proven (see
+[any power-law contact](laws.md)). Values with a time step come from the program's own update rule
+([`viscopade.collision.schemes`](../../src/viscopade/collision/schemes.py)).
 
-This page is the output of `python -m viscopade_lab.studies.audit`. The $\varepsilon$ without a time step are proven
-([any power-law contact](laws.md)); those with one are computed by the program's own map
-([`viscopade.collision.schemes`](../../src/viscopade/collision/schemes.py)). Measured values are from the programs
-themselves; `python -m viscopade_lab.runs.simulators --write` stores them in
-[`audit.csv`](../../src/viscopade/data/audit.csv). Version 1.0.0 measured those of Drake, Kratos and Simbody.
-
-![delivered eps over asked eps, and eps over the time step, with measured values](../figures/audit.svg)
-
-## Delivered, for fine time steps
+![eps that programs give over the eps asked for, and eps over the time step, with measured values](../figures/audit.svg)
 """
 
-WITH_STEPS = r"""
-## Measured
+SUMMARY_TEXT = r"""
+## Asked for {chosen}
 
-Each program is asked for $\varepsilon = {chosen}$. The number to write instead delivers {chosen} with a fine time
-step. *Measured* is with a time step of $t$, in units of the contact time without damping; *predicted* is for the
-same step and the same place in it where contact begins. The last column is the largest difference between the two
-over all collisions that were run: {runs} collisions, with $\varepsilon$ = {asked} asked for and $t$ from {least} to
-{largest}.
+The table is for fine time steps and without weight. The last column compares predictions with runs of the program: it
+is the largest difference over {runs} collisions, with $\varepsilon$ = {asked} asked for and time steps from {least} to
+{largest} contact times. An empty cell means that we read the program's source, but did not run it. Each program's page
+has the results for $\varepsilon$ from 0.1 to 0.9. The
+[damping formulas of the literature](laws.md#damping-formulas-in-wide-use) have a table of their own.
 """
 
 INSTEAD_TEXT = rf"""
-## Asked for the number instead
+## Measured with the corrected value
 
-To get $\varepsilon = {cases.WANTED}$, these programs were asked for another number, which makes up for the time
-step $t$ as well. The mean over where in a step contact begins is {cases.WANTED}. A single collision is off by
-what the last two columns show.
+These programs were asked for the corrected value, which also compensates for the time step $t$ (in contact times). The
+mean over the phase (the place in a step where contact begins) should then be {cases.WANTED}. The last column shows the
+scatter of single collisions.
 """
 
 STEPS_TEXT = r"""
 ## Time steps
 
+The error of $\varepsilon$ is of first order in the step: $\varepsilon(t) \approx \varepsilon + s t$ on average, with
+the step $t$ in units of the contact time without damping. The phase is random, so $\varepsilon$ scatters around this
+mean. The table is for {chosen}; with the number of steps in the last column every $\varepsilon$ is within {error}.
+
 LAMMPS, LIGGGHTS, MercuryDPM and YADE compute the damping with the velocity between two steps. Their velocity Verlet
-and leapfrog are then the same map as semi-implicit Euler's method,
+and leapfrog then equal the semi-implicit Euler method,
 
-$$x_{{n+1}} = x_n + h u_n, \qquad u_{{n+1}} = u_n - h F(x_{{n+1}}, u_n),$$
+$$x_{{n+1}} = x_n + h u_n, \qquad u_{{n+1}} = u_n - h F(x_{{n+1}}, u_n).$$
 
-and the error of $\varepsilon$ is of first order in the step: $\varepsilon(t) \approx \varepsilon + s t$ on average,
-$t$ being the step in units of the contact time without damping. Where in a step contact begins is chance, so the
-$\varepsilon$ of a program scatters around this mean. The table is for {chosen}; the last column is the number of
-steps in an undamped contact that keeps every $\varepsilon$ within {error}.
-
-MuJoCo (Euler, implicit and implicitfast), Chrono, Kratos and JaxDEM step in the same way. The last rows are for two
-others. Drake's discrete contacts take the force at the end of the step: implicit Euler's method, which damps by itself.
-MuJoCo's RK4 has no error of first order, but it scatters.
+MuJoCo (Euler, implicit and implicitfast), Chrono, Kratos and JaxDEM use the same method. The last rows of the table
+are for two other methods. Drake's discrete contacts use the force at the end of the step: implicit Euler, which adds
+numerical damping. MuJoCo's RK4 has no first-order error, but $\varepsilon$ scatters.
 """
 
 AFTER_STEPS = r"""
-- **The lag leaves Hunt-Crossley contacts without an error of first order.** It multiplies the whole force by a function
-  of $x$. For $a = b$ the $\varepsilon$ does not depend on the shape of the spring, so the function changes nothing.
-- **A linear dashpot scatters most.** Its damping jumps at the first contact, and so a fraction of a step changes
-  $\varepsilon$ by as much as the error of first order.
-- **Implicit steps damp by themselves.** With ten steps in a contact and no dissipation at all Drake delivers
-  $\varepsilon$ = {highest} on average.
-- Another number than the one asked for makes up for the step, and this prints it:
-  `viscopade audit lammps --epsilon 0.5 --time-step 0.02`.
+- **Hunt-Crossley contacts have no first-order error.** The lag multiplies the whole force by a function of $x$. If
+  $a = b$, $\varepsilon$ does not depend on the shape of the spring, so this function changes nothing.
+- **A linear dashpot scatters most.** Its damping force jumps at first contact, so the phase changes $\varepsilon$ as
+  much as the first-order error does.
+- **Implicit steps add damping.** With ten steps in a contact and no dissipation Drake gives $\varepsilon$ = {highest}
+  on average.
+- `viscopade audit lammps --epsilon 0.5 --time-step 0.02` prints the value that compensates for the step.
 """
-SOURCES = "## What was read\n"
+SOURCES = "## Versions and files\n"
 
 WEIGHT = r"""## Weight
 
-A body that falls on a plane is pressed against it by its weight while it is in contact:
-$m \ddot{{\xi}} + k \xi^a + c \xi^b \dot{{\xi}} = m g$. Without damping this changes nothing: the body is back at
-$\xi = 0$ with the speed that it came with. But the weight makes the contact deeper and longer, so that any damping
-takes more. For small losses $1 - \varepsilon$ grows by the factor $1 + s g t_c/v$
-([derivation](../../derivations/16_load.py)), with the duration $t_c$ of the contact without damping and the impact
-speed $v$. So weight counts where contacts are long, as soft ones are, and where bodies are slow. Below the sticking
-speed a body does not leave the plane again: $\varepsilon = 0$.
+Weight presses a body that falls on a plane down during contact:
+$m \ddot{{\xi}} + k \xi^a + c \xi^b \dot{{\xi}} = m g$. Without damping this changes nothing. With damping, the
+contact is deeper and longer, so the body loses more energy. For small losses $1 - \varepsilon$ grows by the factor
+$1 + s g t_c/v$ ([derivation](../../derivations/16_load.py)), with the duration $t_c$ of the undamped contact and the
+impact speed $v$. So weight matters for long (soft) contacts and slow bodies. Below the sticking speed a body does not
+leave the plane again: $\varepsilon = 0$.
 
-![eps of a body that falls, over its weight, for four laws and both ends of contact](../figures/weight.svg)
+![eps of a falling body over its weight, for four laws and both ends of contact](../figures/weight.svg)
 
 *Solid: contact ends where the force vanishes; dashed: at $x = 0$; dash-dotted: the factor above, for viscoelastic
 spheres.*
 
-The table is for contacts that are made for {chosen} without weight. The numbers are sampled
+The table is for contacts that have {chosen} without weight. The numbers are sampled
 ([`viscopade.collision.contact`](../../src/viscopade/collision/contact.py)).
 """
 
 AFTER_WEIGHT = r"""
-- `viscopade epsilon` and `invert` take `--gravity` or `--load`. `viscopade table` and `plot` take `--gravity`, and
-  `viscopade simulators --gravity` writes the damping that makes up for the weight.
-- Without it `viscopade simulators` and `viscopade scene` state $g t_c/v$ in their files. From {counts:g} on they
-  warn, with the $\varepsilon$ that a body gets which falls, and with its sticking speed.
-- MuJoCo's contacts carry a part of the weight, 0.9 of it with the `solimp` that we write, without a penetration: a
-  ball keeps 0.448 of 1 m/s in the contact of 31 ms, not 0.399 as a spring and a dashpot would leave it.
-- Two bodies that both fall have no weight on each other. The direction of impact is normal to the plane.
+- `viscopade epsilon` and `invert` take `--gravity` or `--load`. `viscopade table` and `plot` take `--gravity`.
+  `viscopade simulators --gravity` writes the damping that compensates for the weight.
+- Without it `viscopade simulators` and `viscopade scene` state $g t_c/v$ in their files. From {counts:g} on they warn,
+  and print the $\varepsilon$ and the sticking speed of a falling body.
+- MuJoCo's contacts carry a part of the weight without a penetration (0.9 of it with the `solimp` that we write). A
+  ball rebounds with 0.448 of 1 m/s from a contact of 31 ms. With a spring and a dashpot it would be 0.399.
+- Weight does not matter for two bodies that both fall. The direction of impact is normal to the plane.
 """
 SHARES = (0.02, 0.1, 0.3)  # g t_c/v
 
@@ -148,24 +139,19 @@ BEGIN, END = "<!-- audit -->", "<!-- end of the audit -->"
 SECTION = r"""
 ![eps against speed of contacts that are made for 0.5 at 1 m/s](../../figures/epsOverSpeed.svg)
 
-The $\varepsilon$ of fine time steps, if the program's own formulas are asked for 0.9, 0.75, …
-([what programs deliver](../../results/audit.md)):
+The $\varepsilon$ that the program gives, by its own formulas and with fine time steps
+([reasons and other programs](../../results/audit.md)):
 """
-SECTION_MEASURED = f"""Asked for {CHOSEN}: why, and what to write instead. *Measured* is with a time step of $t$
-contact times, *predicted* for the same step. The last column is the largest difference over all collisions that were
-run (`python -m viscopade_lab.studies.audit --pages docs/usage/simulators` writes these tables).
+SECTION_MEASURED = f"""Asked for {CHOSEN}: the eps you get, the reason, and the value to set instead. *Measured* is
+with a time step of $t$ contact times, *predicted* for the same step. The last column is the largest difference over
+all collisions that were run. (`python -m viscopade_lab.studies.audit --pages docs/usage/simulators` writes the tables.)
 """
-
-
-def title_row(program: Simulator) -> str:
-    """Return the heading of a program."""
-    return f"### {program.title}"
 
 
 def delivered_table(program: Simulator) -> str:
-    """Return the table of delivered eps: one row a formula, one column an eps asked for."""
+    """Return the table of the eps that a program gives: one row a formula, one column an eps asked for."""
     rows = ([formula.name, ENDS[formula.law.end], *_delivered(program, formula)] for formula in program.formulas)
-    return markdown(["formula", "contact ends at", *(f"{asked} asked" for asked in ASKED)], rows)
+    return markdown(["formula", "contact ends at", *(f"asked {asked}" for asked in ASKED)], rows)
 
 
 def _delivered(program: Simulator, formula: DampingFormula) -> Iterator[str]:
@@ -177,47 +163,78 @@ def _delivered(program: Simulator, formula: DampingFormula) -> Iterator[str]:
 
 
 def number(found: Audit) -> str:
-    """Return the delivered eps as text."""
+    """Return the eps that the program gives as text."""
     return "never parts" if found.delivered is None else f"{float(found.delivered):.4f}"
 
 
 def measured_table(program: Simulator) -> str:
-    """Return the table for `CHOSEN`: delivered, why, the number to write instead, measured and predicted."""
-    head = ["formula", "delivered", "why", "write instead", "measured", "at $t$", "predicted", "largest difference"]
+    """Return the table for `CHOSEN`: the eps you get, the reason, the value to set, measured and predicted."""
+    head = ["formula", "you get", "reason", "set instead", "measured", "at $t$", "predicted", "largest difference"]
     return markdown(head, (_measured(program, formula) for formula in program.formulas))
 
 
 def _measured(program: Simulator, formula: DampingFormula) -> list[str]:
-    found, run = audited(program, formula, CHOSEN), finest(program.name, formula.name, CHOSEN)
-    instead = "" if found.instead is None else f"`{formula.parameter}` = {found.instead:.6g}"
-    why = "" if formula.reason == "exact" else formula.reason
-    written = [formula.name, number(found), why, instead if why else ""]
+    advice, run = _advice(program, formula), finest(program.name, formula.name, CHOSEN)
     if run is None:
-        return [*written, "from the source", "", "", ""]
-    worst = max(abs(each.epsilon - each.predicted) for each in measurements() if _is_of(each, run))
-    return [*written, f"{run.epsilon:.6f}", f"{run.time_step:g}", f"{run.predicted:.6f}", f"{worst:.0e}"]
+        return [formula.name, *advice, "from the source", "", "", ""]
+    step = f"{run.time_step:g}"
+    return [formula.name, *advice, f"{run.epsilon:.6f}", step, f"{run.predicted:.6f}", _difference(run)]
+
+
+def _advice(program: Simulator, formula: DampingFormula) -> list[str]:
+    """Return the eps that the program gives for `CHOSEN`, the reason, and the value to set instead."""
+    found = audited(program, formula, CHOSEN)
+    instead = "" if found.instead is None else f"`{formula.parameter}` = {found.instead:.6g}"
+    return [number(found), *(["", ""] if formula.reason == "exact" else [formula.reason, instead])]
+
+
+def _difference(run: Measurement) -> str:
+    """Return the largest difference of measured and predicted values of a formula."""
+    return f"{max(abs(each.epsilon - each.predicted) for each in measurements() if _is_of(each, run)):.0e}"
 
 
 def _is_of(one: Measurement, other: Measurement) -> bool:
     return (one.program, one.formula) == (other.program, other.formula)
 
 
+SUMMARY = ["program", "formula", "contact ends at", "you get", "reason", "set instead", "largest difference"]
+
+
+def summary(program: Simulator) -> Iterator[list[str]]:
+    """Yield the rows of a program in the common table for `CHOSEN`."""
+    page = f"../usage/simulators/{program.name}.md"
+    for formula in program.formulas:
+        run = finest(program.name, formula.name, CHOSEN)
+        difference = "" if run is None else _difference(run)
+        yield [
+            f"[{program.title}]({page})",
+            formula.name,
+            ENDS[formula.law.end],
+            *_advice(program, formula),
+            difference,
+        ]
+
+
 def instead_table() -> str:
-    """Return the table of what programs delivered when they were asked for the number instead of `WANTED`."""
-    groups: dict[tuple[str, str, str, float], list[float]] = {}
+    """Return the table of the eps measured when programs were asked for the value that gives `WANTED`."""
+    groups: dict[tuple[str, float], dict[tuple[str, str], list[float]]] = {}
     for each in measurements():
         if each.asked not in cases.ASKED:
-            groups.setdefault((each.program, each.formula, each.asked, each.time_step), []).append(each.epsilon)
-    head = ["program", "formula", "asked of it", "$t$", "collisions", "mean", "least", "largest"]
-    rows = (
-        [simulator_of(name).title, formula, asked, f"{step:g}", str(len(found)), *_spread(found)]
-        for (name, formula, asked, step), found in groups.items()
-    )
-    return markdown(head, rows)
+            formulas = groups.setdefault((each.program, each.time_step), {})
+            formulas.setdefault((each.formula, each.asked), []).append(each.epsilon)
+    head = ["program", "$t$", "formulas", "collisions", "mean", "single collisions"]
+    return markdown(head, (_instead(*key, list(found.values())) for key, found in groups.items()))
 
 
-def _spread(found: list[float]) -> list[str]:
-    return [f"{value:.4f}" for value in (sum(found) / len(found), min(found), max(found))]
+def _instead(name: str, step: float, found: list[list[float]]) -> list[str]:
+    every = [value for each in found for value in each]
+    means = [sum(each) / len(each) for each in found]
+    return [simulator_of(name).title, f"{step:g}", str(len(found)), str(len(every)), _range(means), _range(every)]
+
+
+def _range(values: list[float]) -> str:
+    least, largest = f"{min(values):.4f}", f"{max(values):.4f}"
+    return least if least == largest else f"{least} to {largest}"
 
 
 def steps_table() -> str:
@@ -296,18 +313,15 @@ def runs_table() -> str:
 
 def parts() -> Iterator[str]:
     """Yield the page, part by part."""
-    yield HEAD
-    for program in simulators():
-        yield f"{title_row(program)}\n\n{delivered_table(program)}\n"
+    yield HEAD.rstrip()
     found = measurements()
     asked = ", ".join(cases.ASKED)
     least, largest = (f"{bound(each.time_step for each in found):g}" for bound in (min, max))
-    yield WITH_STEPS.format(chosen=CHOSEN, runs=len(found), asked=asked, least=least, largest=largest)
-    for program in simulators():
-        if program.name != "textbook":
-            lines = "\n".join(notes(program))
-            yield f"{title_row(program)}\n\n{measured_table(program)}\n" + (f"\n{lines}\n" if lines else "")
-    yield f"{INSTEAD_TEXT}\n{instead_table()}\n"
+    yield SUMMARY_TEXT.format(
+        chosen=rf"$\varepsilon = {CHOSEN}$", runs=len(found), asked=asked, least=least, largest=largest
+    )
+    yield markdown(SUMMARY, (row for program in simulators() if program.name != "textbook" for row in summary(program)))
+    yield f"{INSTEAD_TEXT}\n{instead_table()}"
     yield STEPS_TEXT.format(chosen=rf"$\varepsilon = {CHOSEN}$", error="1 %")
     yield steps_table()
     yield AFTER_STEPS.format(highest=f"{highest_epsilon():.2f}")
