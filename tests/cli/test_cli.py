@@ -6,6 +6,7 @@ Most commands are called in this process; those whose streams, environment or im
 import csv
 import io
 import math
+import re
 
 import click
 import pytest
@@ -258,6 +259,18 @@ def test_export_goes_to_stdout_or_to_a_file(tmp_path):
     assert (written.returncode, written.stdout, written.stderr) == (0, "", "")
     assert target.read_text() == called(*words).stdout == requests.Request(pade=[(3, 6), (1, 4)]).render("c")
     assert "viscopade export c --pade 3/6 --pade 1/4\n" in target.read_text()
+
+
+def test_the_papers_table_in_latex_has_the_digits_asked_for():
+    """They are those of `viscopade pade`, which proves each of them."""
+    text = printed("export", "latex", "--digits", "20")
+    assert " --digits 20\n" in text.splitlines(keepends=True)[0]
+    found = re.findall(r"\$([ab]_\{\d\})?=?([-.\d]+)\$", text)
+    for m, n in ("03", "14", "25", "36"):
+        proven = json_of("pade", m, n, "--digits", "20")
+        numbers = {f"{symbol}_{{{i}}}": x for symbol in "ab" for i, x in enumerate(proven[symbol])}
+        begin = found.index(("", n)) + 1
+        assert dict(found[begin : begin + len(numbers)]) == numbers
 
 
 def test_reproduce_as_json():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +25,7 @@ from viscopade.cli.console import (
 )
 from viscopade.cli.writer import check_targets, write_all
 from viscopade.kernels.catalogue import FAST, SIZES, TIERS
-from viscopade.kernels.write.targets import SERIES_DIGITS, SERIES_ORDER, TARGETS
+from viscopade.kernels.write.targets import LATEX_DIGITS, SERIES_DIGITS, SERIES_ORDER, TARGETS
 from viscopade.shipped import example_scenes
 
 if TYPE_CHECKING:
@@ -92,12 +93,11 @@ if TYPE_CHECKING:
 @click.option(
     "--digits",
     type=DIGITS,
-    default=SERIES_DIGITS,
-    show_default=True,
-    help="Significant digits, for series-csv and series-json.",
+    help="Significant digits, for latex, series-csv and series-json.  "
+    f"[default: {LATEX_DIGITS} for latex, else {SERIES_DIGITS}]",
 )
 @OUTPUT
-def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
+def export(target: str, order: int, digits: int | None, output: Path | None, **wanted: Any) -> None:
     """Generate code or tables of proven kernels.
 
     A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. Without options, c, python, csv,
@@ -110,14 +110,16 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 
     of_series = target.startswith("series-")
     used = {"order", "digits"} if of_series else set() if target == "version-header" else {*wanted}
+    used |= {"digits"} if target == "latex" else set()
     _refuse_unused(target, used | {"target", "output"})
     if of_series:
-        text = requests.render_series(target.removeprefix("series-"), order, digits)
+        text = requests.render_series(target.removeprefix("series-"), order, digits or SERIES_DIGITS)
     elif target == "version-header":
         text = requests.file(requests.VERSION_HEADER)
     else:
         request = requests.Request(**wanted)
-        text = (request if request != requests.Request() else requests.default(target)).render(target)
+        request = requests.default(target) if request == requests.Request() else request
+        text = replace(request, digits=digits or LATEX_DIGITS).render(target)
     deliver(text, output)
 
 

@@ -16,7 +16,7 @@ from viscopade.kernels.write import tables, vectors
 from viscopade.kernels.write.file import file_text, version_text
 from viscopade.kernels.write.languages import NAMES as LANGUAGES
 from viscopade.kernels.write.languages import language
-from viscopade.kernels.write.targets import SERIES_DIGITS, SERIES_ORDER, TABLES, TARGETS
+from viscopade.kernels.write.targets import LATEX_DIGITS, SERIES_DIGITS, SERIES_ORDER, TABLES, TARGETS
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, law_of
 from viscopade.theory.series import series
@@ -60,6 +60,8 @@ class Request:
         Of the error of best approximants.
     law : str
         Law of contact, for Padé approximants in v* = kappa^(1/d); contact ends where the force vanishes.
+    digits : int
+        Significant digits of coefficients, for LaTeX.
     """
 
     full: bool = False
@@ -74,6 +76,7 @@ class Request:
     epsilon_min: str = "0"
     measure: Measure = "both"
     law: str = "viscoelastic"
+    digits: int = LATEX_DIGITS
 
     def __post_init__(self) -> None:
         if self.minimax and self.v_star_max is None:
@@ -132,7 +135,7 @@ class Request:
         for option in fields(self):
             value = getattr(self, option.name)
             if value != option.default:
-                given = [""] if value is True else [value] if isinstance(value, str) else value
+                given = [""] if value is True else [str(value)] if isinstance(value, (str, int)) else value
                 texts = (item if isinstance(item, str) else "/".join(map(str, item)) for item in given)
                 words += (f"--{option.name.replace('_', '-')} {text}".rstrip() for text in texts)
         return " ".join(words)
@@ -150,9 +153,11 @@ class Request:
         if target in ("certificates", "vectors") and law_of(self.law) != VISCOELASTIC:
             raise ValueError(f"the law is {self.law}, of which nothing is proven: expected viscoelastic for {target}")
         kernels = distinct(self.kernels())
-        if target in _TABLES:
+        if target in TABLES:
             if target != "vectors" and any(kernel.tables for kernel in kernels):
                 raise ValueError(f"target is {target!r}: expected {_WITH_TABLES} or vectors, as the kernel has a table")
+            if target == "latex":
+                return tables.latex_table(kernels, self.command(target), self.digits)
             return _TABLES[target](kernels, self.command(target))
         return file_text(kernels, language(target), self.command(target), module)
 
@@ -170,7 +175,6 @@ def distinct(kernels: Sequence[Kernel]) -> Sequence[Kernel]:
 _TABLES: Mapping[str, Callable[[Sequence[Kernel], str], str]] = {
     "csv": tables.csv_table,
     "json": tables.json_table,
-    "latex": tables.latex_table,
     "certificates": tables.certificates,
     "vectors": vectors.render,
 }

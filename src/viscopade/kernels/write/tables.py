@@ -15,6 +15,7 @@ from viscopade.generated import END_CONDITION, WIDTH, comment, json_head, marker
 from viscopade.kernels.arithmetic import HOST
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.file import end_condition, error_text, range_text, stated, subject
+from viscopade.kernels.write.targets import LATEX_DIGITS
 
 SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
 SERIES_NO_BOUND = "The file is about the coefficients: no bound of a truncated sum's error is claimed in it."
@@ -27,7 +28,8 @@ PROVEN = (
     "the order of evaluation in code (to nearest, with or without fused multiply-add), and adds to the error"
 )
 SAMPLED = "sampled: compared with the exact eps at points of the interval; nothing is proven"
-DIGITS = 15  # of coefficients in LaTeX
+_MAX_DIGITS = 30  # in LaTeX: the records have 40 digits, and a second rounding is right with ten digits to spare
+_DOUBLE_DIGITS = 17  # of the coefficients of a best approximant, whose type is double
 
 
 def csv_table(kernels: Sequence[Kernel], command: str) -> str:
@@ -55,9 +57,16 @@ def certificates(kernels: Sequence[Kernel], command: str) -> str:
     )
 
 
-def latex_table(kernels: Sequence[Kernel], command: str, digits: int = DIGITS) -> str:
-    """Return a LaTeX tabular in the layout of the paper's tab:padeCoeffs, rounded to `digits` significant digits."""
-    arguments.digits(digits)
+def latex_table(kernels: Sequence[Kernel], command: str, digits: int = LATEX_DIGITS) -> str:
+    """Return a LaTeX tabular in the layout of the paper's tab:padeCoeffs, rounded to `digits` significant digits.
+
+    Raises
+    ------
+    ValueError
+        For more digits than the coefficients have.
+    """
+    most = _MAX_DIGITS if all("a" in kernel.record for kernel in kernels) else _DOUBLE_DIGITS
+    arguments.integer("digits", digits, 1, most)
     rows = (line for kernel in kernels for line in (r"\hline", *(rf"{row} \\" for row in _latex_rows(kernel, digits))))
     return "\n".join(
         [
