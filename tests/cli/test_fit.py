@@ -184,10 +184,12 @@ def test_weight_of_a_soft_ball_is_in_the_fit_or_said_to_be_left_out(tmp_path):
     two = json_of(*words, *SOFT)
     assert not two["weight"]["fitted"]
     assert two["warnings"] == [
-        "weight in contacts is left out: g t_c/v is 0.036 to 0.41; --wall, for a sphere on a plane, puts it in"
+        "weight in contacts is neglected: g t_c/v is 0.036 to 0.41; --wall, for a sphere on a plane, includes it"
     ]
     text = printed(*words)
-    assert "Weight in contacts is left out: it counts if the contacts of the slowest bounce last 0.43 ms" in text
+    assert (
+        "Weight in contacts is neglected: it matters if the contact of the slowest bounce lasts 0.43 ms or more" in text
+    )
     assert json_of(*words)["weight"] == {"fitted": False, "g_t_c_over_v": None}
 
 
@@ -205,13 +207,13 @@ def test_a_light_ball_is_told_of_drag(tmp_path):
     file.write_text(HEIGHTS)
     (unknown,) = json_of("fit", file)["warnings"]
     assert re.fullmatch(
-        r"drag is left out: in air it would move eps of a table-tennis ball \(2.7 g, 4 cm\) by up to \+0\.0\d+; "
-        "--air-density with --radius and --mass puts it in",
+        r"drag is neglected: in air it would change eps of a table-tennis ball \(2.7 g, 4 cm\) by up to \+0\.0\d+; "
+        "--air-density with --radius and --mass includes it",
         unknown,
     )
     ball = ("--radius", "2 cm", "--mass", "2.7 g")
     (known,) = json_of("fit", file, *ball)["warnings"]
-    change = float(re.search(r"by up to ([+0-9.]+); --air-density puts it in", known)[1])
+    change = float(re.search(r"by up to ([+0-9.]+); --air-density includes it", known)[1])
     with_drag, without = (json_of("fit", file, *ball, *air)["points"] for air in (("--air-density", 1.2), ()))
     moved = [a["epsilon"] - b["epsilon"] for a, b in zip(with_drag, without, strict=True)]
     assert change == pytest.approx(max(moved), rel=0.05)

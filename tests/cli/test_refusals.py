@@ -179,7 +179,7 @@ BAD = [
         ("fit", "data.csv", "--plot", "x.svg", "--scene", "x.svg", *MATERIAL),
         "--scene, --plot and --empirical name one file twice",
     ),
-    (("fit", "data.csv", "--gravity", "3"), "accepted with speed and epsilon are no options of a flight"),
+    (("fit", "data.csv", "--gravity", "3"), "columns speed and epsilon need no flight: expected no gravity"),
     (("fit", "data.csv", "--plot", "x.bmp"), "expected a name that ends in .svg, .png or .pdf"),
     (
         ("fit", "data.csv", "--scene", "x.toml"),
@@ -201,11 +201,14 @@ BAD = [
         ),
         "accepted with it are the sphere's radius",
     ),
-    (("fit", "data.csv", "--without", "99"), "there is no line 99 with data: expected are 2 to 13"),
+    (("fit", "data.csv", "--without", "99"), "there is no line 99 with data: expected 2 to 13"),
     (("fit", "data.csv", "--law", "nothing"), "law is 'nothing'"),
     (("fit", "data.csv", "--column", "speed"), "is no NAME=HEADER"),
     (("fit", "data.csv", "--unit", "speed=m/s"), "has the unit 'cm/s' in its header"),
-    (("fit", "data.csv", "--resolution", "1 ms"), "accepted with speed and epsilon is a column sigma_epsilon"),
+    (
+        ("fit", "data.csv", "--resolution", "1 ms"),
+        "--resolution is for instants, heights or speeds: expected a column sigma_epsilon",
+    ),
     (
         ("fit", "data.csv", "--radius", "1cm", "--density", "2500", "--poisson-ratio", "0.2"),
         "expected --young-modulus, or a column",

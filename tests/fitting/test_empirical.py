@@ -71,13 +71,13 @@ def test_many_points_make_a_short_table():
 def test_what_is_said_has_range_and_residual():
     text = " ".join(of_points(Points.measured(SPEED, ICE)).described())
     assert "EMPIRICAL fit of measured data, no law of contact: eps = min(1, 0.108931 v^-0.234)" in text
-    assert "Speeds from 0.001 to 0.1 m/s; slower and faster ones are taken for these." in text
+    assert "Speeds from 0.001 to 0.1 m/s; outside, eps has its value at the nearer end." in text
 
 
 def test_bad_points_and_forms_are_refused():
-    with pytest.raises(ValueError, match="one speed"):
+    with pytest.raises(ValueError, match="all speeds are equal"):
         of_points(Points.measured([1, 1, 1], [0.9, 0.8, 0.7]))
-    with pytest.raises(ValueError, match="eps = 0 only"):
+    with pytest.raises(ValueError, match="all eps are 0"):
         of_points(Points.measured([1, 2, 3], [0, 0, 0]))
     with pytest.raises(ValueError, match="expected 'power' or 'table'"):
         of_points(Points.measured(SPEED, ICE), "cubic")

@@ -18,19 +18,19 @@ from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 
 MOST_INSTANTS = 20_000
-"""Of bounces in a file."""
+"""Largest number of instants of bounces in a file."""
 
 _FINITE = Accepted("a finite number", np.isfinite)
 _ERRORS = Accepted("a number >= 0", lambda x: x >= 0)
-_ROUNDS = 8  # until the contact times of bounces are those of their speeds
-_SETTLED = 1e-12  # of a speed or a contact time: the next round changes nothing
+_ROUNDS = 8  # of iteration: speeds give contact times, which change the speeds
+_SETTLED = 1e-12  # relative change of a speed or a contact time that ends an iteration
 _LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
 
 HEARING = 1e-3
-"""Standard error in seconds of instants for `heard`, if none is known."""
+"""Standard error in seconds that `heard` assumes for instants."""
 _LOST = 16.0  # cost of an echo, and of a bounce that was not heard: four standard errors
-_UNLIKE = 35.0  # cost of two flights that do not belong together
-_DISTINCT = 9.0  # readings whose costs differ by less are both possible
+_UNLIKE = 35.0  # cost of two flights of different drops
+_DISTINCT = 9.0  # a sound is ambiguous if the costs of two of its roles differ by less
 _VARIATION = 0.04  # of eps from bounce to bounce, relative
 _RATIOS = np.exp(np.arange(math.log(0.1), 1e-9, 0.01))  # of successive flights
 # Kinds of intervals between bounces: one flight, one with an echo, two flights (a bounce was not heard), both.
@@ -40,16 +40,17 @@ _ECHO, _END_OF_DROP = 16, 17  # roles of a sound; less than 16: a bounce, 4 time
 
 
 class TooFew(ValueError):
-    """Error: there are not enough bounces or heights for one eps."""
+    """There are not enough bounces or heights for one eps."""
 
 
 def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]], list[tuple[int, str]]]:
-    """Return which sounds of a recording are bounces with whole flights between them: the reading of least cost.
+    """Return the sounds of a recording that are bounces with whole flights between them: the reading of least cost.
 
     Between two bounces there may be an echo, a bounce that was not heard, or both; each costs 16. Flights T_1 and T_2
-    before and after a bounce cost (ln(T_2/(r T_1))/s)^2, and at most 35, since a new drop may begin. Here s^2 is 0.04^2
-    and what `sigma` adds, and r is the ratio that makes the sum least. Dynamic programming gives the least cost of each
-    role that a sound may have. If two roles of it differ by less than 9, the sound is ambiguous, and left out.
+    before and after a bounce cost (ln(T_2/(r T_1))/s)^2, and at most 35, because a new drop may begin. Here s^2 is
+    0.04^2 plus the variance that `sigma` causes, and r is the ratio that minimises the sum. Dynamic programming gives
+    the least cost of each role that a sound may have. A sound is ambiguous, and left out, if the costs of two of its
+    roles differ by less than 9.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]]
     list of list of int
         Runs of successive bounces; each but the first and the last of a run gives an eps.
     list of tuple
-        The other sounds, except for the first and the last one of all, and why they are left out.
+        The other sounds, except for the first and the last one, each with the reason why it is left out.
     """
     instants = array("instants", instants, _FINITE)
     n, r = len(instants), _RATIOS
@@ -105,7 +106,7 @@ def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]]
 
 
 def _runs(roles: Sequence[FloatArray]) -> tuple[list[list[int]], list[tuple[int, str]]]:
-    """Return the runs of bounces, and why other sounds are left out, from the costs of the roles of each sound."""
+    """Return the runs of bounces, and the sounds that are left out, from the costs of the roles of each sound."""
     runs: list[list[int]] = []
     left_out = []
     for j, costs in enumerate(roles, 1):
@@ -142,8 +143,8 @@ def of_times(
 ) -> Points:
     """Return the points of bounces whose contacts begin at given instants.
 
-    Between two of them are a contact and a flight. The first and the last bounce of a drop give no point: the speed
-    before the first and that after the last are not known.
+    A contact and a flight lie between two instants. The first and the last bounce of a drop give no point, because the
+    speed before the first one and the speed after the last one are not known.
 
     Parameters
     ----------
@@ -152,19 +153,19 @@ def of_times(
     flight : Flight
         In units of these instants.
     sigma : float or sequence of array
-        Standard error of the instants, or of each of them by drop.
+        Standard error of all instants; or an array for each drop, with one for each instant.
     contact_time : float or Pair
-        Time from first contact until the body is back at that height, or the bodies that collide: the law of contact
-        with the weight of the body gives it then.
+        Time from first contact until the body is back at that height; or the bodies that collide, from which the law
+        of contact with the body's weight gives this time.
     durations : sequence of array
-        By drop the measured times during which the bodies touch, at all instants, instead; their ends have the same
-        standard errors.
+        Measured contact times, used in place of `contact_time`: for each drop an array with one for each instant. The
+        ends of contact have the same standard errors as the instants.
 
     Raises
     ------
     ValueError
-        If instants do not ascend, a flight has no time, a rebound is much higher than what came before, or there are
-        fewer than three instants in every drop.
+        If instants do not ascend, a contact lasts until the next one, eps is much above 1, or no drop has three
+        instants.
     """
     parts = []
     contact = contact_time if isinstance(contact_time, Pair) else number("contact_time", contact_time, _ERRORS)
@@ -180,7 +181,7 @@ def of_times(
 
 
 def require_ascending(instants: FloatArray, labels: Sequence[str]) -> None:
-    """Refuse instants that do not ascend."""
+    """Raise ValueError if instants do not ascend."""
     if (late := np.diff(instants) <= 0).any():
         k = int(np.argmax(late))
         raise ValueError(f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: expected later than the one before")
@@ -201,7 +202,7 @@ def _of_drop(
         if (short := contacts >= spans).any():
             k = int(np.argmax(short))
             raise ValueError(
-                f"{labels[k + 1]}: {spans[k]:.6g} after the bounce before: expected more than the contact time"
+                f"{labels[k + 1]}: the bounce is {spans[k]:.6g} after the last one: expected more than the contact time"
             )
         launch = flight.launch(spans - contacts)
         speed = flight.impact(launch[:-1])
@@ -224,7 +225,7 @@ def _of_drop(
 
 
 def _first_speed(launch: float, speed: FloatArray, epsilon: FloatArray, of_weight: float) -> float:
-    """Return the impact speed of a drop's first bounce by the law, given the speed after it and the other bounces."""
+    """Return the impact speed of a drop's first bounce, by the law, from the speed after it and the other bounces."""
     beta = np.median(weight_table.kappa_from(epsilon, weight_table.load_at(speed, of_weight)) * speed**-0.2)
     first = np.array(launch)
     for _ in range(_LAW_ROUNDS):
@@ -242,9 +243,9 @@ def of_heights(
     sigma: float | Sequence[FloatArray] = 0.0,
     contact_time: ContactTime = 0.0,
 ) -> Points:
-    """Return the points of a body that rises to given heights between bounces, the first being that of its release.
+    """Return the points of a body that rises to given heights between bounces; the first one is its release height.
 
-    Parameters and errors are those of `of_times`, for heights instead of instants; the contact tells the load.
+    Parameters and errors are as in `of_times`, with heights in place of instants. The contact time gives the load.
     """
     contact = contact_time if isinstance(contact_time, Pair) else number("contact_time", contact_time, _ERRORS)
     parts = []
@@ -264,7 +265,7 @@ def of_heights(
 
 
 def _weighted(points: Points, contact: ContactTime, flight: Flight) -> Points:
-    """Return points with the load of the body's weight during contacts."""
+    """Return the points with the load of the body's weight during contacts."""
     known = contact if points.contact_time is None else points.contact_time
     return replace(points, weight_speed=weight_speed(known, flight.gravity, points.speed, points.epsilon))
 
@@ -279,14 +280,14 @@ def of_speeds(speed: FloatArray, after: FloatArray, *, sigma: float | FloatArray
 
 
 def _errors(sigma: float | Sequence[FloatArray], drop: int, values: FloatArray, unit: str) -> FloatArray:
-    """Return the standard errors of a drop's values."""
+    """Return the standard error of each value in a drop."""
     given = sigma if isinstance(sigma, list | tuple) else without_unit("sigma", sigma, unit)
     of_drop = given[drop] if isinstance(given, Sequence) or np.ndim(given) else given
     return np.broadcast_to(array("sigma", without_unit("sigma", of_drop, unit), _ERRORS), values.shape)
 
 
 def _points(flight: Flight, launch: FloatArray, of_launch: sparse.sparray, labels: Sequence[str]) -> Points:
-    """Return the points of successive flights from their first speeds and the errors of these."""
+    """Return the points of successive flights from their launch speeds and the errors of these."""
     speed = flight.impact(launch[:-1])
     epsilon = launch[1:] / speed
     of_launch = sparse.csr_array(of_launch)
@@ -304,7 +305,7 @@ def together(parts: Sequence[Points]) -> Points:
     """Return the points of several tables or drops, whose errors are independent."""
     known = {part.known for part in parts}
     if len(known) > 1:
-        raise ValueError("only some tables have a column sigma_epsilon: expected all, or none, or --scatter")
+        raise ValueError("only some tables have a column sigma_epsilon: expected all or none of them, or --scatter")
     times = [part.contact_time for part in parts if part.contact_time is not None]
     return Points(
         np.concatenate([part.speed for part in parts]),

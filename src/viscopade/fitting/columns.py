@@ -1,4 +1,4 @@
-"""Columns of a sheet: which are known by their headers, and their numbers in SI units."""
+"""Columns of a sheet that are recognised by their headers, and their numbers in SI units."""
 
 from __future__ import annotations
 
@@ -34,28 +34,29 @@ COLUMNS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "frame": ("", ("frame", "slice", "image")),
     "drop": ("", ("drop", "run", "series")),
 }
-"""By column, its dimension and the names in a header that stand for it, in small letters with _ for other signs."""
+"""Dimension of each column, and the header names that stand for it, in lower case with _ for other characters."""
 
 _NAMES = {also: name for name, (_, every) in COLUMNS.items() for also in every}
-_NAMES |= {"start": "bounce_0", "stop": "bounce_1"}  # of phyphox, as are bounce_K and stop_K
+_NAMES |= {"start": "bounce_0", "stop": "bounce_1"}  # phyphox writes these, and bounce_K and stop_K
 _BOUNCE = re.compile(r"(?:bounce|stop)_([0-9]{1,3})")
 IN_VACUUM = Flight()
 
 
 @dataclass(frozen=True)
 class Options:
-    """How files are read.
+    """Options for reading files.
 
     Attributes
     ----------
     columns : mapping
-        By name of `COLUMNS`, a column's header in the file, with or without its unit, or its number from 1 on.
+        Key: a name of `COLUMNS`. Value: the column's header in the file, with or without its unit, or its number,
+        counted from 1.
     units : mapping
-        Units by name of `COLUMNS`, for columns without one in the header.
+        Units of columns whose header has none, by their names in `COLUMNS`.
     flight : Flight
         In SI units.
     resolution : str or None
-        Standard error of instants, heights or speeds, with a unit or in SI units, unless the file has a column of them.
+        Standard error of instants, heights or speeds, with a unit or in SI units, if the file has no such column.
     contact_time : float or Pair
         Duration of contacts between flights, or the bodies, as for `bounces.of_times`.
     scatter : bool or None
@@ -63,7 +64,7 @@ class Options:
     rate : float or None
         Frames per second.
     length_per_unit : float or None
-        Of positions without a unit of length, in metres.
+        Length in metres of one unit of the positions, such as a pixel.
     sheets : sequence of str
         Names of the sheets to read; all if there are none.
     without : sequence of str
@@ -83,7 +84,7 @@ class Options:
 
 
 def _plain(name: str) -> str:
-    """Return a header without its unit, in small letters with _ for other signs."""
+    """Return a header without its unit, in lower case with _ for other characters."""
     match = HEAD.fullmatch(name.strip())
     bare = (match[1] if match else name).lower().replace("ε", "epsilon").replace("σ", "sigma")
     return re.sub(r"[^a-z0-9]+", "_", bare).strip("_")
@@ -97,32 +98,32 @@ def places_of(header: Sequence[str], text: str) -> list[int]:
 
 
 def known_columns(header: Sequence[str], options: Options) -> dict[str, list[int]]:
-    """Return the indices of the columns that are known, by their names in `COLUMNS` or "bounce_K"."""
-    given = {name: places for name, text in options.columns.items() if (places := places_of(header, text))}
-    taken = {i for places in given.values() for i in places}
-    found: dict[str, list[int]] = {}
+    """Return the indices of the recognised columns, by their names in `COLUMNS` or "bounce_K"."""
+    chosen = {name: places for name, text in options.columns.items() if (places := places_of(header, text))}
+    taken = {i for places in chosen.values() for i in places}
+    recognised: dict[str, list[int]] = {}
     for i, cell in enumerate(header):
         plain = _plain(cell)
         match = _BOUNCE.fullmatch(plain)
         name = f"bounce_{int(match[1])}" if match else _NAMES.get(plain)
         if name and name not in options.columns and i not in taken:
-            found.setdefault(name, []).append(i)
-    return found | given
+            recognised.setdefault(name, []).append(i)
+    return recognised | chosen
 
 
 class Columns:
-    """Columns of a sheet that are known, as numbers in SI units.
+    """Recognised columns of a sheet, as numbers in SI units.
 
     Attributes
     ----------
     sheet : Sheet
     options : Options
     known : dict
-        As `known_columns` returns them.
+        Indices of columns, from `known_columns`.
     rows, lines : list
         The rows with data, and their lines in the file.
     prefix : str
-        What labels of rows begin with.
+        Beginning of the labels of rows.
     """
 
     def __init__(self, sheet: Sheet, options: Options, first: str) -> None:
@@ -130,14 +131,14 @@ class Columns:
         self.known = known_columns(sheet.header, options)
         self.rows, self.lines = sheet.rows, list(sheet.lines)
         self.prefix = ""
-        self._second: dict[str, str] = {}  # what a second line of headers has
+        self._second: dict[str, str] = {}  # cells of a second line of headers, such as units
         try:
             np.array([row[self.known[first][0]] for row in self.rows], dtype=np.float64)
         except (ValueError, IndexError):
-            self._skip_what_is_no_data()
+            self._skip_rows_without_data()
 
-    def _skip_what_is_no_data(self) -> None:
-        """Skip rows that are blank in all known columns, and lines between the header and the first number."""
+    def _skip_rows_without_data(self) -> None:
+        """Skip rows that are blank in all recognised columns, and lines between the header and the first number."""
         every = {name: i for name, places in self.known.items() if name != "drop" for i in places}
         full = [k for k, row in enumerate(self.rows) if any(i < len(row) and row[i].strip() for i in every.values())]
         while full:
@@ -151,13 +152,13 @@ class Columns:
         self.rows, self.lines = [self.rows[k] for k in full], [self.lines[k] for k in full]
 
     def leave_out(self, line: int) -> None:
-        """Take out a line of the file."""
+        """Leave out a line of the file."""
         k = self.lines.index(line)
         self.rows, self.lines = self.rows[:k] + self.rows[k + 1 :], self.lines[:k] + self.lines[k + 1 :]
 
     @property
     def labels(self) -> list[str]:
-        """Names of the rows."""
+        """Labels of the rows, for messages."""
         return [f"{self.prefix}line {line}" for line in self.lines]
 
     def column(self, name: str) -> int:
@@ -165,7 +166,7 @@ class Columns:
         places = self.known[name]
         if len(places) > 1:
             first, second = (f"{self.sheet.header[i].strip()!r} (column {i + 1})" for i in places[:2])
-            raise ValueError(f"{first} and {second} both are {name}: expected one, chosen by --column {name}=NUMBER")
+            raise ValueError(f"{first} and {second} are both {name}: expected one; choose with --column {name}=NUMBER")
         return places[0]
 
     def cells(self, name: str) -> list[str]:
@@ -174,19 +175,22 @@ class Columns:
         return [row[column].strip() if column < len(row) else "" for row in self.rows]
 
     def numbers(self, name: str, dimension: str = "", *, blank: bool = False, least: str = "") -> FloatArray:
-        """Return a column; a blank cell is NaN if that is accepted, and `least` is the condition > 0 or >= 0."""
+        """Return a column in SI units.
+
+        With `blank`, a blank cell gives NaN. `least` is a condition on the numbers: " > 0" or " >= 0".
+        """
         cells = self.cells(name)
         try:
-            found = np.array(cells, dtype=np.float64)
+            values = np.array(cells, dtype=np.float64)
         except ValueError:
-            found = np.array([self._number(cell) for cell in cells])
-        bad = ~np.isfinite(found) | ((found < 0) if least else False) | ((found == 0) if least == " > 0" else False)
+            values = np.array([self._number(cell) for cell in cells])
+        bad = ~np.isfinite(values) | ((values < 0) if least else False) | ((values == 0) if least == " > 0" else False)
         if blank:
             bad &= np.array([cell.lower() not in ("", "nan") for cell in cells], dtype=bool)
         if bad.any():
             i = int(np.argmax(bad))
             raise ValueError(f"{self.labels[i]}: {name} is {cells[i]!r}: expected a number{least}")
-        return found * self._unit(name, dimension or COLUMNS[name][0])
+        return values * self._unit(name, dimension or COLUMNS[name][0])
 
     def _number(self, cell: str) -> float:
         try:
@@ -199,7 +203,7 @@ class Columns:
         written = ((match[2] if match else "") or self._second.get(name, "")).strip()
         unit = self.options.units.get(name) or written
         if written and name in self.options.units:
-            raise ValueError(f"the column {name} has the unit {written!r} in its header: expected no other one")
+            raise ValueError(f"the column {name} has the unit {written!r} in its header: expected no --unit for it")
         if name == "position" and self.options.length_per_unit is not None:
             return self.options.length_per_unit
         if not unit:
@@ -212,14 +216,16 @@ class Columns:
 
     def sigma(self, dimension: str) -> FloatArray:
         """Return the standard errors of the rows; 0 if they are not known."""
-        given = self.options.resolution
+        resolution = self.options.resolution
         if "sigma" in self.known:
-            if given is not None:
-                raise ValueError("there is a column of standard errors: expected no --resolution besides")
+            if resolution is not None:
+                raise ValueError("there is a column of standard errors: expected no --resolution")
             return self.numbers("sigma", dimension, least=" >= 0")
-        plain = math.nan if given is None else self._number(given)
-        node = Node(self.sheet.source, "resolution", given if math.isnan(plain) else plain)
-        return np.full(len(self.rows), 0.0 if given is None else quantity(node, dimension))
+        if resolution is None:
+            return np.zeros(len(self.rows))
+        plain = self._number(resolution)
+        node = Node(self.sheet.source, "resolution", resolution if math.isnan(plain) else plain)
+        return np.full(len(self.rows), quantity(node, dimension))
 
     def drops(self) -> list[list[int]]:
         """Return the rows of each drop."""

@@ -1,7 +1,7 @@
-"""Contacts of a body that falls on a plane: how long they last, and the load of its weight in them (section 2.11).
+"""Contacts of a body that falls on a plane: their duration, and the load of the body's weight in them.
 
-At an impact speed v the load is G = (v_G/v)^(6/5), where v_G is the speed at which it is 1. A pair of bodies gives v_G;
-so do measured contact times, with the kappa that gives each measured eps.
+At an impact speed v the load is G = (v_G/v)^(6/5), where v_G is the speed at which it is 1. v_G follows from a pair of
+bodies, or from measured contact times and the kappa of each measured eps.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from viscopade.collision.spheres import Pair
 from viscopade.theory.law import VISCOELASTIC
 
 ContactTime = float | Pair
-"""Time from first contact until the body is back at that height; or the bodies, whose law gives it."""
+"""Time from first contact until the body is back at that height; or the bodies, from which the law gives it."""
 
 LEAST_EPSILON = 1e-6
-"""Whose contact time is that of an eps of 0, too."""
+"""Smaller eps have the contact time of this one."""
 
 _ROUNDS = 8  # until contact times and loads agree
 
 
 def weight_speed(contact: ContactTime | FloatArray, gravity: float, speed: FloatArray, epsilon: FloatArray) -> float:
-    """Return v_G; 0 if nothing tells it, or for two spheres, which have no weight on each other.
+    """Return v_G, or 0 if it is not known, or for two spheres, where weight presses neither on the other.
 
     Parameters
     ----------
     contact : float, Pair or array
-        As `ContactTime`; an array has the times during which the force acts, at each of the speeds.
+        As `ContactTime`; or an array with the time during which the force acts at each speed.
     gravity : float
     speed, epsilon : array
     """

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _SPEEDS = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
 LEVELS = (0.68, 0.95)
 MANY, GROUPS = 20_000, 4096
-"""Number of points beyond which groups of neighbours in speed are fitted, and the least number of groups."""
+"""Largest number of points that are fitted one by one, and the least number of groups into which more are averaged."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Constant:
 
 @dataclass(frozen=True, eq=False)
 class DampingFit:
-    """What measured points say of the damping.
+    """Damping fitted to measured points, with the verdict on the law.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class DampingFit:
         The viscoelastic law first.
     verdict : Verdict
     outliers : tuple
-        Labels of points far from any law, and how many standard errors they are off.
+        Labels of points far from any law, each with its distance in standard errors.
     """
 
     points: Points
@@ -57,13 +57,13 @@ class DampingFit:
     outliers: tuple[tuple[str, float], ...]
 
     def __str__(self) -> str:
-        """Return beta, the verdict and the number of points in a line."""
+        """Return beta, the verdict and the number of points in one line."""
         beta = uncertain(self.beta, self.beta_standard_error)
         return f"beta: {beta} (time/length)^(1/5). {self.verdict.sentence}. {self.number.capitalize()}."
 
     @property
     def number(self) -> str:
-        """The number of points, and of those that a mask hides, in words."""
+        """The number of points, and of masked ones, in words."""
         counts, masked = self.points.counts, self.points.masked
         shown = f"{len(self.points)} points" if counts is None else f"{counts.sum():.0f} points in {len(counts)} groups"
         return shown + (f", {masked} masked" if masked else "")
@@ -75,7 +75,7 @@ class DampingFit:
 
     @property
     def contact_law(self) -> ContactLaw:
-        """The law of contact to go on with, for `viscopade invert` and `viscopade simulators`."""
+        """The law of contact to use in `viscopade invert` and `viscopade simulators`."""
         from viscopade.fitting.verdict import contact_law
 
         return contact_law(self.laws, self.verdict)
@@ -101,9 +101,9 @@ class DampingFit:
 
     @cached_property
     def betas(self) -> FloatArray:
-        """The beta_i of each point: they do not depend on the speed if the law holds (section 2.10).
+        """Damping of each point alone; if the law holds, it does not depend on the speed.
 
-        They are 0 for a measured eps of 1 or more, and infinite for 0.
+        It is 0 for a measured eps of 1 or more, and infinite for 0.
         """
         speed, epsilon = self.points.speed, np.minimum(self.points.epsilon, 1.0)
         betas, some = np.full(len(speed), math.inf), epsilon > 0
@@ -125,8 +125,8 @@ class DampingFit:
     def stiffness(self, sphere: Sphere, wall: bool) -> tuple[Constant, Constant]:
         """Return A and Y of a sphere that hits a wall or another one of its kind, from the measured contact times.
 
-        They are t_c = tau_c(v*) (rho/m)^(-2/5) v^(-1/5) (section 2.10). The scatter of (rho/m)^(2/5) among the points
-        gives its standard error. Young's modulus of the argument is not used.
+        Contact times are t_c = tau_c(v*) (rho/m)^(-2/5) v^(-1/5). The scatter of (rho/m)^(2/5) among the points gives
+        its standard error. The sphere's Young modulus is not used.
 
         Raises
         ------
@@ -135,7 +135,7 @@ class DampingFit:
         """
         times = self.points.contact_time
         if times is None:
-            raise ValueError("contact times are not given: expected a column contact_time")
+            raise ValueError("there are no contact times: expected a column contact_time")
 
         speed, load = self.points.speed, self.points.load(self.points.speed)
 
@@ -158,26 +158,26 @@ class DampingFit:
 
 
 def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False) -> DampingFit:
-    """Return the damping that measured points imply, with its uncertainty, and whether they follow the law.
+    """Fit the damping to measured points, with its uncertainty and a verdict on the viscoelastic law.
 
     Parameters
     ----------
     points : Points
         `Points.measured` of speeds and eps, or `bounces.of_times`, or `bounces.of_heights`.
     laws : sequence of Law or str
-        Further laws of contact to compare with.
+        Other laws of contact to compare with.
     robust : bool
-        Take the errors to follow Student's t with 4 degrees of freedom, so that outliers count less.
+        Whether errors are assumed to follow Student's t with 4 degrees of freedom, so that outliers count less.
 
     Returns
     -------
     DampingFit
-        Of more than `MANY` points with independent errors, the points are means of groups (`Points.grouped`).
+        If there are more than `MANY` points with independent errors, its points are means of groups (`Points.grouped`).
 
     Raises
     ------
     TypeError, ValueError
-        If there are fewer than three points, all speeds are equal, or a law is none.
+        If there are fewer than three points, all speeds are equal, or a law is not known.
     MissingPackage
         If SciPy is not installed; the message has the command that installs it.
 
@@ -190,17 +190,16 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     ('0.094 +- 0.001', 'holds')
     """
     require("fit", "scipy")
-    from viscopade.fitting import verdict  # when it is needed: it loads SciPy
+    from viscopade.fitting import verdict  # imported here, because it loads SciPy
     from viscopade.fitting.likelihood import Model
 
     if robust and not points.of_independent_errors:
         raise ValueError(
-            "bounces share errors: accepted with --robust are speeds and eps; --without leaves bounces out"
+            "bounces share errors: expected speeds and eps with --robust; use --without to leave a bounce out"
         )
     if robust and len(points) > MANY:
-        raise ValueError(f"there are {len(points)} points: accepted with --robust are up to {MANY}")
+        raise ValueError(f"there are {len(points)} points: expected at most {MANY} with --robust")
     if len(points) > MANY and points.of_independent_errors:
         points = points.grouped(GROUPS)
-    further = [Model.of(str(law), law_of(law)) for law in laws]
-    found = verdict.compared(points, further, robust=robust)
-    return DampingFit(points, found, verdict.judged(found), tuple(verdict.outliers(points)))
+    fits = verdict.compared(points, [Model.of(str(law), law_of(law)) for law in laws], robust=robust)
+    return DampingFit(points, fits, verdict.judged(fits), tuple(verdict.outliers(points)))

@@ -1,7 +1,6 @@
-"""Empirical functions eps(v) of measured points, for data that no law of contact follows.
+"""Empirical functions eps(v) of measured points, for data that follow no law of contact.
 
-They say what was measured and no more: nothing stands behind them. Outside the measured speeds they are what they are
-at the nearest end.
+They summarise a measurement and have no theory behind them. Outside the measured range of speeds they are constant.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ from viscopade.kernels.write.languages import language as language_of
 
 Form = Literal["power", "table"]
 
-MOST_NODES = 32  # of a table: more would follow the scatter
+MOST_NODES = 32  # of a table; one with more nodes would follow the scatter
 _SPEEDS = Accepted("a number >= 0", lambda x: x >= 0)
 
 
@@ -38,7 +37,7 @@ class Empirical:
     Attributes
     ----------
     slowest, fastest : float
-        The measured speeds; slower and faster ones are taken for these.
+        The ends of the measured range of speeds; outside it, eps has its value at the nearer end.
     residual, largest : float
         Root mean square and largest absolute residual of eps.
     factor, power : float
@@ -67,7 +66,7 @@ class Empirical:
         return np.minimum(1.0, self.factor * v**-self.power)
 
     def described(self) -> list[str]:
-        """Return what a file with this function has to say of it, in lines."""
+        """Return sentences about this function for the head of a file."""
         form = (
             f"a monotone table of {len(self.nodes)} nodes, linear in ln v between them"
             if self.nodes
@@ -75,12 +74,12 @@ class Empirical:
         )
         return [
             f"EMPIRICAL fit of measured data, no law of contact: {form}.",
-            f"Speeds from {self.slowest:.6g} to {self.fastest:.6g} m/s; slower and faster ones are taken for these.",
+            f"Speeds from {self.slowest:.6g} to {self.fastest:.6g} m/s; outside, eps has its value at the nearer end.",
             f"Residuals of eps: {self.residual:.2g} (root mean square), up to {self.largest:.2g}.",
         ]
 
     def kernel(self, name: str) -> Kernel:
-        """Return the function as a kernel without a proof, which every language can be written from."""
+        """Return the function as a kernel without a proof, which can be written in every language."""
         speed, v, eps = map(Name, ("speed", "v", "eps"))
         cut = Select(speed < Name("slowest"), Name("slowest"), Select(speed > Name("fastest"), Name("fastest"), speed))
         constants = {"slowest": self.slowest, "fastest": self.fastest}
@@ -112,7 +111,7 @@ class Empirical:
         Parameters
         ----------
         language : str
-            Of `viscopade export`.
+            A language of `viscopade export`.
         name : str
             The end of the function's name, epsilon_empirical_NAME.
         command : str
@@ -146,7 +145,7 @@ def of_points(points: Points, form: Form = "power") -> Empirical:
         raise ValueError(f"form is {form!r}: expected 'power' or 'table'")
     slowest, fastest = float(points.speed.min()), float(points.speed.max())
     if not fastest > slowest or not points.epsilon.any():
-        raise ValueError("the data have one speed, or eps = 0 only: an empirical function expected more")
+        raise ValueError("all speeds are equal, or all eps are 0: expected two speeds and an eps > 0")
     weights = 1 / points.standard_errors**2 if points.known else np.ones(len(points))
     if points.counts is not None and not points.known:
         weights = points.counts
@@ -177,7 +176,7 @@ def _power(points: Points, weights: FloatArray) -> tuple[float, float]:
 
 
 def _nodes(points: Points, weights: FloatArray) -> tuple[tuple[float, float], ...]:
-    """Return the nodes of the monotone function; of equal eps only the first and the last one."""
+    """Return the nodes of the monotone function; where eps is constant, only the first and the last one."""
     from scipy import optimize
 
     order = np.argsort(points.speed, kind="stable")

@@ -18,7 +18,7 @@ from viscopade.arrays.checked import Accepted, FloatArray, number
 STANDARD_GRAVITY = 9.80665
 """In m/s^2."""
 DRAG_COEFFICIENT = 0.47
-"""Of a smooth sphere at Reynolds numbers from about 1000 to 200000."""
+"""Drag coefficient of a smooth sphere at Reynolds numbers from about 1000 to 200000."""
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: 0 < x < math.inf)
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
@@ -36,7 +36,7 @@ class Flight:
     gravity : float
         Acceleration of the falling body at rest, less its buoyancy.
     terminal_speed : float
-        At which drag balances gravity; infinite without drag.
+        Speed at which drag balances gravity; infinite without drag.
     """
 
     gravity: float = STANDARD_GRAVITY
@@ -61,8 +61,8 @@ class Flight:
         Raises
         ------
         TypeError, ValueError
-            If a value is not a positive number (an air density or a drag coefficient of 0 is accepted), or the air is
-            not lighter than the sphere.
+            If a value is not a positive number (air density and drag coefficient may be 0), or the air is not lighter
+            than the sphere.
         """
         r, d, g = (
             number(name, value, _POSITIVE)
@@ -78,7 +78,7 @@ class Flight:
     def launch(self, duration: FloatArray) -> FloatArray:
         """Return the speeds at the starts of flights of given durations."""
         speed = self.gravity * duration / 2
-        if self.terminal_speed < math.inf:  # the way down takes less than both, but for arctan s < pi/2
+        if self.terminal_speed < math.inf:  # the duration is at most v_t/g (pi/2 + arsinh s): a lower bound of s
             longest = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 300.0)
             speed = np.maximum(speed, self.terminal_speed * np.sinh(longest))
         for _ in range(_STEPS):  # the duration is a concave function of the speed: Newton's method rises to the root
@@ -95,7 +95,7 @@ class Flight:
         return self.terminal_speed / self.gravity * (np.arctan(s) + np.arcsinh(s))
 
     def launch_slope(self, launch: FloatArray) -> FloatArray:
-        """Return the derivative of the speed at the start with respect to the duration."""
+        """Return the derivative of the launch speed with respect to the duration."""
         s = launch / self.terminal_speed
         return self.gravity / (1 / (1 + s**2) + 1 / np.sqrt(1 + s**2))
 
@@ -133,5 +133,5 @@ class Flight:
         return v * v / g * distance, v * speed, g * (1 - speed * np.abs(speed))
 
     def _fallen(self, height: FloatArray) -> FloatArray:
-        """Return 2 g h/v_t^2; from more than 600 of it a body lands at v_t to the last digit."""
+        """Return 2 g h/v_t^2, at most 600: from this height on, a body lands at v_t to the last digit."""
         return np.minimum(2 * self.gravity * height / self.terminal_speed**2, 600.0)

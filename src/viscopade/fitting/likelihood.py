@@ -1,23 +1,23 @@
 """Fit of one law to measured points, by maximum likelihood, with SciPy.
 
-A law is a curve eps = E(kappa) with kappa = b (v/v_0)^p. Where the load G of the body's weight is known, it changes eps
-as it changes that of a viscoelastic contact (`collision.weight_table`): for other laws, that of the same eps without
-weight. The residuals eps_i - E(v_i) have the covariance
+A law is a curve eps = E(kappa) with kappa = b (v/v_0)^p. If the load of the body's weight is known, eps changes as in
+the viscoelastic contact that has the same eps without weight (`collision.weight_table`). The residuals eps_i - E(v_i)
+have the covariance
 
     C = s^2 + G G^T,    G = d eps - E'(v) d v,
 
-of the scatter s of eps and the errors of the measurement (`Points`); it is a band, as bounces that follow each other
-share a flight. Where a point is the mean of n measured ones, s^2/n stands in place of s^2. The fit minimises
+from the scatter s of eps and the measurement errors (`Points`). C is a band matrix, because successive bounces share a
+flight. If a point is the mean of n measured ones, s^2/n replaces s^2. The fit minimises
 
     D = sum_i rho(z_i^2) + ln det C,    C = L L^T,    z = L^-1 r,
 
-where rho(u) = u for Gaussian errors, and 5 ln(1 + u/4) for Student's t with 4 degrees of freedom, which outliers pull
-less. In the fit of s, ln det C has the factor 1 - k/n for k parameters and n points: for equal errors s^2 is then
-the sum of squares over n - k. G is taken at the law that is found. Where eps scatters besides known errors, intervals
-are those of a mixture over all s, weighted with the restricted likelihood.
+where rho(u) = u for Gaussian errors, and 5 ln(1 + u/4) for Student's t with 4 degrees of freedom, which is less
+sensitive to outliers. In the fit of s, ln det C has the factor 1 - k/n for k parameters and n points: for equal errors
+s^2 is then the sum of squares over n - k. G is taken at the fitted law. If eps has a scatter and known errors,
+intervals come from a mixture over all s, weighted with the restricted likelihood.
 
-SciPy does the fitting. lmfit would add little: there are one or two parameters, and its intervals know neither the
-covariance of errors nor a given scale.
+SciPy does the fitting. lmfit would add little: there are one or two parameters, and its intervals take into account
+neither the covariance of errors nor a known scale.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ _CLOSE = 1e-7
 _EXPONENTS = (-3.0, 5.0)  # of a free law
 _DEGREES = 4.0  # of freedom, of Student's t
 _LARGEST = 1e12  # kappa
-_LEAST = 1e-10  # scatter: data without any follow a law to rounding errors
+_LEAST = 1e-10  # least scatter: that of data that follow a law to rounding errors
 _NO_LOAD = np.zeros(1)
-_GRID = 60  # values of the scatter, and none
+_GRID = 60  # number of values of the scatter, besides 0
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,9 @@ class Model:
     ----------
     name : str
     law : Law
-        Its E.
+        The law whose curve is E.
     exponent : float or None
-        The p, or None if the fit finds it.
+        The exponent p, or None if it is fitted.
     """
 
     name: str
@@ -90,7 +90,7 @@ class Model:
 
     @property
     def parameters(self) -> int:
-        """How many the fit finds, without the scatter."""
+        """Number of fitted parameters, without the scatter."""
         return 1 if self.exponent is not None else 2
 
 
@@ -119,7 +119,7 @@ class LawFit:
     middle : float
         The speed v_0, the geometric mean of all.
     parameters : array
-        b and, where it is free, p.
+        b and, if it is fitted, p.
     scatter : float
         s, the standard deviation of eps beyond the errors of the measurement; 0 if there is none.
     robust : bool
@@ -135,18 +135,16 @@ class LawFit:
 
     @property
     def exponent(self) -> float:
-        """The p."""
+        """The exponent p, fitted or fixed."""
         return float(self.parameters[1]) if self.model.exponent is None else self.model.exponent
 
     def at(self, speed: FloatArray, parameters: FloatArray | None = None) -> FloatArray:
-        """Return eps of the law at speeds."""
-        kappa = self._kappa(speed, self.parameters if parameters is None else parameters)
-        return self.model.epsilon(kappa, self.points.load(speed))
-
-    def _kappa(self, speed: FloatArray, parameters: FloatArray) -> FloatArray:
+        """Return eps of the law at speeds, with the fitted parameters or others."""
+        parameters = self.parameters if parameters is None else parameters
         power = parameters[1] if self.model.exponent is None else self.model.exponent
         with np.errstate(over="ignore"):
-            return np.asarray(parameters[0] * (speed / self.middle) ** power)
+            kappa = np.asarray(parameters[0] * (speed / self.middle) ** power)
+        return self.model.epsilon(kappa, self.points.load(speed))
 
     @cached_property
     def residuals(self) -> FloatArray:
@@ -173,25 +171,25 @@ class LawFit:
 
     @property
     def degrees(self) -> int:
-        """Number of points less that of parameters."""
+        """Number of points minus number of parameters."""
         return len(self.points) - self.model.parameters
 
     @cached_property
     def misfit(self) -> float:
-        """Minus twice the logarithm of the likelihood, at the scatter that makes it largest."""
+        """Minus twice the logarithm of the likelihood, at the scatter that maximises it."""
         misfit = Misfit(self._measured, self.residuals, self.points.counts, self.robust)
         deviance = misfit.deviance(0.0 if self.points.known else misfit.scatter(0.0), 1.0)
         return deviance + len(self.points) * math.log(2 * math.pi)
 
     @cached_property
     def aic(self) -> float:
-        """Akaike's criterion with the correction for few points; infinite for hardly more points than parameters."""
+        """Akaike's criterion with the correction for few points; infinite if the points are too few for it."""
         n, k = len(self.points), self.model.parameters + (not self.points.known)
         return self.misfit + 2 * k + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else math.inf)
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance of the parameters, with the scatter that was found."""
+        """Covariance of the parameters, at the fitted scatter."""
         return _covariance(self._factor, self._slopes, self.robust)
 
     def standard_error(self, parameter: int = 0) -> float:
@@ -204,10 +202,10 @@ class LawFit:
 
     @cached_property
     def _mixture(self) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-        """Weights of values of the scatter, and at each the means and variances of the parameters.
+        """Values of the scatter: their weights, and the means and variances of the parameters at each.
 
-        None if all errors are known, or if the scatter is all there is. The weights are those of the restricted
-        likelihood, exp(-D/2) ds: a scatter that is not seen among few points may still be there.
+        None if all errors are known, or if the scatter is the only error. The weights are the restricted likelihood,
+        exp(-D/2) ds: few points may have a scatter that does not show.
         """
         if self.points.known or not self._measured.any():
             return None
@@ -250,15 +248,15 @@ class LawFit:
         return np.asarray(change / (high[parameter] - low[parameter]))
 
     def quantile(self, level: float) -> float:
-        """Return how many standard errors an interval of a confidence level extends to each side."""
+        """Return the half-width, in standard errors, of an interval of a confidence level."""
         tail = (1 + level) / 2
         return float(stats.norm.ppf(tail) if self.points.known else stats.t.ppf(tail, self.degrees))
 
     def interval(self, level: float, parameter: int = 0) -> tuple[float, float]:
         """Return the confidence interval of a parameter by profile likelihood; b is not negative.
 
-        It ends where D, least over the other parameter, has grown by `quantile` squared. If eps scatters besides known
-        errors, the interval is that of a mixture over the scatter instead (`_mixture`).
+        It ends where D, minimised over the other parameter, has grown by the square of `quantile`. If eps has a scatter
+        and known errors, the interval comes from a mixture over the scatter instead (`_mixture`).
         """
         if self._mixture is not None:
             low, high = (self._mixed(parameter, tail) for tail in ((1 - level) / 2, (1 + level) / 2))
@@ -328,23 +326,16 @@ def fitted(points: Points, model: Model, *, robust: bool = False) -> LawFit:
     ValueError
         If there are not more points than parameters, or all speeds are equal.
     """
-    _require(points, model)
-    middle = float(np.exp(np.mean(np.log(points.speed))))
-    starts = [model.exponent] if model.exponent is not None else [0.2, -0.2]
-    found = [_from(points, model, middle, start, robust) for start in starts]
-    return min(found, key=lambda each: each.misfit)
-
-
-def _require(points: Points, model: Model) -> None:
     if len(points) < 3:
         raise ValueError(f"there are {len(points)} points with a speed and an eps: expected 3 or more")
     if np.ptp(points.speed) <= 1e-9 * points.speed.max():
         raise ValueError(
-            f"all speeds are {points.speed[0]:.6g}: expected two different ones or more; `viscopade invert` gives "
+            f"all speeds are {points.speed[0]:.6g}: expected at least two different ones; `viscopade invert` gives "
             "the damping for one eps at one speed"
         )
-    if len(points) <= model.parameters:
-        raise ValueError(f"there are {len(points)} points for {model.parameters} parameters: expected more")
+    middle = float(np.exp(np.mean(np.log(points.speed))))
+    starts = [model.exponent] if model.exponent is not None else [0.2, -0.2]
+    return min((_from(points, model, middle, start, robust) for start in starts), key=lambda fit: fit.misfit)
 
 
 def _from(points: Points, model: Model, middle: float, start: float, robust: bool) -> LawFit:
@@ -397,7 +388,7 @@ def _covariance(factor: FloatArray, slopes: FloatArray, robust: bool) -> FloatAr
     whitened = np.array([_whitened(factor, column) for column in slopes.T]).T
     size = np.sqrt(np.sum(whitened**2, axis=0))
     size[size == 0] = 1.0
-    # What Student's t knows of a centre, compared with a Gaussian of that scale.
+    # Ratio of the Fisher information of a Gaussian to that of Student's t of the same scale.
     scale = (_DEGREES + 3) / (_DEGREES + 1) if robust else 1.0
     return np.asarray(np.linalg.pinv((whitened / size).T @ (whitened / size)) / np.outer(size, size) * scale)
 
@@ -415,7 +406,7 @@ def _cholesky(measured: FloatArray, scatter: float, counts: FloatArray | None) -
         return np.asarray(linalg.cholesky_banded(whole, lower=True))
     except np.linalg.LinAlgError:
         raise ValueError(
-            "the standard errors leave a combination of points without any: expected one for each"
+            "the standard errors are 0 for some combination of points: expected a standard error for each point"
         ) from None
 
 
@@ -431,7 +422,7 @@ def _rho(squares: FloatArray, robust: bool) -> FloatArray:
 
 
 def _student(squares: FloatArray) -> FloatArray:
-    """Return rho and its two derivatives, as SciPy takes them."""
+    """Return rho and its two derivatives, in SciPy's form."""
     inner = 1 + squares / _DEGREES
     slope = (_DEGREES + 1) / _DEGREES
     return np.array([(_DEGREES + 1) * np.log(inner), slope / inner, -slope / _DEGREES / inner**2])
@@ -439,7 +430,7 @@ def _student(squares: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """The residuals of a law, with what the errors of the measurement and the scatter make of them."""
+    """Residuals of a law, as a function D of the scatter."""
 
     measured: FloatArray
     residuals: FloatArray
@@ -448,21 +439,21 @@ class Misfit:
     resolution: float = 0.0
 
     def deviance(self, scatter: float, share: float) -> float:
-        """Return D, with a factor before ln det C."""
+        """Return D, with the factor `share` before ln det C."""
         try:
             factor = _cholesky(self.measured, scatter, self.counts)
-        except ValueError:  # without scatter
+        except ValueError:  # no scatter, and no error of some points
             return math.inf
         squares = _whitened(factor, self.residuals) ** 2
         return float(np.sum(_rho(squares, self.robust)) + 2 * share * np.sum(np.log(factor[0])))
 
     def scatter(self, taken: float) -> float:
-        """Return the scatter that minimises D; `taken` is the share of the points that the parameters take."""
+        """Return the scatter that minimises D; `taken` is the number of parameters over that of points."""
         weights = 1.0 if self.counts is None else self.counts
         root = math.sqrt(float(np.mean(weights * self.residuals**2)))
         if not self.measured.any() and not self.robust:
             return max(root / math.sqrt(1 - taken), _LEAST)
-        # Student's t would take equal values, as of rounded data, for ones without any scatter.
+        # With Student's t, equal values of rounded data would look like data without any scatter.
         floor = max(1e-6 * root, self.resolution / math.sqrt(12)) if self.robust else 1e-6 * root
         top, bottom = math.log(10 * max(root, floor) + _LEAST), math.log(floor + _LEAST)
         found = optimize.minimize_scalar(

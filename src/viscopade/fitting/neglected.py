@@ -1,4 +1,4 @@
-"""What a fit of bounces may leave out, and how much it is: the weight during contacts, and drag in air."""
+"""Size of the effects that a fit of bounces may neglect: the weight during contacts, and drag in air."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ AIR = 1.2
 
 _LIGHT = Sphere(radius=0.02, mass=0.0027, young_modulus=1, poisson_ratio=0, dissipative_constant=0)
 _SLOW = 1e-9  # speed in m/s of a body that hardly rebounds
-_LEAST_DRAG = 1e-3  # change of eps that is told
+_LEAST_DRAG = 1e-3  # change of eps from which on drag is reported
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,11 @@ class WeightInContacts:
     Attributes
     ----------
     fitted : bool
-        Whether the fit has it.
+        Whether the fit includes it.
     shares : tuple of float, or None
         g t_c/v of the fastest and the slowest point, with the contact time without damping; None if it is not known.
     sentence : str
-        Without its full stop.
+        A sentence for the report, without its full stop.
     """
 
     fitted: bool
@@ -40,12 +40,12 @@ class WeightInContacts:
 
     @property
     def warns(self) -> bool:
-        """Whether it is left out, and known to count."""
+        """Whether it is neglected although it matters."""
         return not self.fitted and self.shares is not None and self.shares[1] >= COUNTS
 
 
 def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -> WeightInContacts | None:
-    """Return what is known of the weight; None if nothing says that the body falls on a plane."""
+    """Return the size of the weight's effect; None if the body is not known to fall on a plane."""
     points, falls = recorded.points, recorded.kind != "speeds"
     ends = np.array([points.speed.max(), points.speed.min()])
     on_wall = pair is not None and (pair.first.is_wall or pair.second.is_wall)
@@ -53,26 +53,26 @@ def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -
         return None
     if not points.weight_speed and pair is None:
         least = 1000 * COUNTS * ends[1] / gravity
-        text = f"it counts if the contacts of the slowest bounce last {least:.2g} ms (g t_c/v = {COUNTS:g})"
-        how = "--contact-time, or a material with --wall, puts it in"
-        return WeightInContacts(False, None, f"weight in contacts is left out: {text}; {how}")
+        text = f"it matters if the contact of the slowest bounce lasts {least:.2g} ms or more (g t_c/v = {COUNTS:g})"
+        how = "--contact-time, or a material with --wall, includes it"
+        return WeightInContacts(False, None, f"weight in contacts is neglected: {text}; {how}")
     loads = points.load(ends) if pair is None or points.weight_speed else gravity * pair.time_scale(ends) / ends
     fast, slow = (float(VISCOELASTIC.contact_time) * loads).tolist()
     span = f"{fast:.2g} to {slow:.2g}"
     if points.weight_speed:
         return WeightInContacts(True, (fast, slow), f"weight in contacts is in the fit: g t_c/v is {span}")
     if falls:
-        text = f"g t_c/v is {span}; --wall, for a sphere on a plane, puts it in"
+        text = f"g t_c/v is {span}; --wall, for a sphere on a plane, includes it"
     else:
-        text = f"if the sphere fell on the wall, g t_c/v is {span}, and eps is that of less damping with weight"
-    return WeightInContacts(False, (fast, slow), f"weight in contacts is left out: {text}")
+        text = f"if the sphere fell on the wall, g t_c/v is {span}, and the true damping is less than the fitted one"
+    return WeightInContacts(False, (fast, slow), f"weight in contacts is neglected: {text}")
 
 
 def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | None:
-    """Return how far drag in air could move eps, as a sentence without full stop; None if it hardly does.
+    """Return the largest change of eps that drag in air may cause, as a sentence; None if it is negligible.
 
-    The flights before and after each contact have the heights or durations that their speeds mean in vacuum. A
-    table-tennis ball stands for a body that is not known.
+    Each flight has the height or duration that its speed implies in vacuum. If the body is not known, the sentence is
+    about a table-tennis ball.
     """
     body = sphere or _LIGHT
     if recorded.kind == "speeds" or body.density <= AIR:
@@ -89,4 +89,4 @@ def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | No
         return None
     whose = "" if sphere else " of a table-tennis ball (2.7 g, 4 cm)"
     how = "--air-density" if sphere else "--air-density with --radius and --mass"
-    return f"drag is left out: in air it would move eps{whose} by up to {change:+.2g}; {how} puts it in"
+    return f"drag is neglected: in air it would change eps{whose} by up to {change:+.2g}; {how} includes it"

@@ -1,9 +1,8 @@
-"""Measured coefficients of restitution: speeds, eps, and the errors that the measurement makes in both.
+"""Measured coefficients of restitution: speeds, eps, and the measurement errors of both.
 
-Whatever was measured, speeds and eps, instants of bounces, or heights, becomes pairs (v_i, eps_i). Each independent
-error of the measurement, an instant's for example, changes several of them: eps of one bounce and of the next have
-errors of opposite sign, as the flight between both is the rebound of one and the fall to the other. The Jacobian
-matrices of all v_i and eps_i keep that.
+Speeds and eps, instants of bounces, and heights all become pairs (v_i, eps_i). One independent measurement error, such
+as that of an instant, changes several pairs: two successive bounces have errors of eps of opposite sign, because the
+flight between them is the rebound of one and the fall to the other. Jacobian matrices describe this.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ _SIGMA_OR_0 = Accepted("0, or a number from 1e-10 to 1000", lambda x: (x == 0) |
 _FINITE = Accepted("a finite number", np.isfinite)
 _SPAN = 0.01  # of ln v
 _ABOVE = 5.0  # standard errors by which a measured eps may be above 1
-_LARGEST = 2.0  # measured eps if it scatters: a percentage without its unit is more
+_LARGEST = 2.0  # measured eps if it scatters; a larger one is a percentage without its unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,23 +39,22 @@ class Points:
     Attributes
     ----------
     speed, epsilon : array
-        v_i > 0, and eps_i >= 0; by its errors eps_i may be above 1.
+        v_i > 0, and eps_i >= 0; because of its errors eps_i may be above 1.
     speed_errors, epsilon_errors : sparse array
-        For each point (row) and each independent error of the measurement (column) what a standard deviation of that
-        error adds to v_i and eps_i.
+        Change of v_i and eps_i of each point (row) by one standard deviation of each independent error (column).
     labels : tuple of str
-        Where each point is from, such as "line 7".
+        Origin of each point, such as "line 7".
     contact_time : array or None
         Measured durations of contact.
     known : bool
-        Whether these errors are all: else eps scatters besides, by an amount that the fit finds.
+        Whether these are all errors. If not, eps also scatters, by an amount that the fit finds.
     counts : array or None
-        Of how many measured points each is the mean, if it is one of `grouped`.
+        Number of measured points in each mean, for points made by `grouped`.
     masked : int
-        Number of measured points that a mask hides; they are none of these points.
+        Number of measured points that a mask hides; they are not among these points.
     weight_speed : float
-        Speed at which the load of the body's weight during the contact is 1 (`contacts`); 0 if there is none, or it is
-        not known.
+        Speed at which the load of the body's weight during the contact is 1 (`contacts`); 0 if the body has no weight
+        or the load is not known.
     """
 
     speed: FloatArray
@@ -82,23 +80,23 @@ class Points:
         return len(self.speed)
 
     def load(self, speed: FloatArray) -> FloatArray:
-        """Return the loads G of the body's weight at impact speeds (section 2.11)."""
+        """Return the loads G of the body's weight at impact speeds."""
         return weight_table.load_at(speed, self.weight_speed)
 
     @property
     def standard_errors(self) -> FloatArray:
-        """Standard errors of eps by the measurement."""
+        """Standard errors of eps from the measurement errors."""
         return np.asarray(np.sqrt(self.epsilon_errors.multiply(self.epsilon_errors).sum(axis=1)))
 
     @property
     def resolution(self) -> float:
-        """The smallest difference of two eps that are not equal: the last digit of rounded data."""
+        """Smallest difference between two unequal eps: one unit in the last digit of rounded data."""
         steps = np.diff(np.sort(self.epsilon))
         return float(steps[steps > 1e-12].min(initial=1.0)) if (steps > 1e-12).any() else 0.0
 
     @property
     def of_independent_errors(self) -> bool:
-        """Whether no error of the measurement is in two points, as it is in successive bounces."""
+        """Whether no two points share a measurement error, as successive bounces do."""
         errors = abs(self.speed_errors) + abs(self.epsilon_errors)
         return bool((np.asarray((errors > 0).sum(axis=0)) <= 1).all())
 
@@ -114,12 +112,12 @@ class Points:
         scatter: bool | None = None,
         labels: Sequence[str] = (),
     ) -> Points:
-        """Return measured speeds and eps, without the points of which a mask hides a number.
+        """Return measured speeds and eps, without points that have a masked number.
 
         Parameters
         ----------
         speed, epsilon : array
-            Impact speeds v > 0, length/time, and eps >= 0; above 1 by up to 5 standard errors, or up to 2 if it
+            Impact speeds v > 0, length/time, and eps >= 0; eps may be above 1 by 5 standard errors, or up to 2 if it
             scatters.
         sigma_epsilon : float or array, optional
             Standard errors of eps.
@@ -128,19 +126,19 @@ class Points:
         contact_time : array, optional
             Durations of contact > 0.
         scatter : bool, optional
-            Whether eps scatters by more than its standard errors say. By default only if there are none.
+            Whether eps scatters more than its standard errors. By default only if there are none.
         labels : sequence of str
-            Names of the points for messages; "point 1", … if left out.
+            Names of the points for messages. By default "point 1", …
 
         Raises
         ------
         TypeError, ValueError
-            If a number is out of range, the lengths differ, or a standard error is 0 where nothing else scatters.
+            If a number is out of range, the lengths differ, or a standard error is 0 although eps does not scatter.
         MissingPackage
             If SciPy is not installed; the message has the command that installs it.
         """
         require("Points.measured", "scipy")
-        from scipy import sparse  # when it is needed: the package's names load without it
+        from scipy import sparse  # imported here, so that `import viscopade` needs no SciPy
 
         given = {"speed": speed, "epsilon": epsilon, "sigma_epsilon": 0.0 if sigma_epsilon is None else sigma_epsilon}
         given |= {"sigma_speed": sigma_speed, "contact_time": 1.0 if contact_time is None else contact_time}
@@ -176,10 +174,10 @@ class Points:
         )
 
     def grouped(self, number: int) -> Points:
-        """Return means of neighbours in speed, in about this many groups or more; errors must be independent.
+        """Return means of points with nearly equal speeds, in about `number` groups or more.
 
-        Groups span at most one per cent of speed, so that every law is a straight line in each; in the means, points
-        have weights of their inverse variances.
+        Errors must be independent. A group spans at most one per cent of speed, so that every law is a straight line
+        in it. The means are weighted with inverse variances.
         """
         from scipy import sparse
 
@@ -210,7 +208,7 @@ class Points:
         )
 
     def without_scatter(self) -> Points:
-        """Return these points with the errors of the measurement as the only ones.
+        """Return these points with the measurement errors as the only ones.
 
         Raises
         ------
@@ -218,7 +216,7 @@ class Points:
             If a point has no error.
         """
         if not (np.asarray(abs(self.epsilon_errors).sum(axis=1)) > 0).all():
-            raise ValueError("eps has no standard errors: accepted without scatter are points of which all have one")
+            raise ValueError("eps has no standard errors: expected one for each point if there is no scatter")
         return replace(self, known=True)
 
     def without(self, labels: Sequence[str]) -> Points:
@@ -227,7 +225,7 @@ class Points:
         Raises
         ------
         ValueError
-            If there is no point of such a label.
+            If no point has one of these labels.
         """
         for label in labels:
             if label not in self.labels:
@@ -246,7 +244,7 @@ class Points:
 
 
 def _require_one_index(given: dict[str, Any]) -> None:
-    """Refuse columns of pandas whose rows are in different orders: points are made of rows by their place."""
+    """Raise ValueError if pandas columns have different indices, because points are made from rows by position."""
     indices = {name: values.index for name, values in given.items() if hasattr(values, "iloc")}
     for name, index in indices.items():
         first = next(iter(indices))

@@ -1,16 +1,16 @@
 """Reader of measured data, from several files and sheets at once, with units in the headers.
 
-A sheet has one of these sets of columns, and may have others besides:
+A sheet has one of these sets of columns, and may have other columns too:
 
 - `speed`, `epsilon`, and if known `sigma_epsilon`, `sigma_speed` (standard errors) and `contact_time`;
 - `speed`, `speed_out`: speeds before and after collisions;
-- `time`: the instants at which a body hits the plane, and if known `release_time`, when it leaves the plane, or
-  `contact_time`; or `interval`, the times between these instants;
-- `height`: the height of release, then those of the rebounds; or `drop_height` and `rebound_height`;
+- `time`: the instants at which a body hits the plane, and if known `release_time`, the instants at which it leaves
+  the plane, or `contact_time`; or `interval`, the times between the impacts;
+- `height`: the height of release, then the heights of the rebounds; or `drop_height` and `rebound_height`;
 - `time` or `frame`, and `position`: a vertical coordinate of a body that falls on a plane;
 - `bounce 0`, `bounce 1`, …: the instants of one drop in a row, as phyphox exports them (also `Start`, `Stop 1`, …).
 
-A column `drop` tells the drops apart in a sheet with several. The column `sigma` has the standard errors of instants or
+In a sheet with several drops, a column `drop` numbers them. The column `sigma` has the standard errors of instants or
 heights.
 """
 
@@ -36,10 +36,10 @@ ACCEPTED = (
     "or drop_height and rebound_height; or time (or frame) and position; or phyphox's bounce 0, bounce 1, …"
 )
 SLOWEST, FASTEST, FASTEST_FLIGHT = 1e-9, 1e4, 100.0
-"""Speeds that are read, and of bodies that fall, in m/s."""
+"""Range of speeds that is read, and the largest one of a body that falls, in m/s."""
 
-_EVEN = 4, 1e-3  # intervals, and their relative range: eps of bounces is less alike, and less than 1
-_SAME = 6  # decimals of instants, in seconds, that are equal in two sheets
+_EVEN = 4, 1e-3  # more intervals than this, equal to this relative range, are no bounces: eps varies more
+_SAME = 6  # decimals, in seconds, to which equal instants in two sheets agree
 
 
 PLAIN = Options()
@@ -47,7 +47,7 @@ PLAIN = Options()
 
 @dataclass(frozen=True)
 class Recording:
-    """What was read.
+    """Measured points, with a report on the sheets they come from.
 
     Attributes
     ----------
@@ -56,9 +56,9 @@ class Recording:
     kind : str
         "speeds", "instants", "heights" or "positions".
     sheets : tuple
-        Names of all sheets, and how many points each gives, or why it is not read.
+        Name of each sheet with its number of points, or with the reason why it is not read.
     left_out : tuple
-        Labels of sounds that are no bounces with an eps, and why.
+        Labels of sounds that give no eps, each with the reason.
     """
 
     points: Points
@@ -71,12 +71,12 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     """Return the points in files, given by their contents and names.
 
     In each file, all sheets of the same kind as the first one are read: speeds, instants, heights, or positions. A
-    sheet whose instants are all in other sheets is not.
+    sheet is skipped if all its instants are in other sheets.
 
     Raises
     ------
     ValueError
-        One line that names the file, the line in it, what is there and what is expected.
+        One line that names the file, the line in it, the value and the expected one.
     """
     readers: list[_Reader] = []
     unread: list[tuple[str, str]] = []
@@ -85,7 +85,7 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     first = readers[0]
     for reader in readers:
         if reader.form.kind != first.form.kind:
-            kinds = f"{reader.form.kind}, {first.sheet.file} has {first.form.kind}"
+            kinds = f"{reader.form.kind}, but {first.sheet.file} has {first.form.kind}"
             raise ValueError(f"{reader.sheet.file}: the file has {kinds}: expected files of one kind")
     for name in (*options.columns, *options.units):
         if not any(name in reader.known for reader in readers):
@@ -121,12 +121,12 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
 
 
 def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[str, str]]) -> list[_Reader]:
-    """Return the readers of the sheets of a file; `unread` gets those without data, or with others than the first."""
+    """Return the readers of a file's sheets; add sheets without data, or with another kind of it, to `unread`."""
     readers: list[_Reader] = []
-    found = sheets(content, source, lambda header: _form(known_columns(header, options)) is not None)
-    chosen = [sheet for sheet in found if not options.sheets or sheet.sheet in options.sheets]
+    every = sheets(content, source, lambda header: _form(known_columns(header, options)) is not None)
+    chosen = [sheet for sheet in every if not options.sheets or sheet.sheet in options.sheets]
     if not chosen:
-        names = ", ".join(repr(sheet.sheet) for sheet in found if sheet.sheet) or "none"
+        names = ", ".join(repr(sheet.sheet) for sheet in every if sheet.sheet) or "none"
         raise ValueError(f"{source}: there is no sheet {options.sheets[0]!r}: its sheets are {names}")
     for sheet in chosen:
         form = _form(known_columns(sheet.header, options))
@@ -140,7 +140,7 @@ def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[s
 
 
 def _twice(readers: Sequence[_Reader]) -> list[_Reader]:
-    """Return the sheets of instants that larger sheets of their file have, too; unreadable ones are looked at later."""
+    """Return the sheets whose instants are all in larger sheets of their file; errors in them are reported later."""
     every: list[tuple[_Reader, set[float]]] = []
     for reader in readers if len(readers) > 1 else ():
         with suppress(ValueError):
@@ -156,20 +156,21 @@ def _twice(readers: Sequence[_Reader]) -> list[_Reader]:
 
 
 def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
-    """Return the error for a sheet without the columns that are needed, or without one that an option names."""
+    """Return the error for a sheet that lacks the necessary columns, or one that an option names."""
     header = ", ".join(repr(cell.strip()) for cell in sheet.header[:12])
     missing = [text for text in options.columns.values() if not places_of(sheet.header, text)]
     if missing:
         return ValueError(f"{sheet.source}: there is no column {missing[0]!r}: {header}")
     if name:
-        return ValueError(f"{sheet.source}: there is no column {name!r}, for which a unit is given")
+        return ValueError(f"{sheet.source}: there is no column {name!r}: expected one, because --unit names it")
     return ValueError(
-        f"{sheet.source}: the columns are {header}: expected {ACCEPTED}; --column NAME=HEADER names others"
+        f"{sheet.source}: the columns are {header}: expected {ACCEPTED}; if yours have other names, use "
+        "--column NAME=HEADER"
     )
 
 
 def _leave_out(readers: Sequence[_Reader], without: Sequence[str]) -> list[str]:
-    """Take lines out; return the labels of points among `without`."""
+    """Leave lines out of the readers; return the labels of points among `without`."""
     labels = []
     for text in dict.fromkeys(without):
         name, _, line = text.rpartition(":")
@@ -181,7 +182,7 @@ def _leave_out(readers: Sequence[_Reader], without: Sequence[str]) -> list[str]:
             places[0].leave_out(int(line))
         elif line.isdecimal():
             ends = " to ".join(map(str, readers[0].lines[:1] + readers[0].lines[-1:])) or "none"
-            raise ValueError(f"{readers[0].sheet.source}: there is no line {text} with data: expected are {ends}")
+            raise ValueError(f"{readers[0].sheet.source}: there is no line {text} with data: expected {ends}")
         else:
             labels.append("line " + text.removeprefix("line "))
     return labels
@@ -197,12 +198,12 @@ class _Reader(Columns):
 
     @property
     def counted(self) -> int:
-        """Number of cells with instants or heights of bounces."""
+        """Number of instants or heights in the sheet, blank cells included."""
         each = max(1, sum(name.startswith("bounce_") for name in self.known))
         return len(self.rows) * each if self.form.kind in ("instants", "heights") else 0
 
     def instants(self) -> list[Drop]:
-        """Return the drops of a sheet of instants."""
+        """Return the drops in a sheet of instants."""
         if "bounce_0" in self.form.needed:
             names = sorted((name for name in self.known if name.startswith("bounce_")), key=lambda name: int(name[7:]))
             every, sigma = np.array([self.numbers(name, "time", blank=True) for name in names]).T, self.sigma("time")
@@ -220,7 +221,7 @@ class _Reader(Columns):
             lasting = self.numbers("release_time") - times
             if (lasting < 0).any():
                 label = labels[int(np.argmax(lasting < 0))]
-                raise ValueError(f"{label}: the release_time is before the impact: expected later ones")
+                raise ValueError(f"{label}: the release_time is before the impact: expected a later one")
         for rows in self.drops():
             of = [i for i in rows if math.isfinite(times[i])]
             made = Drop(times[of], [labels[i] for i in of], sigma[of], None if lasting is None else lasting[of])
@@ -231,52 +232,45 @@ class _Reader(Columns):
         return drops
 
     def points(self) -> Points:
-        """Return the points."""
+        """Check the options against the columns, and return the points."""
         options, form = self.options, self.form
         if form.kind == "speeds" and options.flight != IN_VACUUM:
-            raise ValueError("gravity or drag is given: accepted with speed and epsilon are no options of a flight")
+            raise ValueError("columns speed and epsilon need no flight: expected no gravity and no drag")
         if form.kind == "speeds" and options.contact_time and isinstance(options.contact_time, float):
-            raise ValueError("a contact time is given: expected with it are bounces; here a column contact_time")
+            raise ValueError("--contact-time is for bounces: expected a column contact_time beside speed and epsilon")
         for name, column in (("rate", "frame"), ("length_per_unit", "position")):
             value, flag = getattr(options, name), "--" + name.replace("_", "-")
             if value is not None and column not in form.needed:
-                raise ValueError(f"{flag} is given: expected with it is a column {column}")
+                raise ValueError(f"{flag} is given: expected a column {column} with it")
             if value is not None and not 0 < value < math.inf:
                 raise ValueError(f"{flag} is {value:g}: expected a number > 0")
         if not self.rows:
-            raise bounces.TooFew("it has no rows with data")
+            raise bounces.TooFew("there are no rows with data")
         if self.sheet.comma:
             text = "".join(cell for name in self.known if name != "drop" for cell in self.cells(name))
             if "," in text and "." in text:
                 raise ValueError(
-                    "numbers have decimal commas and decimal points: expected one of them, and no thousands"
+                    "numbers have both commas and points: expected one decimal sign, and no thousands separators"
                 )
-        made = form.points(self)
-        _require_sense(made, form.kind != "speeds")
-        return made
+        points, fastest = form.points(self), FASTEST if form.kind == "speeds" else FASTEST_FLIGHT
+        if (bad := ~((points.speed >= SLOWEST) & (points.speed <= fastest))).any():
+            i = int(np.argmax(bad))
+            raise ValueError(
+                f"{points.labels[i]}: the speed is {points.speed[i]:.3g} m/s: expected {SLOWEST:g} to {fastest:g} m/s; "
+                "is the unit right? (--unit NAME=UNIT)"
+            )
+        if ((errors := points.standard_errors) >= 1).any():
+            i = int(np.argmax(errors >= 1))
+            raise ValueError(f"{points.labels[i]}: the standard error of eps is {errors[i]:.3g}: expected less than 1")
+        return points
 
 
 # --- from columns to points -------------------------------------------------------------------------------------------
 
 
-def _require_sense(made: Points, falls: bool) -> None:
-    """Refuse speeds of a wrong unit, and errors as large as eps."""
-    fastest = FASTEST_FLIGHT if falls else FASTEST
-    if (bad := ~((made.speed >= SLOWEST) & (made.speed <= fastest))).any():
-        i = int(np.argmax(bad))
-        raise ValueError(
-            f"{made.labels[i]}: the speed is {made.speed[i]:.3g} m/s: expected {SLOWEST:g} to {fastest:g} m/s; is "
-            "the unit right? (--unit NAME=UNIT)"
-        )
-    errors = made.standard_errors
-    if (errors >= 1).any():
-        i = int(np.argmax(errors >= 1))
-        raise ValueError(f"{made.labels[i]}: the standard error of eps is {errors[i]:.3g}: expected less than 1")
-
-
 def _pairs(reader: _Reader) -> Points:
     if "epsilon" in reader.known and reader.options.resolution is not None:
-        raise ValueError("--resolution is given: accepted with speed and epsilon is a column sigma_epsilon")
+        raise ValueError("--resolution is for instants, heights or speeds: expected a column sigma_epsilon")
     speed = reader.numbers("speed", least=" > 0")
     others = ("sigma_epsilon", "sigma_speed", "contact_time")
     sigma, sigma_speed, times = (reader.numbers(name) if name in reader.known else None for name in others)
@@ -295,22 +289,22 @@ def _pairs(reader: _Reader) -> Points:
 
 
 def _instants(reader: _Reader) -> Points:
-    """Return the points of the bounces among instants; the reader keeps what is left out, and why."""
+    """Return the points of the bounces among instants; add other sounds to the reader's `left_out`."""
     runs: list[Drop] = []
     for drop in filter(len, reader.instants()):
         bounces.require_ascending(drop.instants, drop.labels)
         spans = np.diff(drop.instants)
         if len(spans) > _EVEN[0] and np.ptp(spans) <= _EVEN[1] * spans[0]:
             raise ValueError(
-                "the times are evenly spaced, as in a recording: expected are those of bounces, or a column position"
+                "the times are evenly spaced, as in a recording: expected times of bounces, or a column position too"
             )
         sigma = float(np.mean(drop.sigma)) or bounces.HEARING
-        found, left_out = bounces.heard(drop.instants, sigma)
+        heard, left_out = bounces.heard(drop.instants, sigma)
         reader.left_out += [(drop.labels[i], why) for i, why in left_out]
-        runs += [drop.part(of) for of in found]
+        runs += [drop.part(places) for places in heard]
     if not runs:
         why = "".join(f"; {label}: {why}" for label, why in reader.left_out[:3])
-        raise bounces.TooFew(f"no drop has three bounces in succession: expected are three or more, for one eps{why}")
+        raise bounces.TooFew(f"no drop has three bounces in succession: expected three or more, for one eps{why}")
     durations = [run.durations for run in runs if run.durations is not None]
     return bounces.of_times(
         [(run.instants, run.labels) for run in runs],
@@ -325,7 +319,7 @@ def _positions(reader: _Reader) -> Points:
     """Return the points of the contacts in tracks; frames without a position are skipped."""
     first, options = reader.form.needed[0], reader.options
     if first == "frame" and options.rate is None:
-        raise ValueError("frames have no times: expected is --rate, their number per second")
+        raise ValueError("frames have no times: expected --rate, the number of frames per second")
     times = reader.numbers(first, blank=True) / (options.rate if first == "frame" and options.rate else 1.0)
     positions, sigma, labels = reader.numbers("position", blank=True), reader.sigma("length"), reader.labels
     made = []
@@ -366,14 +360,14 @@ class Drop:
         """Return the number of instants."""
         return len(self.instants)
 
-    def part(self, of: list[int]) -> Drop:
-        """Return some of the bounces."""
-        durations = None if self.durations is None else self.durations[of]
-        return Drop(self.instants[of], [self.labels[i] for i in of], self.sigma[of], durations)
+    def part(self, places: list[int]) -> Drop:
+        """Return the bounces at these indices."""
+        durations = None if self.durations is None else self.durations[places]
+        return Drop(self.instants[places], [self.labels[i] for i in places], self.sigma[places], durations)
 
 
 class Form(NamedTuple):
-    """A set of columns: what is measured, the names of the columns, and how they become points."""
+    """A set of columns: the measured quantity, the names of the columns, and the function that makes points of them."""
 
     kind: str
     needed: tuple[str, ...]

@@ -9,29 +9,28 @@ from viscopade.collision.spheres import Sphere
 from viscopade.fitting.damping import DampingFit
 from viscopade.generated import comment, harmless, marker_lines, string
 
-SHARE = 0.1  # of the standard error of eps, as the tolerance
+SHARE = 0.1  # tolerance over the standard error of eps
 
 
 def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, title: str) -> str:
-    """Return a scene of spheres like the measured one.
+    """Return a scene with spheres like the measured one, as TOML.
 
     Parameters
     ----------
     found : DampingFit
         In SI units.
     sphere : Sphere
-        The measured one; its A is not used.
+        The measured sphere; its A is not used.
     wall : bool
-        Whether it hit a wall, not another sphere like it.
+        Whether it hit a wall, instead of another sphere of its kind.
     command : str
-        For the head.
+        The command line that makes the scene, for its first line.
     title : str
-        One line.
 
     Raises
     ------
     ValueError
-        If no damping was found, or its error is as large as eps can be.
+        If the damping is 0, or the standard error of eps is 1 or more.
     """
     if found.verdict.word in ("does not hold", "undecided"):
         title += f" ({found.verdict.sentence[0].lower()}{found.verdict.sentence[1:]})"
@@ -40,8 +39,8 @@ def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, titl
     loss = float(double.one_minus_epsilon(math.sqrt(found.beta) * float(speed) ** 0.1))
     if not loss > 1e-12 or not 0 < error < 1:
         raise ValueError(
-            f"beta is {found.beta:.3g} +- {found.beta_standard_error:.2g}, eps {epsilon:.6g} +- {error:.2g}: accepted "
-            "for a scene is a damping > 0, and an error of eps < 1"
+            f"beta is {found.beta:.3g} +- {found.beta_standard_error:.2g}, eps is {epsilon:.6g} +- {error:.2g}: "
+            "expected beta > 0 and a standard error of eps < 1, for a scene"
         )
     known = f"epsilon = {epsilon!r}" if epsilon <= 0.5 else f"one_minus_epsilon = {loss!r}"
     partner = ', partner = "wall"' if wall else ""
@@ -69,6 +68,6 @@ min = "{found.points.speed.min():.4g} m/s"
 max = "{found.points.speed.max():.4g} m/s"
 
 [tolerance]
-# A tenth of the standard error: a kernel more accurate than that is a waste.
+# A tenth of the standard error of eps: more accuracy would not help.
 absolute = {tolerance:.1g}
 """

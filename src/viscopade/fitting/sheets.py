@@ -1,4 +1,4 @@
-"""Tables of a file: CSV as programs write it, a ZIP archive of such, or the sheets of a spreadsheet."""
+"""Tables of a file: CSV as programs write it, a ZIP archive of CSV files, or the sheets of a spreadsheet."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from viscopade import files
 from viscopade.fitting import spreadsheet
 
 HEAD = re.compile(r"([^()\[\]]+)(?:[(\[]([^()\[\]]*)[)\]])?")
-"""A name, with its unit."""
+"""A column's name, with its unit in parentheses or brackets."""
 _BLANK_SEPARATED = re.compile(r"[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?")
+_CSV_NAME = re.compile(r"(?i)[^/]*\.csv")
 _XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
-_ABOVE, _LONGEST_HEADER = 20, 1 << 16  # rows among which a header is looked for, and its characters
+_ABOVE, _LONGEST_HEADER = 20, 1 << 16  # number of rows that are searched for a header, and its longest length
 
 IsHeader = Callable[[Sequence[str]], bool]
 
@@ -27,14 +28,14 @@ class Sheet:
     Attributes
     ----------
     file, sheet : str
-        Names; that of the sheet is empty if the file has no sheets.
+        Names; `sheet` is empty if the file has no sheets.
     header : tuple of str
     rows : list
-        The cells, texts.
+        The cells as texts.
     lines : sequence of int
-        The number of each row's line in the file.
+        Line number of each row in the file.
     comma : bool
-        Whether numbers have decimal commas.
+        Whether numbers may have decimal commas.
     """
 
     file: str
@@ -46,49 +47,47 @@ class Sheet:
 
     @property
     def source(self) -> str:
-        """Its place, for messages."""
+        """File and sheet, for messages."""
         return f"{self.file}, sheet {self.sheet}" if self.sheet else self.file
 
     @property
     def name(self) -> str:
-        """Its place without folders."""
+        """File without its folders, and sheet."""
         return PurePath(self.file).name + f", sheet {self.sheet}" * bool(self.sheet)
 
 
 def sheets(content: bytes, source: str, is_header: IsHeader) -> list[Sheet]:
-    """Return the sheets of a file; empty ones are left out.
+    """Return the sheets of a file that are not empty.
 
-    A header is the first row for which `is_header` holds, else the first one of all. In a CSV file it may be a comment.
+    The header is the first row for which `is_header` holds, or else the first row. In a CSV file it may be a comment.
 
     Raises
     ------
     ValueError
-        If the file is none of these, or empty.
+        If the file is neither CSV nor a spreadsheet, or is empty.
     ModuleNotFoundError
-        For a spreadsheet, if no package reads it.
+        If python-calamine, which reads spreadsheets, is not installed.
     """
     suffix = source.lower().rpartition(".")[2]
     if content.startswith(_ZIP) and suffix not in ("xlsx", "ods"):
         parts = files.members(content, source).items()
-        found = [
-            _csv(part, source, name[:-4], is_header) for name, part in parts if re.fullmatch(r"(?i)[^/]*\.csv", name)
-        ]
-        if not found:
+        tables = [_csv(part, source, name[:-4], is_header) for name, part in parts if _CSV_NAME.fullmatch(name)]
+        if not tables:
             raise ValueError(f"{source}: the ZIP archive has no CSV file: expected one with phyphox's CSV files")
-        return found
+        return tables
     if not content.startswith((_XLS, _ZIP)):
         if suffix in ("xls", "xlsx", "ods", "zip"):
-            raise ValueError(f"{source}: the file is no {suffix.upper()}: expected what its name says, or CSV")
+            raise ValueError(f"{source}: the content is not {suffix.upper()}: expected a file of the type in its name")
         return [_csv(content, source, "", is_header)]
-    found = []
+    tables = []
     for name, rows in spreadsheet.worksheets(content, source):
         first = next((i for i, row in enumerate(rows[:_ABOVE]) if is_header(row)), 0)
         if len(rows) > first + 1:
             lines = range(first + 2, len(rows) + 1)
-            found.append(Sheet(source, name, tuple(rows[first]), rows[first + 1 :], lines))
-    if not found:
-        raise ValueError(f"{source}: no sheet has rows below a header")
-    return found
+            tables.append(Sheet(source, name, tuple(rows[first]), rows[first + 1 :], lines))
+    if not tables:
+        raise ValueError(f"{source}: no sheet has rows below a header: expected one")
+    return tables
 
 
 def _csv(content: bytes, file: str, sheet: str, is_header: IsHeader) -> Sheet:
@@ -104,25 +103,29 @@ def _csv(content: bytes, file: str, sheet: str, is_header: IsHeader) -> Sheet:
         raise ValueError(f"{source}: the file is not text: expected CSV or a spreadsheet")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     files.require_cells(source, text.count("\n"))
-    kept: list[tuple[int, str]] = []
-    said: list[tuple[int, str]] = []
+    data: list[tuple[int, str]] = []
+    comments: list[tuple[int, str]] = []
     for number, line in enumerate(text.split("\n"), 1):
         if line.strip():
-            (said if line.lstrip().startswith("#") else kept).append((number, line))
-    header = next((each for each in kept[:_ABOVE] + said[:_ABOVE] if _is(each[1], is_header)), (kept or [(0, "")])[0])
-    below = [each for each in kept if each[0] > header[0]]
+            (comments if line.lstrip().startswith("#") else data).append((number, line))
+    header = next((row for row in data[:_ABOVE] + comments[:_ABOVE] if _is(row[1], is_header)), (data or [(0, "")])[0])
+    below = [row for row in data if row[0] > header[0]]
     if not below:
-        raise ValueError(f"{source}: the file has {len(kept)} lines with data: expected a header and rows below it")
+        raise ValueError(f"{source}: the file has {len(data)} lines with data: expected a header and rows below it")
     delimiter = _delimiter(header[1])
-    count = (lambda line: line.count(delimiter) + 1) if delimiter else _cells_between_blanks
-    files.require_cells(source, count(header[1]) + sum(count(line) for _, line in below))
+    lines = [header[1], *(line for _, line in below)]
+    if delimiter:
+        cells = sum(line.count(delimiter) + 1 for line in lines)
+    else:
+        cells = sum(1 for line in lines for _ in _BLANK_SEPARATED.finditer(line))
+    files.require_cells(source, cells)
     try:
-        rows = _cells([line for _, line in below], delimiter)
+        rows = _cells(lines[1:], delimiter)
         names = _cells([header[1].lstrip("# ")], delimiter)[0]
     except csv.Error as error:
-        raise ValueError(f"{source}: the file is no CSV: {error}") from None
+        raise ValueError(f"{source}: the file is not CSV: {error}") from None
     if len(rows) != len(below):
-        raise ValueError(f"{source}: a quoted cell extends over several lines: expected one line a row")
+        raise ValueError(f"{source}: a quoted cell extends over several lines: expected one line for each row")
     return Sheet(file, sheet, tuple(names), rows, [number for number, _ in below], comma=delimiter != ",")
 
 
@@ -136,10 +139,6 @@ def _is(line: str, is_header: IsHeader) -> bool:
 
 def _delimiter(line: str) -> str | None:
     return next((each for each in "\t;,|" if each in line), None)
-
-
-def _cells_between_blanks(line: str) -> int:
-    return sum(1 for _ in _BLANK_SEPARATED.finditer(line))
 
 
 def _cells(lines: list[str], delimiter: str | None) -> list[list[str]]:

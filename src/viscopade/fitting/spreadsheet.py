@@ -1,6 +1,7 @@
-"""Sheets of a spreadsheet (XLS, XLSX, ODS); how far cells reach and how long texts are is looked at first.
+"""Sheets of a spreadsheet (XLS, XLSX, ODS), whose size is checked first.
 
-The parser makes a table that reaches from the first cell to the last, whatever lies between them.
+The parser makes a table that reaches from the first cell to the last one, even if all cells between them are empty,
+and copies shared texts. So a small file could fill the memory.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ def worksheets(content: bytes, source: str) -> Iterator[tuple[str, list[list[str
     Raises
     ------
     ValueError
-        If the file is no spreadsheet, or its cells reach too far.
+        If the file is no spreadsheet, or its tables are too large.
     ModuleNotFoundError
-        If no package reads it.
+        If python-calamine is not installed.
     """
     from python_calamine import CalamineError, CalamineWorkbook
 
@@ -56,11 +57,11 @@ def _cell(cell: object) -> str:
 
 
 def _checked_archive(content: bytes, source: str) -> bytes:
-    """Return an archive of the XML in an XLSX or ODS, unpacked and seen to be of bounded size."""
-    parts = files.members(content, source)
-    kept = {name: part for name, part in parts.items() if name.endswith((".xml", ".rels")) or name == "mimetype"}
+    """Return an archive of the XML in an XLSX or ODS, after a check of the size that it unpacks to."""
+    members = files.members(content, source).items()
+    parts = {name: part for name, part in members if name.endswith((".xml", ".rels")) or name == "mimetype"}
     try:
-        extents = [_extent_of_xml(part) for name, part in kept.items() if name != "mimetype"]
+        extents = [_extent_of_xml(part) for name, part in parts.items() if name != "mimetype"]
     except (expat.ExpatError, ValueError) as error:
         raise ValueError(f"{source}: the spreadsheet cannot be read: {error}") from None
     files.require_cells(source, sum(extent.cells for extent in extents))
@@ -68,24 +69,24 @@ def _checked_archive(content: bytes, source: str) -> bytes:
     files.require_size(source, sum(extent.characters + extent.sharing * longest for extent in extents))
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
-        for name, part in kept.items():
+        for name, part in parts.items():
             archive.writestr(name, part)
     return packed.getvalue()
 
 
 class _Extent(NamedTuple):
-    """What the tables in an XML file unpack to.
+    """Size of the tables in an XML file after they are unpacked.
 
     Attributes
     ----------
     cells : int
-        Between the first one and the last one of all tables.
+        Number of cells from the first one to the last one, empty ones included, of all tables.
     characters : int
-        In these cells, without those of shared texts.
+        Number of characters in these cells, without those of shared texts.
     sharing : int
-        Number of cells that name a shared text.
+        Number of cells that refer to a shared text.
     longest : int
-        Characters of the longest shared text.
+        Number of characters of the longest shared text.
     """
 
     cells: int
@@ -102,7 +103,7 @@ def _extent_of_xml(text: bytes) -> _Extent:
         kind = tag.rpartition(":")[2]
         if kind in ("worksheet", "table"):
             cells, row, rows, columns = cells + rows * columns, 0, 0, 0
-        elif kind == "row":  # of XLSX, as are "c" and "si"
+        elif kind == "row":  # XLSX has "row", "c" and "si"
             row, column = int(attributes.get("r", row + 1)), 0
         elif kind == "c":
             column += 1
@@ -114,7 +115,7 @@ def _extent_of_xml(text: bytes) -> _Extent:
             sharing, length, across, down = sharing + (attributes.get("t") == "s"), 0, 1, 1
         elif kind == "si":
             length = 0
-        elif kind == "table-row":  # of ODS, as are "table-cell" and "s"
+        elif kind == "table-row":  # ODS has "table-row", "table-cell" and "s"
             down, column = int(attributes.get("table:number-rows-repeated", 1)), 0
             row += down
         elif kind in ("table-cell", "covered-table-cell"):
@@ -147,18 +148,18 @@ def _extent_of_xml(text: bytes) -> _Extent:
 
 
 def _reach_of_xls(content: bytes, source: str) -> int:
-    """Return the number of cells between the first one and the last one of all sheets in an XLS."""
+    """Return the number of cells from the first one to the last one, of all sheets in an XLS."""
     try:
         records = _records_of_xls(content)
         starts = [struct.unpack_from("<I", body)[0] for kind, body in _records(records, 0) if kind == _SHEET]
         reach = {start: _reach_of_sheet(records, start) for start in set(starts[: files.MOST_MEMBERS])}
         return sum(reach[start] for start in starts)
     except (struct.error, LookupError, ValueError):
-        raise ValueError(f"{source}: the spreadsheet cannot be read: it is no XLS") from None
+        raise ValueError(f"{source}: the spreadsheet cannot be read: expected XLS") from None
 
 
 def _records(stream: bytes, start: int) -> Iterator[tuple[int, bytes]]:
-    """Yield the kinds and bodies of the records up to an end of a part."""
+    """Yield kind and body of each record, up to the end of a sheet or of the workbook's head."""
     kind = -1
     while kind != _END and start + 4 <= len(stream):
         kind, length = struct.unpack_from("<HH", stream, start)
@@ -173,7 +174,7 @@ def _reach_of_sheet(stream: bytes, start: int) -> int:
             row, column = struct.unpack_from("<HH", body)
             last = struct.unpack("<H", body[-2:])[0] if kind == _MUL_RK else column
             rows, columns = max(rows, row + 1), max(columns, last + 1, column + 1)
-        elif kind == _DIMENSIONS:  # memory is reserved for as many
+        elif kind == _DIMENSIONS:  # the parser reserves memory for the stated size
             first, last, left, right = struct.unpack_from("<IIHH" if len(body) > 10 else "<HHHH", body)
             stated = max(stated, (last - first) % (1 << 32) * ((right - left) % (1 << 32)))
     return max(rows * columns, stated)
@@ -203,13 +204,13 @@ def _records_of_xls(content: bytes) -> bytes:
             break
         tables, more = tables + listed[:-1], listed[-1]
     table = numbers(b"".join(map(sector, tables)))
-    found: dict[str, tuple[int, int]] = {}
+    streams: dict[str, tuple[int, int]] = {}
     entries = chain(directory, table, content[size:], size)
-    for at in range(0, len(entries) - 127, 128):
-        name = entries[at : at + 64].decode("utf-16-le", errors="replace").partition("\0")[0]
-        found.setdefault(name if at else "root", struct.unpack_from("<II", entries, at + 116))
-    first, length = found["Workbook" if "Workbook" in found else "Book"]
+    for place in range(0, len(entries) - 127, 128):
+        name = entries[place : place + 64].decode("utf-16-le", errors="replace").partition("\0")[0]
+        streams.setdefault(name if place else "root", struct.unpack_from("<II", entries, place + 116))
+    first, length = streams["Workbook" if "Workbook" in streams else "Book"]
     if length >= _SHORT_STREAM:
         return chain(first, table, content[size:], size)
-    short = chain(found["root"][0], table, content[size:], size)
+    short = chain(streams["root"][0], table, content[size:], size)
     return chain(first, numbers(chain(short_table, table, content[size:], size)), short, 64)

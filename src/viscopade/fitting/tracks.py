@@ -1,8 +1,8 @@
 """Coefficients of restitution of a body whose position was recorded over time, by a camera or a simulation.
 
 Between contacts the body falls freely: its height is h - D(t - a), with the height h and the time a of the apex and the
-distance D of `Flight.fall`. Each flight's h and a are fitted to its frames, without those of the contacts. Where the
-curves of two successive flights meet, their slopes are the speeds before and after the contact.
+distance D of `Flight.fall`. Each flight's h and a are fitted to its frames, without the frames of contacts. At the
+point where the curves of two successive flights meet, their slopes are the speeds before and after the contact.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 
 _FINITE = Accepted("a finite number", np.isfinite)
-_ROUNDS, _CLOSE = 6, 1e-7  # steps of Newton, and the last one's relative size
-_CLEAR = 8.0  # standard errors by which the body rises after a contact
-_LEAST_RISE = 0.01  # of the whole range of positions
+_ROUNDS, _CLOSE = 6, 1e-7  # number of Newton steps, and the relative size of the last one
+_CLEAR = 8.0  # least rise after a contact, in standard errors
+_LEAST_RISE = 0.01  # least rise after a contact, as a fraction of the range of positions
 _OFF = 5.0  # standard errors: a frame farther off belongs to no free flight
 _FEWEST = 5  # frames of a flight
 _INNER = ((0.2, 0.75), (0.25, 0.75), (0.25, 0.8))  # parts of the first, other and last flights far from contacts
-_SURE, _WRONG_UNIT = 0.2, 0.25  # of the acceleration: error with which it is known, and that of a wrong unit
-_USUAL_EPSILON = 0.8  # contact times hardly depend on it
+_SURE, _WRONG_UNIT = 0.2, 0.25  # relative errors of the acceleration: small enough, and due to a wrong unit
+_USUAL_EPSILON = 0.8  # a guess; contact times hardly depend on it
 _NORMAL = 0.6745  # median of the absolute value of a standard normal variable
 
 
@@ -44,7 +44,7 @@ class _Curve:
     frames: slice
 
     def residuals(self, time: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the residuals at times, and their variances for errors of 1 if they are of other frames."""
+        """Return the residuals at times, and the variances that frames outside the fit have for errors of 1."""
         distance, speed, _ = self.flight.fall(time - self.apex[0])
         slopes = np.stack([speed, np.ones_like(speed)])
         return height - self.apex[1] + distance, 1 + np.einsum("ik,ij,jk->k", slopes, self.covariance, slopes)
@@ -69,7 +69,7 @@ def of_track(
         Names of the frames.
     flight : Flight
     sigma : float or array
-        Standard errors of positions, of which the mean square is taken; 0 if the residuals are to tell it.
+        Standard errors of positions, whose mean square is used; if 0, the residuals give it.
     contact_time : float or Pair
         As for `bounces.of_times`.
 
@@ -130,7 +130,7 @@ def of_track(
 
 
 def _upward(time: FloatArray, position: FloatArray, flight: Flight, noise: float) -> FloatArray:
-    """Return the positions as heights: in most frames in which the body accelerates, it does so downward."""
+    """Return the positions as heights, by the sign of the acceleration, which is downward in most frames."""
     lag, acceleration, error = 1, 0.0, math.inf
     while not error < _SURE * abs(acceleration) and 4 * lag < len(time):
         low, middle, high = (slice(k, len(time) - 2 * lag + k) for k in (0, lag, 2 * lag))
@@ -142,8 +142,8 @@ def _upward(time: FloatArray, position: FloatArray, flight: Flight, noise: float
         lag *= 2
     if not abs(abs(acceleration) / flight.gravity - 1) < _WRONG_UNIT:
         raise ValueError(
-            f"the body falls with {abs(acceleration):.3g} m/s^2: expected {flight.gravity:.3g}; are the units of "
-            "time and position right? (--rate, --length-per-unit, --gravity)"
+            f"the body falls with {abs(acceleration):.3g} m/s^2: expected about {flight.gravity:.3g}; are the units "
+            "of time and position right? (--rate, --length-per-unit, --gravity)"
         )
     return position if acceleration < 0 else -position
 
@@ -153,11 +153,11 @@ def _curve(
 ) -> _Curve | None:
     """Return the fit of a flight between two frames; None if it has too few.
 
-    It grows from frames far from contacts to both sides, up to the first frame that is off.
+    The fit begins with frames far from contacts and grows to both sides, up to the first frame that is off.
     """
     first, last, kind = part
     start, end = float(time[first]), float(time[last])
-    if kind != 1:  # the body may be held at first and at the end, so the height tells how long it falls or rises
+    if kind != 1:  # the body may be held at first and at the end: the height gives the time of its fall or rise
         fall = float(
             np.sqrt(2 * abs(height[first : last + 1].max() - height[last if kind == 0 else first]) / flight.gravity)
         )
@@ -169,9 +169,9 @@ def _curve(
         curve = _fitted(time, height, flight, slice(i, j), curve)
         off, variance = curve.residuals(time[first : last + 1], height[first : last + 1])
         good = np.abs(off) <= _OFF * noise * np.sqrt(variance)
-        # The first frames of a fall are like those of a body that is held.
+        # The first flight does not grow backward: its first frames look like those of a body that is held.
         before, after = good[: i - first][::-1][: kind * len(good)], good[j - first : last - first]
-        step = max((j - i) // 2, 2)  # no farther than what the fit foretells well
+        step = max((j - i) // 2, 2)  # as far as the fit predicts well
         left, right = (min(step, len(side) if side.all() else int(np.argmin(side))) for side in (before, after))
         if not left and not right:
             return curve
@@ -180,7 +180,7 @@ def _curve(
 
 
 def _fitted(time: FloatArray, height: FloatArray, flight: Flight, frames: slice, near: _Curve | None) -> _Curve:
-    """Return a curve fitted to frames, by Gauss and Newton from one near it or from the parabola."""
+    """Return a curve fitted to frames by Gauss-Newton steps, from a curve near it or from the parabola."""
     t, y = time[frames], height[frames]
     if near:
         apex = near.apex

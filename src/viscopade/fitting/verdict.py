@@ -1,4 +1,4 @@
-"""Verdict on the viscoelastic law: what measured points say for it and against it, beside other laws."""
+"""Verdict on the viscoelastic law: whether measured points follow it better than other laws."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MODELS = (
     Model.of("hunt-crossley", Law(1, 1)),
     Model("free exponent", VISCOELASTIC, None),
 )
-"""What is compared: nu = 5/3; a constant eps, nu = 2; nu = 1; and 1 - eps ~ v^p at small v, with the curve of 5/3."""
+"""Compared laws: nu = 5/3; a constant eps, nu = 2; nu = 1; and 1 - eps ~ v^p at small v, with the curve of 5/3."""
 
 THEORY = float(2 * VISCOELASTIC.c)
 """The exponent p of the viscoelastic law, 1/5."""
@@ -32,12 +32,12 @@ THEORY = float(2 * VISCOELASTIC.c)
 _LEVEL = 0.95  # of the interval of p
 _SLACK = 0.01  # of p, which flights and soft contacts shift: by 0.002 in LAMMPS (`viscopade_lab.studies.coverage`)
 _CLEAR = 6.0  # difference of Akaike's criteria that decides: the other law is exp(3) = 20 times less likely
-_TOLD = (1 + math.sqrt(1 + _CLEAR)) ** 2
-_POOR = 1e-3  # probability of so large a chi^2
-_FAR = 4.5  # standard errors, of a point that is named as an outlier
-_FEW = 6
-_FEWEST = 5  # points of which a law may be said to hold
-_WIDEST = 1e8  # ratio of speeds
+_DECISIVE = (1 + math.sqrt(1 + _CLEAR)) ** 2  # mean difference d with d - 2 sqrt(d) = _CLEAR
+_POOR = 1e-3  # probability of a larger chi^2 below which a fit is rejected
+_FAR = 4.5  # standard errors, from which on a point is an outlier
+_FEW = 6  # points; fewer have no outliers
+_FEWEST = 5  # points; fewer cannot show that a law holds
+_WIDEST = 1e8  # largest ratio of speeds that is tried
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ class Verdict:
     Attributes
     ----------
     word : str
-        "holds": a constant eps and nu = 1 are excluded. "holds with a limit": so they are, but the exponent or the
-        scatter is not as it should be. "does not hold": another law fits better. "undecided": the data do not tell.
+        "holds": a constant eps and nu = 1 are excluded. "holds with a limit": they are excluded, but the exponent or
+        the scatter does not agree. "does not hold": another law fits better. "undecided": the data do not tell.
     reasons : tuple of str
         Sentences.
     ratio : float or None
@@ -69,7 +69,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class ContactLaw:
-    """Power law of contact with the eps that it has at a speed, from which its damping follows.
+    """Power law of contact with its eps at a speed, which determines the damping.
 
     Attributes
     ----------
@@ -89,34 +89,34 @@ class ContactLaw:
 
 
 def compared(points: Points, laws: Sequence[Model] = (), *, robust: bool = False) -> tuple[LawFit, ...]:
-    """Return the fits of `MODELS`, and of further laws, to points; the viscoelastic one first.
+    """Return the fits of `MODELS` and of other laws to points; the viscoelastic one first.
 
-    Laws with more parameters than the points allow are left out.
+    Laws with too many parameters for the points are left out.
     """
     models = [model for model in (*MODELS, *laws) if model is MODELS[0] or model.parameters < len(points)]
     return tuple(fitted(points, model, robust=robust) for model in models)
 
 
 def outliers(points: Points) -> list[tuple[str, float]]:
-    """Return labels of points far from any law, and how many standard errors they are off.
+    """Return labels of points far from any law, each with its distance in standard errors.
 
-    The law with a free exponent is fitted with errors by Student's t, which such points hardly change (of bounces,
-    which share errors, with Gaussian ones). Fewer than `_FEW` points have no outliers, and groups have none.
+    The law with a free exponent is fitted with errors of Student's t, to which outliers matter little; for bounces,
+    which share errors, they are Gaussian. Fewer than `_FEW` points and means of groups have no outliers.
     """
     if len(points) < _FEW or points.counts is not None:
         return []
-    model = next(each for each in MODELS if each.exponent is None)
-    found = fitted(points, model, robust=points.of_independent_errors)
-    off = found.residuals / found.standard_errors
+    model = next(model for model in MODELS if model.exponent is None)
+    fit = fitted(points, model, robust=points.of_independent_errors)
+    off = fit.residuals / fit.standard_errors
     return [(points.labels[i], float(off[i])) for i in np.flatnonzero(np.abs(off) > _FAR).tolist()]
 
 
 def judged(fits: Sequence[LawFit]) -> Verdict:
     """Return the verdict on the first of several laws fitted to the same points.
 
-    Akaike's criteria decide: another law that is better by more than `_CLEAR` refutes it, and it holds if a constant
-    eps and nu = 1 are worse by `_CLEAR` or more. If eps scatters more than its standard errors say, whatever the law,
-    they are compared with that scatter.
+    Akaike's criteria decide: the law does not hold if another one is better by more than `_CLEAR`, and it holds if a
+    constant eps and nu = 1 are worse by `_CLEAR` or more. If eps scatters more than its standard errors under every
+    law, the laws are compared with this scatter.
     """
     main, others = fits[0], {fit.model.name: fit for fit in fits[1:]}
     number, free = len(main.points), others.get("free exponent")
@@ -124,8 +124,8 @@ def judged(fits: Sequence[LawFit]) -> Verdict:
         further = [fit.model for fit in fits if fit.model not in MODELS]
         again = judged(compared(replace(main.points, known=False), further, robust=main.robust))
         text = (
-            f"eps scatters by more than its standard errors say, whatever the law (chi^2 = {main.chi2:.1f} for "
-            f"{main.degrees} degrees of freedom): the verdict is the one with --scatter, which fits the rest"
+            f"eps scatters more than its standard errors, for every law (chi^2 = {main.chi2:.1f} for {main.degrees} "
+            "degrees of freedom): the verdict is the one with --scatter, which fits the additional scatter"
         )
         return replace(
             again, word="holds with a limit" if again.word == "holds" else again.word, reasons=(text, *again.reasons)
@@ -158,7 +158,7 @@ def judged(fits: Sequence[LawFit]) -> Verdict:
 
 
 def contact_law(fits: Sequence[LawFit], verdict: Verdict) -> ContactLaw:
-    """Return the law to go on with: the viscoelastic one if it holds, else the one of the least AIC."""
+    """Return the viscoelastic law if it holds, or else the law with the least AIC."""
     holds = verdict.word in ("holds", "holds with a limit")
     for fit in fits[:1] if holds else sorted(fits, key=lambda fit: fit.aic):
         name = {"constant": "linear", "free exponent": _law_of_exponent(fit.exponent)}.get(
@@ -166,17 +166,18 @@ def contact_law(fits: Sequence[LawFit], verdict: Verdict) -> ContactLaw:
         )
         if name is not None:
             break
-    assert name is not None  # only the free exponent has no law, and it is not alone
+    assert name is not None  # only the free exponent may have no law, and other laws are always fitted
     return ContactLaw(name, float(fit.model.epsilon(fit.parameters[:1])[0]), fit.middle)  # without weight
 
 
 def _law_of_exponent(p: float) -> str | None:
-    """Return a law of contact with nearly p = 2/nu - 1: Hertz's force, and x^b in 16ths or fourths.
+    """Return a law of contact with nearly p = 2/nu - 1: Hertz's force, and x^b with b in 16ths or fourths.
 
-    Where that b would be negative, the damping is linear and the force another one. None: there is no such law.
+    If that b would be negative, the damping is linear, and the exponent of the force gives p. None: there is no such
+    law.
     """
     b = 1.25 * (1 + p) - 1
-    parts = 16 if b <= 1.5 else 4  # so that the law is one (`Law`)
+    parts = 16 if b <= 1.5 else 4  # so that `Law` accepts it
     try:
         if b >= 0:
             return str(Law("3/2", Fraction(round(parts * b), parts)))
@@ -186,7 +187,7 @@ def _law_of_exponent(p: float) -> str | None:
 
 
 def _advice(main: LawFit, ratio: float | None) -> str:
-    """Return which speeds would decide."""
+    """Return the range of speeds that would decide, in words."""
     slow, fast = float(main.points.speed.min()), float(main.points.speed.max())
     number = max(len(main.points), _FEWEST)
     if ratio is None:
@@ -211,22 +212,23 @@ def _named(fit: LawFit) -> str:
 
 
 def deciding_ratio(main: LawFit, other: Model) -> float | None:
-    """Return the ratio of speeds, evenly spaced in their logarithm, that would tell a true law from another one.
+    """Return the ratio of the largest to the smallest speed that would distinguish a true law from another one.
 
-    The points are as many as were measured, and at least `_FEWEST`. Their standard error is the harmonic mean of the
-    squared ones. The difference of the criteria, of mean d and standard deviation 2 sqrt(d), then exceeds `_CLEAR` in
-    five of six measurements. Where the fit finds the scatter, the difference is n ln(1 + d/n).
+    The number of points is the measured one, but at least `_FEWEST`; their speeds are evenly spaced in the logarithm,
+    and the square of their standard error is the harmonic mean of the measured squares. The difference of the criteria
+    has mean d and standard deviation 2 sqrt(d), and exceeds `_CLEAR` in five of six measurements. If the fit finds the
+    scatter, the difference is n ln(1 + d/n).
 
     Returns
     -------
     float or None
-        None if none up to 1e8 is enough.
+        None if a ratio of 1e8 is not enough.
     """
     n = max(len(main.points), _FEWEST)
-    wanted = _TOLD if main.points.known else n * math.expm1(_TOLD / n)
+    wanted = _DECISIVE if main.points.known else n * math.expm1(_DECISIVE / n)
     error = max(1 / math.sqrt(float(np.mean(1 / main.standard_errors**2))), 1e-10)
 
-    def told(log_ratio: float) -> float:
+    def excess(log_ratio: float) -> float:
         speed = main.middle * np.exp(np.linspace(-0.5, 0.5, n) * log_ratio)
         truth = main.at(speed)
         trial = LawFit(main.points, other, main.middle, np.ones(other.parameters), 0.0, False)
@@ -238,8 +240,8 @@ def deciding_ratio(main: LawFit, other: Model) -> float | None:
         return 2 * float(found.cost) - wanted
 
     bottom, top = 1e-3, math.log(_WIDEST)
-    if told(top) < 0:
+    if excess(top) < 0:
         return None
-    if told(bottom) >= 0:
+    if excess(bottom) >= 0:
         return math.exp(bottom)
-    return math.exp(float(optimize.brentq(told, bottom, top, xtol=1e-3)))
+    return math.exp(float(optimize.brentq(excess, bottom, top, xtol=1e-3)))
