@@ -188,7 +188,7 @@ def cases() -> list[Case]:
         Case(f"eps of LAMMPS, instants of a drop, scatter {SMALL:g}", dropped(1, SINGLE, SMALL), {"beta": beta}),
         Case("eps of LAMMPS, instants of five drops", dropped(DROPS, BOUNCES, SIGMA), {"beta": beta}),
         Case("eps of LAMMPS, heights of five drops", risen, {"beta": beta}),
-        Case("LAMMPS, law off: spring and dashpot", scattered(speed, constant), {"eps": float(constant[0])}),
+        Case("LAMMPS with spring and dashpot", scattered(speed, constant), {"eps": float(constant[0])}),
         Case(
             "MuJoCo, instants of a drop, --no-scatter",
             bounced,
@@ -308,8 +308,8 @@ def table_of_verdicts(sets: int) -> Iterator[str]:
     of_truths = (f"{truth}: {word}" for truth, word in product(("constant", "law"), ("holds", "does not hold")))
     yield markdown(("sigma", "eps", *of_truths), rows)
     yield (
-        f"Wrong are at most {100 * wrong[False]:.1f} % of the sets of a constant eps (holds), and "
-        f"{100 * wrong[True]:.1f} % of those of the viscoelastic law (does not hold), in any of these kinds."
+        f'At most {100 * wrong[False]:.1f} % of the sets with a constant eps get "holds", and at most '
+        f'{100 * wrong[True]:.1f} % of the sets that follow the viscoelastic law get "does not hold".'
     )
 
 
@@ -330,7 +330,7 @@ def main(sets: int, judged: int, verdicts: int | None) -> None:
             inside = (f"{100 * share:.1f} %" for share in rate.inside)
             words = (f"{100 * rate.verdicts.get(word, 0):.0f} %" for word in WORDS)
             rows.append([rate.data, rate.errors, rate.quantity, *inside, f"{100 * rate.bias:+.2f} %", *words])
-    click.echo(markdown(("data", "errors", "of", "68 %", "95 %", "bias", *WORDS), rows))
+    click.echo(markdown(("data", "errors", "quantity", "68 %", "95 %", "bias", *WORDS), rows))
 
 
 if __name__ == "__main__":
