@@ -1,4 +1,4 @@
-r"""Proof that eps(v*) is analytic for |v*| <= 1.04: its series converges there (docs/theory/exact-function.md, 10).
+r"""Proof that eps(v*) is analytic for |v*| <= 1.04: its series converges there (docs/theory/exact-function.md, 9).
 
 A collision is an orbit of R' = W, W' = -2 R^2 (R^2 + v*^2 W) from R = 0, W = 1 (R = sqrt(x), W = x', d tau = 2 R ds).
 Contact ends where R = v* sqrt(-W), with eps = -W. All of this makes sense for complex v* and complex time s. Squares
