@@ -62,10 +62,10 @@ HEAD = """\
 
 # Other Pythons, oldest and newest packages
 
-`make matrix` installs a copy of the tree into a new virtual environment for every Python and every set of versions,
-compares what `viscopade reproduce` makes with exports/, byte for byte, and runs the tests (few: those of the numbers,
-the kernels and the command line) with warnings as errors. The sets: the oldest versions that pyproject.toml allows, and
-the newest that there are. The same for programs: [environments.csv](environments.csv).
+`make matrix` installs a copy of the tree into a new virtual environment for every Python and every set of versions. It
+compares the output of `viscopade reproduce` with `exports/`, byte for byte, and runs tests with warnings as errors. The
+"few" tests are those of numbers, kernels and the command line. The sets are the oldest versions that pyproject.toml
+allows, and the newest ones. [environments.csv](environments.csv) has the same data.
 
 """
 
