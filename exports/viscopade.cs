@@ -35,7 +35,7 @@ public static double Restitution_compact_1em3(double speed, double beta)
     const double b0 = 1.0;
     const double b6 = -0.46950796085963953;
     const double b15 = 0.05813311621081886;
-    double square, w, x, y, y2, y3, y6, y9, y10, elastic, lost;
+    double square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return double.NaN;
@@ -43,8 +43,9 @@ public static double Restitution_compact_1em3(double speed, double beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0 ? 0.0 : speed * beta;
     y = x > 0.0 ? System.Math.Exp(System.Math.Log(x > 0.0 ? x : 1.0) * thirtieth) :
-            x;
+            0.0 * at_rest;
     y2 = y * y;
     y3 = y2 * y;
     y6 = y3 * y3;
@@ -68,7 +69,7 @@ public static float Restitution_compact_1em3_f32(float speed, float beta)
     const float b0 = 1.0f;
     const float b6 = -0.46950796f;
     const float b15 = 0.058133118f;
-    float square, w, x, y, y2, y3, y6, y9, y10, elastic, lost;
+    float square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost;
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return float.NaN;
@@ -76,8 +77,9 @@ public static float Restitution_compact_1em3_f32(float speed, float beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0f ? 0.0f : speed * beta;
     y = x > 0.0f ? (float)System.Math.Exp((float)System.Math.Log(x > 0.0f ? x :
-            1.0f) * thirtieth) : x;
+            1.0f) * thirtieth) : 0.0f * at_rest;
     y2 = y * y;
     y3 = y2 * y;
     y6 = y3 * y3;
@@ -100,7 +102,7 @@ public static double Rebound_compact_1em3(double speed, double beta)
     const double b0 = 1.0;
     const double b6 = -0.46950796085963953;
     const double b15 = 0.05813311621081886;
-    double square, w, x, y, y2, y3, y6, y9, y10, elastic, lost;
+    double square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return double.NaN;
@@ -108,8 +110,9 @@ public static double Rebound_compact_1em3(double speed, double beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0 ? 0.0 : speed * beta;
     y = x > 0.0 ? System.Math.Exp(System.Math.Log(x > 0.0 ? x : 1.0) * thirtieth) :
-            x;
+            0.0 * at_rest;
     y2 = y * y;
     y3 = y2 * y;
     y6 = y3 * y3;
@@ -133,7 +136,7 @@ public static float Rebound_compact_1em3_f32(float speed, float beta)
     const float b0 = 1.0f;
     const float b6 = -0.46950796f;
     const float b15 = 0.058133118f;
-    float square, w, x, y, y2, y3, y6, y9, y10, elastic, lost;
+    float square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost;
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return float.NaN;
@@ -141,8 +144,9 @@ public static float Rebound_compact_1em3_f32(float speed, float beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0f ? 0.0f : speed * beta;
     y = x > 0.0f ? (float)System.Math.Exp((float)System.Math.Log(x > 0.0f ? x :
-            1.0f) * thirtieth) : x;
+            1.0f) * thirtieth) : 0.0f * at_rest;
     y2 = y * y;
     y3 = y2 * y;
     y6 = y3 * y3;
@@ -154,7 +158,7 @@ public static float Rebound_compact_1em3_f32(float speed, float beta)
 }
 
 // 1 - eps^2.
-// Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 public static double Dissipation_compact_1em3(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -165,7 +169,7 @@ public static double Dissipation_compact_1em3(double speed, double beta)
     const double b0 = 1.0;
     const double b6 = -0.46950796085963953;
     const double b15 = 0.05813311621081886;
-    double square, w, x, y, y2, y3, y6, y9, y10, elastic, lost, inverse;
+    double square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost, inverse;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return double.NaN;
@@ -173,8 +177,9 @@ public static double Dissipation_compact_1em3(double speed, double beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0 ? 0.0 : speed * beta;
     y = x > 0.0 ? System.Math.Exp(System.Math.Log(x > 0.0 ? x : 1.0) * thirtieth) :
-            x;
+            0.0 * at_rest;
     y2 = y * y;
     y3 = y2 * y;
     y6 = y3 * y3;
@@ -198,7 +203,7 @@ public static float Dissipation_compact_1em3_f32(float speed, float beta)
     const float b0 = 1.0f;
     const float b6 = -0.46950796f;
     const float b15 = 0.058133118f;
-    float square, w, x, y, y2, y3, y6, y9, y10, elastic, lost, inverse;
+    float square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost, inverse;
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return float.NaN;
@@ -206,8 +211,9 @@ public static float Dissipation_compact_1em3_f32(float speed, float beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0f ? 0.0f : speed * beta;
     y = x > 0.0f ? (float)System.Math.Exp((float)System.Math.Log(x > 0.0f ? x :
-            1.0f) * thirtieth) : x;
+            1.0f) * thirtieth) : 0.0f * at_rest;
     y2 = y * y;
     y3 = y2 * y;
     y6 = y3 * y3;
@@ -234,7 +240,7 @@ public static double Restitution_compact_1em5(double speed, double beta)
     const double b6 = -0.45730946038493253;
     const double b8 = 0.045564175424708794;
     const double b15 = 0.059828543778550125;
-    double square, w, x, y, y2, y4, y6, y7, y8, elastic, lost;
+    double square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return double.NaN;
@@ -242,8 +248,9 @@ public static double Restitution_compact_1em5(double speed, double beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0 ? 0.0 : speed * beta;
     y = x > 0.0 ? System.Math.Exp(System.Math.Log(x > 0.0 ? x : 1.0) * thirtieth) :
-            x;
+            0.0 * at_rest;
     y2 = y * y;
     y4 = y2 * y2;
     y6 = y4 * y2;
@@ -269,7 +276,7 @@ public static float Restitution_compact_1em5_f32(float speed, float beta)
     const float b6 = -0.45730945f;
     const float b8 = 0.045564175f;
     const float b15 = 0.059828542f;
-    float square, w, x, y, y2, y4, y6, y7, y8, elastic, lost;
+    float square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost;
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return float.NaN;
@@ -277,8 +284,9 @@ public static float Restitution_compact_1em5_f32(float speed, float beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0f ? 0.0f : speed * beta;
     y = x > 0.0f ? (float)System.Math.Exp((float)System.Math.Log(x > 0.0f ? x :
-            1.0f) * thirtieth) : x;
+            1.0f) * thirtieth) : 0.0f * at_rest;
     y2 = y * y;
     y4 = y2 * y2;
     y6 = y4 * y2;
@@ -304,7 +312,7 @@ public static double Rebound_compact_1em5(double speed, double beta)
     const double b6 = -0.45730946038493253;
     const double b8 = 0.045564175424708794;
     const double b15 = 0.059828543778550125;
-    double square, w, x, y, y2, y4, y6, y7, y8, elastic, lost;
+    double square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return double.NaN;
@@ -312,8 +320,9 @@ public static double Rebound_compact_1em5(double speed, double beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0 ? 0.0 : speed * beta;
     y = x > 0.0 ? System.Math.Exp(System.Math.Log(x > 0.0 ? x : 1.0) * thirtieth) :
-            x;
+            0.0 * at_rest;
     y2 = y * y;
     y4 = y2 * y2;
     y6 = y4 * y2;
@@ -339,7 +348,7 @@ public static float Rebound_compact_1em5_f32(float speed, float beta)
     const float b6 = -0.45730945f;
     const float b8 = 0.045564175f;
     const float b15 = 0.059828542f;
-    float square, w, x, y, y2, y4, y6, y7, y8, elastic, lost;
+    float square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost;
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return float.NaN;
@@ -347,8 +356,9 @@ public static float Rebound_compact_1em5_f32(float speed, float beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0f ? 0.0f : speed * beta;
     y = x > 0.0f ? (float)System.Math.Exp((float)System.Math.Log(x > 0.0f ? x :
-            1.0f) * thirtieth) : x;
+            1.0f) * thirtieth) : 0.0f * at_rest;
     y2 = y * y;
     y4 = y2 * y2;
     y6 = y4 * y2;
@@ -360,7 +370,7 @@ public static float Rebound_compact_1em5_f32(float speed, float beta)
 }
 
 // 1 - eps^2.
-// Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 public static double Dissipation_compact_1em5(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -374,7 +384,7 @@ public static double Dissipation_compact_1em5(double speed, double beta)
     const double b6 = -0.45730946038493253;
     const double b8 = 0.045564175424708794;
     const double b15 = 0.059828543778550125;
-    double square, w, x, y, y2, y4, y6, y7, y8, elastic, lost, inverse;
+    double square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost, inverse;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return double.NaN;
@@ -382,8 +392,9 @@ public static double Dissipation_compact_1em5(double speed, double beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0 ? 0.0 : speed * beta;
     y = x > 0.0 ? System.Math.Exp(System.Math.Log(x > 0.0 ? x : 1.0) * thirtieth) :
-            x;
+            0.0 * at_rest;
     y2 = y * y;
     y4 = y2 * y2;
     y6 = y4 * y2;
@@ -410,7 +421,7 @@ public static float Dissipation_compact_1em5_f32(float speed, float beta)
     const float b6 = -0.45730945f;
     const float b8 = 0.045564175f;
     const float b15 = 0.059828542f;
-    float square, w, x, y, y2, y4, y6, y7, y8, elastic, lost, inverse;
+    float square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost, inverse;
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
         return float.NaN;
@@ -418,8 +429,9 @@ public static float Dissipation_compact_1em5_f32(float speed, float beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0f ? 0.0f : speed * beta;
     y = x > 0.0f ? (float)System.Math.Exp((float)System.Math.Log(x > 0.0f ? x :
-            1.0f) * thirtieth) : x;
+            1.0f) * thirtieth) : 0.0f * at_rest;
     y2 = y * y;
     y4 = y2 * y2;
     y6 = y4 * y2;
@@ -450,7 +462,7 @@ public static double Restitution_compact_1em7(double speed, double beta)
     const double b9 = 0.11198670291284574;
     const double b10 = 0.19422424881893974;
     const double b22 = 0.019133730997429727;
-    double square, w, x, y, y2, y4, y6, y8, y12, elastic, lost;
+    double square, w, x, at_rest, y, y2, y4, y6, y8, y12, elastic, lost;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return double.NaN;
@@ -458,8 +470,9 @@ public static double Restitution_compact_1em7(double speed, double beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0 ? 0.0 : speed * beta;
     y = x > 0.0 ? System.Math.Exp(System.Math.Log(x > 0.0 ? x : 1.0) * thirtieth) :
-            x;
+            0.0 * at_rest;
     y2 = y * y;
     y4 = y2 * y2;
     y6 = y4 * y2;
@@ -490,7 +503,7 @@ public static double Rebound_compact_1em7(double speed, double beta)
     const double b9 = 0.11198670291284574;
     const double b10 = 0.19422424881893974;
     const double b22 = 0.019133730997429727;
-    double square, w, x, y, y2, y4, y6, y8, y12, elastic, lost;
+    double square, w, x, at_rest, y, y2, y4, y6, y8, y12, elastic, lost;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return double.NaN;
@@ -498,8 +511,9 @@ public static double Rebound_compact_1em7(double speed, double beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0 ? 0.0 : speed * beta;
     y = x > 0.0 ? System.Math.Exp(System.Math.Log(x > 0.0 ? x : 1.0) * thirtieth) :
-            x;
+            0.0 * at_rest;
     y2 = y * y;
     y4 = y2 * y2;
     y6 = y4 * y2;
@@ -512,7 +526,7 @@ public static double Rebound_compact_1em7(double speed, double beta)
 }
 
 // 1 - eps^2.
-// Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 public static double Dissipation_compact_1em7(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -530,7 +544,7 @@ public static double Dissipation_compact_1em7(double speed, double beta)
     const double b9 = 0.11198670291284574;
     const double b10 = 0.19422424881893974;
     const double b22 = 0.019133730997429727;
-    double square, w, x, y, y2, y4, y6, y8, y12, elastic, lost, inverse;
+    double square, w, x, at_rest, y, y2, y4, y6, y8, y12, elastic, lost, inverse;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
         return double.NaN;
@@ -538,8 +552,9 @@ public static double Dissipation_compact_1em7(double speed, double beta)
     square = beta * beta;
     w = square * square * beta * speed;
     x = w > largest ? largest : w;
+    at_rest = x > 0.0 ? 0.0 : speed * beta;
     y = x > 0.0 ? System.Math.Exp(System.Math.Log(x > 0.0 ? x : 1.0) * thirtieth) :
-            x;
+            0.0 * at_rest;
     y2 = y * y;
     y4 = y2 * y2;
     y6 = y4 * y2;

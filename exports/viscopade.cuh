@@ -196,9 +196,9 @@ VISCOPADE_RUNTIME(Error_t) viscopade_launch(size_t n, const T *speed, Beta beta,
 #ifdef VISCOPADE_INLINE
 
 #ifndef VISCOPADE_COMPACT_1EM3
-#define VISCOPADE_COMPACT_1EM3 0xddb1d416
+#define VISCOPADE_COMPACT_1EM3 0xdf61ac26
 
-VISCOPADE_KERNEL(0xddb1d416)
+VISCOPADE_KERNEL(0xdf61ac26)
 
 /*
  * eps.
@@ -222,7 +222,8 @@ VISCOPADE_FUNCTION double viscopade_restitution_compact_1em3(double speed, doubl
     const double square = beta * beta;
     const double w = square * square * beta * speed;
     const double x = w > largest ? largest : w;
-    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const double at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     const double y2 = y * y;
     const double y3 = y2 * y;
     const double y6 = y3 * y3;
@@ -259,7 +260,9 @@ VISCOPADE_FUNCTION float viscopade_restitution_compact_1em3f(float speed, float 
     const float square = beta * beta;
     const float w = square * square * beta * speed;
     const float x = w > largest ? largest : w;
-    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : x;
+    const float at_rest = x > 0.0f ? 0.0f : speed * beta;
+    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : 0.0f *
+            at_rest;
     const float y2 = y * y;
     const float y3 = y2 * y;
     const float y6 = y3 * y3;
@@ -293,7 +296,8 @@ VISCOPADE_FUNCTION double viscopade_rebound_compact_1em3(double speed, double be
     const double square = beta * beta;
     const double w = square * square * beta * speed;
     const double x = w > largest ? largest : w;
-    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const double at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     const double y2 = y * y;
     const double y3 = y2 * y;
     const double y6 = y3 * y3;
@@ -330,7 +334,9 @@ VISCOPADE_FUNCTION float viscopade_rebound_compact_1em3f(float speed, float beta
     const float square = beta * beta;
     const float w = square * square * beta * speed;
     const float x = w > largest ? largest : w;
-    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : x;
+    const float at_rest = x > 0.0f ? 0.0f : speed * beta;
+    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : 0.0f *
+            at_rest;
     const float y2 = y * y;
     const float y3 = y2 * y;
     const float y6 = y3 * y3;
@@ -344,9 +350,9 @@ VISCOPADE_CALLED(rebound, compact_1em3, float, viscopade_rebound_compact_1em3f)
 
 /*
  * 1 - eps^2.
- * Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERROR 2.1e-4 /* r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERROR 2.1e-4 /* r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -364,7 +370,8 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em3(double speed, doubl
     const double square = beta * beta;
     const double w = square * square * beta * speed;
     const double x = w > largest ? largest : w;
-    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const double at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     const double y2 = y * y;
     const double y3 = y2 * y;
     const double y6 = y3 * y3;
@@ -400,7 +407,9 @@ VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em3f(float speed, float 
     const float square = beta * beta;
     const float w = square * square * beta * speed;
     const float x = w > largest ? largest : w;
-    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : x;
+    const float at_rest = x > 0.0f ? 0.0f : speed * beta;
+    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : 0.0f *
+            at_rest;
     const float y2 = y * y;
     const float y3 = y2 * y;
     const float y6 = y3 * y3;
@@ -421,14 +430,14 @@ namespace viscopade_compact_1em3 { struct dissipation : viscopade_all<dissipatio
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_COMPACT_1EM3 != 0xddb1d416
+#elif VISCOPADE_COMPACT_1EM3 != 0xdf61ac26
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM5
-#define VISCOPADE_COMPACT_1EM5 0x675c53ac
+#define VISCOPADE_COMPACT_1EM5 0x0fdb34a6
 
-VISCOPADE_KERNEL(0x675c53ac)
+VISCOPADE_KERNEL(0x0fdb34a6)
 
 /*
  * eps.
@@ -455,7 +464,8 @@ VISCOPADE_FUNCTION double viscopade_restitution_compact_1em5(double speed, doubl
     const double square = beta * beta;
     const double w = square * square * beta * speed;
     const double x = w > largest ? largest : w;
-    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const double at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;
@@ -495,7 +505,9 @@ VISCOPADE_FUNCTION float viscopade_restitution_compact_1em5f(float speed, float 
     const float square = beta * beta;
     const float w = square * square * beta * speed;
     const float x = w > largest ? largest : w;
-    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : x;
+    const float at_rest = x > 0.0f ? 0.0f : speed * beta;
+    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : 0.0f *
+            at_rest;
     const float y2 = y * y;
     const float y4 = y2 * y2;
     const float y6 = y4 * y2;
@@ -532,7 +544,8 @@ VISCOPADE_FUNCTION double viscopade_rebound_compact_1em5(double speed, double be
     const double square = beta * beta;
     const double w = square * square * beta * speed;
     const double x = w > largest ? largest : w;
-    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const double at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;
@@ -572,7 +585,9 @@ VISCOPADE_FUNCTION float viscopade_rebound_compact_1em5f(float speed, float beta
     const float square = beta * beta;
     const float w = square * square * beta * speed;
     const float x = w > largest ? largest : w;
-    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : x;
+    const float at_rest = x > 0.0f ? 0.0f : speed * beta;
+    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : 0.0f *
+            at_rest;
     const float y2 = y * y;
     const float y4 = y2 * y2;
     const float y6 = y4 * y2;
@@ -586,9 +601,9 @@ VISCOPADE_CALLED(rebound, compact_1em5, float, viscopade_rebound_compact_1em5f)
 
 /*
  * 1 - eps^2.
- * Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERROR 3.37e-6 /* r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERROR 3.37e-6 /* r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -609,7 +624,8 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em5(double speed, doubl
     const double square = beta * beta;
     const double w = square * square * beta * speed;
     const double x = w > largest ? largest : w;
-    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const double at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;
@@ -648,7 +664,9 @@ VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em5f(float speed, float 
     const float square = beta * beta;
     const float w = square * square * beta * speed;
     const float x = w > largest ? largest : w;
-    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : x;
+    const float at_rest = x > 0.0f ? 0.0f : speed * beta;
+    const float y = x > 0.0f ? exp2f(viscopade_log2f(x > 0.0f ? x : 1.0f) * thirtieth) : 0.0f *
+            at_rest;
     const float y2 = y * y;
     const float y4 = y2 * y2;
     const float y6 = y4 * y2;
@@ -669,14 +687,14 @@ namespace viscopade_compact_1em5 { struct dissipation : viscopade_all<dissipatio
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_COMPACT_1EM5 != 0x675c53ac
+#elif VISCOPADE_COMPACT_1EM5 != 0x0fdb34a6
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM7
-#define VISCOPADE_COMPACT_1EM7 0x9751b870
+#define VISCOPADE_COMPACT_1EM7 0x57b247c3
 
-VISCOPADE_KERNEL(0x9751b870)
+VISCOPADE_KERNEL(0x57b247c3)
 
 /*
  * eps.
@@ -707,7 +725,8 @@ VISCOPADE_FUNCTION double viscopade_restitution_compact_1em7(double speed, doubl
     const double square = beta * beta;
     const double w = square * square * beta * speed;
     const double x = w > largest ? largest : w;
-    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const double at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;
@@ -749,7 +768,8 @@ VISCOPADE_FUNCTION double viscopade_rebound_compact_1em7(double speed, double be
     const double square = beta * beta;
     const double w = square * square * beta * speed;
     const double x = w > largest ? largest : w;
-    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const double at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;
@@ -764,9 +784,9 @@ VISCOPADE_CALLED(rebound, compact_1em7, double, viscopade_rebound_compact_1em7)
 
 /*
  * 1 - eps^2.
- * Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM7_ERROR 2.8e-8 /* r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM7_ERROR 2.8e-8 /* r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -791,7 +811,8 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, doubl
     const double square = beta * beta;
     const double w = square * square * beta * speed;
     const double x = w > largest ? largest : w;
-    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const double at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const double y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;
@@ -817,7 +838,7 @@ namespace viscopade_compact_1em7 { struct dissipation : viscopade_all<dissipatio
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_COMPACT_1EM7 != 0x9751b870
+#elif VISCOPADE_COMPACT_1EM7 != 0x57b247c3
 #error "viscopade: two headers have different kernels of one name"
 #endif
 

@@ -78,7 +78,7 @@ pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) r
     real(real64), parameter :: b0 = 1.0_real64
     real(real64), parameter :: b6 = -0.46950796085963953_real64
     real(real64), parameter :: b15 = 0.05813311621081886_real64
-    real(real64) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost
+    real(real64) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -92,6 +92,11 @@ pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) r
         x = w
     end if
     if (x > 0.0_real64) then
+        at_rest = 0.0_real64
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real64) then
         y1 = x
     else
         y1 = 1.0_real64
@@ -99,7 +104,7 @@ pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) r
     if (x > 0.0_real64) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real64 * at_rest
     end if
     y2 = y * y
     y3 = y2 * y
@@ -125,7 +130,7 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
     real(real32), parameter :: b0 = 1.0_real32
     real(real32), parameter :: b6 = -0.46950796_real32
     real(real32), parameter :: b15 = 0.058133118_real32
-    real(real32) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost
+    real(real32) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -139,6 +144,11 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
         x = w
     end if
     if (x > 0.0_real32) then
+        at_rest = 0.0_real32
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real32) then
         y1 = x
     else
         y1 = 1.0_real32
@@ -146,7 +156,7 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
     if (x > 0.0_real32) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real32 * at_rest
     end if
     y2 = y * y
     y3 = y2 * y
@@ -171,7 +181,7 @@ pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) resul
     real(real64), parameter :: b0 = 1.0_real64
     real(real64), parameter :: b6 = -0.46950796085963953_real64
     real(real64), parameter :: b15 = 0.05813311621081886_real64
-    real(real64) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost
+    real(real64) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -185,6 +195,11 @@ pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) resul
         x = w
     end if
     if (x > 0.0_real64) then
+        at_rest = 0.0_real64
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real64) then
         y1 = x
     else
         y1 = 1.0_real64
@@ -192,7 +207,7 @@ pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) resul
     if (x > 0.0_real64) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real64 * at_rest
     end if
     y2 = y * y
     y3 = y2 * y
@@ -218,7 +233,7 @@ pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) resul
     real(real32), parameter :: b0 = 1.0_real32
     real(real32), parameter :: b6 = -0.46950796_real32
     real(real32), parameter :: b15 = 0.058133118_real32
-    real(real32) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost
+    real(real32) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -232,6 +247,11 @@ pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) resul
         x = w
     end if
     if (x > 0.0_real32) then
+        at_rest = 0.0_real32
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real32) then
         y1 = x
     else
         y1 = 1.0_real32
@@ -239,7 +259,7 @@ pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) resul
     if (x > 0.0_real32) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real32 * at_rest
     end if
     y2 = y * y
     y3 = y2 * y
@@ -252,7 +272,7 @@ pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) resul
 end function
 
 ! 1 - eps^2.
-! Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -264,7 +284,7 @@ pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) r
     real(real64), parameter :: b0 = 1.0_real64
     real(real64), parameter :: b6 = -0.46950796085963953_real64
     real(real64), parameter :: b15 = 0.05813311621081886_real64
-    real(real64) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost, inverse
+    real(real64) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -278,6 +298,11 @@ pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) r
         x = w
     end if
     if (x > 0.0_real64) then
+        at_rest = 0.0_real64
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real64) then
         y1 = x
     else
         y1 = 1.0_real64
@@ -285,7 +310,7 @@ pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) r
     if (x > 0.0_real64) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real64 * at_rest
     end if
     y2 = y * y
     y3 = y2 * y
@@ -311,7 +336,7 @@ pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) r
     real(real32), parameter :: b0 = 1.0_real32
     real(real32), parameter :: b6 = -0.46950796_real32
     real(real32), parameter :: b15 = 0.058133118_real32
-    real(real32) :: square, w, x, y1, y, y2, y3, y6, y9, y10, elastic, lost, inverse
+    real(real32) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -325,6 +350,11 @@ pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) r
         x = w
     end if
     if (x > 0.0_real32) then
+        at_rest = 0.0_real32
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real32) then
         y1 = x
     else
         y1 = 1.0_real32
@@ -332,7 +362,7 @@ pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) r
     if (x > 0.0_real32) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real32 * at_rest
     end if
     y2 = y * y
     y3 = y2 * y
@@ -361,7 +391,7 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
     real(real64), parameter :: b6 = -0.45730946038493253_real64
     real(real64), parameter :: b8 = 0.045564175424708794_real64
     real(real64), parameter :: b15 = 0.059828543778550125_real64
-    real(real64) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost
+    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -375,6 +405,11 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
         x = w
     end if
     if (x > 0.0_real64) then
+        at_rest = 0.0_real64
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real64) then
         y1 = x
     else
         y1 = 1.0_real64
@@ -382,7 +417,7 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
     if (x > 0.0_real64) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real64 * at_rest
     end if
     y2 = y * y
     y4 = y2 * y2
@@ -410,7 +445,7 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
     real(real32), parameter :: b6 = -0.45730945_real32
     real(real32), parameter :: b8 = 0.045564175_real32
     real(real32), parameter :: b15 = 0.059828542_real32
-    real(real32) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost
+    real(real32) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -424,6 +459,11 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
         x = w
     end if
     if (x > 0.0_real32) then
+        at_rest = 0.0_real32
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real32) then
         y1 = x
     else
         y1 = 1.0_real32
@@ -431,7 +471,7 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
     if (x > 0.0_real32) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real32 * at_rest
     end if
     y2 = y * y
     y4 = y2 * y2
@@ -459,7 +499,7 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
     real(real64), parameter :: b6 = -0.45730946038493253_real64
     real(real64), parameter :: b8 = 0.045564175424708794_real64
     real(real64), parameter :: b15 = 0.059828543778550125_real64
-    real(real64) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost
+    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -473,6 +513,11 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
         x = w
     end if
     if (x > 0.0_real64) then
+        at_rest = 0.0_real64
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real64) then
         y1 = x
     else
         y1 = 1.0_real64
@@ -480,7 +525,7 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
     if (x > 0.0_real64) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real64 * at_rest
     end if
     y2 = y * y
     y4 = y2 * y2
@@ -508,7 +553,7 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
     real(real32), parameter :: b6 = -0.45730945_real32
     real(real32), parameter :: b8 = 0.045564175_real32
     real(real32), parameter :: b15 = 0.059828542_real32
-    real(real32) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost
+    real(real32) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -522,6 +567,11 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
         x = w
     end if
     if (x > 0.0_real32) then
+        at_rest = 0.0_real32
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real32) then
         y1 = x
     else
         y1 = 1.0_real32
@@ -529,7 +579,7 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
     if (x > 0.0_real32) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real32 * at_rest
     end if
     y2 = y * y
     y4 = y2 * y2
@@ -542,7 +592,7 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
 end function
 
 ! 1 - eps^2.
-! Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -557,7 +607,7 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
     real(real64), parameter :: b6 = -0.45730946038493253_real64
     real(real64), parameter :: b8 = 0.045564175424708794_real64
     real(real64), parameter :: b15 = 0.059828543778550125_real64
-    real(real64) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost, inverse
+    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -571,6 +621,11 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
         x = w
     end if
     if (x > 0.0_real64) then
+        at_rest = 0.0_real64
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real64) then
         y1 = x
     else
         y1 = 1.0_real64
@@ -578,7 +633,7 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
     if (x > 0.0_real64) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real64 * at_rest
     end if
     y2 = y * y
     y4 = y2 * y2
@@ -607,7 +662,7 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
     real(real32), parameter :: b6 = -0.45730945_real32
     real(real32), parameter :: b8 = 0.045564175_real32
     real(real32), parameter :: b15 = 0.059828542_real32
-    real(real32) :: square, w, x, y1, y, y2, y4, y6, y7, y8, elastic, lost, inverse
+    real(real32) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -621,6 +676,11 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
         x = w
     end if
     if (x > 0.0_real32) then
+        at_rest = 0.0_real32
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real32) then
         y1 = x
     else
         y1 = 1.0_real32
@@ -628,7 +688,7 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
     if (x > 0.0_real32) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real32 * at_rest
     end if
     y2 = y * y
     y4 = y2 * y2
@@ -661,7 +721,7 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
     real(real64), parameter :: b9 = 0.11198670291284574_real64
     real(real64), parameter :: b10 = 0.19422424881893974_real64
     real(real64), parameter :: b22 = 0.019133730997429727_real64
-    real(real64) :: square, w, x, y1, y, y2, y4, y6, y8, y12, elastic, lost
+    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y8, y12, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -675,6 +735,11 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
         x = w
     end if
     if (x > 0.0_real64) then
+        at_rest = 0.0_real64
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real64) then
         y1 = x
     else
         y1 = 1.0_real64
@@ -682,7 +747,7 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
     if (x > 0.0_real64) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real64 * at_rest
     end if
     y2 = y * y
     y4 = y2 * y2
@@ -715,7 +780,7 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
     real(real64), parameter :: b9 = 0.11198670291284574_real64
     real(real64), parameter :: b10 = 0.19422424881893974_real64
     real(real64), parameter :: b22 = 0.019133730997429727_real64
-    real(real64) :: square, w, x, y1, y, y2, y4, y6, y8, y12, elastic, lost
+    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y8, y12, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -729,6 +794,11 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
         x = w
     end if
     if (x > 0.0_real64) then
+        at_rest = 0.0_real64
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real64) then
         y1 = x
     else
         y1 = 1.0_real64
@@ -736,7 +806,7 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
     if (x > 0.0_real64) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real64 * at_rest
     end if
     y2 = y * y
     y4 = y2 * y2
@@ -750,7 +820,7 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
 end function
 
 ! 1 - eps^2.
-! Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -769,7 +839,7 @@ pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) r
     real(real64), parameter :: b9 = 0.11198670291284574_real64
     real(real64), parameter :: b10 = 0.19422424881893974_real64
     real(real64), parameter :: b22 = 0.019133730997429727_real64
-    real(real64) :: square, w, x, y1, y, y2, y4, y6, y8, y12, elastic, lost, inverse
+    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y8, y12, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -783,6 +853,11 @@ pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) r
         x = w
     end if
     if (x > 0.0_real64) then
+        at_rest = 0.0_real64
+    else
+        at_rest = speed * beta
+    end if
+    if (x > 0.0_real64) then
         y1 = x
     else
         y1 = 1.0_real64
@@ -790,7 +865,7 @@ pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) r
     if (x > 0.0_real64) then
         y = exp(log(y1) * thirtieth)
     else
-        y = x
+        y = 0.0_real64 * at_rest
     end if
     y2 = y * y
     y4 = y2 * y2

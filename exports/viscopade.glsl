@@ -33,7 +33,7 @@
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM3
-#define VISCOPADE_COMPACT_1EM3 0x2c4f08f8
+#define VISCOPADE_COMPACT_1EM3 0xa046acdf
 
 // eps.
 // Error <= 2.09e-4 m + 1.61e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 3.41e-5 r for 1.63e-4 <= v* <=
@@ -57,7 +57,8 @@ highp float viscopade_restitution_compact_1em3(highp float speed, highp float be
     VISCOPADE_FLOAT square = beta * beta;
     VISCOPADE_FLOAT w = square * square * beta * speed;
     VISCOPADE_FLOAT x = w > largest ? largest : w;
-    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : x;
+    VISCOPADE_FLOAT at_rest = x > least ? 0.0 : speed * beta;
+    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     VISCOPADE_FLOAT y2 = y * y;
     VISCOPADE_FLOAT y3 = y2 * y;
     VISCOPADE_FLOAT y6 = y3 * y3;
@@ -91,7 +92,8 @@ highp float viscopade_rebound_compact_1em3(highp float speed, highp float beta)
     VISCOPADE_FLOAT square = beta * beta;
     VISCOPADE_FLOAT w = square * square * beta * speed;
     VISCOPADE_FLOAT x = w > largest ? largest : w;
-    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : x;
+    VISCOPADE_FLOAT at_rest = x > least ? 0.0 : speed * beta;
+    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     VISCOPADE_FLOAT y2 = y * y;
     VISCOPADE_FLOAT y3 = y2 * y;
     VISCOPADE_FLOAT y6 = y3 * y3;
@@ -124,7 +126,8 @@ highp float viscopade_dissipation_compact_1em3(highp float speed, highp float be
     VISCOPADE_FLOAT square = beta * beta;
     VISCOPADE_FLOAT w = square * square * beta * speed;
     VISCOPADE_FLOAT x = w > largest ? largest : w;
-    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : x;
+    VISCOPADE_FLOAT at_rest = x > least ? 0.0 : speed * beta;
+    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     VISCOPADE_FLOAT y2 = y * y;
     VISCOPADE_FLOAT y3 = y2 * y;
     VISCOPADE_FLOAT y6 = y3 * y3;
@@ -137,12 +140,12 @@ highp float viscopade_dissipation_compact_1em3(highp float speed, highp float be
     return result;
 }
 
-#elif VISCOPADE_COMPACT_1EM3 != 0x2c4f08f8
+#elif VISCOPADE_COMPACT_1EM3 != 0xa046acdf
 #error viscopade: two texts have different kernels of one name
 #endif
 
 #ifndef VISCOPADE_COMPACT_1EM5
-#define VISCOPADE_COMPACT_1EM5 0xd9a92d4e
+#define VISCOPADE_COMPACT_1EM5 0x254337a5
 
 // eps.
 // Error <= 3.4e-6 m + 1.71e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 3.41e-5 r for 1.63e-4 <= v* <= 4060.
@@ -168,7 +171,8 @@ highp float viscopade_restitution_compact_1em5(highp float speed, highp float be
     VISCOPADE_FLOAT square = beta * beta;
     VISCOPADE_FLOAT w = square * square * beta * speed;
     VISCOPADE_FLOAT x = w > largest ? largest : w;
-    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : x;
+    VISCOPADE_FLOAT at_rest = x > least ? 0.0 : speed * beta;
+    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     VISCOPADE_FLOAT y2 = y * y;
     VISCOPADE_FLOAT y4 = y2 * y2;
     VISCOPADE_FLOAT y6 = y4 * y2;
@@ -204,7 +208,8 @@ highp float viscopade_rebound_compact_1em5(highp float speed, highp float beta)
     VISCOPADE_FLOAT square = beta * beta;
     VISCOPADE_FLOAT w = square * square * beta * speed;
     VISCOPADE_FLOAT x = w > largest ? largest : w;
-    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : x;
+    VISCOPADE_FLOAT at_rest = x > least ? 0.0 : speed * beta;
+    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     VISCOPADE_FLOAT y2 = y * y;
     VISCOPADE_FLOAT y4 = y2 * y2;
     VISCOPADE_FLOAT y6 = y4 * y2;
@@ -240,7 +245,8 @@ highp float viscopade_dissipation_compact_1em5(highp float speed, highp float be
     VISCOPADE_FLOAT square = beta * beta;
     VISCOPADE_FLOAT w = square * square * beta * speed;
     VISCOPADE_FLOAT x = w > largest ? largest : w;
-    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : x;
+    VISCOPADE_FLOAT at_rest = x > least ? 0.0 : speed * beta;
+    VISCOPADE_FLOAT y = x > least ? exp2(log2(x > least ? x : 1.0) * thirtieth) : 0.0 * at_rest;
     VISCOPADE_FLOAT y2 = y * y;
     VISCOPADE_FLOAT y4 = y2 * y2;
     VISCOPADE_FLOAT y6 = y4 * y2;
@@ -253,7 +259,7 @@ highp float viscopade_dissipation_compact_1em5(highp float speed, highp float be
     return result;
 }
 
-#elif VISCOPADE_COMPACT_1EM5 != 0xd9a92d4e
+#elif VISCOPADE_COMPACT_1EM5 != 0x254337a5
 #error viscopade: two texts have different kernels of one name
 #endif
 

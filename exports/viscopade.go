@@ -24,18 +24,6 @@ import "math"
 const Version = "2.0.0"
 const VersionNumber = 20000 // 10000 major + 100 minor + patch
 
-// pow returns x^p for 0 < p < 1, within 2 ulp.
-func pow(x, p float64) float64 {
-    if x == 0 || math.IsInf(x, 1) {
-        return x
-    }
-    m, e := math.Frexp(x)
-    whole := float64(e) * p
-    k := math.Floor(whole)
-    rest := whole - k + math.FMA(float64(e), p, -whole)
-    return math.Ldexp(math.Exp(p*math.Log(m))*math.Exp2(rest), int(k))
-}
-
 // eps.
 // Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
 func Restitution_compact_1em3(speed float64, beta float64) float64 {
@@ -59,6 +47,12 @@ func Restitution_compact_1em3(speed float64, beta float64) float64 {
     } else {
         x = w
     }
+    var at_rest float64
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float64
     if x > 0.0 {
         y1 = x
@@ -69,7 +63,7 @@ func Restitution_compact_1em3(speed float64, beta float64) float64 {
     if x > 0.0 {
         y = math.Exp(math.Log(y1) * thirtieth)
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y3 := y2 * y
@@ -105,6 +99,12 @@ func Restitution_compact_1em3_f32(speed float32, beta float32) float32 {
     } else {
         x = w
     }
+    var at_rest float32
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float32
     if x > 0.0 {
         y1 = x
@@ -115,7 +115,7 @@ func Restitution_compact_1em3_f32(speed float32, beta float32) float32 {
     if x > 0.0 {
         y = float32(math.Exp(float64(float32(math.Log(float64(y1))) * thirtieth)))
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y3 := y2 * y
@@ -150,6 +150,12 @@ func Rebound_compact_1em3(speed float64, beta float64) float64 {
     } else {
         x = w
     }
+    var at_rest float64
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float64
     if x > 0.0 {
         y1 = x
@@ -160,7 +166,7 @@ func Rebound_compact_1em3(speed float64, beta float64) float64 {
     if x > 0.0 {
         y = math.Exp(math.Log(y1) * thirtieth)
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y3 := y2 * y
@@ -196,6 +202,12 @@ func Rebound_compact_1em3_f32(speed float32, beta float32) float32 {
     } else {
         x = w
     }
+    var at_rest float32
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float32
     if x > 0.0 {
         y1 = x
@@ -206,7 +218,7 @@ func Rebound_compact_1em3_f32(speed float32, beta float32) float32 {
     if x > 0.0 {
         y = float32(math.Exp(float64(float32(math.Log(float64(y1))) * thirtieth)))
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y3 := y2 * y
@@ -219,7 +231,7 @@ func Rebound_compact_1em3_f32(speed float32, beta float32) float32 {
 }
 
 // 1 - eps^2.
-// Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 func Dissipation_compact_1em3(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -241,6 +253,12 @@ func Dissipation_compact_1em3(speed float64, beta float64) float64 {
     } else {
         x = w
     }
+    var at_rest float64
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float64
     if x > 0.0 {
         y1 = x
@@ -251,7 +269,7 @@ func Dissipation_compact_1em3(speed float64, beta float64) float64 {
     if x > 0.0 {
         y = math.Exp(math.Log(y1) * thirtieth)
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y3 := y2 * y
@@ -287,6 +305,12 @@ func Dissipation_compact_1em3_f32(speed float32, beta float32) float32 {
     } else {
         x = w
     }
+    var at_rest float32
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float32
     if x > 0.0 {
         y1 = x
@@ -297,7 +321,7 @@ func Dissipation_compact_1em3_f32(speed float32, beta float32) float32 {
     if x > 0.0 {
         y = float32(math.Exp(float64(float32(math.Log(float64(y1))) * thirtieth)))
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y3 := y2 * y
@@ -336,6 +360,12 @@ func Restitution_compact_1em5(speed float64, beta float64) float64 {
     } else {
         x = w
     }
+    var at_rest float64
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float64
     if x > 0.0 {
         y1 = x
@@ -346,7 +376,7 @@ func Restitution_compact_1em5(speed float64, beta float64) float64 {
     if x > 0.0 {
         y = math.Exp(math.Log(y1) * thirtieth)
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y4 := y2 * y2
@@ -384,6 +414,12 @@ func Restitution_compact_1em5_f32(speed float32, beta float32) float32 {
     } else {
         x = w
     }
+    var at_rest float32
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float32
     if x > 0.0 {
         y1 = x
@@ -394,7 +430,7 @@ func Restitution_compact_1em5_f32(speed float32, beta float32) float32 {
     if x > 0.0 {
         y = float32(math.Exp(float64(float32(math.Log(float64(y1))) * thirtieth)))
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y4 := y2 * y2
@@ -432,6 +468,12 @@ func Rebound_compact_1em5(speed float64, beta float64) float64 {
     } else {
         x = w
     }
+    var at_rest float64
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float64
     if x > 0.0 {
         y1 = x
@@ -442,7 +484,7 @@ func Rebound_compact_1em5(speed float64, beta float64) float64 {
     if x > 0.0 {
         y = math.Exp(math.Log(y1) * thirtieth)
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y4 := y2 * y2
@@ -480,6 +522,12 @@ func Rebound_compact_1em5_f32(speed float32, beta float32) float32 {
     } else {
         x = w
     }
+    var at_rest float32
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float32
     if x > 0.0 {
         y1 = x
@@ -490,7 +538,7 @@ func Rebound_compact_1em5_f32(speed float32, beta float32) float32 {
     if x > 0.0 {
         y = float32(math.Exp(float64(float32(math.Log(float64(y1))) * thirtieth)))
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y4 := y2 * y2
@@ -503,7 +551,7 @@ func Rebound_compact_1em5_f32(speed float32, beta float32) float32 {
 }
 
 // 1 - eps^2.
-// Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 func Dissipation_compact_1em5(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -528,6 +576,12 @@ func Dissipation_compact_1em5(speed float64, beta float64) float64 {
     } else {
         x = w
     }
+    var at_rest float64
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float64
     if x > 0.0 {
         y1 = x
@@ -538,7 +592,7 @@ func Dissipation_compact_1em5(speed float64, beta float64) float64 {
     if x > 0.0 {
         y = math.Exp(math.Log(y1) * thirtieth)
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y4 := y2 * y2
@@ -577,6 +631,12 @@ func Dissipation_compact_1em5_f32(speed float32, beta float32) float32 {
     } else {
         x = w
     }
+    var at_rest float32
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float32
     if x > 0.0 {
         y1 = x
@@ -587,7 +647,7 @@ func Dissipation_compact_1em5_f32(speed float32, beta float32) float32 {
     if x > 0.0 {
         y = float32(math.Exp(float64(float32(math.Log(float64(y1))) * thirtieth)))
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y4 := y2 * y2
@@ -630,6 +690,12 @@ func Restitution_compact_1em7(speed float64, beta float64) float64 {
     } else {
         x = w
     }
+    var at_rest float64
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float64
     if x > 0.0 {
         y1 = x
@@ -640,7 +706,7 @@ func Restitution_compact_1em7(speed float64, beta float64) float64 {
     if x > 0.0 {
         y = math.Exp(math.Log(y1) * thirtieth)
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y4 := y2 * y2
@@ -683,6 +749,12 @@ func Rebound_compact_1em7(speed float64, beta float64) float64 {
     } else {
         x = w
     }
+    var at_rest float64
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float64
     if x > 0.0 {
         y1 = x
@@ -693,7 +765,7 @@ func Rebound_compact_1em7(speed float64, beta float64) float64 {
     if x > 0.0 {
         y = math.Exp(math.Log(y1) * thirtieth)
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y4 := y2 * y2
@@ -707,7 +779,7 @@ func Rebound_compact_1em7(speed float64, beta float64) float64 {
 }
 
 // 1 - eps^2.
-// Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 func Dissipation_compact_1em7(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -736,6 +808,12 @@ func Dissipation_compact_1em7(speed float64, beta float64) float64 {
     } else {
         x = w
     }
+    var at_rest float64
+    if x > 0.0 {
+        at_rest = 0.0
+    } else {
+        at_rest = speed * beta
+    }
     var y1 float64
     if x > 0.0 {
         y1 = x
@@ -746,7 +824,7 @@ func Dissipation_compact_1em7(speed float64, beta float64) float64 {
     if x > 0.0 {
         y = math.Exp(math.Log(y1) * thirtieth)
     } else {
-        y = x
+        y = 0.0 * at_rest
     }
     y2 := y * y
     y4 := y2 * y2

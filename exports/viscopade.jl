@@ -40,7 +40,8 @@ function restitution_compact_1em3(speed::Float64, beta::Float64)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x
+    at_rest = x > 0.0 ? 0.0 : speed * beta
+    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -70,7 +71,8 @@ function restitution_compact_1em3(speed::Float32, beta::Float32)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : x
+    at_rest = x > 0.0f0 ? 0.0f0 : speed * beta
+    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : 0.0f0 * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -99,7 +101,8 @@ function rebound_compact_1em3(speed::Float64, beta::Float64)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x
+    at_rest = x > 0.0 ? 0.0 : speed * beta
+    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -129,7 +132,8 @@ function rebound_compact_1em3(speed::Float32, beta::Float32)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : x
+    at_rest = x > 0.0f0 ? 0.0f0 : speed * beta
+    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : 0.0f0 * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -141,7 +145,7 @@ function rebound_compact_1em3(speed::Float32, beta::Float32)
 end
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 function dissipation_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -158,7 +162,8 @@ function dissipation_compact_1em3(speed::Float64, beta::Float64)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x
+    at_rest = x > 0.0 ? 0.0 : speed * beta
+    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -188,7 +193,8 @@ function dissipation_compact_1em3(speed::Float32, beta::Float32)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : x
+    at_rest = x > 0.0f0 ? 0.0f0 : speed * beta
+    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : 0.0f0 * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -221,7 +227,8 @@ function restitution_compact_1em5(speed::Float64, beta::Float64)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x
+    at_rest = x > 0.0 ? 0.0 : speed * beta
+    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -253,7 +260,8 @@ function restitution_compact_1em5(speed::Float32, beta::Float32)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : x
+    at_rest = x > 0.0f0 ? 0.0f0 : speed * beta
+    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : 0.0f0 * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -285,7 +293,8 @@ function rebound_compact_1em5(speed::Float64, beta::Float64)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x
+    at_rest = x > 0.0 ? 0.0 : speed * beta
+    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -317,7 +326,8 @@ function rebound_compact_1em5(speed::Float32, beta::Float32)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : x
+    at_rest = x > 0.0f0 ? 0.0f0 : speed * beta
+    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : 0.0f0 * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -329,7 +339,7 @@ function rebound_compact_1em5(speed::Float32, beta::Float32)
 end
 
 # 1 - eps^2.
-# Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 function dissipation_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -349,7 +359,8 @@ function dissipation_compact_1em5(speed::Float64, beta::Float64)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x
+    at_rest = x > 0.0 ? 0.0 : speed * beta
+    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -382,7 +393,8 @@ function dissipation_compact_1em5(speed::Float32, beta::Float32)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : x
+    at_rest = x > 0.0f0 ? 0.0f0 : speed * beta
+    y = x > 0.0f0 ? exp2(log2(x > 0.0f0 ? x : 1.0f0) * thirtieth) : 0.0f0 * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -419,7 +431,8 @@ function restitution_compact_1em7(speed::Float64, beta::Float64)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x
+    at_rest = x > 0.0 ? 0.0 : speed * beta
+    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -456,7 +469,8 @@ function rebound_compact_1em7(speed::Float64, beta::Float64)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x
+    at_rest = x > 0.0 ? 0.0 : speed * beta
+    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -469,7 +483,7 @@ function rebound_compact_1em7(speed::Float64, beta::Float64)
 end
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 function dissipation_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -493,7 +507,8 @@ function dissipation_compact_1em7(speed::Float64, beta::Float64)
     square = beta * beta
     w = square * square * beta * speed
     x = w > largest ? largest : w
-    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : x
+    at_rest = x > 0.0 ? 0.0 : speed * beta
+    y = x > 0.0 ? exp2(log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2

@@ -32,7 +32,7 @@ export function restitution_compact_1em3(speed, beta) {
     const b6 = -0.46950796085963953;
     const b15 = 0.05813311621081886;
 
-    if (speed === null || beta === null) {
+    if (typeof speed !== "number" || typeof beta !== "number") {
         return NaN;
     }
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -41,7 +41,9 @@ export function restitution_compact_1em3(speed, beta) {
     const square = beta * beta;
     const w = square * square * beta * speed;
     const x = w > largest ? largest : w;
-    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 *
+            at_rest;
     const y2 = y * y;
     const y3 = y2 * y;
     const y6 = y3 * y3;
@@ -64,7 +66,7 @@ export function rebound_compact_1em3(speed, beta) {
     const b6 = -0.46950796085963953;
     const b15 = 0.05813311621081886;
 
-    if (speed === null || beta === null) {
+    if (typeof speed !== "number" || typeof beta !== "number") {
         return NaN;
     }
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -73,7 +75,9 @@ export function rebound_compact_1em3(speed, beta) {
     const square = beta * beta;
     const w = square * square * beta * speed;
     const x = w > largest ? largest : w;
-    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 *
+            at_rest;
     const y2 = y * y;
     const y3 = y2 * y;
     const y6 = y3 * y3;
@@ -85,7 +89,7 @@ export function rebound_compact_1em3(speed, beta) {
 }
 
 // 1 - eps^2.
-// Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 export function dissipation_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -96,7 +100,7 @@ export function dissipation_compact_1em3(speed, beta) {
     const b6 = -0.46950796085963953;
     const b15 = 0.05813311621081886;
 
-    if (speed === null || beta === null) {
+    if (typeof speed !== "number" || typeof beta !== "number") {
         return NaN;
     }
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -105,7 +109,9 @@ export function dissipation_compact_1em3(speed, beta) {
     const square = beta * beta;
     const w = square * square * beta * speed;
     const x = w > largest ? largest : w;
-    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 *
+            at_rest;
     const y2 = y * y;
     const y3 = y2 * y;
     const y6 = y3 * y3;
@@ -132,7 +138,7 @@ export function restitution_compact_1em5(speed, beta) {
     const b8 = 0.045564175424708794;
     const b15 = 0.059828543778550125;
 
-    if (speed === null || beta === null) {
+    if (typeof speed !== "number" || typeof beta !== "number") {
         return NaN;
     }
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -141,7 +147,9 @@ export function restitution_compact_1em5(speed, beta) {
     const square = beta * beta;
     const w = square * square * beta * speed;
     const x = w > largest ? largest : w;
-    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 *
+            at_rest;
     const y2 = y * y;
     const y4 = y2 * y2;
     const y6 = y4 * y2;
@@ -167,7 +175,7 @@ export function rebound_compact_1em5(speed, beta) {
     const b8 = 0.045564175424708794;
     const b15 = 0.059828543778550125;
 
-    if (speed === null || beta === null) {
+    if (typeof speed !== "number" || typeof beta !== "number") {
         return NaN;
     }
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -176,7 +184,9 @@ export function rebound_compact_1em5(speed, beta) {
     const square = beta * beta;
     const w = square * square * beta * speed;
     const x = w > largest ? largest : w;
-    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 *
+            at_rest;
     const y2 = y * y;
     const y4 = y2 * y2;
     const y6 = y4 * y2;
@@ -188,7 +198,7 @@ export function rebound_compact_1em5(speed, beta) {
 }
 
 // 1 - eps^2.
-// Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 export function dissipation_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -202,7 +212,7 @@ export function dissipation_compact_1em5(speed, beta) {
     const b8 = 0.045564175424708794;
     const b15 = 0.059828543778550125;
 
-    if (speed === null || beta === null) {
+    if (typeof speed !== "number" || typeof beta !== "number") {
         return NaN;
     }
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -211,7 +221,9 @@ export function dissipation_compact_1em5(speed, beta) {
     const square = beta * beta;
     const w = square * square * beta * speed;
     const x = w > largest ? largest : w;
-    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 *
+            at_rest;
     const y2 = y * y;
     const y4 = y2 * y2;
     const y6 = y4 * y2;
@@ -242,7 +254,7 @@ export function restitution_compact_1em7(speed, beta) {
     const b10 = 0.19422424881893974;
     const b22 = 0.019133730997429727;
 
-    if (speed === null || beta === null) {
+    if (typeof speed !== "number" || typeof beta !== "number") {
         return NaN;
     }
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -251,7 +263,9 @@ export function restitution_compact_1em7(speed, beta) {
     const square = beta * beta;
     const w = square * square * beta * speed;
     const x = w > largest ? largest : w;
-    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 *
+            at_rest;
     const y2 = y * y;
     const y4 = y2 * y2;
     const y6 = y4 * y2;
@@ -282,7 +296,7 @@ export function rebound_compact_1em7(speed, beta) {
     const b10 = 0.19422424881893974;
     const b22 = 0.019133730997429727;
 
-    if (speed === null || beta === null) {
+    if (typeof speed !== "number" || typeof beta !== "number") {
         return NaN;
     }
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -291,7 +305,9 @@ export function rebound_compact_1em7(speed, beta) {
     const square = beta * beta;
     const w = square * square * beta * speed;
     const x = w > largest ? largest : w;
-    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 *
+            at_rest;
     const y2 = y * y;
     const y4 = y2 * y2;
     const y6 = y4 * y2;
@@ -304,7 +320,7 @@ export function rebound_compact_1em7(speed, beta) {
 }
 
 // 1 - eps^2.
-// Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 export function dissipation_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -322,7 +338,7 @@ export function dissipation_compact_1em7(speed, beta) {
     const b10 = 0.19422424881893974;
     const b22 = 0.019133730997429727;
 
-    if (speed === null || beta === null) {
+    if (typeof speed !== "number" || typeof beta !== "number") {
         return NaN;
     }
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -331,7 +347,9 @@ export function dissipation_compact_1em7(speed, beta) {
     const square = beta * beta;
     const w = square * square * beta * speed;
     const x = w > largest ? largest : w;
-    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : x;
+    const at_rest = x > 0.0 ? 0.0 : speed * beta;
+    const y = x > 0.0 ? Math.pow(2.0, Math.log2(x > 0.0 ? x : 1.0) * thirtieth) : 0.0 *
+            at_rest;
     const y2 = y * y;
     const y4 = y2 * y2;
     const y6 = y4 * y2;

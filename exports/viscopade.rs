@@ -38,8 +38,9 @@ pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f64::exp2(f64::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -69,8 +70,9 @@ pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f32::exp2(f32::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -99,8 +101,9 @@ pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f64::exp2(f64::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -130,8 +133,9 @@ pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f32::exp2(f32::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -143,7 +147,7 @@ pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // 1 - eps^2.
-// Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -160,8 +164,9 @@ pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f64::exp2(f64::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -191,8 +196,9 @@ pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f32::exp2(f32::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -225,8 +231,9 @@ pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f64::exp2(f64::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -258,8 +265,9 @@ pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f32::exp2(f32::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -291,8 +299,9 @@ pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f64::exp2(f64::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -324,8 +333,9 @@ pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f32::exp2(f32::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -337,7 +347,7 @@ pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // 1 - eps^2.
-// Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -357,8 +367,9 @@ pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f64::exp2(f64::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -391,8 +402,9 @@ pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f32::exp2(f32::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -429,8 +441,9 @@ pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f64::exp2(f64::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -467,8 +480,9 @@ pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f64::exp2(f64::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -481,7 +495,7 @@ pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
 }
 
 // 1 - eps^2.
-// Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
     let largest: f64 = 8.452712498170644e270;
@@ -505,8 +519,9 @@ pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = if w > largest { largest } else { w };
+    let at_rest = if x > 0.0 { 0.0 } else { speed * beta };
     let y = if x > 0.0 { f64::exp2(f64::log2(if x > 0.0 { x } else { 1.0 }) *
-            thirtieth) } else { x };
+            thirtieth) } else { 0.0 * at_rest };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;

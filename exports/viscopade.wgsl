@@ -43,7 +43,9 @@ fn viscopade_restitution_compact_1em3(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = select(w, largest, w > largest);
-    let y = select(x, exp2(log2(select(1.0, x, x > least)) * thirtieth), x > least);
+    let at_rest = select(speed * beta, 0.0, x > least);
+    let y = select(0.0 * at_rest, exp2(log2(select(1.0, x, x > least)) * thirtieth), x >
+            least);
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -75,7 +77,9 @@ fn viscopade_rebound_compact_1em3(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = select(w, largest, w > largest);
-    let y = select(x, exp2(log2(select(1.0, x, x > least)) * thirtieth), x > least);
+    let at_rest = select(speed * beta, 0.0, x > least);
+    let y = select(0.0 * at_rest, exp2(log2(select(1.0, x, x > least)) * thirtieth), x >
+            least);
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -106,7 +110,9 @@ fn viscopade_dissipation_compact_1em3(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = select(w, largest, w > largest);
-    let y = select(x, exp2(log2(select(1.0, x, x > least)) * thirtieth), x > least);
+    let at_rest = select(speed * beta, 0.0, x > least);
+    let y = select(0.0 * at_rest, exp2(log2(select(1.0, x, x > least)) * thirtieth), x >
+            least);
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -141,7 +147,9 @@ fn viscopade_restitution_compact_1em5(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = select(w, largest, w > largest);
-    let y = select(x, exp2(log2(select(1.0, x, x > least)) * thirtieth), x > least);
+    let at_rest = select(speed * beta, 0.0, x > least);
+    let y = select(0.0 * at_rest, exp2(log2(select(1.0, x, x > least)) * thirtieth), x >
+            least);
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -175,7 +183,9 @@ fn viscopade_rebound_compact_1em5(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = select(w, largest, w > largest);
-    let y = select(x, exp2(log2(select(1.0, x, x > least)) * thirtieth), x > least);
+    let at_rest = select(speed * beta, 0.0, x > least);
+    let y = select(0.0 * at_rest, exp2(log2(select(1.0, x, x > least)) * thirtieth), x >
+            least);
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -209,7 +219,9 @@ fn viscopade_dissipation_compact_1em5(speed: f32, beta: f32) -> f32 {
     let square = beta * beta;
     let w = square * square * beta * speed;
     let x = select(w, largest, w > largest);
-    let y = select(x, exp2(log2(select(1.0, x, x > least)) * thirtieth), x > least);
+    let at_rest = select(speed * beta, 0.0, x > least);
+    let y = select(0.0 * at_rest, exp2(log2(select(1.0, x, x > least)) * thirtieth), x >
+            least);
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;

@@ -27,12 +27,6 @@ from math import nan
 
 import numpy as np
 
-
-def _root(function, x, xp):
-    """Return a root of x; at 0 it is 0, with the gradient 0 instead of an infinite one."""
-    positive = x > 0.0
-    return xp.where(positive, function(xp.where(positive, x, 1.0)), 0.0)
-
 VISCOPADE_VERSION = "2.0.0"
 VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
@@ -55,8 +49,9 @@ def restitution_compact_1em3(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -86,8 +81,9 @@ def restitution_compact_1em3_f32(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -116,8 +112,9 @@ def rebound_compact_1em3(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -147,8 +144,9 @@ def rebound_compact_1em3_f32(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -160,7 +158,7 @@ def rebound_compact_1em3_f32(speed, beta, xp=np):
 
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 def dissipation_compact_1em3(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -177,8 +175,9 @@ def dissipation_compact_1em3(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -208,8 +207,9 @@ def dissipation_compact_1em3_f32(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -242,8 +242,9 @@ def restitution_compact_1em5(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -275,8 +276,9 @@ def restitution_compact_1em5_f32(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -308,8 +310,9 @@ def rebound_compact_1em5(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -341,8 +344,9 @@ def rebound_compact_1em5_f32(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -354,7 +358,7 @@ def rebound_compact_1em5_f32(speed, beta, xp=np):
 
 
 # 1 - eps^2.
-# Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 def dissipation_compact_1em5(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -374,8 +378,9 @@ def dissipation_compact_1em5(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -408,8 +413,9 @@ def dissipation_compact_1em5_f32(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -446,8 +452,9 @@ def restitution_compact_1em7(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -484,8 +491,9 @@ def rebound_compact_1em7(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -498,7 +506,7 @@ def rebound_compact_1em7(speed, beta, xp=np):
 
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 def dissipation_compact_1em7(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -522,8 +530,9 @@ def dissipation_compact_1em7(speed, beta, xp=np):
     square = beta * beta
     w = square * square * beta * speed
     x = xp.where(w > largest, largest, w)
+    at_rest = xp.where(x > 0.0, 0.0, speed * beta)
     y = xp.where(x > 0.0, xp.exp2(xp.log2(xp.where(x > 0.0, x, 1.0)) * thirtieth), \
-            x)
+            0.0 * at_rest)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2

@@ -40,7 +40,9 @@ def restitution_compact_1em3(speed: float, beta: float) -> float:
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
-    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else x
+    at_rest = 0.0 if x > 0.0 else speed * beta
+    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else 0.0 * \
+            at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -68,7 +70,9 @@ def rebound_compact_1em3(speed: float, beta: float) -> float:
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
-    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else x
+    at_rest = 0.0 if x > 0.0 else speed * beta
+    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else 0.0 * \
+            at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -80,7 +84,7 @@ def rebound_compact_1em3(speed: float, beta: float) -> float:
 
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 def dissipation_compact_1em3(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
@@ -96,7 +100,9 @@ def dissipation_compact_1em3(speed: float, beta: float) -> float:
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
-    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else x
+    at_rest = 0.0 if x > 0.0 else speed * beta
+    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else 0.0 * \
+            at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -128,7 +134,9 @@ def restitution_compact_1em5(speed: float, beta: float) -> float:
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
-    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else x
+    at_rest = 0.0 if x > 0.0 else speed * beta
+    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else 0.0 * \
+            at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -159,7 +167,9 @@ def rebound_compact_1em5(speed: float, beta: float) -> float:
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
-    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else x
+    at_rest = 0.0 if x > 0.0 else speed * beta
+    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else 0.0 * \
+            at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -171,7 +181,7 @@ def rebound_compact_1em5(speed: float, beta: float) -> float:
 
 
 # 1 - eps^2.
-# Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 def dissipation_compact_1em5(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
@@ -190,7 +200,9 @@ def dissipation_compact_1em5(speed: float, beta: float) -> float:
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
-    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else x
+    at_rest = 0.0 if x > 0.0 else speed * beta
+    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else 0.0 * \
+            at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -226,7 +238,9 @@ def restitution_compact_1em7(speed: float, beta: float) -> float:
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
-    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else x
+    at_rest = 0.0 if x > 0.0 else speed * beta
+    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else 0.0 * \
+            at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -262,7 +276,9 @@ def rebound_compact_1em7(speed: float, beta: float) -> float:
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
-    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else x
+    at_rest = 0.0 if x > 0.0 else speed * beta
+    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else 0.0 * \
+            at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -275,7 +291,7 @@ def rebound_compact_1em7(speed: float, beta: float) -> float:
 
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 def dissipation_compact_1em7(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
@@ -298,7 +314,9 @@ def dissipation_compact_1em7(speed: float, beta: float) -> float:
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
-    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else x
+    at_rest = 0.0 if x > 0.0 else speed * beta
+    y = math.exp(math.log(x if x > 0.0 else 1.0) * thirtieth) if x > 0.0 else 0.0 * \
+            at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2

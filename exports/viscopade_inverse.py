@@ -8,12 +8,12 @@
 # x returns to 0.
 #
 # function                                                    range   error, double
-# viscopade.v_star_inverse_1em3(epsilon)                      all v*  5.77e-4 r + 2.71e-14 r
-# viscopade.v_star_from_loss_inverse_1em3(one_minus_epsilon)  all v*  5.77e-4 r + 2.71e-14 r
-# viscopade.beta_inverse_1em3(epsilon, speed)                 all v*  0.00116 r + 6.21e-14 r
-# viscopade.v_star_inverse_1em5(epsilon)                      all v*  3.54e-6 r + 2.71e-14 r
-# viscopade.v_star_from_loss_inverse_1em5(one_minus_epsilon)  all v*  3.54e-6 r + 2.71e-14 r
-# viscopade.beta_inverse_1em5(epsilon, speed)                 all v*  7.09e-6 r + 6.21e-14 r
+# viscopade.v_star_inverse_1em3(epsilon)                      all v*  5.78e-4 r
+# viscopade.v_star_from_loss_inverse_1em3(one_minus_epsilon)  all v*  5.78e-4 r
+# viscopade.beta_inverse_1em3(epsilon, speed)                 all v*  0.00116 r
+# viscopade.v_star_inverse_1em5(epsilon)                      all v*  3.55e-6 r
+# viscopade.v_star_from_loss_inverse_1em5(one_minus_epsilon)  all v*  3.55e-6 r
+# viscopade.beta_inverse_1em5(epsilon, speed)                 all v*  7.09e-6 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
 # outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
@@ -27,7 +27,7 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 
 # v* at which eps is epsilon.
-# Error <= 5.77e-4 r + 2.71e-14 r for all v*.
+# Error <= 5.78e-4 r for all v*.
 def v_star_inverse_1em3(epsilon: float) -> float:
     """Return v* at which eps is epsilon."""
     a0 = 0.9316456503155698
@@ -64,7 +64,7 @@ def v_star_inverse_1em3(epsilon: float) -> float:
 
 
 # v* at which 1 - eps is one_minus_epsilon.
-# Error <= 5.77e-4 r + 2.71e-14 r for all v*.
+# Error <= 5.78e-4 r for all v*.
 def v_star_from_loss_inverse_1em3(one_minus_epsilon: float) -> float:
     """Return v* at which 1 - eps is one_minus_epsilon."""
     a0 = 0.9316456503155698
@@ -102,7 +102,7 @@ def v_star_from_loss_inverse_1em3(one_minus_epsilon: float) -> float:
 
 
 # beta at which eps is epsilon at a speed.
-# Error <= 0.00116 r + 6.21e-14 r for all v*.
+# Error <= 0.00116 r for all v*.
 def beta_inverse_1em3(epsilon: float, speed: float) -> float:
     """Return beta at which eps is epsilon at a speed."""
     a0 = 0.9316456503155698
@@ -139,7 +139,7 @@ def beta_inverse_1em3(epsilon: float, speed: float) -> float:
 
 
 # v* at which eps is epsilon.
-# Error <= 3.54e-6 r + 2.71e-14 r for all v*.
+# Error <= 3.55e-6 r for all v*.
 def v_star_inverse_1em5(epsilon: float) -> float:
     """Return v* at which eps is epsilon."""
     a0 = 0.9311068189837
@@ -182,7 +182,7 @@ def v_star_inverse_1em5(epsilon: float) -> float:
 
 
 # v* at which 1 - eps is one_minus_epsilon.
-# Error <= 3.54e-6 r + 2.71e-14 r for all v*.
+# Error <= 3.55e-6 r for all v*.
 def v_star_from_loss_inverse_1em5(one_minus_epsilon: float) -> float:
     """Return v* at which 1 - eps is one_minus_epsilon."""
     a0 = 0.9311068189837
@@ -226,7 +226,7 @@ def v_star_from_loss_inverse_1em5(one_minus_epsilon: float) -> float:
 
 
 # beta at which eps is epsilon at a speed.
-# Error <= 7.09e-6 r + 6.21e-14 r for all v*.
+# Error <= 7.09e-6 r for all v*.
 def beta_inverse_1em5(epsilon: float, speed: float) -> float:
     """Return beta at which eps is epsilon at a speed."""
     a0 = 0.9311068189837

@@ -8,13 +8,13 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
  * x returns to 0.
  *
- * function                                            range          error, double           error, float
- * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5        9.87e-4 m + 9.1e-16 r   9.87e-4 m + 4.9e-7 r
- * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99969  9.87e-4 m + 1.87e-14 r  9.9e-4 m + 4.91e-7 r
- * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5        2.84e-6 m + 1.7e-15 r   2.84e-6 m + 8.8e-7 r
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99969  2.84e-6 m + 1.94e-14 r  5.38e-6 m + 8.81e-7 r
- * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5        3.06e-9 m + 2.5e-15 r   -
- * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99969  3.06e-9 m + 2.02e-14 r  -
+ * function                                            range                                   error, double           error, float
+ * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 9.1e-16 r   9.87e-4 m + 4.9e-7 r
+ * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.95e-15 r  9.9e-4 m + 4.91e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
+ * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.7e-15 r   2.84e-6 m + 8.8e-7 r
+ * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.74e-15 r  5.2e-6 m + 8.81e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
+ * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.5e-15 r   -
+ * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.54e-15 r  -
  * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
  * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
@@ -122,10 +122,10 @@ VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 
 /*
  * eps.
- * Error <= 9.87e-4 m + 5.95e-15 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 9.87e-4 m + 1.87e-14 r
- * for v* <= 4.99969.
+ * Error <= 9.87e-4 m + 1.87e-14 r for v* <= 4.99999; 9.87e-4 m + 5.95e-15 r for v* <= 4.99999, 1e-30
+ * <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 1.87e-14 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 5.95e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -151,9 +151,9 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, doub
 
 /*
  * eps.
- * Error <= 9.9e-4 m + 4.91e-7 r for v* <= 4.99969.
+ * Error <= 9.9e-4 m + 4.91e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 4.91e-7 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 4.91e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -250,10 +250,10 @@ VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 
 /*
  * eps.
- * Error <= 2.84e-6 m + 6.74e-15 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 2.84e-6 m + 1.94e-14 r
- * for v* <= 4.99969.
+ * Error <= 2.84e-6 m + 1.94e-14 r for v* <= 4.99999; 2.84e-6 m + 6.74e-15 r for v* <= 4.99999, 1e-30
+ * <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 1.94e-14 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 6.74e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -285,10 +285,10 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, doub
 
 /*
  * eps.
- * Error <= 5.2e-6 m + 8.81e-7 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 5.38e-6 m + 8.81e-7 r for
- * v* <= 4.99969.
+ * Error <= 5.38e-6 m + 8.81e-7 r for v* <= 4.99998; 5.2e-6 m + 8.81e-7 r for v* <= 4.99998, 1e-30 <=
+ * speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.38e-6 /* m + 8.81e-7 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.2e-6 /* m + 8.81e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -367,10 +367,10 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em8(double v_star)
 
 /*
  * eps.
- * Error <= 3.06e-9 m + 7.54e-15 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 3.06e-9 m + 2.02e-14 r
- * for v* <= 4.99969.
+ * Error <= 3.06e-9 m + 2.02e-14 r for v* <= 4.99999; 3.06e-9 m + 7.54e-15 r for v* <= 4.99999, 1e-30
+ * <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 2.02e-14 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 7.54e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em8(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);

@@ -7,13 +7,13 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 # x returns to 0.
 #
-# function                                            range          error, double
-# viscopade.epsilon_minimax_v5_1em3(v_star)           v* <= 5        9.87e-4 m + 9.1e-16 r
-# viscopade.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99969  9.87e-4 m + 1.87e-14 r
-# viscopade.epsilon_minimax_v5_1em5(v_star)           v* <= 5        2.84e-6 m + 1.7e-15 r
-# viscopade.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99969  2.84e-6 m + 1.94e-14 r
-# viscopade.epsilon_minimax_v5_1em8(v_star)           v* <= 5        3.06e-9 m + 2.5e-15 r
-# viscopade.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99969  3.06e-9 m + 2.02e-14 r
+# function                                            range                                   error, double
+# viscopade.epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 9.1e-16 r
+# viscopade.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.95e-15 r
+# viscopade.epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.7e-15 r
+# viscopade.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.74e-15 r
+# viscopade.epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.5e-15 r
+# viscopade.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.54e-15 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
 # outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
@@ -46,8 +46,8 @@ def epsilon_minimax_v5_1em3(v_star: float) -> float:
 
 
 # eps.
-# Error <= 9.87e-4 m + 5.95e-15 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 9.87e-4 m + 1.87e-14 r
-# for v* <= 4.99969.
+# Error <= 9.87e-4 m + 1.87e-14 r for v* <= 4.99999; 9.87e-4 m + 5.95e-15 r for v* <= 4.99999, 1e-30
+# <= speed <= 1e+30.
 def restitution_minimax_v5_1em3(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -94,8 +94,8 @@ def epsilon_minimax_v5_1em5(v_star: float) -> float:
 
 
 # eps.
-# Error <= 2.84e-6 m + 6.74e-15 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 2.84e-6 m + 1.94e-14 r
-# for v* <= 4.99969.
+# Error <= 2.84e-6 m + 1.94e-14 r for v* <= 4.99999; 2.84e-6 m + 6.74e-15 r for v* <= 4.99999, 1e-30
+# <= speed <= 1e+30.
 def restitution_minimax_v5_1em5(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -154,8 +154,8 @@ def epsilon_minimax_v5_1em8(v_star: float) -> float:
 
 
 # eps.
-# Error <= 3.06e-9 m + 7.54e-15 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 3.06e-9 m + 2.02e-14 r
-# for v* <= 4.99969.
+# Error <= 3.06e-9 m + 2.02e-14 r for v* <= 4.99999; 3.06e-9 m + 7.54e-15 r for v* <= 4.99999, 1e-30
+# <= speed <= 1e+30.
 def restitution_minimax_v5_1em8(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0

@@ -8,15 +8,15 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
  * x returns to 0.
  *
- * function                                     range          error, double         error, float
- * viscopade_epsilon_pade_0_3(v_star)           v* <= 5        4.68 m + 3.5e-15 r    4.68 m + 1.9e-6 r
- * viscopade_restitution_pade_0_3(speed, beta)  v* <= 4.99969  4.68 m + 1.04e-13 r   4.68 m + 1.63e-5 r
- * viscopade_epsilon_pade_1_4(v_star)           v* <= 5        0.357 m + 1.6e-15 r   0.357 m + 8.4e-7 r
- * viscopade_restitution_pade_1_4(speed, beta)  v* <= 4.99969  0.357 m + 2.56e-14 r  0.357 m + 4.28e-6 r
- * viscopade_epsilon_pade_2_5(v_star)           v* <= 5        0.785 m + 5.5e-15 r   0.785 m + 3e-6 r
- * viscopade_restitution_pade_2_5(speed, beta)  v* <= 4.99969  0.785 m + 3.71e-14 r  0.785 m + 7.52e-6 r
- * viscopade_epsilon_pade_3_6(v_star)           v* <= 5        0.064 m + 2e-15 r     0.064 m + 1.1e-6 r
- * viscopade_restitution_pade_3_6(speed, beta)  v* <= 4.99969  0.064 m + 2.09e-14 r  0.064 m + 3.8e-6 r
+ * function                                     range    error, double         error, float
+ * viscopade_epsilon_pade_0_3(v_star)           v* <= 5  4.68 m + 3.5e-15 r    4.68 m + 1.9e-6 r
+ * viscopade_restitution_pade_0_3(speed, beta)  v* <= 5  4.68 m + 3.35e-13 r   4.68 m + 4.93e-5 r
+ * viscopade_epsilon_pade_1_4(v_star)           v* <= 5  0.357 m + 1.6e-15 r   0.357 m + 8.4e-7 r
+ * viscopade_restitution_pade_1_4(speed, beta)  v* <= 5  0.357 m + 3.06e-14 r  0.357 m + 4.99e-6 r
+ * viscopade_epsilon_pade_2_5(v_star)           v* <= 5  0.785 m + 5.5e-15 r   0.785 m + 3e-6 r
+ * viscopade_restitution_pade_2_5(speed, beta)  v* <= 5  0.785 m + 1.82e-13 r  0.785 m + 2.83e-5 r
+ * viscopade_epsilon_pade_3_6(v_star)           v* <= 5  0.064 m + 2e-15 r     0.064 m + 1.1e-6 r
+ * viscopade_restitution_pade_3_6(speed, beta)  v* <= 5  0.064 m + 2.09e-14 r  0.064 m + 3.8e-6 r
  * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
  * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
@@ -130,13 +130,12 @@ VISCOPADE_INLINE float viscopade_epsilon_pade_0_3f(float v_star)
 
 /*
  * eps.
- * Error <= 0.0673 m + 8.88e-15 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 0.0673 m + 2.24e-14 r
- * for v* <= 0.499969; 0.179 m + 9.44e-15 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.179 m +
- * 2.44e-14 r for v* <= 0.999938; 0.916 m + 1.32e-14 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
- * 0.916 m + 3.74e-14 r for v* <= 1.99987; 4.68 m + 3.21e-14 r for v* <= 4.99969, 1e-30 <= speed <=
- * 1e+30; 4.68 m + 1.04e-13 r for v* <= 4.99969.
+ * Error <= 0.0673 m + 8.88e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.0673 m + 2.24e-14 r for v*
+ * <= 0.5; 0.179 m + 9.44e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.179 m + 2.44e-14 r for v* <= 1;
+ * 0.916 m + 1.32e-14 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.916 m + 3.74e-14 r for v* <= 2; 4.68 m
+ * + 9.77e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 4.68 m + 3.35e-13 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_0_3_ERROR 4.68 /* m + 1.04e-13 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_PADE_0_3_ERROR 4.68 /* m + 3.35e-13 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_restitution_pade_0_3(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -164,13 +163,12 @@ VISCOPADE_INLINE double viscopade_restitution_pade_0_3(double speed, double beta
 
 /*
  * eps.
- * Error <= 0.0673 m + 4.42e-6 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 0.0673 m + 4.61e-6 r for
- * v* <= 0.499969; 0.179 m + 4.68e-6 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.179 m + 4.89e-6 r
- * for v* <= 0.999938; 0.916 m + 6.41e-6 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30; 0.916 m +
- * 6.76e-6 r for v* <= 1.99987; 4.68 m + 1.53e-5 r for v* <= 4.99969, 1e-30 <= speed <= 1e+30; 4.68 m +
- * 1.63e-5 r for v* <= 4.99969.
+ * Error <= 0.0673 m + 4.42e-6 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.0673 m + 4.61e-6 r for v* <=
+ * 0.5; 0.179 m + 4.68e-6 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.179 m + 4.89e-6 r for v* <= 1;
+ * 0.916 m + 6.41e-6 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.916 m + 6.76e-6 r for v* <= 2; 4.68 m +
+ * 4.6e-5 r for v* <= 5, 1e-30 <= speed <= 1e+30; 4.68 m + 4.93e-5 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_0_3_ERRORF 4.68 /* m + 1.63e-5 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_PADE_0_3_ERRORF 4.68 /* m + 4.93e-5 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_restitution_pade_0_3f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -271,13 +269,12 @@ VISCOPADE_INLINE float viscopade_epsilon_pade_1_4f(float v_star)
 
 /*
  * eps.
- * Error <= 0.00185 m + 6.65e-15 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 0.00185 m + 1.94e-14 r
- * for v* <= 0.499969; 0.0122 m + 6.7e-15 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.0122 m +
- * 1.95e-14 r for v* <= 0.999938; 0.0899 m + 7.09e-15 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
- * 0.0899 m + 2.09e-14 r for v* <= 1.99987; 0.357 m + 8.43e-15 r for v* <= 4.99969, 1e-30 <= speed <=
- * 1e+30; 0.357 m + 2.56e-14 r for v* <= 4.99969.
+ * Error <= 0.00185 m + 6.65e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.00185 m + 1.94e-14 r for
+ * v* <= 0.5; 0.0122 m + 6.7e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.0122 m + 1.95e-14 r for v*
+ * <= 1; 0.0899 m + 7.09e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0899 m + 2.09e-14 r for v* <= 2;
+ * 0.357 m + 9.84e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.357 m + 3.06e-14 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_1_4_ERROR 0.357 /* m + 2.56e-14 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_PADE_1_4_ERROR 0.357 /* m + 3.06e-14 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_restitution_pade_1_4(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -309,12 +306,12 @@ VISCOPADE_INLINE double viscopade_restitution_pade_1_4(double speed, double beta
 
 /*
  * eps.
- * Error <= 0.00186 m + 8.41e-7 r for v* <= 0.499969; 0.0122 m + 3.23e-6 r for v* <= 0.999938, 1e-30 <=
- * speed <= 1e+30; 0.0122 m + 3.41e-6 r for v* <= 0.999938; 0.0899 m + 3.41e-6 r for v* <= 1.99987,
- * 1e-30 <= speed <= 1e+30; 0.0899 m + 3.6e-6 r for v* <= 1.99987; 0.357 m + 4.04e-6 r for v* <=
- * 4.99969, 1e-30 <= speed <= 1e+30; 0.357 m + 4.28e-6 r for v* <= 4.99969.
+ * Error <= 0.00186 m + 8.41e-7 r for v* <= 0.5; 0.0122 m + 3.23e-6 r for v* <= 1, 1e-30 <= speed <=
+ * 1e+30; 0.0122 m + 3.41e-6 r for v* <= 1; 0.0899 m + 3.41e-6 r for v* <= 2, 1e-30 <= speed <= 1e+30;
+ * 0.0899 m + 3.6e-6 r for v* <= 2; 0.357 m + 4.69e-6 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.357 m +
+ * 4.99e-6 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_1_4_ERRORF 0.357 /* m + 4.28e-6 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_PADE_1_4_ERRORF 0.357 /* m + 4.99e-6 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_restitution_pade_1_4f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -413,13 +410,12 @@ VISCOPADE_INLINE float viscopade_epsilon_pade_2_5f(float v_star)
 
 /*
  * eps.
- * Error <= 1.47e-4 m + 1.06e-14 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 1.47e-4 m + 2.32e-14 r
- * for v* <= 0.499969; 0.00313 m + 1.06e-14 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.00313 m +
- * 2.33e-14 r for v* <= 0.999938; 0.0665 m + 1.09e-14 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
- * 0.0665 m + 2.44e-14 r for v* <= 1.99987; 0.785 m + 1.45e-14 r for v* <= 4.99969, 1e-30 <= speed <=
- * 1e+30; 0.785 m + 3.71e-14 r for v* <= 4.99969.
+ * Error <= 1.47e-4 m + 1.06e-14 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 1.47e-4 m + 2.32e-14 r for
+ * v* <= 0.5; 0.00313 m + 1.06e-14 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.00313 m + 2.33e-14 r for
+ * v* <= 1; 0.0665 m + 1.09e-14 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0665 m + 2.44e-14 r for v* <=
+ * 2; 0.785 m + 5.58e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.785 m + 1.82e-13 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_2_5_ERROR 0.785 /* m + 3.71e-14 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_PADE_2_5_ERROR 0.785 /* m + 1.82e-13 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_restitution_pade_2_5(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -448,12 +444,12 @@ VISCOPADE_INLINE double viscopade_restitution_pade_2_5(double speed, double beta
 
 /*
  * eps.
- * Error <= 1.5e-4 m + 3.01e-6 r for v* <= 0.499969; 0.00313 m + 5.37e-6 r for v* <= 0.999938, 1e-30 <=
- * speed <= 1e+30; 0.00313 m + 5.54e-6 r for v* <= 0.999938; 0.0665 m + 5.51e-6 r for v* <= 1.99987,
- * 1e-30 <= speed <= 1e+30; 0.0665 m + 5.7e-6 r for v* <= 1.99987; 0.785 m + 7.2e-6 r for v* <=
- * 4.99969, 1e-30 <= speed <= 1e+30; 0.785 m + 7.52e-6 r for v* <= 4.99969.
+ * Error <= 1.5e-4 m + 3.01e-6 r for v* <= 0.5; 0.00313 m + 5.37e-6 r for v* <= 1, 1e-30 <= speed <=
+ * 1e+30; 0.00313 m + 5.54e-6 r for v* <= 1; 0.0665 m + 5.51e-6 r for v* <= 2, 1e-30 <= speed <= 1e+30;
+ * 0.0665 m + 5.7e-6 r for v* <= 2; 0.785 m + 2.65e-5 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.785 m +
+ * 2.83e-5 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_2_5_ERRORF 0.785 /* m + 7.52e-6 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_PADE_2_5_ERRORF 0.785 /* m + 2.83e-5 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_restitution_pade_2_5f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -565,13 +561,12 @@ VISCOPADE_INLINE float viscopade_epsilon_pade_3_6f(float v_star)
 
 /*
  * eps.
- * Error <= 5.47e-6 m + 7.04e-15 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 5.47e-6 m + 1.97e-14 r
- * for v* <= 0.499969; 2.6e-4 m + 7.04e-15 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 2.6e-4 m +
- * 1.97e-14 r for v* <= 0.999938; 0.00659 m + 7.07e-15 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
- * 0.00659 m + 1.98e-14 r for v* <= 1.99987; 0.064 m + 7.36e-15 r for v* <= 4.99969, 1e-30 <= speed <=
- * 1e+30; 0.064 m + 2.09e-14 r for v* <= 4.99969.
+ * Error <= 5.47e-6 m + 7.04e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 5.47e-6 m + 1.97e-14 r for
+ * v* <= 0.5; 2.6e-4 m + 7.04e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 2.6e-4 m + 1.97e-14 r for v*
+ * <= 1; 0.00659 m + 7.07e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.00659 m + 1.98e-14 r for v* <=
+ * 2; 0.064 m + 7.36e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.064 m + 2.09e-14 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_3_6_ERROR 0.064 /* m + 2.09e-14 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_PADE_3_6_ERROR 0.064 /* m + 2.09e-14 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_restitution_pade_3_6(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -608,12 +603,12 @@ VISCOPADE_INLINE double viscopade_restitution_pade_3_6(double speed, double beta
 
 /*
  * eps.
- * Error <= 7.83e-6 m + 1.11e-6 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 8.01e-6 m + 1.11e-6 r
- * for v* <= 0.499969; 2.63e-4 m + 1.11e-6 r for v* <= 0.999938; 0.00659 m + 3.47e-6 r for v* <=
- * 1.99987, 1e-30 <= speed <= 1e+30; 0.00659 m + 3.65e-6 r for v* <= 1.99987; 0.064 m + 3.61e-6 r for
- * v* <= 4.99969, 1e-30 <= speed <= 1e+30; 0.064 m + 3.8e-6 r for v* <= 4.99969.
+ * Error <= 7.83e-6 m + 1.11e-6 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 8.01e-6 m + 1.11e-6 r for v*
+ * <= 0.5; 2.63e-4 m + 1.11e-6 r for v* <= 1; 0.00659 m + 3.47e-6 r for v* <= 2, 1e-30 <= speed <=
+ * 1e+30; 0.00659 m + 3.65e-6 r for v* <= 2; 0.064 m + 3.61e-6 r for v* <= 5, 1e-30 <= speed <= 1e+30;
+ * 0.064 m + 3.8e-6 r for v* <= 5.
  */
-#define VISCOPADE_RESTITUTION_PADE_3_6_ERRORF 0.064 /* m + 3.8e-6 r for v* <= 4.99969 */
+#define VISCOPADE_RESTITUTION_PADE_3_6_ERRORF 0.064 /* m + 3.8e-6 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_restitution_pade_3_6f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);

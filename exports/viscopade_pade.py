@@ -7,15 +7,15 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when the compression
 # x returns to 0.
 #
-# function                                     range          error, double
-# viscopade.epsilon_pade_0_3(v_star)           v* <= 5        4.68 m + 3.5e-15 r
-# viscopade.restitution_pade_0_3(speed, beta)  v* <= 4.99969  4.68 m + 1.04e-13 r
-# viscopade.epsilon_pade_1_4(v_star)           v* <= 5        0.357 m + 1.6e-15 r
-# viscopade.restitution_pade_1_4(speed, beta)  v* <= 4.99969  0.357 m + 2.56e-14 r
-# viscopade.epsilon_pade_2_5(v_star)           v* <= 5        0.785 m + 5.5e-15 r
-# viscopade.restitution_pade_2_5(speed, beta)  v* <= 4.99969  0.785 m + 3.71e-14 r
-# viscopade.epsilon_pade_3_6(v_star)           v* <= 5        0.064 m + 2e-15 r
-# viscopade.restitution_pade_3_6(speed, beta)  v* <= 4.99969  0.064 m + 2.09e-14 r
+# function                                     range    error, double
+# viscopade.epsilon_pade_0_3(v_star)           v* <= 5  4.68 m + 3.5e-15 r
+# viscopade.restitution_pade_0_3(speed, beta)  v* <= 5  4.68 m + 3.35e-13 r
+# viscopade.epsilon_pade_1_4(v_star)           v* <= 5  0.357 m + 1.6e-15 r
+# viscopade.restitution_pade_1_4(speed, beta)  v* <= 5  0.357 m + 3.06e-14 r
+# viscopade.epsilon_pade_2_5(v_star)           v* <= 5  0.785 m + 5.5e-15 r
+# viscopade.restitution_pade_2_5(speed, beta)  v* <= 5  0.785 m + 1.82e-13 r
+# viscopade.epsilon_pade_3_6(v_star)           v* <= 5  0.064 m + 2e-15 r
+# viscopade.restitution_pade_3_6(speed, beta)  v* <= 5  0.064 m + 2.09e-14 r
 # E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
 # outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
@@ -50,11 +50,10 @@ def epsilon_pade_0_3(v_star: float) -> float:
 
 
 # eps.
-# Error <= 0.0673 m + 8.88e-15 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 0.0673 m + 2.24e-14 r
-# for v* <= 0.499969; 0.179 m + 9.44e-15 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.179 m +
-# 2.44e-14 r for v* <= 0.999938; 0.916 m + 1.32e-14 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
-# 0.916 m + 3.74e-14 r for v* <= 1.99987; 4.68 m + 3.21e-14 r for v* <= 4.99969, 1e-30 <= speed <=
-# 1e+30; 4.68 m + 1.04e-13 r for v* <= 4.99969.
+# Error <= 0.0673 m + 8.88e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.0673 m + 2.24e-14 r for v*
+# <= 0.5; 0.179 m + 9.44e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.179 m + 2.44e-14 r for v* <= 1;
+# 0.916 m + 1.32e-14 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.916 m + 3.74e-14 r for v* <= 2; 4.68 m
+# + 9.77e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 4.68 m + 3.35e-13 r for v* <= 5.
 def restitution_pade_0_3(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -102,11 +101,10 @@ def epsilon_pade_1_4(v_star: float) -> float:
 
 
 # eps.
-# Error <= 0.00185 m + 6.65e-15 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 0.00185 m + 1.94e-14 r
-# for v* <= 0.499969; 0.0122 m + 6.7e-15 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.0122 m +
-# 1.95e-14 r for v* <= 0.999938; 0.0899 m + 7.09e-15 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
-# 0.0899 m + 2.09e-14 r for v* <= 1.99987; 0.357 m + 8.43e-15 r for v* <= 4.99969, 1e-30 <= speed <=
-# 1e+30; 0.357 m + 2.56e-14 r for v* <= 4.99969.
+# Error <= 0.00185 m + 6.65e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 0.00185 m + 1.94e-14 r for
+# v* <= 0.5; 0.0122 m + 6.7e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.0122 m + 1.95e-14 r for v*
+# <= 1; 0.0899 m + 7.09e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0899 m + 2.09e-14 r for v* <= 2;
+# 0.357 m + 9.84e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.357 m + 3.06e-14 r for v* <= 5.
 def restitution_pade_1_4(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -156,11 +154,10 @@ def epsilon_pade_2_5(v_star: float) -> float:
 
 
 # eps.
-# Error <= 1.47e-4 m + 1.06e-14 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 1.47e-4 m + 2.32e-14 r
-# for v* <= 0.499969; 0.00313 m + 1.06e-14 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 0.00313 m +
-# 2.33e-14 r for v* <= 0.999938; 0.0665 m + 1.09e-14 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
-# 0.0665 m + 2.44e-14 r for v* <= 1.99987; 0.785 m + 1.45e-14 r for v* <= 4.99969, 1e-30 <= speed <=
-# 1e+30; 0.785 m + 3.71e-14 r for v* <= 4.99969.
+# Error <= 1.47e-4 m + 1.06e-14 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 1.47e-4 m + 2.32e-14 r for
+# v* <= 0.5; 0.00313 m + 1.06e-14 r for v* <= 1, 1e-30 <= speed <= 1e+30; 0.00313 m + 2.33e-14 r for
+# v* <= 1; 0.0665 m + 1.09e-14 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.0665 m + 2.44e-14 r for v* <=
+# 2; 0.785 m + 5.58e-14 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.785 m + 1.82e-13 r for v* <= 5.
 def restitution_pade_2_5(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -215,11 +212,10 @@ def epsilon_pade_3_6(v_star: float) -> float:
 
 
 # eps.
-# Error <= 5.47e-6 m + 7.04e-15 r for v* <= 0.499969, 1e-30 <= speed <= 1e+30; 5.47e-6 m + 1.97e-14 r
-# for v* <= 0.499969; 2.6e-4 m + 7.04e-15 r for v* <= 0.999938, 1e-30 <= speed <= 1e+30; 2.6e-4 m +
-# 1.97e-14 r for v* <= 0.999938; 0.00659 m + 7.07e-15 r for v* <= 1.99987, 1e-30 <= speed <= 1e+30;
-# 0.00659 m + 1.98e-14 r for v* <= 1.99987; 0.064 m + 7.36e-15 r for v* <= 4.99969, 1e-30 <= speed <=
-# 1e+30; 0.064 m + 2.09e-14 r for v* <= 4.99969.
+# Error <= 5.47e-6 m + 7.04e-15 r for v* <= 0.5, 1e-30 <= speed <= 1e+30; 5.47e-6 m + 1.97e-14 r for
+# v* <= 0.5; 2.6e-4 m + 7.04e-15 r for v* <= 1, 1e-30 <= speed <= 1e+30; 2.6e-4 m + 1.97e-14 r for v*
+# <= 1; 0.00659 m + 7.07e-15 r for v* <= 2, 1e-30 <= speed <= 1e+30; 0.00659 m + 1.98e-14 r for v* <=
+# 2; 0.064 m + 7.36e-15 r for v* <= 5, 1e-30 <= speed <= 1e+30; 0.064 m + 2.09e-14 r for v* <= 5.
 def restitution_pade_3_6(speed: float, beta: float) -> float:
     """Return eps."""
     a0 = 1.0

@@ -883,40 +883,38 @@ VISCOPADE_KERNEL(0x19cd4df6)
 /*
  * eps speed, the speed after the collision.
  * Error <= 5.16e-15 r + 3 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 1.79e-14 r + 3 ulp for v*
- * <= 0.00128858; 3.79e-12 r + 1.47e-15 r + 3 ulp for 0.00128859 <= v* <= 9.18957, 9.55662e-299 <=
- * speed <= 2.83625e+278; 5.16e-15 r + 3 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 3.79e-12 r + 3
- * ulp for all v*, 1e-30 <= speed <= 1e+30; 1.79e-14 r + 3 ulp for 9.1896 <= v*; 3.8e-12 r + 3 ulp for
- * all v*.
+ * <= 0.00128858; 3.79e-12 r + 3 ulp for 0.00128859 <= v* <= 9.18957, 9.55662e-299 <= speed <=
+ * 2.83625e+278; 5.16e-15 r + 3 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 3.79e-12 r + 3 ulp for
+ * all v*, 1e-30 <= speed <= 1e+30; 1.79e-14 r + 3 ulp for 9.1896 <= v*; 3.8e-12 r + 3 ulp for all v*.
  */
 #define VISCOPADE_REBOUND_1EM10_ERROR 3.8e-12 /* r + 3 ulp for all v* */
 
 /*
  * eps speed, the speed after the collision.
  * Error <= 5.83e-15 r + 0.5 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 1.85e-14 r + 0.5 ulp
- * for v* <= 0.00128858; 3.79e-12 r + 2.13e-15 r + 0.5 ulp for 0.00128859 <= v* <= 9.18957,
- * 9.55662e-299 <= speed <= 2.83625e+278; 5.83e-15 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed <=
- * 1e+30; 3.79e-12 r + 0.5 ulp for all v*, 1e-30 <= speed <= 1e+30; 1.85e-14 r + 0.5 ulp for 9.1896 <=
- * v*; 3.81e-12 r + 0.5 ulp for all v*.
+ * for v* <= 0.00128858; 3.79e-12 r + 0.5 ulp for 0.00128859 <= v* <= 9.18957, 9.55662e-299 <= speed <=
+ * 2.83625e+278; 5.83e-15 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 3.79e-12 r + 0.5 ulp
+ * for all v*, 1e-30 <= speed <= 1e+30; 1.85e-14 r + 0.5 ulp for 9.1896 <= v*; 3.81e-12 r + 0.5 ulp for
+ * all v*.
  */
 #define VISCOPADE_REBOUND_1EM10_ERRORF 3.81e-12 /* r + 0.5 ulp for all v* */
 
 /*
  * 1 - eps^2, which loses no digits where eps is near 1.
  * Error <= 5.28e-15 r + 3 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 1.8e-14 r + 3 ulp for v*
- * <= 0.00128858; 3.79e-12 r + 1.47e-15 r + 3 ulp for 0.00128859 <= v* <= 9.18957, 9.55662e-299 <=
- * speed <= 2.83625e+278; 5.28e-15 r + 3 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 3.79e-12 r + 3
- * ulp for all v*, 1e-30 <= speed <= 1e+30; 1.8e-14 r + 3 ulp for 9.1896 <= v*; 3.8e-12 r + 3 ulp for
- * all v*.
+ * <= 0.00128858; 3.79e-12 r + 3 ulp for 0.00128859 <= v* <= 9.18957, 9.55662e-299 <= speed <=
+ * 2.83625e+278; 5.28e-15 r + 3 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 3.79e-12 r + 3 ulp for
+ * all v*, 1e-30 <= speed <= 1e+30; 1.8e-14 r + 3 ulp for 9.1896 <= v*; 3.8e-12 r + 3 ulp for all v*.
  */
 #define VISCOPADE_DISSIPATION_1EM10_ERROR 3.8e-12 /* r + 3 ulp for all v* */
 
 /*
  * 1 - eps^2, which loses no digits where eps is near 1.
  * Error <= 5.95e-15 r + 0.5 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 1.86e-14 r + 0.5 ulp
- * for v* <= 0.00128858; 3.79e-12 r + 2.13e-15 r + 0.5 ulp for 0.00128859 <= v* <= 9.18957,
- * 9.55662e-299 <= speed <= 2.83625e+278; 5.95e-15 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed <=
- * 1e+30; 3.79e-12 r + 0.5 ulp for all v*, 1e-30 <= speed <= 1e+30; 1.86e-14 r + 0.5 ulp for 9.1896 <=
- * v*; 3.81e-12 r + 0.5 ulp for all v*.
+ * for v* <= 0.00128858; 3.79e-12 r + 0.5 ulp for 0.00128859 <= v* <= 9.18957, 9.55662e-299 <= speed <=
+ * 2.83625e+278; 5.95e-15 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30; 3.79e-12 r + 0.5 ulp
+ * for all v*, 1e-30 <= speed <= 1e+30; 1.86e-14 r + 0.5 ulp for 9.1896 <= v*; 3.81e-12 r + 0.5 ulp for
+ * all v*.
  */
 #define VISCOPADE_DISSIPATION_1EM10_ERRORF 3.81e-12 /* r + 0.5 ulp for all v* */
 

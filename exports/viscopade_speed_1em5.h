@@ -10,8 +10,8 @@
  *
  * function                                 range   error, double                     error, float
  * viscopade_restitution_1em5(speed, beta)  all v*  6.69e-6 m + 2.36e-14 r + 0.5 ulp  6.87e-6 m + 5.91e-15 r + 0.5 ulp
- * viscopade_rebound_1em5(speed, beta)      all v*  6.69e-6 r + 2.36e-14 r + 3 ulp    6.87e-6 r + 3 ulp
- * viscopade_dissipation_1em5(speed, beta)  all v*  6.69e-6 r + 2.86e-14 r + 3 ulp    6.87e-6 r + 3 ulp
+ * viscopade_rebound_1em5(speed, beta)      all v*  6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
+ * viscopade_dissipation_1em5(speed, beta)  all v*  6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
  * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
  * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
@@ -410,41 +410,37 @@ VISCOPADE_KERNEL(0x8014a09e)
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 3.36e-6 r + 1.1e-14 r + 3 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 3.36e-6 r +
- * 2.36e-14 r + 3 ulp for v* <= 0.00128858; 6.69e-6 r + 3.3e-16 r + 3 ulp for 0.00128859 <= v* <=
- * 9.18957, 9.55662e-299 <= speed <= 2.83625e+278; 3.36e-6 r + 1.1e-14 r + 3 ulp for 9.1896 <= v*,
- * 1e-30 <= speed <= 1e+30; 6.69e-6 r + 1.1e-14 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.36e-6
- * r + 2.36e-14 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r + 2.36e-14 r + 3 ulp for all v*.
+ * Error <= 3.37e-6 r + 3 ulp for v* <= 0.00128858; 6.69e-6 r + 3 ulp for 0.00128859 <= v* <= 9.18957,
+ * 9.55662e-299 <= speed <= 2.83625e+278; 3.37e-6 r + 3 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30;
+ * 6.69e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.37e-6 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r
+ * + 3 ulp for all v*.
  */
-#define VISCOPADE_REBOUND_1EM5_ERROR 6.69e-6 /* r + 2.36e-14 r + 3 ulp for all v* */
+#define VISCOPADE_REBOUND_1EM5_ERROR 6.69e-6 /* r + 3 ulp for all v* */
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 3.36e-6 r + 1.16e-14 r + 0.5 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 3.36e-6 r +
- * 2.43e-14 r + 0.5 ulp for v* <= 0.00128858; 6.87e-6 r + 3 ulp for 0.00128859 <= v* <= 9.18957,
- * 5.04871e-29 <= speed <= 5.3687e+8; 3.36e-6 r + 1.16e-14 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed
- * <= 1e+30; 6.87e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.36e-6 r + 2.43e-14 r + 0.5 ulp
- * for 9.1896 <= v*; 6.87e-6 r + 3 ulp for all v*.
+ * Error <= 3.37e-6 r + 0.5 ulp for v* <= 0.00128858; 6.87e-6 r + 3 ulp for 0.00128859 <= v* <=
+ * 9.18957, 5.04871e-29 <= speed <= 5.3687e+8; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed <=
+ * 1e+30; 6.87e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*;
+ * 6.87e-6 r + 3 ulp for all v*.
  */
 #define VISCOPADE_REBOUND_1EM5_ERRORF 6.87e-6 /* r + 3 ulp for all v* */
 
 /*
  * 1 - eps^2, which loses no digits where eps is near 1.
- * Error <= 3.36e-6 r + 1.6e-14 r + 3 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 3.36e-6 r +
- * 2.86e-14 r + 3 ulp for v* <= 0.00128858; 6.69e-6 r + 3.3e-16 r + 3 ulp for 0.00128859 <= v* <=
- * 9.18957, 9.55662e-299 <= speed <= 2.83625e+278; 3.36e-6 r + 1.6e-14 r + 3 ulp for 9.1896 <= v*,
- * 1e-30 <= speed <= 1e+30; 6.69e-6 r + 1.6e-14 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.36e-6
- * r + 2.86e-14 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r + 2.86e-14 r + 3 ulp for all v*.
+ * Error <= 3.37e-6 r + 3 ulp for v* <= 0.00128858; 6.69e-6 r + 3 ulp for 0.00128859 <= v* <= 9.18957,
+ * 9.55662e-299 <= speed <= 2.83625e+278; 3.37e-6 r + 3 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30;
+ * 6.69e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.37e-6 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r
+ * + 3 ulp for all v*.
  */
-#define VISCOPADE_DISSIPATION_1EM5_ERROR 6.69e-6 /* r + 2.86e-14 r + 3 ulp for all v* */
+#define VISCOPADE_DISSIPATION_1EM5_ERROR 6.69e-6 /* r + 3 ulp for all v* */
 
 /*
  * 1 - eps^2, which loses no digits where eps is near 1.
- * Error <= 3.36e-6 r + 1.66e-14 r + 0.5 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 3.36e-6 r +
- * 2.93e-14 r + 0.5 ulp for v* <= 0.00128858; 6.87e-6 r + 3 ulp for 0.00128859 <= v* <= 9.18957,
- * 5.04871e-29 <= speed <= 5.3687e+8; 3.36e-6 r + 1.66e-14 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed
- * <= 1e+30; 6.87e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.36e-6 r + 2.93e-14 r + 0.5 ulp
- * for 9.1896 <= v*; 6.87e-6 r + 3 ulp for all v*.
+ * Error <= 3.37e-6 r + 0.5 ulp for v* <= 0.00128858; 6.87e-6 r + 3 ulp for 0.00128859 <= v* <=
+ * 9.18957, 5.04871e-29 <= speed <= 5.3687e+8; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed <=
+ * 1e+30; 6.87e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*;
+ * 6.87e-6 r + 3 ulp for all v*.
  */
 #define VISCOPADE_DISSIPATION_1EM5_ERRORF 6.87e-6 /* r + 3 ulp for all v* */
 

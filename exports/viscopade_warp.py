@@ -40,8 +40,9 @@ def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float64(0.0) if x > wp.float64(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float64(0.0) else wp.float64(1.0)) * thirtieth) if \
-            x > wp.float64(0.0) else x
+            x > wp.float64(0.0) else wp.float64(0.0) * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -70,8 +71,9 @@ def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float32(0.0) if x > wp.float32(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float32(0.0) else wp.float32(1.0)) * thirtieth) if \
-            x > wp.float32(0.0) else x
+            x > wp.float32(0.0) else wp.float32(0.0) * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -99,8 +101,9 @@ def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float64(0.0) if x > wp.float64(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float64(0.0) else wp.float64(1.0)) * thirtieth) if \
-            x > wp.float64(0.0) else x
+            x > wp.float64(0.0) else wp.float64(0.0) * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -129,8 +132,9 @@ def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float32(0.0) if x > wp.float32(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float32(0.0) else wp.float32(1.0)) * thirtieth) if \
-            x > wp.float32(0.0) else x
+            x > wp.float32(0.0) else wp.float32(0.0) * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -142,7 +146,7 @@ def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
 
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -158,8 +162,9 @@ def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float64(0.0) if x > wp.float64(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float64(0.0) else wp.float64(1.0)) * thirtieth) if \
-            x > wp.float64(0.0) else x
+            x > wp.float64(0.0) else wp.float64(0.0) * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -188,8 +193,9 @@ def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float32(0.0) if x > wp.float32(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float32(0.0) else wp.float32(1.0)) * thirtieth) if \
-            x > wp.float32(0.0) else x
+            x > wp.float32(0.0) else wp.float32(0.0) * at_rest
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -221,8 +227,9 @@ def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float64(0.0) if x > wp.float64(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float64(0.0) else wp.float64(1.0)) * thirtieth) if \
-            x > wp.float64(0.0) else x
+            x > wp.float64(0.0) else wp.float64(0.0) * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -253,8 +260,9 @@ def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float32(0.0) if x > wp.float32(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float32(0.0) else wp.float32(1.0)) * thirtieth) if \
-            x > wp.float32(0.0) else x
+            x > wp.float32(0.0) else wp.float32(0.0) * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -285,8 +293,9 @@ def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float64(0.0) if x > wp.float64(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float64(0.0) else wp.float64(1.0)) * thirtieth) if \
-            x > wp.float64(0.0) else x
+            x > wp.float64(0.0) else wp.float64(0.0) * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -317,8 +326,9 @@ def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float32(0.0) if x > wp.float32(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float32(0.0) else wp.float32(1.0)) * thirtieth) if \
-            x > wp.float32(0.0) else x
+            x > wp.float32(0.0) else wp.float32(0.0) * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -330,7 +340,7 @@ def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
 
 
 # 1 - eps^2.
-# Error <= 3.37e-6 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -349,8 +359,9 @@ def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float64(0.0) if x > wp.float64(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float64(0.0) else wp.float64(1.0)) * thirtieth) if \
-            x > wp.float64(0.0) else x
+            x > wp.float64(0.0) else wp.float64(0.0) * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -382,8 +393,9 @@ def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float32(0.0) if x > wp.float32(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float32(0.0) else wp.float32(1.0)) * thirtieth) if \
-            x > wp.float32(0.0) else x
+            x > wp.float32(0.0) else wp.float32(0.0) * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -419,8 +431,9 @@ def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float64(0.0) if x > wp.float64(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float64(0.0) else wp.float64(1.0)) * thirtieth) if \
-            x > wp.float64(0.0) else x
+            x > wp.float64(0.0) else wp.float64(0.0) * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -456,8 +469,9 @@ def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float64(0.0) if x > wp.float64(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float64(0.0) else wp.float64(1.0)) * thirtieth) if \
-            x > wp.float64(0.0) else x
+            x > wp.float64(0.0) else wp.float64(0.0) * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -470,7 +484,7 @@ def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
 
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r + 1.51e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
 @wp.func
 def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -493,8 +507,9 @@ def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     square = beta * beta
     w = square * square * beta * speed
     x = largest if w > largest else w
+    at_rest = wp.float64(0.0) if x > wp.float64(0.0) else speed * beta
     y = wp.exp(wp.log(x if x > wp.float64(0.0) else wp.float64(1.0)) * thirtieth) if \
-            x > wp.float64(0.0) else x
+            x > wp.float64(0.0) else wp.float64(0.0) * at_rest
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2

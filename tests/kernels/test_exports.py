@@ -115,6 +115,12 @@ def test_the_licence_and_what_to_cite_are_at_the_head(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_no_error_has_two_terms_of_one_kind(name):
+    number = r"\d[\d.e-]*"
+    assert not re.search(rf"{number} ([mr]) \+ {number} \1\b", committed(name))
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_no_trace_of_the_machine(name):
     assert str(Path.home()) not in committed(name)
     assert str(DIRECTORY.parent) not in committed(name)

@@ -126,7 +126,7 @@ def test_math_h_is_as_accurate_as_assumed(form):
             with working(128):
                 true = (arb(x).log() * exponent[name].numerator / exponent[name].denominator).exp()
                 worst = max(worst, float(abs(found - true) / float(form.ulp(Fraction(found)))))
-        assert 0.3 < worst < HOST.library
+        assert 0.3 < worst < HOST.functions
 
 
 def test_the_fewest_coefficients_that_are_accurate_enough():

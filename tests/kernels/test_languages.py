@@ -285,16 +285,29 @@ def test_glsl_of_web_pages_and_older_machines_compiles(tmp_path, version):
     languages.built(tmp_path, tool("glslangValidator"), "shader.frag")
 
 
-def test_null_is_no_speed_of_0(tmp_path):
-    """JavaScript's arithmetic takes null for 0."""
+NO_NUMBERS = ("null", "undefined", "[]", "[1]", "'1'", "true", "1n")
+
+
+def test_what_is_no_number_gives_nan(tmp_path):
+    """JavaScript's arithmetic takes null and [] for 0."""
     (tmp_path / "viscopade.mjs").write_text(text("javascript"))
-    calls = [
-        f"v.{name}({given})" for name in functions("double", 2) for given in ("null, 1", "1, null", "undefined, 1")
-    ]
-    calls += [f"v.{name}(null)" for name in functions("double", 1)]
+    calls = [f"v.{name}({none})" for name in functions("double", 1) for none in NO_NUMBERS]
+    for name, none in product(functions("double", 2), NO_NUMBERS):
+        calls += [f"v.{name}({none}, 1)", f"v.{name}(1, {none})"]
     (tmp_path / "main.mjs").write_text(f'import * as v from "./viscopade.mjs"; console.log({", ".join(calls)})')
     ran = subprocess.run([tool("node"), tmp_path / "main.mjs"], capture_output=True, text=True, check=True)
     assert set(ran.stdout.split()) == {"NaN"}
+
+
+@pytest.mark.parametrize(
+    ("name", "helper"), [(name, each) for name in NAMES for each in language(name).helpers.split()]
+)
+def test_helpers_are_in_files_that_call_them(name, helper):
+    found, call_ = language(name), f"{helper.partition('.')[0]}("
+    counts = {file.file_text([kernel(key)], found, COMMAND).count(call_) for key in KERNELS}
+    assert 0 in counts
+    assert 1 not in counts  # it stands there, and nothing calls it
+    assert max(counts) > 1
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 from decimal import Context, Decimal
@@ -13,10 +14,10 @@ import numpy as np
 import pytest
 from flint import fmpq, fmpq_poly
 
-from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.collision import exact
-from viscopade.kernels import machine, quotient
+from viscopade.kernels import formulas, machine, quotient, truth
 from viscopade.kernels.arithmetic import ARITHMETICS, HOST, HOST_FLOAT
 from viscopade.kernels.certificate import prove
 from viscopade.kernels.expressions import Reading, Run, evaluate
@@ -221,9 +222,50 @@ def test_bounds_of_the_speed_have_the_rounding_of_v_star():
     )
     assert usual.speeds == (Fraction(1, 10**30), 10**30)
     assert every.speeds is None
-    assert of_eps.high * Fraction(9999, 10000) < usual.high == every.high < of_eps.high
+    assert usual.high == every.high == of_eps.high
     assert 4e-15 < usual.rounding < 6e-15 < 1.6e-14 < every.rounding < 1.8e-14
     assert of_eps.last < usual.last < of_eps.last * Fraction(1001, 1000)
+
+
+@pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
+@pytest.mark.parametrize(("m", "n"), TABLE)
+def test_bounds_of_the_speed_hold_up_to_their_ends_where_the_computed_v_star_is_beyond(m, n, form):
+    kernel, generator, beyond = quotient.pade_quotient(m, n), np.random.default_rng(7), 0
+    for end, speed in itertools.product(HIGH, 10.0 ** generator.uniform(-20, 20, 40)):
+        speed = form.rounded(Fraction(speed))
+        with working(truth.BITS):  # the largest beta within the end
+            beta = form.rounded(exact_middle(ball_of(end**10 / Fraction(speed)).root(5)), math.floor)
+        w = Fraction(beta) ** 5 * Fraction(speed)
+        assert end**10 * (1 - 10 * form.epsilon) < w <= end**10
+        beyond += machine.computed(formulas.v_star_branch(), "v_star", given(form, speed, beta), form) > end
+        with working(truth.BITS):
+            epsilon, loss = truth.at(w)
+            smaller = exact_middle(min(epsilon, loss))
+            off = abs(machine.evaluated(kernel, "restitution", speed, beta, form=form) - epsilon)
+            bounds = [b for b in kernel.bound("restitution", "host", form.name) if b.high == end and b.speeds]
+            assert all(off < ball_of(b.allowed(exact_middle(epsilon), smaller, Fraction(speed))) for b in bounds)
+            assert len(bounds) == 1
+    assert beyond > 10
+
+
+def given(form, speed, beta):
+    return {"speed": TYPES[form.name](speed), "beta": TYPES[form.name](beta)}
+
+
+def test_beyond_an_end_a_formula_that_falls_faster_than_eps_has_a_larger_bound():
+    """[0/3] is far above eps at v* = 5, where it falls faster than eps may, relative to eps."""
+    of_eps = epsilon_bounds(quotient.pade_quotient(0, 3))[-1]
+    steepness = proven_pade(0, 3)._beyond(of_eps).steepness
+    slope = (machine.evaluated(quotient.pade_quotient(0, 3), "epsilon", 5 * (1 + x)) for x in (-1e-4, 1e-4))
+    relative = -np.subtract.reduce([*slope][::-1]) / 2e-4 / float(truth.at(Fraction(5) ** 10).epsilon)
+    assert 1 < relative / (10 / 3) < steepness < 10
+    assert proven_pade(3, 6)._beyond(epsilon_bounds(quotient.pade_quotient(3, 6))[0]).steepness == 1
+
+
+def test_bounds_of_the_speed_end_before_the_domain_does():
+    for bound in small().bounds:
+        if bound.result == "restitution" and bound.arithmetic == HOST:
+            assert 5 * (1 - Fraction(1, 10**12)) < bound.high < 5
 
 
 def test_bounds_end_before_the_first_pole_or_zero():

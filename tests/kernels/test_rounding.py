@@ -21,7 +21,7 @@ from viscopade.kernels.rounding import Rounded, of_branch
 from viscopade.kernels.rounding_bounds import BITS, of_powers
 from viscopade.kernels.speed_table import LAST_ULPS, TABLES
 
-ULPS = float(HOST.library)
+ULPS = float(HOST.functions)
 LOOSE = 12  # how much larger the bound may be than the largest error found
 A, B = (Fraction(1), Fraction(1, 4)), (Fraction(1), Fraction(1, 4), Fraction(23, 20), Fraction(1, 8), Fraction(1, 5))
 FORMS = {"double": (DOUBLE, np.float64), "float": (FLOAT, np.float32)}

@@ -27,7 +27,7 @@ class Arithmetic:
         The type of all numbers.
     model : Format
         A format in which rounding to nearest is at least as bad as the machine's rounding and underflow.
-    library : Fraction
+    functions : Fraction
         Largest error of log2, exp2 and cbrt.
     quotient, root : Fraction
         Largest errors of a division, and of sqrt.
@@ -44,7 +44,7 @@ class Arithmetic:
     place: str
     form: Format
     model: Format
-    library: Fraction = ULPS
+    functions: Fraction = ULPS
     quotient: Fraction = Fraction(1, 2)
     root: Fraction = Fraction(1, 2)
     power: Fraction | None = ULPS

@@ -31,8 +31,7 @@ class ErrorBound:
     result : str
         The name of a function of the kernel: "epsilon", "restitution", "rebound", "dissipation", "v_star", …
     low, high : Fraction, or infinity as a float
-        The range of the exact v*. A bound of a function that computes v* from the speed ends a little before the end of
-        the formula's range, beyond which the computed v* might be.
+        The range of the exact v*.
     relative_to : str
         What `formula` and `rounding` are relative to: "smaller" or "value". (For rebound both are times the speed.)
     formula : Fraction
@@ -42,6 +41,8 @@ class ErrorBound:
     arithmetic : Arithmetic
     speeds : pair of Fraction, or None
         The range of speeds, if the bound is only for some.
+    branch : int or None
+        The branch of the function (`machine.located`), if the bound is only for arguments that lead to it.
     proven : bool
         False: sampled.
     """
@@ -57,6 +58,7 @@ class ErrorBound:
     absolute: Fraction = Fraction(0)
     arithmetic: Arithmetic = HOST
     speeds: tuple[Fraction, Fraction] | None = None
+    branch: int | None = None
     proven: bool = True
 
     def __post_init__(self) -> None:

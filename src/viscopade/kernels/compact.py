@@ -97,8 +97,8 @@ MEANINGS = {
     "dissipation": "1 - eps^2",
 }
 DOMAIN = (
-    "all speeds and betas >= 0 but for 0 and infinity together. The bounds hold where beta^2, beta^4, beta^5 and w as "
-    "computed are normal numbers; for smaller w eps is 1 but for less than the type can tell, and w is cut off "
+    "all speeds and betas >= 0 except for 0 and infinity together. The bounds hold where beta^2, beta^4, beta^5 and w "
+    "as computed are normal numbers; for smaller w eps rounds to 1, and w is cut off "
     "beyond 2^900 (2^120 in type float), so that eps stays positive"
 )
 OF_V_STAR = ("epsilon", "one_minus_epsilon")
@@ -313,13 +313,18 @@ def root_of(w: Expression) -> Expression:
 
 
 def start() -> tuple[Statement, ...]:
-    """Return the assignments from speed and beta to y; there is no logarithm of 0."""
+    """Return the assignments from speed and beta to y; there is no logarithm of 0.
+
+    At speed 0, y is 0 also where beta^5 overflows and w is NaN; it is NaN for 0 and infinity together. Arrays compute
+    both sides of a choice, so that each has arguments that give no NaN.
+    """
     x = Name("x")
     positive = x > Name("least")
     return (
         *formulas.w_program(),
         Statement("x", W_CUT),
-        Statement("y", Select(positive, root_of(Select(positive, x, ONE)), x)),
+        Statement("at_rest", Select(positive, ZERO, Name("speed") * Name("beta"))),
+        Statement("y", Select(positive, root_of(Select(positive, x, ONE)), ZERO * Name("at_rest"))),
     )
 
 
@@ -469,7 +474,7 @@ def _error_of_y(machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
 
 
 def _error_in_base(ln_base: arb, machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
-    ulp, model, library = ball_of(machine.ulp), machine.model, ball_of(machine.library)
+    ulp, model, library = ball_of(machine.ulp), machine.model, ball_of(machine.functions)
     ends = ball_of(low), ball_of(high)
 
     def log(w: Rounded) -> Rounded:  # of w = y^ROOT, a wide ball of which might contain 0

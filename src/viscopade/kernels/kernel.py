@@ -221,10 +221,16 @@ class Kernel:
         """Return the function of a name."""
         return next(function for function in self.functions if function.name == name)
 
-    def bound(self, result: str, place: str, form: str) -> list[ErrorBound]:
-        """Return the bounds of a result in an arithmetic, those of the narrowest range first."""
+    def bound(self, result: str, place: str, form: str, branch: int | None = None) -> list[ErrorBound]:
+        """Return the bounds of a result in an arithmetic, those of the narrowest range first.
+
+        The bounds of one branch alone are left out, except for those of the given branch.
+        """
+        wanted = result, place, form
         found = [
-            b for b in self.bounds if (b.result, b.arithmetic.place, b.arithmetic.form.name) == (result, place, form)
+            b
+            for b in self.bounds
+            if (b.result, b.arithmetic.place, b.arithmetic.form.name) == wanted and b.branch in (None, branch)
         ]
         return sorted(found, key=lambda b: (b.high - b.low, b.speeds is None))
 

@@ -7,27 +7,27 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import lru_cache
-from typing import SupportsIndex, TypeVar
+from typing import NamedTuple, SupportsIndex, TypeVar
 
 from flint import arb, arb_poly
 
 from viscopade import arguments
 from viscopade.approximation import cheapest, machine_coefficients, minimax
 from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
-from viscopade.arithmetic.balls import ball_of, bits_for, known_decimal, working
+from viscopade.arithmetic.balls import ball_of, bits_for, exact_middle, known_decimal, working
 from viscopade.arithmetic.decimals import above, at_most, below, identifier, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format, float_text
 from viscopade.collision import exact
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate, formulas
 from viscopade.kernels.arithmetic import Arithmetic
-from viscopade.kernels.bound import ErrorBound
+from viscopade.kernels.bound import INFINITY, ErrorBound
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.coefficients import (
     Coefficients,
@@ -54,10 +54,10 @@ from viscopade.theory.pade import Pade, Root
 from viscopade.theory.pade import pade as pade_of
 
 PADE_DIGITS = 40  # of the coefficients
+STEEPEST = Fraction(10, 3)
+"""|d ln eps/d ln v*| tends to this number; `panel_proof.steepest` is at least as large."""
 USEFUL = tuple(map(Fraction, ("0.5", "1", "2", "5")))
 """v* up to which errors of Padé approximants are stated."""
-NEAR_END = Fraction(1, 2**14)
-"""A computed v* may be beyond an end of an interval by less than this factor."""
 
 _SAMPLES, _SAMPLE_DIGITS = 8, 30  # of sampled errors
 _ATTEMPTS = 8
@@ -202,7 +202,10 @@ class ProvenPade:
             "rounding": {b.arithmetic.form.name: at_most(b.last) for b in self.bounds if b.arithmetic.place == "host"},
             "source": PADE_SOURCE,
         }
-        bounds = [ErrorBound("epsilon", Fraction(0), high, "smaller", error, proven=False) for high, error in sampled]
+        bounds = [*self.bounds]
+        if law == VISCOELASTIC:
+            bounds += (b for bound in self.bounds for b in of_computed_v_star(bound, self._beyond(bound)))
+        bounds += (ErrorBound("epsilon", Fraction(0), high, "smaller", error, proven=False) for high, error in sampled)
         name = f"pade_{m}_{n}{'' if law == VISCOELASTIC else exponents}"
         given, missing = dict[str, _Given](), dict[str, str]()
         for form in FORMATS.values():
@@ -217,10 +220,26 @@ class ProvenPade:
             ends = None if self.end is None else (0.0, form.nearest(Fraction(self.end[1]), math.floor))
             given[form.name] = _Given(top, bottom, ends, limit)
         return replace(
-            _kernel(name, self.label, given, (*self.bounds, *bounds), law), source=PADE_SOURCE, domain=self.domain,
+            _kernel(name, self.label, given, bounds, law), source=PADE_SOURCE, domain=self.domain,
             missing=missing, record=record,
             proofs=tuple({"name": name, "type": "exact", "a": a, "b": b, **c.record()} for c in self.certificates),
         )  # fmt: skip
+
+    def _beyond(self, bound: ErrorBound) -> Beyond | None:
+        """Return what holds just beyond the end of a bound of eps."""
+        machine, high = bound.arithmetic, Fraction(bound.high)
+        end = high * (1 + of_v_star(machine))
+        if 2 ** threshold(self.label, *self.reduced, machine.form) < end:
+            return None
+        with working(BITS):
+            v_star = ball_of(high).union(ball_of(end))
+            found = _computed(*self.reduced, machine, coefficients=True)(v_star)
+            smaller = found.value.min(1 - found.value) / (1 + ball_of(bound.formula))  # at most the true one
+            if not smaller > 0:
+                return None
+            steepness = exact_middle((abs(found.slope) * found.value / smaller).abs_upper()) / STEEPEST
+            last = exact_middle((_relative(found) * (1 + ball_of(bound.formula))).abs_upper())
+        return Beyond(max(Fraction(1), steepness), max(bound.last, last))
 
 
 @lru_cache(maxsize=256)
@@ -364,8 +383,10 @@ def _of_fit(fitted: Fitted, name: str) -> Kernel:
         )
         for v in fitted.variants
     }
+    of_eps = [b for v in fitted.variants for b in v.bounds]
+    bounds = [*of_eps, *(b for bound in of_eps for b in of_computed_v_star(bound))]
     return replace(
-        _kernel(name, f"[{m}/{n}]", given, [b for v in fitted.variants for b in v.bounds]), source=source,
+        _kernel(name, f"[{m}/{n}]", given, bounds), source=source,
         domain=f"{above(low)} <= v* <= {below(high)}", missing=fitted.missing, record=record,
         proofs=tuple(
             {"name": name, **v.proof(), "rounding": at_most(v.bound("epsilon").last)} for v in fitted.variants
@@ -427,18 +448,15 @@ def _kernel(
         branches = (CodeBranch(guard, beyond.program, beyond.results), *branches)
     at = "" if law == VISCOELASTIC else f" at v* = kappa^(1/{law.d})"
     functions = [Function("epsilon", ("v_star",), f"eps{at}", None, (), branches, "epsilon")]
-    of_speeds = list[ErrorBound]()
     if law == VISCOELASTIC:
         functions.append(restitution(branches))
-        of_speeds = [b for bound in bounds for b in of_computed_v_star(bound)]
     top, bottom = (
         " + ".join(c if i == 0 else f"{c} v*" if i == 1 else f"{c} v*^{i}" for i, c in _terms(coefficients, letter))
         for letter in "ab"
     )
     return Kernel(
-        name, label, "v_star", f"eps = ({top})/({bottom})", "", "", tuple(functions), constants, (*bounds, *of_speeds),
-        law=law,
-    )  # fmt: skip
+        name, label, "v_star", f"eps = ({top})/({bottom})", "", "", tuple(functions), constants, tuple(bounds), law=law
+    )
 
 
 def _terms(coefficients: Mapping[str, object], letter: str) -> list[tuple[int, str]]:
@@ -451,20 +469,35 @@ def restitution(branches: tuple[CodeBranch, ...], result: str = "epsilon") -> Fu
     return Function("restitution", ("speed", "beta"), "eps", W_ACCEPTED, (v_star,), branches, result)
 
 
-def of_computed_v_star(bound: ErrorBound) -> Iterator[ErrorBound]:
+class Beyond(NamedTuple):
+    """What holds of a formula R on V <= v* <= V (1 + change), just beyond the end of a bound."""
+
+    steepness: Fraction
+    """How often |dR/d ln v*| is larger than that of the true function may be (`STEEPEST`); at least 1."""
+    last: Fraction
+    """The part `last` of the bound, for these v* as well."""
+
+
+def of_computed_v_star(bound: ErrorBound, beyond: Beyond | None = None) -> Iterator[ErrorBound]:
     """Yield the bounds of eps from the speed, given that of eps from v*: v* = sqrt(beta) pow(speed, 0.1) is rounded.
 
-    There is one for the `USUAL` speeds and one for all (in shaders, that are normal numbers).
+    There is one for the `USUAL` speeds and one for all (in shaders, that are normal numbers). A computed v* may be
+    beyond an end V, and v* not. With what holds there the bound is one up to V. From v* to V the true function
+    changes, from V to the computed v* the formula; both changes together are at most `steepness` times those of the
+    true function. Without, the bound ends just before V, as at the end of a function's domain.
     """
     machine = bound.arithmetic
     every = (machine.least, Fraction(2) ** (machine.form.largest + 1)) if machine.least else None
     for usual, largest in (((1 / USUAL, USUAL), USUAL), (every, None)):
         change = of_v_star(machine, largest)  # relative to the smaller one, and more than that of v*
-        if change > NEAR_END:
-            raise ArithmeticError("a computed v* may be farther beyond an end than is assumed")
+        low, high, last = bound.low * (1 + change), bound.high, bound.last
+        if beyond is not None:
+            change, last = change * beyond.steepness, beyond.last
+        elif high != INFINITY:
+            high = Fraction(high) / (1 + change)
         yield replace(
-            bound, result="restitution", low=bound.low * (1 + NEAR_END), high=bound.high * (1 - NEAR_END),
-            rounding=bound.rounding + change * (1 + bound.relative), last=bound.last * (1 + change), speeds=usual,
+            bound, result="restitution", low=low, high=high, rounding=bound.rounding + change * (1 + bound.relative),
+            last=last * (1 + change), speeds=usual,
         )  # fmt: skip
 
 
@@ -559,28 +592,39 @@ def quotient_rounding(
     ArithmeticError
         If numerator or denominator may vanish.
     """
-    given, model = formulas.dense(a=a, b=b), machine.model
-    branch, _ = formulas.epsilon_branches(given)
-
     with working(BITS):
-        own = arb(2) ** -machine.form.precision if coefficients else 0
-        numbers = {name: Rounded(ball_of(c), model, own) for name, c in given.items()}
-
-        def relative(v_star: arb) -> arb:
-            found = read(branch, ["epsilon"], {**numbers, "v_star": Rounded(v_star, model)}, reading(machine))[
-                "epsilon"
-            ]
-            size = found.relative + found.underflow / arb(found.value.abs_lower())
-            if not size.is_finite():
-                raise ArithmeticError("the numerator may vanish within its rounding error")
-            return arb(size)
-
+        computed = _computed(a, b, machine, coefficients)
         for number in _PARTS_OF_PANEL:
             parts = list(speeds(low, high, number))
             with suppress(ArithmeticError):
-                most: arb = max(relative(parts[i]) for i in track(range(len(parts)), "rounding"))
+                most: arb = max(_relative(computed(parts[i])) for i in track(range(len(parts)), "rounding"))
                 return arb(most.abs_upper())
     raise ArithmeticError("numerator or denominator may vanish within its rounding error")
+
+
+def _computed(
+    a: Sequence[Fraction], b: Sequence[Fraction], machine: Arithmetic, coefficients: bool
+) -> Callable[[arb], Rounded]:
+    """Return the computed quotient on a ball of v*; arguments as for `quotient_rounding`."""
+    given, model = formulas.dense(a=a, b=b), machine.model
+    branch, _ = formulas.epsilon_branches(given)
+    own = arb(2) ** -machine.form.precision if coefficients else 0
+    numbers = {name: Rounded(ball_of(c), model, own) for name, c in given.items()}
+
+    def on(v_star: arb) -> Rounded:
+        inputs = {**numbers, "v_star": Rounded(v_star, model, slope=1)}
+        found: Rounded = read(branch, ["epsilon"], inputs, reading(machine))["epsilon"]
+        return found
+
+    return on
+
+
+def _relative(found: Rounded) -> arb:
+    """Return a bound of the relative error; ArithmeticError if there is none."""
+    size = found.relative + found.underflow / arb(found.value.abs_lower())
+    if not size.is_finite():
+        raise ArithmeticError("the numerator may vanish within its rounding error")
+    return arb(size)
 
 
 # --- errors for the command line --------------------------------------------------------------------------------------

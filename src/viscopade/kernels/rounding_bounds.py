@@ -83,7 +83,7 @@ def of_powers(
         return Rounded(normal, model, 1 - (1 - number.relative).sqrt()).with_error(ball_of(machine.root) * ulp)
 
     def cbrt(number: Rounded) -> Rounded:
-        return Rounded(normal, model, 1 - (1 - number.relative).root(3)).with_error(ball_of(machine.library) * ulp)
+        return Rounded(normal, model, 1 - (1 - number.relative).root(3)).with_error(ball_of(machine.functions) * ulp)
 
     given = {name: Rounded(normal, model, error) for name, error in errors.items()}
 
@@ -130,10 +130,10 @@ def _of_pow(meant: Fraction, given: Fraction, machine: Arithmetic, log: arb | No
         return (log_error(ball_of(machine.power) * ulp) + of_exponent).abs_upper()
     # exp2(p L), L = log2(x): errors of L and of the product, absolute, and of exp2.
     size = log / arb.const_log2()
-    of_log = size * ball_of(machine.library) * ulp + ball_of(machine.log2_absolute)
+    of_log = size * ball_of(machine.functions) * ulp + ball_of(machine.log2_absolute)
     product = ball_of(abs(given)) * (size + of_log)
     of_product = ball_of(abs(given)) * of_log + product * arb(2) ** -machine.model.precision
-    of_exp = ulp * (ball_of(machine.library) + ball_of(machine.exp2_slope) * (product + of_product))
+    of_exp = ulp * (ball_of(machine.functions) + ball_of(machine.exp2_slope) * (product + of_product))
     return (of_exponent + of_product * arb.const_log2() + log_error(of_exp)).abs_upper()
 
 

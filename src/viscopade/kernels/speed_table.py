@@ -603,7 +603,10 @@ _HALF = Fraction(1, 2)
 
 
 def _bounds(layout: Layout, elsewhere: Kernel) -> Iterator[ErrorBound]:
-    """Yield the bounds in the table, on both sides of it, and everywhere; elsewhere for usual speeds and for all."""
+    """Yield the bounds in the table, on both sides of it, and everywhere; elsewhere for usual speeds and for all.
+
+    In the table and elsewhere there is also one for all arguments that lead there.
+    """
     # Of the exact w and beta^5, by which the computed ones are in the table, and normal, or not; one octave is spare.
     first, end = layout.first, layout.first + OCTAVES
     low, high = _tenth_root(first), _tenth_root(end)
@@ -612,11 +615,14 @@ def _bounds(layout: Layout, elsewhere: Kernel) -> Iterator[ErrorBound]:
         form = arithmetic.form if arithmetic.form in forms_of(layout) else DOUBLE
         speeds = Fraction(2) ** (end + 1 - form.largest), Fraction(2) ** (first + form.largest - 2)
         inside = _in(arithmetic, _inside(layout, name, form), form)
-        inside = replace(inside, low=low * inner, high=high * outer, speeds=speeds)
-        yield inside
+        yield replace(inside, branch=0)
+        yield replace(inside, low=low * inner, high=high * outer, speeds=speeds)
         for usual in (True, False):
             outside = _in(arithmetic, _outside(elsewhere, name, usual), DOUBLE)
-            yield replace(outside, high=low * outer)
+            yield replace(outside, branch=1)
+            below = replace(outside, high=low * outer)
+            # There eps > 1/2, and its absolute error no more than a relative one.
+            yield _without_absolute(below) if name == "rebound" else below
             yield replace(outside, low=high * inner)
             yield _either(inside, outside)
 
@@ -651,6 +657,11 @@ def _outside(elsewhere: Kernel, name: str, usual: bool) -> ErrorBound:
         name, *_FOR_ALL, "value", eps.formula, rounding + of_both, ulps=Fraction(LAST_ULPS), absolute=absolute,
         speeds=speeds,
     )  # fmt: skip
+
+
+def _without_absolute(bound: ErrorBound) -> ErrorBound:
+    """Return a bound of rebound for eps > 1/2, where its last operations add less than `LAST_ULPS`."""
+    return replace(bound, rounding=bound.rounding + 2 * bound.absolute * DOUBLE.smallest, absolute=Fraction(0))
 
 
 def _relative(bound: ErrorBound) -> Fraction:

@@ -84,12 +84,14 @@ def file_text(
     if not any(numbers_of(kernel, language) for kernel in kernels):
         reasons = "; ".join(f"{kernel.name}: {reason}" for kernel in kernels for reason in kernel.missing.values())
         raise ValueError(f"{language.name} has no type in which a kernel was proven: {reasons}")
+    apart, texts = "\n" * (language.apart + 1), list(_texts(kernels, language))
+    helpers = (name for name in language.helpers.split() if any(f"{name.partition('.')[0]}(" in text for text in texts))
     lines = lines or head([kernel for kernel in kernels if numbers_of(kernel, language)], language, command)
     return language.file.format(
         head=language.block.format(lines=comment(lines, language.comment)),
         version=_version(language),
         prelude="\n\n".join(preludes(kernels, language)),
-        functions=("\n" * (language.apart + 1)).join(_texts(kernels, language)),
+        functions=apart.join([*map(prelude, helpers), *texts]),
         generics="\n".join(filter(None, (generics(kernel, language) for kernel in kernels))),
         module=name,
         Module=name.title().replace("_", ""),
@@ -110,8 +112,12 @@ def _version(language: Language) -> str:
 def preludes(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
     """Yield what a file needs before its functions."""
     names = [*language.prelude.split(), *[language.words] * any(kernel.tables for kernel in kernels)]
-    for name in names:
-        yield (files(__package__) / "preludes" / name).read_text(encoding="utf-8").rstrip("\n")
+    return map(prelude, names)
+
+
+def prelude(name: str) -> str:
+    """Return the text of a file in `preludes`."""
+    return (files(__package__) / "preludes" / name).read_text(encoding="utf-8").rstrip("\n")
 
 
 def _texts(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
@@ -176,11 +182,11 @@ def call(kernel: Kernel, function: Function, language: Language, arguments: Sequ
 
 def error_text(bound: ErrorBound) -> str:
     """Return an error as text, rounded up: E m + R r. Rounding that E would not show is in R: m is at most r."""
-    unit = "r" if bound.relative_to == "value" else "m"
-    seen = bound.rounding * 10**_DIGITS > bound.formula
-    sizes = [(bound.formula + seen * bound.rounding, unit), (bound.last + (not seen) * bound.rounding, "r")]
-    if unit == "r" and seen:
-        sizes = [(sum(size for size, _ in sizes), "r")]
+    if bound.relative_to == "value":
+        sizes = [(bound.relative + bound.last, "r")]
+    else:
+        seen = bound.rounding * 10**_DIGITS > bound.formula
+        sizes = [(bound.formula + seen * bound.rounding, "m"), (bound.last + (not seen) * bound.rounding, "r")]
     return " + ".join(f"{at_most(size, _DIGITS)} {of}" for size, of in (*sizes, (bound.ulps, "ulp")) if size) or "0"
 
 

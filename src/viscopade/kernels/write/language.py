@@ -141,7 +141,7 @@ class Language:
     both, either : str
         Between conditions: "and", "or".
     absent : str
-        The condition that an {argument} is no number, where a language takes what is none for one.
+        The condition that an {argument} is no number, where a language converts other types to numbers.
     continued : str
         What stands at the end of a line that goes on in the next.
     block : str
@@ -161,8 +161,10 @@ class Language:
         Lines between functions.
     prelude : str
         Names of files with what functions need besides, in `preludes`.
+    helpers : str
+        Names of files in `preludes` with one function each, of the file's name, for files of functions that call it.
     words : str
-        The same for kernels with tables.
+        The same as `prelude` for kernels with tables.
     table, row : str
         A kernel's table: {type}, {table}, {kernel}, {rows}, {columns}, {values}; a row of it: {table}, {kernel},
         {index}. "": kernels with tables cannot be written.
@@ -216,6 +218,7 @@ class Language:
     straight: bool = False
     apart: int = 1
     prelude: str = ""
+    helpers: str = ""
     words: str = ""
     table: str = ""
     row: str = ""

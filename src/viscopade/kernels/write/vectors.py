@@ -100,7 +100,7 @@ def _vector(kernel: Kernel, function: Function, form: Format, given: Arguments) 
     computed, indices = float(found), range(len(function.branches)) if branch < 0 else (int(branch),)
     elsewhere = branch == len(function.branches)
     called = elsewhere or any(function.calls(index) & INEXACT for index in indices)
-    answer = _answer(kernel, function, form, given, computed, called)
+    answer = _answer(kernel, function, form, given, computed, int(branch), called)
     if answer is None and called:
         return None
     arguments = [*map(hexadecimal, given), NOTHING][:2]
@@ -121,11 +121,17 @@ class ExactResult(NamedTuple):
 
 
 def _answer(
-    kernel: Kernel, function: Function, form: Format, given: Arguments, computed: float, inexact: bool
+    kernel: Kernel,
+    function: Function,
+    form: Format,
+    given: Arguments,
+    computed: float,
+    branch: int,
+    inexact: bool,
 ) -> list[str] | None:
     """Return the columns from "exact" to "most"; None where no bound is stated."""
     name = function.name
-    bounds = kernel.bound(name, "host", form.name)
+    bounds = kernel.bound(name, "host", form.name, branch)
     if inexact and _at_end(kernel, function, form, given):
         return None
     if math.isnan(computed):
@@ -249,7 +255,7 @@ def points(kernel: Kernel, function: Function, form: Format) -> list[Arguments]:
     infinite = ((_INF, 1.0), (1.0, _INF), (_INF, _INF))
     near = (x**10 * factor for x in ends for factor in (1 - 1e-3, 1 + 1e-3))
     speeds = (smallest, *_SPEEDS, *_beside(tiny, form), *borders, *near, *in_rows)
-    return [*special, (1.0, -0.0), *infinite, *_REFUSED, *_PAIRS, *((x, 1.0) for x in speeds)]
+    return [*special, (1.0, -0.0), (0.0, largest), *infinite, *_REFUSED, *_PAIRS, *((x, 1.0) for x in speeds)]
 
 
 def _beside(x: float, form: Format) -> Iterator[float]:

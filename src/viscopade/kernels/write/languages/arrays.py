@@ -30,6 +30,7 @@ LANGUAGE = Language(
     apart=2,
     use="{result} = {call}",
     prelude="arrays.py.txt",
+    helpers="_root.py.txt",
     stem="viscopade_arrays",
     call="viscopade.{name}{suffix}({arguments})",
     run=Runner("arrays.py", (), "", "{tool} {driver}"),

@@ -39,8 +39,8 @@ LANGUAGE = Language(
     close="}}",
     select="",
     version='const Version = "{version}"\nconst VersionNumber = {number} // 10000 major + 100 minor + patch',
-    file='{head}\n\npackage {module}\n\nimport "math"\n\n{version}\n\n{prelude}\n\n{functions}\n',
-    prelude="go.go",
+    file='{head}\n\npackage {module}\n\nimport "math"\n\n{version}\n\n{functions}\n',
+    helpers="pow.go",
     call="viscopade.{Name}{suffix}({arguments})",
     use="{result} := {call}",
     run=Runner(

@@ -21,7 +21,7 @@ LANGUAGE = Language(
     when="if ({condition}) {{",
     end="}}",
     close="}}",
-    absent="{argument} === null",
+    absent="typeof {argument} !== \"number\"",
     version='export const VERSION = "{version}";\n'
     "export const VERSION_NUMBER = {number}; // 10000 major + 100 minor + patch",
     call="viscopade.{name}({arguments})",
