@@ -22,7 +22,7 @@ COSTLY = {"/": "divisions", "divide": "divisions", **{name: name for name in ("s
 def page() -> str:
     """Return the page: its prose as it stands, and what is generated."""
     prose = PAGE.read_text(encoding="utf-8").partition(BEGIN)[0]
-    head = ["", "| name | log2, exp2, cbrt, pow | besides | quotient |", "|---|---|---|---|"]
+    head = ["", "| name | log2, exp2, cbrt, pow | additional error | quotient |", "|---|---|---|---|"]
     parts = ["\n".join([*head, *map(_arithmetic, ARITHMETICS.values()), ""]), *map(_kernel, CATALOGUE.values())]
     return prose + BEGIN + "\n".join(parts)
 
@@ -40,7 +40,7 @@ def _kernel(entry: Entry) -> str:
     facts = {"Source": kernel.source, "Domain": kernel.domain, "Command": Request.of([entry]).command("c")}
     lines += [f"- {name}: `{text}`" for name, text in facts.items() if text]
     lines += [f"- Tables: {kernel.bytes} bytes"] if kernel.bytes else []
-    lines += [f"- No type {form}: {reason}" for form, reason in kernel.missing.items()]
+    lines += [f"- No {form} version: {reason}" for form, reason in kernel.missing.items()]
     counted = {function.name: _operations(function) for function in kernel.functions}
     lines += [f"- Operations of `{name}`: {text}" for name, text in counted.items()]
     names = [name for name, of in ARITHMETICS.items() if of.form.name in kernel.formats]
