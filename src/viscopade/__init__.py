@@ -52,7 +52,7 @@ __all__ = [
     "series",
 ]
 
-# Where each public name is: it is imported when it is first used, so that the command line answers at once.
+# The module of each public name, which is imported when the name is first used, so that the command line starts fast.
 _MODULES = {
     "contact": "viscopade.collision.contact",
     "double": "viscopade.arrays.double",

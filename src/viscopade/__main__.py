@@ -1,4 +1,4 @@
-"""Entry point of the command line, also of `python -m viscopade`. It answers Ctrl-C while modules are imported."""
+"""Entry point of the command line, also of `python -m viscopade`. Ctrl-C works even while modules are imported."""
 
 import sys
 

@@ -1,6 +1,6 @@
-"""Checks of arguments: a refusal is one line that names the value and the accepted ones.
+"""Checks of arguments; an error message is one line that names the value and the expected ones.
 
-Quantities of other packages, such as Astropy and Pint, are recognised by their attributes: none of them is imported.
+Quantities of other packages, such as Astropy and Pint, are recognised by their attributes; no package is imported.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ UNITS = {
     "instants": "s",
     "heights": "m",
 }
-"""The SI unit of each argument that has one, as both Astropy and Pint read it: a name has one meaning."""
+"""SI unit of each argument with a unit, in a form that Astropy and Pint both read."""
 
-_MARKS = ("unit", "units", "dimensionality")  # of a quantity: Astropy's has the first, Pint's the others
+_MARKS = ("unit", "units", "dimensionality")  # attributes of quantities: Astropy's have the first, Pint's the others
 _REPR = reprlib.Repr()
 _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60  # characters
 _DECIMAL = re.compile(r"[+-]?([0-9]+[.]?[0-9]*|[.][0-9]+)([eE][+-]?[0-9]{1,9})?")
@@ -52,16 +52,16 @@ def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
     Parameters
     ----------
     name : str
-        The argument's name: it has the unit of `UNITS`, or none.
+        The argument's name, by which `UNITS` has its unit.
     value : object
-        What has no unit is returned as it is; so is a quantity without a dimension, as its number.
+        A value without a unit is returned unchanged, and a dimensionless quantity as its number.
     unit : str, optional
-        The argument's unit, if it is not that of `UNITS`.
+        The argument's unit, in place of the one in `UNITS`.
 
     Raises
     ------
     TypeError
-        If it has another dimension, or its unit cannot be converted.
+        If the value has a different dimension, or its unit cannot be converted.
     """
     if isinstance(value, list | tuple):
         if all(issubclass(kind, numbers.Number | str) for kind in {*map(type, value)}):
@@ -83,7 +83,7 @@ def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
         try:
             converted = value.to(form)
             number = converted.magnitude if hasattr(converted, "magnitude") else converted.value
-        except (AttributeError, TypeError, ValueError, ArithmeticError):  # those of units are among them
+        except (AttributeError, TypeError, ValueError, ArithmeticError):  # bases of the packages' own errors
             continue
         if hasattr(value, "mask") and not hasattr(number, "mask"):  # a masked column of Astropy
             from numpy.ma import array
@@ -99,7 +99,7 @@ def _is_marked(value: object) -> bool:
 
 
 def refusal(name: str, value: object, accepted: str) -> str:
-    """Return a refusal: one line with the name, the value and the accepted values."""
+    """Return the error message for an argument: one line with its name, its value and the expected ones."""
     try:
         text = " ".join(_REPR.repr(value).split())
     except ValueError:  # an integer with more digits than Python prints
@@ -145,13 +145,13 @@ def exact_number(
     Parameters
     ----------
     name, accepted : str
-        For the message: what the number is, and which numbers are accepted, in words.
+        The argument's name and the expected numbers in words, for the message.
     value : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        Exponents beyond 10^±100000 are refused.
+        A number with an exponent beyond 10^±100000 raises ValueError.
     allowed : callable
-        Whether a number is accepted.
+        Condition that the number must meet.
     unit : str, optional
-        As for `without_unit`. The number that the quantity's package returns in this unit is taken exactly.
+        As for `without_unit`. The number that the quantity's package returns in this unit is used exactly.
 
     Raises
     ------
@@ -171,7 +171,7 @@ def exact_number(
 
 
 def _fraction(value: Any) -> Fraction | None:
-    """Return the number, or None if it is none (or is infinite, or far too large)."""
+    """Return a number as a fraction; None if it is not a number, is infinite, or is far too large."""
     if isinstance(value, str):
         if len(value) > MAX_CHARACTERS or not _DECIMAL.fullmatch(value.strip()):
             return None
@@ -198,7 +198,7 @@ def _fraction(value: Any) -> Fraction | None:
 
 
 def _index(value: Any) -> int | None:
-    """Return an integer of any kind as an int; None if it is none, as an array or a masked number is."""
+    """Return an integer of any type as an int; None for everything else, such as an array or a masked number."""
     try:
         return operator.index(value)
     except TypeError:

@@ -1,4 +1,4 @@
-"""Optional packages: the extra that brings each of them, and the command that installs it."""
+"""Optional packages: the extra that includes each of them, and the command that installs it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ EXTRAS = {
     "mujoco": "simulators",
     "rebound": "simulators",
 }
-"""By a package's name for `import`, the extra in pyproject.toml that brings it."""
+"""The extra in pyproject.toml for each package, by its name for `import`."""
 
 
 class MissingPackage(ModuleNotFoundError):
-    """Error: an optional package is not installed; the message is one line."""
+    """An optional package is not installed; the message is one line."""
 
 
 def install_command(*packages: str) -> str:
@@ -33,14 +33,14 @@ def require(user: str, *packages: str) -> None:
     Parameters
     ----------
     user : str
-        The command or the function that needs them, for the message.
+        The command or function that needs them, for the message.
     *packages : str
         Their names for `import`.
 
     Raises
     ------
     MissingPackage
-        If one cannot be imported; the message has the command that installs all that are missing.
+        If a package cannot be imported; the message has the command that installs all missing ones.
     """
     errors = {}
     for package in packages:

@@ -1,4 +1,4 @@
-"""Reader of files that other people wrote: their size and shape are bounded before a parser sees them."""
+"""Reader of files from other people: their size and nesting are checked before they are parsed."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 LONGEST = 1 << 27  # bytes of a file, and of all members of an archive
-MOST_CELLS = 1 << 23  # of all sheets of a file, empty ones included
-MOST_MEMBERS = 1000  # of an archive, and sheets
-LONGEST_TOML = 1 << 20  # bytes; they are parsed at some 1 MB/s
-DEEPEST = 8  # tables and lists within one another; parts of a dotted key
+MOST_CELLS = 1 << 23  # cells in all sheets of a file, empty ones included
+MOST_MEMBERS = 1000  # members of an archive, and sheets of a spreadsheet
+LONGEST_TOML = 1 << 20  # bytes; the parser takes about 1 s for 1 MB
+DEEPEST = 8  # nested tables and lists; parts of a dotted key
 
-# A string without an end goes on to the end of the text: no place is searched twice.
+# A string without an end extends to the end of the text, so that no character is searched twice.
 _STRING_OR_COMMENT = re.compile(
     r'"""(?:[^\\]|\\.)*?(?:"{3,5}|\Z)'
     r"|'''.*?(?:'{3,5}|\Z)"
@@ -41,23 +41,23 @@ def content(file: Path, accepted: str) -> bytes:
     """
     try:
         with file.open("rb") as stream:
-            found = stream.read(LONGEST + 1)
+            read = stream.read(LONGEST + 1)
     except OSError as error:
         raise ValueError(f"cannot read {file}: {error.strerror or error}; expected {accepted}") from None
-    require_size(str(file), len(found))
-    return found
+    require_size(str(file), len(read))
+    return read
 
 
 def require_size(source: str, size: int, largest: int = LONGEST) -> None:
-    """Refuse a file, or what an archive unpacks to, of too many bytes."""
+    """Raise ValueError if a file, or an archive after it is unpacked, has too many bytes."""
     if size > largest:
-        raise ValueError(f"{source}: the content has more than {largest} bytes: expected up to that many")
+        raise ValueError(f"{source}: the content is too long: expected at most {largest} bytes")
 
 
 def require_cells(source: str, cells: int) -> None:
-    """Refuse tables of too many cells."""
+    """Raise ValueError if tables have too many cells."""
     if cells > MOST_CELLS:
-        raise ValueError(f"{source}: the tables have more than {MOST_CELLS} cells: expected up to that many")
+        raise ValueError(f"{source}: the tables are too large: expected at most {MOST_CELLS} cells")
 
 
 def members(archive: bytes, source: str) -> dict[str, bytes]:
@@ -87,7 +87,7 @@ def toml(text: bytes | str, source: str) -> dict[str, Any]:
     code = _STRING_OR_COMMENT.sub("x", plain)
     depths = accumulate((c in "[{") - (c in "]}") for c in code if c in "[]{}")
     if _DOTTED.search(code) or max(depths, default=0) > DEEPEST:
-        raise ValueError(f"{source}: its tables are nested too deeply: expected up to {DEEPEST} within one another")
+        raise ValueError(f"{source}: its tables are nested too deeply: expected at most {DEEPEST} levels")
     try:
         return tomllib.loads(plain)
     except tomllib.TOMLDecodeError as error:

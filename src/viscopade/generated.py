@@ -23,7 +23,7 @@ END_CONDITION_WITHOUT_DELAY = (
     "contact ends when the force vanishes, which by this law is where the compression x returns to 0"
 )
 
-WIDTH = 100  # columns of generated text, where it can be wrapped
+WIDTH = 100  # columns of generated text
 
 SPDX = "SPDX-License-Identifier: MIT"
 CITE = (
@@ -32,16 +32,16 @@ CITE = (
 )
 
 
-# What ends or begins a comment, a line or a text, or names an encoding, if its last sign follows: in C (three), LAMMPS
-# (three quotes, even in a comment), Python (in the first two lines).
+# Character sequences that a language obeys even in a comment: ends and beginnings of comments and trigraphs of C,
+# the triple quote of LAMMPS, the encoding line of Python.
 _MEANS_MORE = re.compile(r'\*(?=/)|/(?=\*)|\?\?(?=/)|""(?=")|coding(?=[:=])')
 
 
 def harmless(text: str) -> str:
-    """Return a text that people gave as a line of a comment in any language but XML, which has `xml_comment` besides.
+    """Return a user's text as one line of a comment, in any language except XML, which also needs `xml_comment`.
 
-    Signs that cannot be seen become escapes; a blank parts marks that a language would obey; no line goes on in the
-    next one, as "&" and a backslash at its end have it.
+    Invisible characters become escapes, and a blank separates sequences that a language would obey. A final "&" or
+    backslash, which would continue the line, is followed by a full stop.
     """
     shown = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
     line = _MEANS_MORE.sub(r"\g<0> ", shown).rstrip()
@@ -49,12 +49,12 @@ def harmless(text: str) -> str:
 
 
 def comment(lines: Iterable[str], mark: str) -> str:
-    """Return lines as a comment of a language, by the mark that begins each."""
+    """Return lines as a comment, each after the comment mark of a language."""
     return "\n".join(f"{mark} {harmless(line)}".rstrip() for line in lines)
 
 
 def xml_comment(text: str) -> str:
-    """Return lines as a part of a comment in XML, in which a shell reads options as they were."""
+    """Return lines for a comment in XML, with a backslash in each "--", which a shell ignores."""
     return re.sub("-(?=-)", r"-\\", text)
 
 

@@ -15,7 +15,7 @@ _tracker: ContextVar[Tracker | None] = ContextVar("viscopade_progress", default=
 
 
 def track(steps: Sequence[int], description: str, cost: Cost = lambda _: 1.0) -> Iterable[int]:
-    """Iterate over `steps`, through the installed tracker if there is one; `cost` is what a step takes, in any unit."""
+    """Iterate over `steps` through the installed tracker, if there is one; `cost` is a step's duration in any unit."""
     tracker = _tracker.get()
     return steps if tracker is None else tracker(steps, description, cost)
 

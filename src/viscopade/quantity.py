@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import pint
 
 _NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]{1,3})?)\s*(.*)")
-# A product of powers of names, with small exponents: nothing that Pint would have to compute.
+# A product of powers of names, with small exponents, so that Pint evaluates no other expression.
 _POWER = r"[A-Za-zµμ°%]+(?:(?:\^|\*\*)(?:-?[1-9]|\([1-9]/[1-9]\))|[²³])?"
 _UNIT = re.compile(rf"{_POWER}(?:(?: ?[*/·] ?| ){_POWER})*")
 _BETA = re.compile(r"([^(]*)\(([^()]*)\) ?(?:\^|\*\*) ?\(1/5\)")
@@ -33,7 +33,7 @@ DIMENSIONS = {
     "mass": ("kg", "g"),
     "acceleration": ("m/s^2", "cm/s^2"),
 }
-"""By quantity, its SI unit and one that is often used."""
+"""SI unit of each dimension, and another common unit."""
 
 
 @lru_cache(maxsize=1)
@@ -55,12 +55,12 @@ def quantity(node: Node, dimension: str, *, zero: bool = False) -> float:
     dimension : str
         One of `DIMENSIONS`.
     zero : bool
-        Whether 0 is accepted.
+        Whether 0 is allowed.
 
     Raises
     ------
     ValueError
-        One line that names the file, the key and what is accepted.
+        One line that names the file, the key and the expected quantity.
     """
     unit = DIMENSIONS[dimension][0]
     value = _in_si(node.value, unit) if isinstance(node.value, str) else _plain(node.value)
@@ -70,19 +70,19 @@ def quantity(node: Node, dimension: str, *, zero: bool = False) -> float:
 
 
 def words(dimension: str, *, zero: bool = False) -> str:
-    """Return the accepted quantities in words, for a message."""
+    """Return the expected quantity in words, for a message."""
     unit, example = DIMENSIONS[dimension]
     return f'a {dimension} {">=" if zero else ">"} 0, such as "2.5 {example}", or a number in {unit}'
 
 
 def si_decimal(text: str, dimension: str) -> str | None:
-    """Return a number with a unit of a dimension in SI units, as an exact decimal; None if the text is none."""
+    """Return a number with a unit of a dimension in SI units, as an exact decimal; None for any other text."""
     value = decimal_in(text, DIMENSIONS[dimension][0])
     return None if value is None else str(value)
 
 
 def beta_decimal(text: str) -> tuple[str, str, str] | None:
-    """Return the parts of a beta with its unit, such as "1.307 (s/cm)^(1/5)"; None if the text is none.
+    """Return the parts of a beta with its unit, such as "1.307 (s/cm)^(1/5)"; None for any other text.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def _size_of_unit(name: str, unit: str) -> Decimal:
     registry = _registry()
     size = float(registry.Quantity(1.0, registry.Unit(name)).to(unit).magnitude)
     if not 0 < size < math.inf:
-        raise ValueError(f"{name} is no factor")
+        raise ValueError(f"{name} is not a positive number of {unit}")
     # Pint multiplies in double precision: 1 g/cm^3 is 1000 kg/m^3, not the neighbour.
     short = f"{size:.15g}"
     return Decimal(short if len(short) <= _SHORT else repr(size))

@@ -1,4 +1,4 @@
-"""Reader of nested data from a file: a refusal is one line that names the file, the key and the accepted values."""
+"""Reader of nested data from a file; an error message is one line with the file, the key and the expected value."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Self, TypeVar
 
 Word = TypeVar("Word", bound=str)
 
-MOST = 2**53  # of what is counted
+MOST = 2**53  # largest count
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Node:
     source : str
         The file's name.
     key : str
-        Where in it the value stands; "" for the whole.
+        Place of the value in the file, such as "material.ice"; "" for the whole file.
     value : object
     """
 
@@ -30,8 +30,8 @@ class Node:
     value: object
 
     def refuse(self, accepted: str) -> ValueError:
-        """Return the exception that names the file, the key, the value and the accepted values."""
-        where = f"{self.key} is" if self.key else "it holds"
+        """Return the exception that names the file, the key, the value and the expected values."""
+        where = f"{self.key} is" if self.key else "it contains"
         return ValueError(f"{self.source}: {where} {_shown(self.value)}: expected {accepted}")
 
     def _at(self, name: str, value: object) -> Self:
@@ -49,7 +49,7 @@ class Node:
         return self._at(name, self._table[name])
 
     def need(self, name: str, accepted: str) -> Self:
-        """Return a part; a missing part is refused with the accepted values."""
+        """Return a part; if it is missing, raise ValueError with the expected values."""
         if name not in self._table:
             raise ValueError(f"{self.source}: {self._at(name, None).key} is missing: expected {accepted}")
         return self[name]
@@ -63,7 +63,7 @@ class Node:
         return isinstance(self.value, Mapping) and name in self.value
 
     def only(self, *names: str) -> Self:
-        """Return this node; parts with other names are refused."""
+        """Return this node, after a check that its parts have no other names."""
         for name in self._table:
             if name not in names:
                 where = f"{self.key}." if self.key else ""
@@ -122,7 +122,7 @@ def _shown(value: object) -> str:
     try:
         return " ".join(reprlib.repr(value).split())
     except ValueError:  # Python does not write integers of so many digits (TOML can, in hexadecimal)
-        return "or holds an integer of thousands of digits"
+        return "or contains an integer of thousands of digits"
 
 
 def _short(name: object) -> str:

@@ -1,11 +1,11 @@
-"""Files that come with the package for other programs and for a first trial: headers, CMake's configuration, scenes."""
+"""Files of the package for other programs and first trials: C headers, CMake configuration, example scenes."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 _PACKAGE = Path(__file__).parent
-# Folders of an installed package, which setup.py fills, and where their files are in a checkout.
+# Folders of an installed package, which setup.py fills, and the folders of the same files in a checkout.
 _IN_A_CHECKOUT = {"include": "exports", "share/cmake/viscopade": "cmake", "examples": "examples"}
 
 

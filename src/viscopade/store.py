@@ -1,9 +1,8 @@
-"""Records: what was fitted and proven once is data of the package, and a function that is asked for it again reads it.
+"""Records: results of costly fits and proofs that are stored in the package, as JSON.
 
-`recorded` marks a function whose result is a record: the same for the same arguments, and costly. The records of the
-package, in data/kernels, are made by `tools.kernel_records`. What has no record there is made, once a process.
-
-A record is JSON: doubles are hexadecimal, fractions "p/q".
+`recorded` marks a function whose results are records, because they are costly and depend only on the arguments.
+`tools.kernel_records` makes the records of the package, in data/kernels. A result without a record is computed once a
+process. In the JSON, doubles are hexadecimal, and fractions are "p/q".
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
 from fractions import Fraction
-from functools import lru_cache, partial, wraps
+from functools import lru_cache, wraps
 from inspect import signature
 from operator import attrgetter
 from typing import Any, TypeVar, cast, get_type_hints
@@ -30,13 +29,13 @@ _INNERMOST = re.compile(r"\[[^][{}]*\]")
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-_anew: dict[str, str] | None = None  # where everything is made anew: what was made, by file name
+_anew: dict[str, str] | None = None  # inside `anew`: the records that were made, by file name
 _forget: list[Callable[[], None]] = []
 _named: dict[type, Mapping[str, Any]] = {Format: FORMATS}
 
 
 def recorded(name: str) -> Callable[[Function], Function]:
-    """Mark a function of hashable arguments whose results are records of this name; its annotations say their type."""
+    """Mark a function of hashable arguments whose results are records of this name, of the annotated type."""
 
     def mark(make: Function) -> Function:
         form = signature(make)
@@ -49,10 +48,10 @@ def recorded(name: str) -> Callable[[Function], Function]:
         def read_or_make(*arguments: Any, **named: Any) -> Any:
             bound = form.bind(*arguments, **named)
             bound.apply_defaults()
-            given = [*zip(bound.args, form.parameters.values(), strict=True)]
-            while given and given[-1][0] == given[-1][1].default:  # defaults are no part of the key
-                given.pop()
-            return known(*(value for value, _ in given))
+            values = [*zip(bound.args, form.parameters.values(), strict=True)]
+            while values and values[-1][0] == values[-1][1].default:  # the key has no defaults
+                values.pop()
+            return known(*(value for value, _ in values))
 
         _forget.append(known.cache_clear)
         return cast(Function, read_or_make)
@@ -64,7 +63,7 @@ def _result(name: str, make: Callable[..., Any], arguments: tuple[Any, ...]) -> 
     key = [name, *_converter().unstructure(arguments)]
     file = _file_name(key)
     record = None if _anew is not None else json.loads(of_package(file) or "null")
-    if record is not None and record["key"] == key:  # names of files are shorter than keys
+    if record is not None and record["key"] == key:  # different keys may have the same file name
         return _converter().structure(record["value"], get_type_hints(make)["return"])
     made = make(*arguments)
     if _anew is not None:
@@ -74,7 +73,7 @@ def _result(name: str, make: Callable[..., Any], arguments: tuple[Any, ...]) -> 
 
 @contextmanager
 def anew() -> Iterator[dict[str, str]]:
-    """Make everything anew in a `with` block. Yields the records made, as texts by file name."""
+    """Compute all results anew in a `with` block. Yields the records, as texts by file name."""
     global _anew
     before, _anew = _anew, {}
     _clear()
@@ -86,7 +85,7 @@ def anew() -> Iterator[dict[str, str]]:
 
 
 def by_name(kind: type, known: Mapping[str, Any]) -> None:
-    """Let records have the names of objects of a kind, which have the attribute `name`, in place of the objects."""
+    """Store objects of a class, which have the attribute `name`, in records by their names."""
     _named[kind] = known
     _converter.cache_clear()
 
@@ -106,8 +105,8 @@ def _clear() -> None:
 
 @lru_cache(maxsize=1)
 def _converter() -> Any:
-    """Return the converter between objects and what JSON holds."""
-    from cattrs import Converter  # imported when it is used: `import viscopade` stays cheap
+    """Return the converter between objects and JSON-able data."""
+    from cattrs import Converter  # imported here, so that `import viscopade` is fast
 
     converter = Converter(detailed_validation=False, omit_if_default=True)
     for kind, write, read_text in (
@@ -118,9 +117,9 @@ def _converter() -> Any:
     ):
         converter.register_unstructure_hook(kind, write)
         converter.register_structure_hook(kind, lambda text, _, read_text=read_text: read_text(text))
-    for of_name, known in _named.items():
-        converter.register_unstructure_hook(of_name, attrgetter("name"))
-        converter.register_structure_hook(of_name, partial(_one_of, known))
+    for named, known in _named.items():
+        converter.register_unstructure_hook(named, attrgetter("name"))
+        converter.register_structure_hook(named, lambda name, _, known=known: known[name])
     hints = lru_cache(get_type_hints)
 
     def written(value: Any) -> dict[str, Any]:
@@ -129,21 +128,16 @@ def _converter() -> Any:
     def read(parts: dict[str, Any], kind: Any) -> Any:
         return kind(**{name: converter.structure(parts[name], hint) for name, hint in hints(kind).items()})
 
-    converter.register_unstructure_hook_func(_is_named_tuple, written)
-    converter.register_structure_hook_func(_is_named_tuple, read)
+    def is_named_tuple(kind: Any) -> bool:
+        return hasattr(kind, "_fields")
+
+    converter.register_unstructure_hook_func(is_named_tuple, written)
+    converter.register_structure_hook_func(is_named_tuple, read)
     return converter
 
 
-def _one_of(known: Mapping[str, Any], name: str, _: Any) -> Any:
-    return known[name]
-
-
-def _is_named_tuple(kind: Any) -> bool:
-    return hasattr(kind, "_fields")
-
-
 def _file_name(key: list[Any]) -> str:
-    """Return the name of a record's file: readable, and with a digest where it would be long."""
+    """Return the name of a record's file, which is cut and gets a digest if it would be too long."""
     text = json.dumps(key)
     words = re.sub(r"[^A-Za-z0-9_.]+", "-", text).strip("-")
     digest = hashlib.sha256(text.encode()).hexdigest()[:8]

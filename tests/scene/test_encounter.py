@@ -154,7 +154,7 @@ def test_tails_of_a_temperature(tail):
 
 def test_v_star_beyond_all_reason_is_refused():
     strange = replace(GLASS, dissipative_constant=1e70)
-    with pytest.raises(ValueError, match=r"s\.toml: v\* of one-one is from .* expected 1e-30 to 1e30"):
+    with pytest.raises(ValueError, match=r"s\.toml: v\* of one-one ranges from .* expected 1e-30 to 1e30"):
         encounter.encounters(scene_of(strange))
 
 

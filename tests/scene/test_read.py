@@ -383,7 +383,7 @@ REFUSED = [  # a place, what stands there, the key that the message names, a par
     (RADIUS, {"min": 2, "max": 1}, RADIUS, "min <= typical <= max"),
     (RADIUS, {"min": 1, "typical": 3, "max": 2}, RADIUS, "min <= typical <= max"),
     (RADIUS, {"mean": 1}, f"{RADIUS}.deviation", MISSING),
-    (RADIUS, {"mean": 1, "deviation": 0.3}, f"{RADIUS}.deviation", "the least radius"),
+    (RADIUS, {"mean": 1, "deviation": 0.3}, f"{RADIUS}.deviation", "the smallest radius"),
     (RADIUS, {"mean": 1, "deviation": 0, "tail": 0.5}, f"{RADIUS}.tail", "and < 0.5"),
     *(
         (RADIUS, {"median": 1, "geometric_deviation": value}, f"{RADIUS}.geometric_deviation", "a number from 1 to 100")
@@ -391,7 +391,7 @@ REFUSED = [  # a place, what stands there, the key that the message names, a par
     ),
     (
         RADIUS, {"median": 1e300, "geometric_deviation": 100, "tail": 1e-300}, RADIUS,
-        "radii that double precision can hold",
+        "radii in the range of double precision",
     ),
     # speeds
     ("speed", {}, "speed", "{min, max} or {granular_temperature}"),
@@ -406,7 +406,7 @@ REFUSED = [  # a place, what stands there, the key that the message names, a par
     ("contact", [{"between": ["bead"]}], "contact[0].between", "a list of two bodies"),
     ("contact", [{"between": ["bead", "cup"]}], "contact[0].between[1]", "bead, ball, floor"),
     ("contact", [{"between": ["floor", "floor"]}], "contact[0].between", "at most one wall"),
-    ("contact", [{"between": ["bead", "ball"]}, {"between": ["ball", "bead"]}], "contact[1].between", "each pair once"),
+    ("contact", [{"between": ["bead", "ball"]}, {"between": ["ball", "bead"]}], "contact[1].between", "each pair only once"),
     ("contact", [BETWEEN | {"speed": {"min": 1}}], "contact[0].speed.max", MISSING),
     ("contact", [BETWEEN | {"restitution": {"epsilon": 0.9, "speed": 1, "radius": 1}}],
      "contact[0].restitution.radius", UNKNOWN),

@@ -128,7 +128,7 @@ def test_the_file_begins_with_the_question_and_the_answer(name, kind):
         assert any(words in line for line in head), words
     assert re.search(r"^.{0,2}\s+0  a-a: beta = ", made, re.MULTILINE)
     assert re.search(r"Use: (tiny_scene\b|TinyScene\b|viscopade_|epsilon_|restitution_)", made)
-    assert ("beyond, the functions return NaN" in made) == (kind == "quotient")
+    assert ("outside, the functions return NaN" in made) == (kind == "quotient")
     assert made == render(choice(name, None, kind), COMMAND)
     assert made.rstrip("\n") + "\n" == made
     assert not [line for line in made.splitlines() if line != line.rstrip()]

@@ -1,8 +1,8 @@
-"""Functions of checked numbers and arrays in double precision: what is no such number is refused with one line.
+"""Functions of checked numbers and arrays in double precision; an error message is one line.
 
-A function of arrays treats containers as NumPy's ufuncs do. A masked array stays masked, and what is under the mask is
-never looked at. The others (pandas, xarray, Dask) apply the function to their arrays themselves, by NumPy's protocol
-`__array_ufunc__`, and so keep their index or coordinates.
+A function of arrays treats containers as NumPy's ufuncs do. A masked array stays masked, and masked values are never
+checked. Other containers (pandas, xarray, Dask) apply the function to their arrays themselves, by NumPy's protocol
+`__array_ufunc__`, and so preserve their index or coordinates.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ _OR_ARRAY = ", or an array of such numbers"
 
 
 class Accepted(NamedTuple):
-    """The accepted values of a quantity, in words and as a test of floats and arrays."""
+    """The expected values of a quantity, in words and as a condition for floats and arrays."""
 
     accepted: str
     holds: Callable[[Any], Any]
 
 
 def number(name: str, value: object, accepted: Accepted) -> float:
-    """Return `value` as a float within the accepted range.
+    """Return `value` as a float in the expected range.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def _is_real(value: object) -> bool:
 
 
 def array(name: str, values: object, accepted: Accepted) -> FloatArray:
-    """Return a number, an array or nested lists as a double-precision array within the accepted range.
+    """Return a number, an array or nested lists as a double-precision array in the expected range.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def array(name: str, values: object, accepted: Accepted) -> FloatArray:
         raise TypeError(refusal(name, values, accepted.accepted + _OR_ARRAY + ", none of them masked"))
     try:
         given = np.asarray(values)
-    except (ValueError, TypeError):  # lists of different lengths, what is no array
+    except (ValueError, TypeError):  # lists of different lengths, objects that are no arrays
         raise TypeError(refusal(name, values, accepted.accepted + _OR_ARRAY)) from None
     if given.dtype.kind == "O":  # Fraction, Decimal, huge integers, quantities
         flat = [number(name, value, accepted) for value in given.flat]
@@ -98,7 +98,7 @@ def array(name: str, values: object, accepted: Accepted) -> FloatArray:
 
 
 def unmasked(values: Iterable[Any]) -> tuple[list[Any], npt.NDArray[np.bool_] | None]:
-    """Return the data of arrays, and where one of them is masked, in the shape of all; None if none is a masked one."""
+    """Return the data of arrays, and the mask of all in their common shape; None if no array is masked."""
     data, masks = [], []
     for value in values:
         if hasattr(value, "unmasked"):  # a masked array of Astropy
@@ -115,14 +115,14 @@ def unmasked(values: Iterable[Any]) -> tuple[list[Any], npt.NDArray[np.bool_] | 
 
 @dataclass(frozen=True, eq=False)
 class Elementwise:
-    """A function of numbers and arrays, which checks them: what a container needs to know of a ufunc.
+    """A function of numbers and arrays that checks them; it has the attributes of a ufunc that containers need.
 
     Attributes
     ----------
     function : callable
-        Of double-precision arrays.
+        A function of double-precision arrays.
     accepted : dict
-        The accepted values of each argument, by its name.
+        The expected values of each argument, by its name.
     """
 
     function: Callable[..., FloatArray]
@@ -138,7 +138,7 @@ class Elementwise:
         return len(self.accepted)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Return a float for numbers, an array for arrays, and else what a container makes of it."""
+        """Return a float for numbers, an array for arrays, and a container for containers."""
         given = list(map(without_unit, self.accepted, arguments))
         contained = by_container(self, given)
         if contained is not NotImplemented:
@@ -157,7 +157,7 @@ class Elementwise:
 
 
 def by_container(function: Any, values: Sequence[Any], **keywords: Any) -> Any:
-    """Return what the first container makes of a function of these values; `NotImplemented` if there is none."""
+    """Return the result of the first container that applies the function itself; `NotImplemented` if there is none."""
     for value in values:
         protocol = None if isinstance(value, np.ndarray | np.generic) else getattr(value, "__array_ufunc__", None)
         result = NotImplemented if protocol is None else protocol(function, "__call__", *values, **keywords)

@@ -1,18 +1,18 @@
 r"""The exact functions eps(v*), x_max(v*), tau_c(v*) and v*(eps) in double precision, on NumPy arrays.
 
 Every function takes numbers, lists or arrays, and is within `ULP` units in the last place of the true value (sampled:
-tests/arrays/test_double.py). Results that underflow become subnormal, then 0, to within one subnormal unit.
-So between neighbouring numbers a function that falls may rise by a unit: eps does at v* = 0.06045712713593428.
+tests/arrays/test_double.py). Results that underflow become subnormal, then 0, to within one subnormal unit. Because of
+these errors a decreasing function may rise by a unit from a number to the next: eps does at
+v* = 0.06045712713593428.
 
 [0, 2^FOLD) is cut into panels: one below 2^FIRST, then 2^SPLIT of them to each octave. On every panel each function is
 a polynomial in z = (v* - centre)/(half width), which is exact; `tools.double_table` makes them from proven values.
-Beyond, the leading terms for large v* (section 2.5) are exact to double precision. They are self-similar: with v* = 8^n
-s,
+Beyond, the leading terms for large v* are exact to double precision. They are self-similar: with v* = 8^n s,
 
     eps(v*) = 2^(-10 n) eps(s),    x_max(v*) = 2^(-4 n) x_max(s),    tau_c(v*) = 2^(-4 n) (tau_c(s) + n L x_max(s)),
 
 L = 40/9 ln 8; so the panels of three more octaves serve all larger v*. The inverse is Newton's method on the
-polynomials, whose value is kept in two parts so that the last residual is not rounded.
+polynomials, whose value has two parts, so that the last residual is not rounded.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def v_star_from(epsilon: Values | None = None, *, one_minus_epsilon: Values | No
     epsilon : float or array
         From 0, where v* is infinite, to 1.
     one_minus_epsilon : float or array
-        Instead of epsilon: a double near 1 knows few digits of 1 - epsilon.
+        In place of epsilon, because a double near 1 has few digits of 1 - epsilon.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def _table() -> _Table:
 
 
 def _parts(row: IntArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return polynomials' values as unrounded sums of two parts, the second much smaller or the only one."""
+    """Return polynomials' values as unrounded sums of two parts; the second is much smaller, or the first is 0."""
     table = _table()
     total = table.powers[-1][row]
     for coefficient in table.powers[-2::-1]:
@@ -161,7 +161,7 @@ def _parts(row: IntArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _log_derivative(row: IntArray, place: Place) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return what `_parts` does, and the derivative with respect to ln v*."""
+    """Return the two parts of `_parts`, and the derivative with respect to ln v*."""
     table, z = _table(), place.z
     total, change = table.powers[-1][row], np.zeros_like(z)
     for coefficient in table.powers[-2::-1]:
@@ -199,7 +199,7 @@ def _slope(v_star: FloatArray) -> FloatArray:
 def _inverse(small: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArray:
     """Return v*, given the smaller of 1 - eps (where elastic) and eps, which is at most 1/2."""
     limit = np.where(elastic, 0.0, np.inf)
-    # Where small is tiny, v* is a power of it: it is scaled out of the range of subnormal numbers, and back.
+    # If `small` is tiny, v* is a power of it: it is scaled out of the range of subnormal numbers, and back.
     tiny = small < _TINY
     scale = np.where(tiny, np.where(elastic, 2.0**-200, 2.0**120), 1.0)
     wanted = np.where(small == 0, 0.25, np.where(tiny, small * 2.0**400, small))
@@ -253,7 +253,7 @@ def _in_blocks(function: Callable[[FloatArray], FloatArray], array: FloatArray) 
 def exact_of_speed(speed: FloatArray, beta: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return eps and 1 - eps at speeds and betas, to 1 and 3 units in the last place (sampled, see `double`).
 
-    v* is found in long double where that is wider than double, and its rounding is made good by the slope of eps.
+    v* is computed in long double where that is wider than double; the slope of eps corrects for its rounding to double.
     """
     wide = np.sqrt(beta.astype(np.longdouble)) * np.power(speed.astype(np.longdouble), np.longdouble(1) / 10)
     v_star = wide.astype(np.float64)

@@ -1,4 +1,4 @@
-"""Picture of measured points with the law fitted to them, its band, other laws, and the residuals below."""
+"""Picture of measured points with the fitted law, its confidence band, other laws, and the residuals below."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from viscopade.plots.sheet import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet
 
-MOST_MARKED = 2000  # points with bars for their errors
+MOST_MARKED = 2000  # points that are drawn, with their error bars
 _LEVEL = 0.95
 _MARGIN = 0.15  # of the picture's width and height, around the points
 _CURVE = 200

@@ -1,7 +1,7 @@
-"""The look of all pictures, and the parts that they share; Matplotlib is loaded only by drawing.
+"""Style and common parts of all pictures; Matplotlib is loaded only when something is drawn.
 
-The same versions of Matplotlib and of this package make the same bytes, and no display is needed. Curves differ by
-colour (Okabe and Ito's, which colour-blind readers can tell apart), by dashes, and carry their names.
+The same versions of Matplotlib and of this package give the same bytes, and no display is needed. Curves differ by
+colour (Okabe and Ito's palette, for colour-blind readers) and by dashes, and have names.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ SHORT, DASH_DOT_DOT, LONG = (2.6, 1.3), (6, 1.4, 1.2, 1.4, 1.2, 1.4), (9, 2)
 
 @dataclass(frozen=True)
 class Look:
-    """How a curve or a point is drawn, and the colour of its name; no dashes make a solid line."""
+    """Style of a curve or a point, and the colour of its name; without dashes the line is solid."""
 
     color: str
     dashes: tuple[float, ...] = ()
@@ -74,7 +74,7 @@ EPSILON = r"$\varepsilon$"
 
 
 def metadata(title: str, made_by: str, kind: str) -> dict[str, str | None]:
-    """Return what is said of a figure within its file: title and origin, and no date."""
+    """Return the metadata in a figure's file: title and origin, without a date."""
     origin: dict[str, dict[str, str | None]] = {
         "svg": {"Description": made_by, "Date": None},
         "pdf": {"Subject": made_by, "CreationDate": None},
@@ -131,7 +131,7 @@ def draw_look(axes: Axes, look: Look, x: FloatArray, y: FloatArray, gid: str) ->
 
 
 def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, columns: int) -> None:
-    """Draw a legend of names and looks."""
+    """Draw a legend."""
     from matplotlib.lines import Line2D
 
     lines = [
@@ -150,7 +150,7 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
 
 
 def styled(font_size: float = STYLE["font.size"]) -> AbstractContextManager[None]:
-    """Return a context with Matplotlib's settings of all pictures, and letters of a size in points."""
+    """Return a context with Matplotlib's settings for all pictures, and a font size in points."""
     from matplotlib import style
 
     scale = font_size / STYLE["font.size"]
@@ -160,7 +160,7 @@ def styled(font_size: float = STYLE["font.size"]) -> AbstractContextManager[None
 
 @dataclass(frozen=True)
 class Page:
-    """What a user may ask of a picture: a title above it, width and height in inches, letters in points."""
+    """A user's settings of a picture: a title above it, width and height in inches, font size in points."""
 
     title: str | None = None
     size: tuple[float, float] | None = None

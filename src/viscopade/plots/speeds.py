@@ -49,27 +49,27 @@ if TYPE_CHECKING:
     from viscopade.theory.law import Law
 
 MOST = 24
-"""Of curves in a picture."""
+"""Largest number of curves in a picture."""
 PADE_DIGITS = 18
 _DIGITS = 15
 
 _COLORS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK)
 _DASHES = ((), DASHED, DASH_DOT, DOTTED)
 FIRST = Look(GREY, width=3.4)
-"""The look of the first of several curves: broad and pale, so that what coincides with it stays visible on top."""
+"""Style of the first of several curves: broad and pale, so that a curve that coincides with it stays visible."""
 
 Restitution = Callable[[FloatArray], FloatArray]
 
 
 class Weight(NamedTuple):
-    """Weight of bodies that fall on a plane: all their contacts last as long as a viscoelastic one at a speed."""
+    """Weight of bodies that fall on a plane; their contact time at a speed is that of the viscoelastic law."""
 
     gravity: float
     speed: float
     contact_time: float
 
     def epsilon(self, law: Law, kappa: float) -> Restitution:
-        """Return eps over the speed of impact, of a law with its kappa at `speed`; sampled."""
+        """Return eps as a function of the impact speed, for a law with its kappa at `speed`; sampled."""
         tau_c = exact.collision(kappa=repr(kappa), law=law, digits=_DIGITS).floats()["tau_c"]
         return FallingContact(law, kappa, self.contact_time / tau_c, self.speed, self.gravity).epsilon
 
@@ -97,12 +97,12 @@ def viscoelastic(name: str, beta: float, weight: Weight | None = None) -> SpeedC
 
 
 def of_law(law: Law | str, epsilon: float, speed: float, weight: Weight | None = None) -> SpeedCurve:
-    """Return the curve of a law of contact that has an eps at a speed, without its weight."""
-    found = law_of(law)
-    functions, power = curve(found), float(2 * found.c)
+    """Return the curve of a law of contact that has, without weight, a known eps at a speed."""
+    contact = law_of(law)
+    functions, power = curve(contact), float(2 * contact.c)
     kappa = float(functions.kappa_from(epsilon))
     if weight is not None:
-        return SpeedCurve(f"law {law}", weight.epsilon(found, kappa))
+        return SpeedCurve(f"law {law}", weight.epsilon(contact, kappa))
     return SpeedCurve(f"law {law}", lambda v: functions.epsilon(kappa * (v / speed) ** power))
 
 
@@ -113,16 +113,16 @@ def over_v_star() -> SpeedCurve:
 
 def approximant(m: int, n: int, beta: float | None) -> SpeedCurve:
     """Return the curve of the approximant [m/n] of viscoelastic spheres; over v* if beta is None."""
-    found = pade(m, n, PADE_DIGITS)
-    return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(found(v if beta is None else np.sqrt(beta) * v**0.1)))
+    quotient = pade(m, n, PADE_DIGITS)
+    return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(quotient(v if beta is None else np.sqrt(beta) * v**0.1)))
 
 
 def of_program(name: str, epsilon: float, speed: float, weight: Weight | None = None) -> list[SpeedCurve]:
-    """Return the curves of a program's formulas that are asked for an eps at a speed.
+    """Return the curves of a program's formulas, set to an eps at a speed.
 
-    A formula that refuses this eps has no curve.
+    A formula for which this eps is out of range has no curve.
     """
-    found = []
+    curves = []
     program = simulator_of(name)
     for formula in program.formulas:
         try:
@@ -130,19 +130,19 @@ def of_program(name: str, epsilon: float, speed: float, weight: Weight | None = 
         except ValueError:
             continue
         alone = _of_formula(formula, float(kappa), speed)
-        of = alone if weight is None else weight.epsilon(formula.law, float(kappa))
-        found.append(SpeedCurve(f"{program.title}: {formula.name}", of))
-    return found
+        restitution = alone if weight is None else weight.epsilon(formula.law, float(kappa))
+        curves.append(SpeedCurve(f"{program.title}: {formula.name}", restitution))
+    return curves
 
 
 def _of_formula(formula: DampingFormula, kappa: float, speed: float) -> Restitution:
     power = float(2 * formula.law.c)
 
-    def at(v: float) -> float:
-        delivered = formula.delivered(mp.mpf(kappa * (v / speed) ** power))
-        return np.nan if delivered is None else float(delivered)
+    def epsilon(v: float) -> float:
+        value = formula.delivered(mp.mpf(kappa * (v / speed) ** power))
+        return np.nan if value is None else float(value)
 
-    return lambda v: np.array([at(each) for each in v.tolist()])
+    return lambda v: np.array([epsilon(each) for each in v.tolist()])
 
 
 def beta_of(epsilon: float, speed: float) -> float:

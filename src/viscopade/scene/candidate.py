@@ -29,7 +29,7 @@ from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval, hull
 
 DIVISION, LOGARITHM, POWER = 4, 20, 50
-"""Costs in multiplications: about what these take on processors of our days (docs/results/benchmark.md)."""
+"""Costs in multiplications on today's processors, roughly (docs/results/benchmark.md)."""
 COSTS = (
     f"a count of operations (a division or a square root counts {DIVISION}, a logarithm or an exponential {LOGARITHM}, "
     f"a power {POWER})"
@@ -37,24 +37,24 @@ COSTS = (
 _COSTS = {"/": DIVISION, "divide": DIVISION, "sqrt": DIVISION, "pow": POWER, "cbrt": LOGARITHM}
 _COSTS |= {"log2": LOGARITHM, "exp2": LOGARITHM}
 AS_CHEAP = 1.2
-"""Costs that differ by less are equal: the smaller table decides, then whether a kernel holds for all speeds."""
+"""Largest ratio of costs that count as equal. Then the smaller table wins, and after that a kernel for all speeds."""
 
 READY = {
     "compact": "quotient for all v*, {}, without tables",
     "speed": "speed table, {}",
     "full": "table of v*, {}",
 }
-"""The groups of the catalogue that are offered, in words."""
+"""The groups of the catalogue that are candidates, in words."""
 LARGEST_V_STAR = Fraction(1000)  # of best quotients
-STEEPEST = 4  # |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| are less: 10/3 at most
-WIDER = Fraction(1, 1 << 18)  # more than what type float does to beta, the speed and v*, relatively
-BEYOND = Fraction(1, 50)  # by which the interval of a quotient exceeds that of the scene: 20 % in speed
+STEEPEST = 4  # more than |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*|, which are at most 10/3
+WIDER = Fraction(1, 1 << 18)  # more than the relative rounding errors of beta, the speed and v* in float
+BEYOND = Fraction(1, 50)  # share by which the interval of a quotient exceeds that of the scene: 20 % in speed
 LEAST_ACCURACY = Fraction(1, 10**15)
-TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # by which accuracy is increased to find a kernel of type float
+TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # factors of the accuracy that are tried for a float kernel
 SAMPLES = 4001
-VALUES = "values"  # the list of constants
-_LEAST = 2e-38  # constant: a normal number of type float
-NOISE = 1e-15  # more than double precision adds to a sampled error of eps, relatively
+VALUES = "values"  # name of the list of constants
+_LEAST = 2e-38  # least constant: a normal number in float
+NOISE = 1e-15  # more than the relative error of a sampled error of eps in double
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Candidate:
     failing : tuple of str
         The names of the tolerances that they exceed.
     measure : "both", "relative" or None
-        Of the error of a best quotient.
+        Measure of the error of a best quotient.
     """
 
     kernel: Kernel
@@ -94,7 +94,7 @@ class Candidate:
         return self.kernel.argument == "pair"
 
     def epsilon(self, pair: int, v_star: FloatArray) -> FloatArray:
-        """Return the kernel's eps for a pair, by its number, in type double."""
+        """Return the kernel's eps for a pair, by its number, in double."""
         if self.is_constant:
             return np.full_like(v_star, self.kernel.lists[VALUES][pair])
         if any(function.name == "epsilon" for function in self.kernel.functions):
@@ -102,9 +102,9 @@ class Candidate:
         return np.asarray(evaluated(self.kernel, "restitution", np.ones_like(v_star), v_star**2))
 
     def sampled(self, met: Sequence[Encounter], measure: str) -> tuple[float, float, str]:
-        """Return the largest error found (sampled) in a measure of the tolerance, its v*, and its pair.
+        """Return the largest error (sampled) in a measure of the tolerance, with its v* and its pair.
 
-        In type double; what rounding may have done to the sample is taken off.
+        It is computed in double, and reduced by the rounding error of the sample.
         """
         return max(self._sampled(i, encounter, measure) for i, encounter in enumerate(met))
 
@@ -122,10 +122,10 @@ class Candidate:
 
 
 def candidates(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
-    """Yield the kernels for a scene's language, format and argument; a best quotient if it may be cheaper."""
+    """Yield the kernels for a scene's language, format and argument, and a best quotient if it may be cheaper."""
     others = [constant(scene, met), *_ready(scene, met)]
     yield from others
-    # None by pow is cheaper than a table or a compact kernel, and fits take time.
+    # A quotient with pow is never cheaper than a table or a compact kernel, and its fit takes time.
     least = 2 + (POWER + DIVISION + 1 if scene.code.argument == "speed" else 0)
     enough = any(not each.failing and each.cost <= AS_CHEAP * least for each in others)
     if not enough and too_rough(scene, met) is None and (found := best_quotient(scene, met)) is not None:
@@ -133,7 +133,7 @@ def candidates(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
 
 
 def _ready(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
-    """Yield the kernels of the catalogue that the language can have, and that are proven on the scene."""
+    """Yield the kernels of the catalogue that exist in the language and are proven on the scene."""
     code = scene.code
     groups = READY.keys() - ({"compact"} if uncovered(scene, met) else set())
     for entry in (entry for entry in catalogue.CATALOGUE.values() if entry.group in groups):
@@ -151,7 +151,7 @@ def _ready(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
 def _candidate(
     scene: Scene, met: Sequence[Encounter], kernel: Kernel, label: str, measure: Measure | None = None
 ) -> Candidate | None:
-    """Return a candidate; None if nothing is proven of it on the scene."""
+    """Return a candidate; None if the kernel has no proven error on the scene."""
     code = scene.code
     if code.format not in kernel.formats:
         return None
@@ -163,7 +163,7 @@ def _candidate(
 
 
 def weighted_operations(kernel: Kernel, result: str, encounter: Encounter) -> int:
-    """Return the weighted number of operations of a result, in the branch that a typical impact takes."""
+    """Return the weighted number of operations of a result, in the branch of a typical impact."""
     function, v_star = kernel.function(result), float(encounter.pair.v_star(encounter.speeds.typical))
     given = {"v_star": v_star, "speed": 1.0, "beta": v_star**2}
     taken = int(located(kernel, result, *(given[name] for name in function.arguments))[1])
@@ -178,7 +178,7 @@ def weighted_operations(kernel: Kernel, result: str, encounter: Encounter) -> in
 
 
 def ranges(scene: Scene, met: Sequence[Encounter]) -> list[tolerance.Range]:
-    """Return the ranges of v*, eps and speeds of each pair, with those roundings that come before v*."""
+    """Return the ranges of v*, eps and speeds of each pair, widened by the roundings up to v*."""
     unit = Fraction(scene.scale.speed)
     speeds = [(Fraction(each.speeds.slowest) / unit, Fraction(each.speeds.fastest) / unit) for each in met]
     return [tolerance.Range(*in_format(each, scene.code), ends) for each, ends in zip(met, speeds, strict=True)]
@@ -187,7 +187,7 @@ def ranges(scene: Scene, met: Sequence[Encounter]) -> list[tolerance.Range]:
 def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
     """Return the ranges of v* and of eps, widened by the rounding of beta, the speed and v*.
 
-    For type double the encounter's own ranges are wide enough.
+    In double the encounter's own ranges are wide enough.
     """
     if code.format == DOUBLE.name:
         return encounter.v_star, encounter.epsilon
@@ -198,7 +198,7 @@ def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
 
 
 def uncovered(scene: Scene, met: Sequence[Encounter]) -> str | None:
-    """Return the reason why no compact kernel is proven on this scene (v* or beta beyond the type's range), or None."""
+    """Return the reason why no compact kernel is proven on this scene (v* or beta out of range), or None."""
     code, arithmetic = scene.code, scene.code.number.arithmetics[-1]
     compact = catalogue.group("compact")[0].kernel.bound("restitution", arithmetic.place, code.format)[-1]
     largest = 2.0 ** ((FORMATS[code.format].largest - 2) / 5)  # beta^2, beta^4 and beta^5 must be normal numbers
@@ -210,8 +210,8 @@ def uncovered(scene: Scene, met: Sequence[Encounter]) -> str | None:
     ):
         if not least <= low <= high <= most:
             return (
-                f"{name} is from {float(low):.3g} to {float(high):.3g}: accepted for {code.language} ({code.format}) "
-                f"is {float(least):.3g} to {float(most):.3g}"
+                f"{name} ranges from {float(low):.3g} to {float(high):.3g}: expected {float(least):.3g} to "
+                f"{float(most):.3g} for {code.language} ({code.format})"
             )
     return None
 
@@ -220,7 +220,7 @@ def uncovered(scene: Scene, met: Sequence[Encounter]) -> str | None:
 
 
 def constant(scene: Scene, met: Sequence[Encounter]) -> Candidate:
-    """Return the candidate of a constant eps for each pair: the shortest decimal within the tolerance."""
+    """Return the candidate that is a constant eps for each pair: the shortest decimal within the tolerance."""
     code, eps = scene.code, [each.epsilon for each in ranges(scene, met)]
     values = [_decimal(epsilon, scene.tolerance, code) for epsilon in eps]
     kernel = Kernel(
@@ -256,7 +256,7 @@ def _of_constant(number: float, epsilon: Interval, code: Code) -> tolerance.Erro
 def _decimal(epsilon: Interval, limits: Tolerance, code: Code) -> float:
     """Return the shortest decimal within the tolerance, or the best number if there is none."""
     low, high = (float(e) for e in epsilon)
-    # By tolerance t: the least and the largest constant within it.
+    # The smallest and the largest constant within a tolerance t, by the name of the tolerance.
     within: dict[str, Callable[[float], tuple[float, float]]] = {
         "epsilon": lambda t: (high * (1 - t), low * (1 + t)),
         "dissipation": lambda t: (
@@ -267,7 +267,7 @@ def _decimal(epsilon: Interval, limits: Tolerance, code: Code) -> float:
     }
 
     def ends(scale: float) -> tuple[float, float]:
-        """Return the least and the largest constant within this multiple of the tolerance; none if out of order."""
+        """Return the smallest and the largest constant within this multiple of the tolerance, if they are in order."""
         each = [within[name](scale * limit) for name, limit in limits.given().items()]
         return max(least for least, _ in each), min(most for _, most in each)
 
@@ -289,7 +289,7 @@ def _decimal(epsilon: Interval, limits: Tolerance, code: Code) -> float:
 
 
 def too_rough(scene: Scene, met: Sequence[Encounter]) -> str | None:
-    """Return why no quotient can meet the tolerance, if the rounding of its last division alone exceeds it, or None."""
+    """Return the reason why no quotient meets the tolerance, if its last division's rounding exceeds it, or None."""
     arithmetic = scene.code.number.arithmetics[-1]
     unit = Fraction(2) ** -arithmetic.form.precision
     least = ErrorBound("epsilon", Fraction(0), Fraction(1), "value", Fraction(0), unit, arithmetic=arithmetic)
@@ -297,14 +297,14 @@ def too_rough(scene: Scene, met: Sequence[Encounter]) -> str | None:
     for name in tolerance.failing(errors, scene.tolerance):
         off = at_most(errors[name]) if errors[name] < tolerance.HOPELESS else "any size"
         error = f"{tolerance.MEASURES[name]} of {off}, more than {scene.tolerance.given()[name]:g}"
-        return f"quotients: the rounding of one division in type {arithmetic.form.name} may be a {error}"
+        return f"quotients: one division in {arithmetic.form.name} may already cause a {error}"
     return None
 
 
 def best_quotient(scene: Scene, met: Sequence[Encounter]) -> Candidate | None:
     """Return the cheapest best approximant within the tolerance on the range of v* of all pairs, or None.
 
-    Of those in the measure "relative" only such that are cheaper than the one in "both" are looked for.
+    An approximant in the measure "relative" is fitted only if it may be cheaper than the one in "both".
     """
     if interval(met, scene.code)[1] > LARGEST_V_STAR:
         return None
@@ -324,13 +324,13 @@ def price(candidate: Candidate) -> int:
 
 
 def _reached(ends: Interval, price: int, accuracy: Fraction, measure: Measure) -> bool:
-    """Return whether a best approximant of a cost is as accurate."""
+    """Return whether the best approximant of at most this cost meets the accuracy."""
     fit = cheapest.most_accurate(price, ends[1], ends[0], measure)
     return fit is not None and fit.error <= accuracy
 
 
 def _best(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Candidate | None:
-    """Return the cheapest approximant in a measure, on more than the scene's interval if that costs nothing."""
+    """Return the cheapest approximant in a measure, on more than the scene's interval if that is as cheap."""
     accuracy = _accuracy(scene, met, measure)
     if accuracy is None:
         return None
@@ -345,7 +345,7 @@ def _best(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Candidate
 def _on_interval(
     scene: Scene, met: Sequence[Encounter], ends: Interval, measure: Measure, accuracy: Fraction
 ) -> Candidate | None:
-    """Return the cheapest approximant on an interval, of which more is asked if there is none in the scene's format."""
+    """Return the cheapest approximant on an interval; in float, a more accurate one if its rounding needs it."""
     code = scene.code
     for factor in TIGHTER if code.format != DOUBLE.name else TIGHTER[:1]:
         if accuracy * factor < LEAST_ACCURACY:
@@ -359,13 +359,13 @@ def _on_interval(
         if found is not None:
             if not kernel.label.endswith("/0]"):
                 return replace(found, label=f"best quotient {kernel.label}{by_pow}")
-            # A division by 1 is none.
+            # The division by 1 is left out of the code.
             return replace(found, label=f"best series {kernel.label}{by_pow}", cost=found.cost - DIVISION)
     return None
 
 
 def _accuracy(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Fraction | None:
-    """Return what a kernel's error may be in a measure, or None if no kernel is that accurate."""
+    """Return the allowed error of a kernel in a measure, or None if no kernel is that accurate."""
     code, where = scene.code, ranges(scene, met)
     accuracy = tolerance.allowed(scene.tolerance, [each.epsilon for each in where], measure) * Fraction(999, 1000)
     if code.argument == "speed":

@@ -21,8 +21,8 @@ from viscopade.scene.render import calls, file_name
 from viscopade.scene.tolerance import MEASURES
 
 SPEEDS = 20_000  # for each pair
-COLLISIONS = 1_000_000  # of all pairs, about
-REFERENCE = 1e-15  # more than the relative error of what is compared with, in double precision (sampled)
+COLLISIONS = 1_000_000  # for all pairs, about
+REFERENCE = 1e-15  # more than the relative error of the exact results, in double precision (sampled)
 _SEED = 7
 
 Array = npt.NDArray[Any]
@@ -39,9 +39,9 @@ class SceneCheck:
     collisions : int
         0 if the code was not run.
     errors : mapping of str to float
-        By name of the tolerance, the largest error; empty if the code was not run.
+        The largest error by the name of the tolerance; empty if the code was not run.
     reason : str
-        Why it was not run, as the end of a sentence; empty if it was.
+        Reason why it was not run, as the end of a sentence; empty if it was run.
     """
 
     how: str
@@ -66,14 +66,14 @@ def check_code(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
     ----------
     choice : Choice
     text : str
-        What `render` returned.
+        The code, from `render`.
     cc : str or None
-        Command of the C compiler. None: the environment's CC, or cc.
+        Command of the C compiler. By default the environment's CC, or cc.
 
     Returns
     -------
     SceneCheck
-        With a reason if the tool is missing, or only compiles, as those of shaders do.
+        With a reason if the tool is missing, or cannot run the code, as for shaders.
 
     Raises
     ------
@@ -139,13 +139,13 @@ def _of_pair(choice: Choice, pair: int, size: int) -> tuple[Array, Array]:
 
 
 def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) -> SceneCheck:
-    """Return the largest errors of the eps and 1 - eps^2 that were found, or refuse them."""
+    """Return the largest errors of eps and 1 - eps^2; raise ToolchainError if they are too large."""
     eps, dissipation = given.eps, given.loss * (1 + given.eps)
     off = np.abs(found[0] - eps)
     each = {"epsilon": off / eps, "dissipation": np.abs(found[1] - dissipation) / dissipation, "absolute": off}
     errors = {name: float(np.nan_to_num(values, nan=np.inf).max()) for name, values in each.items()}
     limits, proven = choice.scene.tolerance.given(), choice.chosen.errors
-    # Measures without a tolerance must still meet twice the file's bounds (libraries may round differently).
+    # The other errors must meet twice the file's bounds, because mathematical libraries may round differently.
     others = {name: 2 * float(bound) for name, bound in proven.items() if name not in limits}
     for name, limit in (limits | others).items():
         if not errors[name] <= limit + REFERENCE:

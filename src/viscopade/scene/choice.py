@@ -1,4 +1,4 @@
-"""Choice of the cheapest kernel within a scene's tolerance, with the reasons against cheaper ones."""
+"""Choice of the cheapest kernel that meets a scene's tolerance, with the reasons against cheaper ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from viscopade.scene.tolerance import MEASURES, excess
 
 @dataclass(frozen=True)
 class Choice:
-    """The choice for a scene: the kernel and the offers against it.
+    """The chosen kernel for a scene, with the other candidates.
 
     Attributes
     ----------
@@ -29,9 +29,9 @@ class Choice:
         All candidates, the cheapest first.
     chosen : Candidate
     reason : str
-        Why the next cheaper one does not suffice; "" if there is none.
+        Why the next cheaper ones are rejected; "" if there are none.
     warnings : sequence of str
-        Where the scene leaves what the model assumes.
+        Sentences on assumptions of the model that the scene violates.
     notes : sequence of str
         Sentences on the uncertainty of eps, without their full stops.
     """
@@ -51,16 +51,16 @@ class Choice:
 
 
 def choose(scene: Scene) -> Choice:
-    """Return the choice of the cheapest kernel within the tolerance.
+    """Return the choice of the cheapest kernel that meets the tolerance.
 
     Raises
     ------
     ValueError
-        If there is none: one line that says what the best one reaches.
+        If there is none; the message has the error of the best kernel.
     """
     met = encounters(scene)
     for i in track(range(len(met)), "pairs"):
-        met[i].epsilon  # noqa: B018  computed once, and kept
+        met[i].epsilon  # noqa: B018  computed here, with a progress bar, and cached
     offers = sorted(candidates(scene, met), key=lambda each: each.rank)
     enough = [each for each in offers if not each.failing]
     if not enough:
@@ -76,10 +76,10 @@ def choose(scene: Scene) -> Choice:
 
 
 def _nothing(scene: Scene, met: Sequence[Encounter], known: Sequence[Candidate]) -> ValueError:
-    """Return the refusal of a tolerance that no kernel meets."""
+    """Return the error for a tolerance that no kernel meets."""
     reason = None if scene.code.spoken.table or scene.code.argument == "v_star" else uncovered(scene, met)
     if reason is not None:
-        return ValueError(f"{scene.source}: a constant does not suffice, and {reason}")
+        return ValueError(f"{scene.source}: a constant does not meet the tolerance, and {reason}")
     quotient = best_quotient(scene, met) if too_rough(scene, met) else None
     best = min(filter(None, (*known, quotient)), key=lambda each: excess(each.errors, scene.tolerance))
     name, code = excess(best.errors, scene.tolerance)[1], scene.code
@@ -92,14 +92,14 @@ def _nothing(scene: Scene, met: Sequence[Encounter], known: Sequence[Candidate])
 
 
 def _reasons(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate], chosen: Candidate) -> list[str]:
-    """Return why cheaper kernels fail: of those, the one that misses the tolerance by least."""
+    """Return the reasons against cheaper kernels, including the one that comes closest to the tolerance."""
     texts = list[str]()
     if chosen.measure is not None:
         domain = chosen.kernel.bounds[0]
         fit = cheapest.most_accurate(price(chosen) - 1, Fraction(domain.high), domain.low, chosen.measure)
         if fit is not None:
             off = f"{fit.error:.3g} {RELATIVE_TO[chosen.measure]}"
-            texts.append(f"the best of the kind with fewer operations, {fit.label}, is off by {off} (sampled)")
+            texts.append(f"the best quotient with fewer operations, {fit.label}, has an error of {off} (sampled)")
     # At the same cost, a smaller table would be preferred.
     less = [each for each in offers if each.rank[:2] < chosen.rank[:2]]
     missed, cheap = ([each for each in less if bool(each.failing) == fails] for fails in (True, False))
@@ -109,8 +109,8 @@ def _reasons(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate]
     elif missed:
         texts.append(_failure(scene, met, min(missed, key=lambda each: excess(each.errors, scene.tolerance))))
     for why, found in (
-        (f"with more than {chosen.kernel.bytes:,} bytes of a table", [each for each in cheap if each.kernel.bytes]),
-        ("for the speeds of the scene alone", [each for each in cheap if each.measure is not None]),
+        ("with a larger table", [each for each in cheap if each.kernel.bytes]),
+        ("for the speeds of the scene only", [each for each in cheap if each.measure is not None]),
     ):
         if found:
             texts.append(f"{' and '.join(each.label for each in found)}: hardly cheaper, {why}")

@@ -30,7 +30,7 @@ class Material:
     dissipative_constant : float or None
         A; None if each contact has its own.
     yield_strength : float or None
-        Where plastic flow (or breakage) begins, for a warning.
+        Stress at which plastic flow (or breakage) begins, for a warning.
     relative_error : float or None
         Relative standard error of A, if known.
     """
@@ -76,7 +76,7 @@ class Body:
 
 
 def geometric_mean(low: float, high: float) -> float:
-    """Return the geometric mean sqrt(low high), kept between low and high in spite of rounding."""
+    """Return the geometric mean sqrt(low high), which rounding does not move out of the interval."""
     return min(max(math.sqrt(low) * math.sqrt(high), low), high)
 
 
@@ -88,7 +88,7 @@ class Speeds:
     ----------
     slowest, typical, fastest : float
     temperature : float or None
-        Granular temperature that they follow from: the variance of a component of a particle's velocity.
+        Granular temperature, the variance of a component of a particle's velocity, if it determines the speeds.
     """
 
     slowest: float
@@ -103,10 +103,10 @@ class Speeds:
 
     @classmethod
     def thermal(cls, temperature: float, tail: float, wall: bool) -> Speeds:
-        """Return the speeds in a gas in equilibrium, without a probability `tail` of slower and of faster impacts.
+        """Return the speeds in a gas in equilibrium, except for the slowest and fastest impacts, `tail` of all each.
 
-        The normal component of the impact velocity has the density v exp(-v^2/(2 s^2)), as faster pairs meet more
-        often, where s^2 is the variance of a component of the relative velocity.
+        The normal component of the impact velocity has the density v exp(-v^2/(2 s^2)), because faster pairs collide
+        more often. s^2 is the variance of a component of the relative velocity.
         """
         s = math.sqrt(temperature * (1 if wall else 2))
         slowest, fastest = (s * math.sqrt(-2 * x) for x in (math.log1p(-tail), math.log(tail)))
@@ -123,9 +123,9 @@ class Meeting:
         The second may be a wall.
     speeds : Speeds
     dissipative_constant : float or None
-        Of this pair, instead of what follows from the materials.
+        A of this pair, if it does not follow from the materials.
     known_at : float or None
-        The speed at which eps was given, if it was.
+        The speed at which eps is known.
     relative_error : float or None
         Relative standard error of this pair's own A, if known.
     """
@@ -152,7 +152,7 @@ class Tolerance:
     epsilon, dissipation : float or None
         Relative errors of eps and of 1 - eps^2.
     absolute : float or None
-        Of eps.
+        Absolute error of eps.
     """
 
     epsilon: float | None = None
@@ -175,9 +175,9 @@ class Code:
     use : "scalar" or "batch"
         One collision at a time, or many.
     argument : "speed" or "v_star"
-        What the simulation has at hand.
+        The quantity that the simulation knows.
     largest_table : int or None
-        Bytes.
+        Largest size of a table, in bytes.
     """
 
     language: str = NAMES[0]
@@ -188,7 +188,7 @@ class Code:
 
     @property
     def spoken(self) -> Language:
-        """The language, with numbers of the format alone."""
+        """The language, with numbers of the wanted format only."""
         whole = language(self.language)
         return replace(whole, numbers=(whole.number(self.format),))
 
@@ -220,11 +220,11 @@ class Scene:
     tolerance : Tolerance
     code : Code
     volume_fraction : float or None
-        Of all spheres.
+        Volume fraction of all spheres.
     units : Units
-        Of the numbers in generated files.
+        Units of the numbers in generated files.
     scale : Scale
-        These units in SI units.
+        Sizes of these units in SI units.
     """
 
     source: str
@@ -262,8 +262,8 @@ class Scene:
     def relative_error(self, meeting: Meeting) -> float | None:
         """Return the relative standard error of a pair's A, or None if none is known.
 
-        A of a pair is the mean of those of the materials, weighted with their compliances; errors of different
-        materials are independent.
+        A of a pair is the mean of A of both materials, weighted with their compliances; errors of different materials
+        are independent.
         """
         if meeting.dissipative_constant is not None:
             return meeting.relative_error

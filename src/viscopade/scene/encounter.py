@@ -17,7 +17,7 @@ from viscopade.scene.description import Meeting, Scene, Speeds
 from viscopade.simulators.setup import NamedContact
 
 DIGITS = 20
-# Wider than what double precision does to beta and v*: the true range lies inside.
+# More than the relative error of beta and v* in double precision.
 _PADDING = Fraction(1, 10**12)
 _LAST_DIGIT = Fraction(1, 10 ** (DIGITS - 2))
 
@@ -26,22 +26,22 @@ Real = TypeVar("Real", Fraction, float)
 
 
 def hull(intervals: Iterable[tuple[Real, Real]]) -> tuple[Real, Real]:
-    """Return the least interval that holds others."""
+    """Return the smallest interval that contains the others."""
     lows, highs = zip(*intervals, strict=True)
     return min(lows), max(highs)
 
 
 @dataclass(frozen=True)
 class Encounter:
-    """An encounter: two kinds of bodies with their ranges of beta, v* and eps.
+    """Two kinds of bodies that collide, with their ranges of beta, v* and eps.
 
     Attributes
     ----------
     meeting : Meeting
     pair : Pair
-        With typical radii.
+        The pair with typical radii.
     weakest, strongest : Pair
-        With the radii that lead to the least and to the largest v* at a speed.
+        The pairs with the radii that give the smallest and the largest v* at a speed.
     """
 
     meeting: Meeting
@@ -124,18 +124,18 @@ def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
     low, high = found.v_star
     if not 1e-30 <= low <= high <= 1e30:
         raise ValueError(
-            f"{scene.source}: v* of {found.name} is from {float(low):.3g} to {float(high):.3g}: expected 1e-30 "
+            f"{scene.source}: v* of {found.name} ranges from {float(low):.3g} to {float(high):.3g}: expected 1e-30 "
             "to 1e30 (are the units of the material and of the speeds right?)"
         )
     return found
 
 
 def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, float | None]]:
-    """Yield radii among which are those of the least and the largest beta.
+    """Yield radii that include those of the smallest and the largest beta.
 
-    beta^(5/2) is proportional to sqrt(R_eff)/m_eff. For one radius fixed and the other growing, it falls and then
-    rises, so that it is largest at a corner. If both grow alike it falls, so that it is least where one is largest,
-    at an end or where the derivative vanishes.
+    beta^(5/2) is proportional to sqrt(R_eff)/m_eff. As one radius grows and the other is fixed, it falls and then
+    rises. So it is largest at a corner of both ranges. If both radii grow by the same factor it falls. So it is
+    smallest where one radius is largest, and the other is at an end or where the derivative vanishes.
     """
     first, second = (scene.bodies[name] for name in (meeting.first, meeting.second))
     if first.sizes is None:
@@ -163,8 +163,8 @@ def _stationary(density_ratio: float) -> float:
 def mean_free_time(scene: Scene, encounter: Encounter) -> float | None:
     """Return the mean free time in a gas of these spheres (Enskog), or None without a volume fraction or at a wall.
 
-    With the fastest impacts if the scene has a range of speeds: 1/(n pi d^2 g v); else with the granular temperature T,
-    1/(4 n d^2 g sqrt(pi T)). g is Carnahan and Starling's pair correlation at contact.
+    With the granular temperature T it is 1/(4 n d^2 g sqrt(pi T)), and else 1/(n pi d^2 g v) with the fastest speed v.
+    g is Carnahan and Starling's pair correlation at contact.
     """
     phi = scene.volume_fraction
     if phi is None or encounter.pair.second.is_wall:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
-from itertools import combinations_with_replacement, product
+from itertools import chain, combinations_with_replacement, product
 from statistics import NormalDist
 from typing import TypeVar, cast, get_args
 
@@ -33,9 +33,9 @@ from viscopade.scene.units import Scale
 from viscopade.simulators.setup import Units
 
 MOST_BODIES = 40
-TAIL = 1e-6
+TAIL = 1e-6  # default probability of a tail
 POISSON = "a number > -1 and <= 0.5"
-SAME = 0.01  # two values of A that differ relatively by less agree
+SAME = 0.01  # relative difference up to which two values of A agree
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 T = TypeVar("T")
@@ -49,14 +49,14 @@ def from_toml(content: bytes | str, source: str) -> Scene:
     Parameters
     ----------
     content : bytes or str
-        Of the file.
+        Content of the file.
     source : str
         The file's name, for messages.
 
     Raises
     ------
     ValueError
-        One line that names the file, the key, what is there and what is accepted.
+        One line that names the file, the key, the value and the expected one.
     """
     whole = Node(source, "", files.toml(content, source)).only(*_TOP)
     materials = {
@@ -86,7 +86,7 @@ def from_toml(content: bytes | str, source: str) -> Scene:
 
 
 def _name(node: Node | None, source: str) -> str:
-    """Return the scene's name, or one made from that of the file."""
+    """Return the scene's name, by default one made from the file's name."""
     if node is not None:
         return _identifier(node)
     stem = re.split(r"[/\\]", source)[-1].split(".")[0]
@@ -147,45 +147,41 @@ def _optional(node: Node, name: str, dimension: str, *, zero: bool = False) -> f
 
 
 def _constant(node: Node, pair: Pair, given: float | None, known: Node) -> float:
-    """Return A from a known eps; if A is given, too, they must agree."""
-    speed, restitution = _required(known, "speed", "speed"), _restitution(known)
-    found = _checked(known, lambda: pair.calibrated(speed, **restitution).A)
-    if given is not None and abs(given - found) > SAME * max(given, found):
-        raise ValueError(
-            f"{node.source}: {node.key}.dissipative_constant is {given:.6g} s, but {known.key} leads to {found:.6g} s: "
-            "expected one of the two, or both if they agree within 1 %"
-        )
-    return found if given is None else given
-
-
-def _restitution(known: Node) -> dict[str, float]:
-    """Return epsilon or one_minus_epsilon, by its name."""
+    """Return A from a known eps; if A is also given, both must agree."""
     names = [name for name in ("epsilon", "one_minus_epsilon") if known.has(name)]
     if len(names) != 1:
-        given = "both" if names else "neither"
+        which = "both" if names else "neither"
         raise ValueError(
-            f"{known.source}: {known.key}: epsilon and one_minus_epsilon: {given} given, expected exactly one of them"
+            f"{known.source}: {known.key}: epsilon and one_minus_epsilon: {which} given, expected exactly one of them"
         )
     if names[0] == "epsilon":
-        return {"epsilon": known["epsilon"].within("a number > 0 and <= 1", lambda e: 0 < e <= 1)}
-    loss = known["one_minus_epsilon"].within("a number >= 0 and < 1", lambda e: 0 <= e < 1)
-    return {"one_minus_epsilon": loss}
+        value = known["epsilon"].within("a number > 0 and <= 1", lambda e: 0 < e <= 1)
+    else:
+        value = known["one_minus_epsilon"].within("a number >= 0 and < 1", lambda e: 0 <= e < 1)
+    speed = _required(known, "speed", "speed")
+    implied = _checked(known, lambda: pair.calibrated(speed, **{names[0]: value}).A)
+    if given is not None and abs(given - implied) > SAME * max(given, implied):
+        raise ValueError(
+            f"{node.source}: {node.key}.dissipative_constant is {given:.6g} s, but {known.key} implies {implied:.6g} s"
+            ": expected one of the two, or both if they agree within 1 %"
+        )
+    return implied if given is None else given
 
 
 def _relative_error(known: Node, pair: Pair, constant: float) -> float | None:
-    """Return the relative standard error of A from that of a known eps."""
+    """Return the relative standard error of A from the standard error of a known eps."""
     if not known.has("standard_error"):
         return None
     accepted = "a number > 0 and < 1, the standard error of eps"
     error = known["standard_error"].within(accepted, lambda x: 0 < x < 1)
-    of_whole = restitution_error(float(pair.damped(constant).v_star(_required(known, "speed", "speed"))), 1.0)
-    if not of_whole:
-        raise known["standard_error"].refuse("none if eps is 1: no A has a relative error then")
-    return error / of_whole
+    sensitivity = restitution_error(float(pair.damped(constant).v_star(_required(known, "speed", "speed"))), 1.0)
+    if not sensitivity:
+        raise known["standard_error"].refuse("none if eps is 1, because A is then 0 and has no relative error")
+    return error / sensitivity
 
 
 def _checked(node: Node, make: Callable[[], T]) -> T:
-    """Return what is made; a refusal gets the file's and the key's name."""
+    """Return the result of `make`; add the names of the file and the key to its errors."""
     try:
         return make()
     except ValueError as error:
@@ -201,12 +197,12 @@ def _body(node: Node, materials: Mapping[str, Material]) -> Body:
             raise node["radius"].refuse("no radius for a wall")
         return Body(material, None)
     if materials[material].density is None:
-        raise ValueError(f"{node.source}: material.{material}.density is missing: {node.key} is a sphere of it")
+        raise ValueError(f"{node.source}: material.{material}.density is missing: the sphere {node.key} needs it")
     return Body(material, _sizes(node.need("radius", f"{words('length')}, or a distribution; or wall = true")))
 
 
 def _sizes(node: Node) -> Sizes:
-    """Return the radii: one, or a range, or those of a distribution without a tail on either side."""
+    """Return the radii: one, a range, or a distribution without its tails."""
     if not isinstance(node.value, Mapping):
         radius = quantity(node, "length")
         return Sizes(radius, radius, radius)
@@ -224,7 +220,7 @@ def _sizes(node: Node) -> Sizes:
         reach = quantity(node.need("deviation", words("length", zero=True)), "length", zero=True) * _quantile(node)
         if reach >= mean:
             raise node["deviation"].refuse(
-                "a deviation so small that the least radius, mean - deviation times quantile, is > 0"
+                "a smaller deviation: the smallest radius, mean - deviation times quantile, must be > 0"
             )
         return Sizes(mean - reach, mean, mean + reach)
     if not node.has("median"):
@@ -235,12 +231,12 @@ def _sizes(node: Node) -> Sizes:
     reach = deviation ** _quantile(node)
     found = Sizes(median / reach, median, median * reach)
     if not 0 < found.least <= found.largest < math.inf:
-        raise node.refuse("radii that double precision can hold")
+        raise node.refuse("radii in the range of double precision")
     return found
 
 
 def _quantile(node: Node) -> float:
-    """Return the number of deviations beyond which the tail of a normal distribution lies."""
+    """Return the distance of the tail of a normal distribution from its mean, in standard deviations."""
     return -NormalDist().inv_cdf(_tail(node))
 
 
@@ -251,7 +247,7 @@ def _tail(node: Node) -> float:
     return part.within("a probability > 1e-300 and < 0.5", lambda p: 1e-300 <= p < 0.5)
 
 
-# --- what meets -------------------------------------------------------------------------------------------------------
+# --- pairs of bodies --------------------------------------------------------------------------------------------------
 
 
 def _speeds(node: Node, wall: bool) -> Speeds:
@@ -275,9 +271,10 @@ def _meetings(whole: Node, materials: Mapping[str, Material], bodies: Mapping[st
     if listed is None:
         if default is None:
             raise ValueError(f"{whole.source}: speed is missing: expected {{min, max}} or {{granular_temperature}}")
-        pairs = list(_pairs(bodies))
-        if not pairs:
+        spheres, walls = ([name for name, body in bodies.items() if body.is_wall == wall] for wall in (False, True))
+        if not spheres:
             raise whole["body"].refuse("at least one sphere")
+        pairs = chain(combinations_with_replacement(spheres, 2), product(spheres, walls))
         yield from (Meeting(*pair, _speeds(default, bodies[pair[1]].is_wall)) for pair in pairs)
         return
     seen: set[frozenset[str]] = set()
@@ -287,17 +284,9 @@ def _meetings(whole: Node, materials: Mapping[str, Material], bodies: Mapping[st
         node.only("between", "speed", "restitution", "dissipative_constant")
         between = _between(node.need("between", "a list of two bodies"), bodies)
         if frozenset(between) in seen:
-            raise node["between"].refuse("each pair once")
+            raise node["between"].refuse("each pair only once")
         seen.add(frozenset(between))
         yield _meeting(node, between, materials, bodies, default)
-
-
-def _pairs(bodies: Mapping[str, Body]) -> Iterator[tuple[str, str]]:
-    """Yield all pairs of bodies, except for those of walls; walls come second."""
-    spheres = [name for name, body in bodies.items() if not body.is_wall]
-    walls = [name for name, body in bodies.items() if body.is_wall]
-    yield from combinations_with_replacement(spheres, 2)
-    yield from product(spheres, walls)
 
 
 def _between(node: Node, bodies: Mapping[str, Body]) -> tuple[str, str]:
@@ -331,7 +320,7 @@ def _meeting(
 
 
 def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
-    """Refuse a pair of which no A is known, and materials that Hertz's formulas cannot hold."""
+    """Raise ValueError if no A of a pair is known, or its properties are out of range."""
     if meeting.dissipative_constant is None:
         for name in (meeting.first, meeting.second):
             material = found.bodies[name].material
@@ -349,7 +338,7 @@ def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
         )
 
 
-# --- the rest ---------------------------------------------------------------------------------------------------------
+# --- tolerance, code, gas and units -----------------------------------------------------------------------------------
 
 
 def _tolerance(node: Node) -> Tolerance:
@@ -387,8 +376,8 @@ def _volume_fraction(gas: Node | None) -> float | None:
 
 
 def _units(node: Node | None) -> tuple[Units, Scale]:
-    """Return the units of generated files, and what they are in SI units."""
+    """Return the units of generated files, and their sizes in SI units."""
     si = vars(Units())
-    given = {} if node is None else dict(node.only(*si).parts())
-    found = {name: factor(given[name], name) if name in given else (unit, 1.0) for name, unit in si.items()}
-    return Units(*(name for name, _ in found.values())), Scale(*(size for _, size in found.values()))
+    parts = {} if node is None else dict(node.only(*si).parts())
+    units = {name: factor(parts[name], name) if name in parts else (unit, 1.0) for name, unit in si.items()}
+    return Units(*(name for name, _ in units.values())), Scale(*(size for _, size in units.values()))

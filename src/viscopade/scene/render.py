@@ -43,7 +43,7 @@ def render(choice: Choice, command: str) -> str:
     Raises
     ------
     ValueError
-        If a number is beyond what the format has, in the scene's units.
+        If a number in the scene's units is out of the format's range.
     """
     found, code = kernels(choice), choice.scene.code
     language = language_of(code.language) if found[0].tables else code.spoken  # tables serve both types
@@ -55,21 +55,21 @@ def render(choice: Choice, command: str) -> str:
 
 
 def kernels(choice: Choice) -> list[Kernel]:
-    """Return the chosen kernel with the scene's name, and that of the numbers of each pair."""
+    """Return the chosen kernel with the scene's name, and a kernel with the constants of each pair."""
     scene, chosen = choice.scene, choice.chosen
-    name = re.sub("_+", "_", scene.name).rstrip("_")  # in C++ and GLSL no name may have two in a row
+    name = re.sub("_+", "_", scene.name).rstrip("_")  # C++ and GLSL reserve names with two underscores in a row
     if chosen.is_constant:
         return [_with_errors(choice, replace(chosen.kernel, name=name))]
     main = chosen.kernel
     if main.elsewhere is None:
-        kept = main.function(scene.code.function)
-        main = replace(main, functions=(kept, _dissipation(main, kept)), bounds=())
+        wanted = main.function(scene.code.function)
+        main = replace(main, functions=(wanted, _dissipation(main, wanted)), bounds=())
         main = _with_errors(choice, main)
     return [replace(main, name=name), _pairs(choice, f"{name}_pairs")]
 
 
 def _with_errors(choice: Choice, kernel: Kernel) -> Kernel:
-    """Return the kernel with the bounds of its errors on the scene alone."""
+    """Return the kernel with the bounds of its errors on the scene."""
     low, high = hull(encounter.v_star for encounter in choice.encounters)
     errors, arithmetics = choice.chosen.errors, choice.scene.code.number.arithmetics
     bounds = tuple(
@@ -82,7 +82,7 @@ def _with_errors(choice: Choice, kernel: Kernel) -> Kernel:
 
 
 def _dissipation(kernel: Kernel, of_eps: Function) -> Function:
-    """Return the function 1 - eps^2 of a kernel, from 1 - eps where the kernel computes it apart."""
+    """Return the function 1 - eps^2 of a kernel, from 1 - eps if the kernel has a separate function for that."""
     known = {function.name: function for function in kernel.functions}
     if "dissipation" in known:
         return known["dissipation"]
@@ -98,7 +98,7 @@ def _dissipation(kernel: Kernel, of_eps: Function) -> Function:
 
 
 def _pairs(choice: Choice, name: str) -> Kernel:
-    """Return the kernel of beta by pair, for typical radii, and for given radii if those of a body differ."""
+    """Return the kernel of beta by pair, for typical radii, and for given radii if a body's radii differ."""
     scene = choice.scene
     rows = [_numbers(scene, encounter.pair) for encounter in choice.encounters]
     betas, walls, quotients = zip(*rows, strict=True)
@@ -113,12 +113,12 @@ def _pairs(choice: Choice, name: str) -> Kernel:
             Statement("ratio", Select(densities > zero, Name("first") / Name("second"), zero)),
         )
         meaning = (
-            f"beta of two bodies of a pair with given radii in {scene.units.length}, the first that of the first body; "
-            "of a sphere and a wall, whatever the second"
+            f"beta of a pair with given radii of its first and second body in {scene.units.length}; for a sphere and a "
+            "wall, the second radius is ignored"
         )
         branch = (formulas.beta_of_radii_branch(),)
         functions.append(Function("beta_of", ("pair", "first", "second"), meaning, None, start, branch, "beta"))
-        # beta times the first radius if the second body were a wall; quotient of the densities, 0 for a wall
+        # beta times the first radius for a wall as the second body; ratio of the densities, 0 for a wall
         lists |= {"walls": walls, "quotients": quotients}
     return Kernel(
         name, "beta", "pair", "", "the scene", "the pairs of the scene", tuple(functions), {scene.code.format: {}},
@@ -129,7 +129,7 @@ def _pairs(choice: Choice, name: str) -> Kernel:
 def _numbers(scene: Scene, si: Pair) -> tuple[float, float, float]:
     """Return beta of a pair in the scene's units, beta times the first radius at a wall, and the ratio of densities."""
     pair = scene.scale.pair(si)
-    # No power of a radius in the formula leaves the range of the format, whatever the units.
+    # Ratios of densities and radii stay in the range of the format in all units.
     first, second = (0.0 if s.is_wall else s.mass / s.radius**3 for s in (pair.first, pair.second))
     densities = first / second if second else 0.0
     ratio = pair.first.radius / pair.second.radius if second else 0.0
@@ -141,25 +141,25 @@ def _numbers(scene: Scene, si: Pair) -> tuple[float, float, float]:
             form.nearest(Fraction(value))
         except (ValueError, OverflowError):
             raise ValueError(
-                f"{scene.source}: units: beta, or beta times a radius, is {value:.3g} in {scene.units.beta}: accepted "
-                f"are units in which it is a normal number of type {form.name}"
+                f"{scene.source}: units: beta, or beta times a radius, is {value:.3g} in {scene.units.beta}: expected "
+                f"units in which it is a normal number in {form.name}"
             ) from None
     return pair.beta, of_wall, densities
 
 
 def _is_spread(scene: Scene) -> bool:
-    """Return whether a body has radii that differ."""
+    """Return whether a body has different radii."""
     met = {name for meeting in scene.meetings for name in (meeting.first, meeting.second)}
     return any((sizes := scene.bodies[name].sizes) is not None and sizes.spread for name in met & scene.bodies.keys())
 
 
-# --- what the file says -----------------------------------------------------------------------------------------------
+# --- head of the file -------------------------------------------------------------------------------------------------
 
 
 def _head(choice: Choice, command: str) -> list[str]:
     scene = choice.scene
     question = [
-        # Without a title of its own it has the name of the file, as it was given.
+        # Without a title, a scene has the name of its file as its title.
         re.split(r"[/\\]", scene.title)[-1] if scene.title == scene.source else scene.title,
         tolerance_sentence(scene),
         *error_sentences(choice),
@@ -184,7 +184,7 @@ def _wrapped(paragraphs: Sequence[str]) -> list[str]:
 
 
 def calls(choice: Choice, first: str, second: str) -> list[str]:
-    """Return calls of the file's eps and 1 - eps^2, of a speed and beta or of a v*; of a constant, eps by pair."""
+    """Return calls of the file's eps and 1 - eps^2, for a speed and beta or for a v*; of a constant, eps by pair."""
     main, code = kernels(choice)[0], choice.scene.code
     if main.argument == "pair":
         return [_call(choice, main, "epsilon", str(i)) for i in range(len(choice.encounters))]
@@ -193,7 +193,7 @@ def calls(choice: Choice, first: str, second: str) -> list[str]:
 
 
 def beta_call(choice: Choice, pair: int, *radii: str) -> str:
-    """Return a call of the file's beta of a pair, or of one with given radii."""
+    """Return a call of the file's beta of a pair, with typical or given radii."""
     return _call(choice, kernels(choice)[1], "beta_of" if radii else "beta", str(pair), *radii)
 
 
@@ -240,7 +240,7 @@ def tolerance_sentence(scene: Scene) -> str:
 
 
 def error_sentences(choice: Choice) -> list[str]:
-    """Return sentences on the kernel, its errors on the scene, and the speeds beyond."""
+    """Return sentences on the kernel, its errors on the scene, and its range of v*."""
     candidate = choice.chosen
     found = ", ".join(f"{words} at most {at_most(candidate.errors[name])}" for name, words in MEASURES.items())
     size = candidate.kernel.bytes
@@ -251,5 +251,5 @@ def error_sentences(choice: Choice) -> list[str]:
     ]
     if candidate.measure is not None:
         low, high = (float(end) for end in (candidate.kernel.bounds[0].low, candidate.kernel.bounds[0].high))
-        sentences.append(f"The formula is made for v* from {low:.6g} to {high:.6g}; beyond, the functions return NaN.")
+        sentences.append(f"The formula is for v* from {low:.6g} to {high:.6g}; outside, the functions return NaN.")
     return sentences

@@ -1,4 +1,4 @@
-"""Limits of the model in a scene, those of a pair of bodies and hard spheres, and those of the measured damping."""
+"""Limits of the model in a scene: assumptions on pairs of bodies, instantaneous collisions, measured damping."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from viscopade.scene.encounter import Encounter, encounters, mean_free_time
 from viscopade.scene.tolerance import in_eps
 from viscopade.simulators.setup import Setup
 
-LONGEST_CONTACT = 0.05  # of the mean free time
-NEEDLESS = 0.1  # of the standard error of eps: an error of a kernel that does not count
+LONGEST_CONTACT = 0.05  # contact time over mean free time, up to which collisions are instantaneous
+NEEDLESS = 0.1  # error of a kernel over the standard error of eps, below which it does not matter
 
 
 def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
@@ -29,7 +29,7 @@ def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
 
 
 def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
-    """Yield sentences on the uncertainty of eps, where that of A is known, and on a tolerance finer than it."""
+    """Yield sentences on the uncertainty of eps, if that of A is known, and on a needlessly small tolerance."""
     relative = scene.relative_error(encounter.meeting)
     if relative is None:
         return
@@ -40,19 +40,19 @@ def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
     )
     yield (
         f"{encounter.name}: eps at {speed:.3g} m/s is {uncertain(value, error)} (standard "
-        f"error), as A is known to {100 * relative:.2g} %"
+        f"error), because A is known to {100 * relative:.2g} %"
     )
     tightest = min(scene.tolerance.given().items(), key=lambda given: given[1] * in_eps(given[0], value, 1 - value))
     allowed = tightest[1] * in_eps(tightest[0], value, 1 - value)
     if 0 < allowed < NEEDLESS * error / 2:
         yield (
-            f"{encounter.name}: the tolerance is an error of eps of {allowed:.2g}, {error / allowed:.2g} times less "
-            f"than its standard error: absolute = {NEEDLESS * error:.1g} is enough"
+            f"{encounter.name}: the tolerance is needlessly small: it allows an error of eps of {allowed:.2g}, but the "
+            f"standard error of eps is {error / allowed:.2g} times larger; absolute = {NEEDLESS * error:.1g} is enough"
         )
 
 
 def weight(encounter: Encounter) -> Sentences | None:
-    """Return what weight does to a body that falls on a wall; None for two spheres."""
+    """Return sentences on the effect of weight on a body that falls on a wall; None for two spheres."""
     contact = encounter.contact()
     if not contact.falls:
         return None
@@ -68,12 +68,12 @@ def _hardness(scene: Scene, encounter: Encounter) -> Iterator[str]:
     if share > LONGEST_CONTACT:
         yield (
             f"contacts last {share:.2g} of the mean free time ({free:.2g} s), more than {LONGEST_CONTACT:g}: "
-            "the model of instantaneous collisions of two bodies does not hold"
+            "instantaneous collisions of two bodies are not a good model"
         )
 
 
 def setup(scene: Scene, gravity: float | None = None) -> Setup:
-    """Return what simulators get: bodies and contacts in the scene's units, and the warnings; gravity in SI units."""
+    """Return bodies and contacts for simulators, in the scene's units, and the warnings; gravity is in SI units."""
     met, scale, g = encounters(scene), scene.scale, EARTH if gravity is None else gravity
     return Setup(
         scene.title,

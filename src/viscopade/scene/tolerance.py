@@ -19,7 +19,7 @@ MEASURES = {
     "dissipation": "relative error of 1 - eps^2",
     "absolute": "error of eps",
 }
-"""What a tolerance limits, in words."""
+"""The quantity that each tolerance limits, in words."""
 HOPELESS = Fraction(10) ** 30
 
 Errors = Mapping[str, Fraction]
@@ -30,7 +30,7 @@ _HALF, _ONE = Fraction(1, 2), Fraction(1)
 
 
 class Range(NamedTuple):
-    """Where a kernel is used: the ranges of v*, of eps, and of impact speeds in the units of the file."""
+    """Ranges in which a kernel is used: of v*, of eps, and of impact speeds in the units of the file."""
 
     v_star: Interval
     epsilon: Interval
@@ -38,14 +38,14 @@ class Range(NamedTuple):
 
 
 def last_of_product(arithmetic: Arithmetic) -> Fraction:
-    """Return what the three roundings of (1 - eps) (1 + eps) add, relatively; loss (2 - loss) has one less."""
+    """Return the relative error by the three roundings of (1 - eps) (1 + eps); loss (2 - loss) has one less."""
     return 3 * Fraction(2) ** -arithmetic.model.precision * (1 + Fraction(1, 1 << 20))
 
 
 def errors_on(kernel: Kernel, result: str, arithmetics: Sequence[Arithmetic], ranges: Iterable[Range]) -> Errors | None:
-    """Return the largest errors of a result of a kernel, "epsilon" or "restitution", and of the 1 - eps^2 with it.
+    """Return the largest errors of a kernel's result, "epsilon" or "restitution", and of its 1 - eps^2.
 
-    None: nothing is proven on one of the ranges.
+    None: the kernel has no proven error on one of the ranges.
     """
     found = list[Errors]()
     for arithmetic in arithmetics:
@@ -67,7 +67,7 @@ def _on(kernel: Kernel, result: str, arithmetic: Arithmetic, where: Range) -> It
 
 
 def _dissipation(kernel: Kernel, arithmetic: Arithmetic, where: Range) -> Iterator[Fraction]:
-    """Yield bounds of the relative error of a 1 - eps^2 that is not computed from eps."""
+    """Yield bounds of the relative error of 1 - eps^2, for kernels that do not compute it from eps."""
     low, high = where.epsilon
     least = max(1 - high, min(where.v_star[0], Fraction(1, 10)) ** 2)  # 1 - eps > v*^2 for v* <= 1/10
     for result, factor in (("dissipation", 1 + low), ("one_minus_epsilon", _ONE)):
@@ -78,7 +78,7 @@ def _dissipation(kernel: Kernel, arithmetic: Arithmetic, where: Range) -> Iterat
 
 
 def _parts(bound: ErrorBound, values: Interval) -> tuple[Fraction, Fraction, Fraction]:
-    """Return what an error is relative to min(eps, 1 - eps), relative to values in a range, and absolutely."""
+    """Return the parts of a bound: relative to min(eps, 1 - eps), relative to values in a range, and absolute."""
     share, relative = (bound.relative, Fraction(0)) if bound.relative_to == "smaller" else (Fraction(0), bound.relative)
     arithmetic, (low, high) = bound.arithmetic, values
     ulp = min(arithmetic.ulp, arithmetic.form.ulp(high) / low)
@@ -88,8 +88,8 @@ def _parts(bound: ErrorBound, values: Interval) -> tuple[Fraction, Fraction, Fra
 def errors_of(bound: ErrorBound, epsilon: Interval) -> Errors:
     """Return the largest errors of eps, and of (1 - eps) (1 + eps), on a range of eps.
 
-    The relative error of 1 - eps^2 is |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), largest at the largest eps. For
-    eps >= 1/2 the factor 1 - eps of what is relative to the smaller one is gone.
+    The relative error of 1 - eps^2 is |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), which is largest at the largest
+    eps. If d eps is relative to min(eps, 1 - eps), the factor 1 - eps cancels for eps >= 1/2.
     """
     (low, high), (share, relative, tiny) = epsilon, _parts(bound, epsilon)
     smaller = _HALF if low <= _HALF <= high else max(min(e, 1 - e) for e in epsilon)
@@ -107,7 +107,7 @@ def errors_of(bound: ErrorBound, epsilon: Interval) -> Errors:
 
 
 def in_eps(measure: str, epsilon: Value, loss: Value) -> Value:
-    """Return the error of eps that an error of 1 in a measure is, to first order."""
+    """Return the error of eps, to first order, that corresponds to an error of 1 in a measure."""
     known = {"absolute": epsilon + loss, "epsilon": epsilon, "dissipation": loss * (1 + epsilon) / (2 * epsilon)}
     return known[measure]
 
@@ -131,7 +131,7 @@ def failing(errors: Errors, tolerance: Tolerance) -> tuple[str, ...]:
 def allowed(tolerance: Tolerance, ranges: Iterable[Interval], measure: Measure) -> Fraction:
     """Return the largest error of a formula in a measure within the tolerance, to first order, on ranges of eps.
 
-    The errors are nearly proportional to it: one of 2^-30 tells the factors.
+    All errors are nearly proportional to it; the factors are computed for an error of 2^-30.
     """
     unit = Fraction(1, 1 << 30)
     bound = ErrorBound("epsilon", Fraction(0), _ONE, "smaller" if measure == "both" else "value", unit)
@@ -140,5 +140,5 @@ def allowed(tolerance: Tolerance, ranges: Iterable[Interval], measure: Measure) 
 
 
 def _exact(number: float) -> Fraction:
-    """Return the decimal that was written."""
+    """Return the shortest decimal of a double, as the user wrote it."""
     return Fraction(repr(number))

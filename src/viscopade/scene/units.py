@@ -12,7 +12,7 @@ from viscopade.simulators.setup import NamedContact
 
 @dataclass(frozen=True)
 class Scale:
-    """Units of length, mass and time, in SI units."""
+    """Sizes of the units of length, mass and time in SI units."""
 
     length: float = 1.0
     mass: float = 1.0
@@ -38,7 +38,7 @@ class Scale:
         )
 
     def _pressure(self, pressure: float) -> float:
-        """Return a pressure, from SI units: only the result may overflow or underflow."""
+        """Return a pressure, from SI units; only the result may overflow or underflow."""
         p, length, mass, time = map(Fraction, (pressure, self.length, self.mass, self.time))
         try:
             return float(p * length * time**2 / mass)
