@@ -65,7 +65,9 @@ def test_a_csv_becomes_a_line_for_lammps_with_an_error_bar_in_two_commands(data,
     scene, picture = tmp_path / "ball.toml", tmp_path / "fit.svg"
     printed("fit", data, *MATERIAL, "--scene", scene, "--plot", picture)
     text = printed("simulators", "lammps", scene)
-    assert re.search(r"# ball-ball: eps at 0\.387 m/s is 0\.\d+ \+- 0\.00\d+ \(standard error\), because A is known", text)
+    assert re.search(
+        r"# ball-ball: eps at 0\.387 m/s is 0\.\d+ \+- 0\.00\d+ \(standard error\), because A is known", text
+    )
     assert re.search(r"^pair_coeff", text, re.MULTILINE)
     assert picture.read_text().count('id="band"') == 1
     found = from_toml(scene.read_bytes(), str(scene))

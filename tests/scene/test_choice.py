@@ -234,7 +234,9 @@ def test_tables_compute_dissipation_of_nearly_elastic_collisions() -> None:
 def test_compact_kernels_of_type_float_are_not_offered_beyond_their_domain(ends, language: str) -> None:
     asked = scene(ends, code=ready(language, "float"), dissipation=1e-5, epsilon=1e-4)
     assert all(c.is_constant or c.measure for c in candidate.candidates(asked, encounters(asked)))
-    with pytest.raises(ValueError, match=r"s\.toml: a constant does not meet the tolerance, and v\* ranges from .*: expected"):
+    with pytest.raises(
+        ValueError, match=r"s\.toml: a constant does not meet the tolerance, and v\* ranges from .*: expected"
+    ):
         choose(asked)
 
 
