@@ -406,7 +406,7 @@ REFUSED = [  # a place, what stands there, the key that the message names, a par
     ("contact", [{"between": ["bead"]}], "contact[0].between", "a list of two bodies"),
     ("contact", [{"between": ["bead", "cup"]}], "contact[0].between[1]", "bead, ball, floor"),
     ("contact", [{"between": ["floor", "floor"]}], "contact[0].between", "at most one wall"),
-    ("contact", [{"between": ["bead", "ball"]}, {"between": ["ball", "bead"]}], "contact[1].between", "each pair only once"),
+    ("contact", [{"between": ["bead", "ball"]}, {"between": ["ball", "bead"]}], "contact[1].between", "each pair once"),
     ("contact", [BETWEEN | {"speed": {"min": 1}}], "contact[0].speed.max", MISSING),
     ("contact", [BETWEEN | {"restitution": {"epsilon": 0.9, "speed": 1, "radius": 1}}],
      "contact[0].restitution.radius", UNKNOWN),

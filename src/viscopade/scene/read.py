@@ -284,7 +284,7 @@ def _meetings(whole: Node, materials: Mapping[str, Material], bodies: Mapping[st
         node.only("between", "speed", "restitution", "dissipative_constant")
         between = _between(node.need("between", "a list of two bodies"), bodies)
         if frozenset(between) in seen:
-            raise node["between"].refuse("each pair only once")
+            raise node["between"].refuse("each pair once")
         seen.add(frozenset(between))
         yield _meeting(node, between, materials, bodies, default)
 
