@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
 from fractions import Fraction
-from functools import lru_cache, wraps
+from functools import lru_cache, partial, wraps
 from inspect import signature
 from operator import attrgetter
 from typing import Any, TypeVar, cast, get_type_hints
@@ -119,7 +119,7 @@ def _converter() -> Any:
         converter.register_structure_hook(kind, lambda text, _, read_text=read_text: read_text(text))
     for named, known in _named.items():
         converter.register_unstructure_hook(named, attrgetter("name"))
-        converter.register_structure_hook(named, lambda name, _, known=known: known[name])
+        converter.register_structure_hook(named, partial(_one_of, known))
     hints = lru_cache(get_type_hints)
 
     def written(value: Any) -> dict[str, Any]:
@@ -134,6 +134,10 @@ def _converter() -> Any:
     converter.register_unstructure_hook_func(is_named_tuple, written)
     converter.register_structure_hook_func(is_named_tuple, read)
     return converter
+
+
+def _one_of(known: Mapping[str, Any], name: str, _: Any) -> Any:
+    return known[name]
 
 
 def _file_name(key: list[Any]) -> str:
