@@ -112,12 +112,12 @@ def proven_radius():
 
 
 STATED = [
-    (r"asked for (\S+), delivers (\S+)\. <", from_mujoco),
+    (r"formula for (\S+), MuJoCo \S+ gives (\S+)\. <", from_mujoco),
     (r"`viscopade audit` knows (\d+) programs", audited_programs),
     (r"converge beyond \$v_\\ast = (\S+)\$", radius),
-    (r"error of \$\[3/6\]\$ reaches (\S+) in .*? has (\S+)\. <", errors_of_3_6),
+    (r"error of \$\[3/6\]\$ reaches (\S+), measured .*? has an error of (\S+)\. <", errors_of_3_6),
     (r"Of (\d+) statements of \S+ (\d+) hold, (\d+) hold with a limit and (\d+) do not", verdicts),
-    (r"proven error of (\S+) and (\S+) ns .*? at (\S+) GHz.*? takes (\d+) ns", speed_kernel),
+    (r"proven error of (\S+), in (\S+) ns .*? at (\S+) GHz.*? takes (\d+) ns", speed_kernel),
     (r"at most (\S+) units in the last place, .*? at most (\S+)\. <", last_places),
     (r"h_2 = (\S+)\$", first_coefficient),
     (r"proven for \$v_\\ast \\le (\S+)\$", proven_radius),

@@ -4,8 +4,8 @@
  *     cc -std=c99 -ffp-contract=off -I exports examples/vectors/check.c -lm -o check
  *     ./check exports/vectors_speed_1em5.json [bits]
  *
- * With "bits", results must also have the vectors' bits, which code has where products and sums are not fused
- * (-ffp-contract=off). For another header, give its name and its functions, those of one number and those of two:
+ * With "bits", results must also have the vectors' bits. Code compiled without fused products and sums
+ * (-ffp-contract=off) has these bits. For another header, give its name, and its functions of one and two arguments:
  *
  *     -DHEADER='"viscopade_full.h"' -DFUNCTIONS='ONE(epsilon_full) ONE(one_minus_epsilon_full)'
  *     -DHEADER='"viscopade_speed_1em10.h"' -DFUNCTIONS='TWO(restitution_1em10)'

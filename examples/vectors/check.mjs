@@ -2,11 +2,11 @@
 //
 //     node examples/vectors/check.mjs exports/vectors_compact.json [MODULE.mjs]
 //
-// Vectors of functions that the module does not have are left out. Exit status: 0 if all pass.
+// Vectors of functions that the module lacks are skipped. Exit status: 0 if all pass.
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
-// The number that C writes as 0x1.8p+1; also nan, inf, -inf.
+// The number that C prints as 0x1.8p+1; also nan, inf, -inf.
 function numberOf(text) {
     const parts = /^(-?)0x([01])\.?([0-9a-f]*)p([+-][0-9]+)$/.exec(text);
     if (!parts) {

@@ -2,13 +2,13 @@
 //
 //     rustc -O examples/vectors/check.rs -o check && ./check exports/vectors_compact.json
 //
-// Vectors of functions that are not named in FUNCTIONS are left out. For your own port, change the path below and
+// Vectors of functions that are not in FUNCTIONS are skipped. For your own port, change the path below and
 // FUNCTIONS. Exit status: 0 if all pass.
 #[allow(dead_code)]
 #[path = "../../exports/viscopade.rs"]
 mod viscopade;
 
-/// Name and type of a function as the vectors have them, and its call; a function of one number takes x alone.
+/// Name and type of a function as in the vectors, and its call; a function of one argument uses only x.
 const FUNCTIONS: &[(&str, &str, fn(f64, f64) -> f64)] = &[
     ("restitution_compact_1em3", "double", |x, y| viscopade::restitution_compact_1em3(x, y)),
     ("rebound_compact_1em3", "double", |x, y| viscopade::rebound_compact_1em3(x, y)),
