@@ -168,6 +168,16 @@ def test_steps_are_as_long_as_the_accuracy_allows(k):
     assert all(after.h.mantissa > 0 and after.u[1] > 0 for _, after in pairwise(branch.pieces))
 
 
+@pytest.mark.parametrize("k", [30, -30])
+def test_a_step_that_is_too_long_is_shortened_without_a_new_expansion(k, monkeypatch):
+    expansions = []
+    taylor = flow.taylor
+    monkeypatch.setattr(flow, "taylor", lambda *given: expansions.append(given[2]) or taylor(*given))
+    branch = integrate(Dyadic(k, 0), 100)
+    assert len(expansions) == len(branch.pieces)
+    assert [piece.h for piece in branch.pieces] != expansions  # some were too long
+
+
 def test_no_end_is_an_error(monkeypatch):
     monkeypatch.setattr(flow, "MAX_PIECES", 3)
     with pytest.raises(ArithmeticError, match="not found"):

@@ -44,7 +44,7 @@ STRONGEST_DAMPING = 25_000
 # Largest |h k|: p grows like exp(h k), and is zero again at |h k| = 2 pi, which Newton's iteration must avoid.
 LARGEST_GROWTH = 6.0
 SPARE_BITS = 4  # the last coefficients may exceed what the accuracy asks for by so much
-AIM_BITS = 3  # new steps aim lower by so much, so that few must be repeated
+AIM_BITS = 3  # new steps aim lower by so much, so that few must be shortened
 
 
 class NoEndError(ArithmeticError):
@@ -316,13 +316,22 @@ class _Steps:
 
     def piece(self, start: int, slope: int, h: Dyadic, slope_step: Dyadic | None = None) -> Piece:
         """Return the piece from u = start, du/dz = slope (for a step of slope_step), shortened as far as needed."""
-        while True:
-            first = h.over(slope_step, slope) if slope_step else 0
-            piece = Piece(taylor(start, first, h, self.k, self.bits, self.terms, self.motion), h)
-            spare = self.spare_bits(piece)
-            if spare >= 0:
-                return piece
-            h = _scaled(h, self.stretch(spare - AIM_BITS))
+        first = h.over(slope_step, slope) if slope_step else 0
+        piece = Piece(taylor(start, first, h, self.k, self.bits, self.terms, self.motion), h)
+        while (spare := self.spare_bits(piece)) < 0:
+            piece = self.shortened(piece, self.stretch(spare - AIM_BITS))
+            if slope_step:
+                piece.u[1] = piece.h.over(slope_step, slope)
+        return piece
+
+    def shortened(self, piece: Piece, factor: float) -> Piece:
+        """Return the same polynomial over a step shorter by about `factor`: its coefficients times powers of that."""
+        h = _scaled(piece.h, factor)
+        ratio, power, u = h.over(piece.h, 1 << self.bits), 1 << self.bits, list[int]()
+        for c in piece.u:
+            u.append(c * power >> self.bits)
+            power = power * ratio >> self.bits
+        return Piece(u, h)
 
     def spare_bits(self, piece: Piece) -> float:
         """Return by how many bits the last coefficients are smaller than they need to be."""
