@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from viscopade.kernels.toolchain import ToolchainError
 from viscopade.plots import sheet
 from viscopade_lab import bench
 from viscopade_lab.bench import ours, picture, rivals
-from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, ProvenError
+from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR
 from viscopade_lab.bench.harness import RUNS, BenchError, Harness, Key, Sizes, Task, c_file, in_rounds
 from viscopade_lab.bench.result import COLUMNS, HEADER, Row, from_csv, table, to_csv
 from viscopade_lab.bench.speeds import BETA, DISTRIBUTIONS, SPEED_MAX, SPEED_MIN, speeds
@@ -153,7 +154,14 @@ def test_all_exported_kernels_meet_what_is_proven_of_them(exported):
 def test_an_error_beyond_its_proof_is_refused(exported):
     (kernel,) = (kernel for kernel in exported.contenders if kernel.id == "speed-1e-10")
     largest = max(exported.errors(kernel, DOUBLE))
-    wrong = replace(kernel, proven={"double": ProvenError(0.9 * largest)})
+    smaller = replace(
+        kernel.proven["double"],
+        formula=Fraction(0.9 * largest),
+        rounding=Fraction(0),
+        last=Fraction(0),
+        ulps=Fraction(0),
+    )
+    wrong = replace(kernel, proven={"double": smaller})
     with pytest.raises(BenchError, match=r"^speed-1e-10 \(double, latency\) contradicts its proof: "):
         exported.errors(wrong, DOUBLE)
 
@@ -169,8 +177,8 @@ def test_what_is_proven_is_what_the_headers_state():
         stated = float(re.search(rf"VISCOPADE_{name.upper()}_ERROR (\S+) ", header)[1])
         error = proven[ident]["double"].relative or proven[ident]["double"].ulps
         assert 0.9 * stated < error <= stated  # rounded up to a few digits
-    assert proven["full"]["double"].of_v_star
-    assert not proven["speed-full"]["double"].of_v_star
+    assert proven["full"]["double"].result == "epsilon"  # the rounding of v* comes on top
+    assert proven["speed-full"]["double"].result == "restitution"
 
 
 @needs_compiler

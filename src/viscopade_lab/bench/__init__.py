@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from fractions import Fraction
 from importlib.metadata import version
 
 import numpy as np
@@ -20,7 +19,7 @@ from viscopade.kernels import toolchain
 from viscopade.progress import track
 from viscopade_lab.bench import ours, rivals
 from viscopade_lab.bench.contender import Contender
-from viscopade_lab.bench.harness import CACHE, BenchError, Harness, Key, Sizes, in_rounds, ulp_of_eps
+from viscopade_lab.bench.harness import CACHE, BenchError, Harness, Key, Sizes, in_rounds, proven_error
 from viscopade_lab.bench.result import Row
 from viscopade_lab.bench.rivals import COPY, PADE
 from viscopade_lab.bench.speeds import BETA, SPEED_MAX, SPEED_MIN
@@ -107,7 +106,7 @@ def _rows(
     relative, loss = errors or (None, None)
     bound, proof = None, contender.proven.get(form.name)
     if proof is not None:  # the file has four digits
-        bound = float(at_most(Fraction(proof.relative + proof.ulps * ulp_of_eps(form)), 4))
+        bound = float(at_most(proven_error(proof, form), 4))
     for key, values in times.items():
         if (key.id, key.format) == (contender.id, form.name):
             low, median, high = np.percentile(values, [25, 50, 75]).tolist()

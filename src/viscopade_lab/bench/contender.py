@@ -8,6 +8,7 @@ from typing import Literal, get_args
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.checked import FloatArray
+from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.toolchain import Library
 
 Group = Literal["ours", "rival", "limit"]
@@ -15,18 +16,6 @@ Measure = Literal["latency", "throughput", "cache", "memory"]
 MEASURES: tuple[Measure, ...] = get_args(Measure)
 SCALAR: tuple[Measure, ...] = ("latency", "throughput")
 ARRAY: tuple[Measure, ...] = ("cache", "memory")
-
-
-@dataclass(frozen=True)
-class ProvenError:
-    """What is proven of a contender's error: a part relative to min(eps, 1 - eps), and units in the last place of eps.
-
-    With `of_v_star` it is the error for the v* that the kernel gets; the rounding of v* comes on top.
-    """
-
-    relative: float = 0.0
-    ulps: float = 0.0
-    of_v_star: bool = False
 
 
 @dataclass(frozen=True)
@@ -56,8 +45,8 @@ class Contender:
         What the C code should compute, from speeds and a beta, by another way. None: eps, within what is proven.
     slack : float
         Tolerance of that comparison, in units of the type's epsilon, relative to the larger of the result and 1.
-    proven : mapping of str to ProvenError
-        By type.
+    proven : mapping of str to ErrorBound
+        By type; of a function of v* (its result is "epsilon") the rounding of v* comes on top.
     fast_math : bool
         Build the array function with -ffast-math, too.
     valid : (float, float) or None
@@ -80,7 +69,7 @@ class Contender:
     measures: tuple[Measure, ...] = MEASURES
     expected: Callable[[FloatArray, float], FloatArray] | None = None
     slack: float = 100.0
-    proven: Mapping[str, ProvenError] = field(default_factory=dict)
+    proven: Mapping[str, ErrorBound] = field(default_factory=dict)
     fast_math: bool = False
     valid: tuple[float, float] | None = None
     most: int = 1 << 40

@@ -20,10 +20,11 @@ from viscopade.collision import spheres
 from viscopade.generated import marker_line, template
 from viscopade.kernels import toolchain
 from viscopade.kernels.arithmetic import HOSTS
+from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.toolchain import Compiler, Library
 from viscopade.kernels.v_star import of_v_star
 from viscopade.progress import track
-from viscopade_lab.bench.contender import Contender, Measure, ProvenError
+from viscopade_lab.bench.contender import Contender, Measure
 from viscopade_lab.bench.speeds import BETA, DISTRIBUTIONS, SPEED_MAX, SPEED_MIN, Distribution, speeds
 
 CACHE = 2048  # elements of an array in the cache
@@ -227,12 +228,16 @@ def ulp_of_eps(form: Format) -> float:
     return max(form.epsilon, form.epsilon / 2 / float(double.one_minus_epsilon(spheres.v_star(SPEED_MIN, BETA))))
 
 
-def allowed(proof: ProvenError, form: Format) -> float:
+def proven_error(bound: ErrorBound, form: Format) -> Fraction:
+    """Return the bound over the speeds as one number, relative to the smaller of eps and 1 - eps."""
+    return bound.relative + bound.last + bound.ulps * Fraction(ulp_of_eps(form))
+
+
+def allowed(bound: ErrorBound, form: Format) -> float:
     """Return the largest error that does not contradict a proof, relative to the smaller of eps and 1 - eps."""
-    bound = proof.relative + proof.ulps * ulp_of_eps(form)
-    root = float(of_v_star(HOSTS[form.name], Fraction(max(SPEED_MAX, 1 / SPEED_MIN)))) if proof.of_v_star else 0.0
+    root = of_v_star(HOSTS[form.name], Fraction(max(SPEED_MAX, 1 / SPEED_MIN))) if bound.result == "epsilon" else 0
     # The eps that it is compared with is rounded, too.
-    return (1 + bound) * (1 + root) - 1 + double.ULP["epsilon"] * ulp_of_eps(DOUBLE)
+    return float((1 + proven_error(bound, form)) * (1 + root) - 1) + double.ULP["epsilon"] * ulp_of_eps(DOUBLE)
 
 
 def in_rounds(tasks: Sequence[Task], rounds: int) -> dict[Key, FloatArray]:

@@ -10,9 +10,10 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import catalogue
+from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.speed_table import in_table
-from viscopade_lab.bench.contender import Contender, ProvenError
+from viscopade_lab.bench.contender import Contender
 from viscopade_lab.bench.rivals import of_expression, tenth_root
 
 
@@ -49,13 +50,11 @@ def _restitution(speed: FloatArray, beta: float) -> tuple[float, FloatArray]:
     return float(time.perf_counter_ns() - begin), epsilon
 
 
-def _proven(kernel: Kernel, function: str) -> dict[str, ProvenError]:
+def _proven(kernel: Kernel, function: str) -> dict[str, ErrorBound]:
     """Return the errors of a function by format, those in the table of a kernel with a table of speeds."""
-    of_v_star, found = kernel.argument == "v_star", dict[str, ProvenError]()
-    for form in kernel.formats:
-        bound = kernel.bound(function, "host", form)[0] if of_v_star else in_table(kernel, function, FORMATS[form])
-        found[form] = ProvenError(float(bound.relative + bound.last), float(bound.ulps), of_v_star)
-    return found
+    if kernel.argument == "v_star":
+        return {form: kernel.bound(function, "host", form)[0] for form in kernel.formats}
+    return {form: in_table(kernel, function, FORMATS[form]) for form in kernel.formats}
 
 
 def _of_tier(tier: str) -> Contender:
