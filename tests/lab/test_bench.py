@@ -31,6 +31,7 @@ from viscopade_lab.bench.speeds import BETA, DISTRIBUTIONS, SPEED_MAX, SPEED_MIN
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 BENCH = Path(__file__).parents[2] / "docs" / "bench"
+RUNS_OF_ALL = ("xeon_cascade_lake", "xeon_amx", "zen4")
 TINY = Sizes(memory=1 << 12, scalar=256, duration=1.0, sampled=1 << 12)
 
 needs_compiler = pytest.mark.skipif(
@@ -93,6 +94,13 @@ def test_every_rival_computes_what_it_should():
     for kernel in kernels:
         for form in kernel.formats:
             harness.errors(kernel, form)
+
+
+def test_a_vector_library_that_is_not_installed_is_left_out_with_a_reason(monkeypatch):
+    (sleef, _) = rivals.VECTOR_LIBRARIES
+    monkeypatch.setattr(rivals, "VECTOR_LIBRARIES", (replace(sleef, files=("libnone.so",)),))
+    assert "pow+[3/6]-sleef" not in {kernel.id for kernel in rivals.contenders()}
+    assert rivals.absent() == ["left out: pow+[3/6]-sleef; SLEEF is not installed: apt-get install libsleef3"]
 
 
 def wrong_coefficient():
@@ -433,8 +441,8 @@ def test_the_picture_is_drawn(kind):
 
 def test_the_committed_results_are_readable_and_the_picture_has_their_labels():
     text = (BENCH / "speed_against_error.svg").read_text("utf-8")
-    for path in sorted(BENCH.glob("*.csv")):
-        rows = from_csv(path.read_bytes(), path.name)
+    for name in RUNS_OF_ALL:
+        rows = from_csv((BENCH / f"{name}.csv").read_bytes(), name)
         assert {"copy", "pow", "pow+[3/6]", "speed-1e-5", "speed-full", "full"} <= {row.id for row in rows}
     shown = picture.points(from_csv((BENCH / "xeon_cascade_lake.csv").read_bytes(), ""), "throughput")
     assert [row.label for row in shown if f"<!-- {row.label}" not in text] == []
@@ -443,7 +451,7 @@ def test_the_committed_results_are_readable_and_the_picture_has_their_labels():
 def test_the_pages_ratios_are_those_of_the_files():
     page = (BENCH.parent / "results" / "benchmark.md").read_text("utf-8")
     lines = [line.split(" | ")[1:] for line in page.partition("| what | Xeon")[2].splitlines()[2:7]]
-    for column, name in enumerate(("xeon_cascade_lake", "xeon_amx", "zen4")):
+    for column, name in enumerate(RUNS_OF_ALL):
         rows = from_csv((BENCH / f"{name}.csv").read_bytes(), name)
         wanted = (row for row in rows if (row.format, row.speeds) == ("double", "log-uniform"))
         of = {(row.id, row.measure): row for row in wanted}

@@ -95,6 +95,7 @@ def run(
             rounds, *flags, CACHE, sizes.memory
         ),
         f"beta = {BETA:g}, speeds from {SPEED_MIN:g} to {SPEED_MAX:g}",
+        *rivals.absent(),
     ]
     return comments, rows
 

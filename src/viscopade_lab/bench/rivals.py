@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
+import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,6 +45,7 @@ def contenders() -> list[Contender]:
         _quotient((3, 6), PADE),
         _quotient((3, 6), f"{PADE}-fast", fast_math=True),
         _quotient((3, 6), "exp-log+[3/6]-fast", fast_math=True, root=_exp_log),
+        *(_vector_pow(library, path) for library in VECTOR_LIBRARIES if (path := library.path)),
         of_expression(
             "fit",
             fit,
@@ -152,6 +158,50 @@ def _quotient(
         fast_math=fast_math,
         measures=ARRAY if fast_math else MEASURES,
     )
+
+
+@dataclass(frozen=True)
+class VectorLibrary:
+    """A library with a vector pow, which the benchmark measures if it is installed."""
+
+    name: str
+    title: str
+    files: tuple[str, ...]
+    install: str
+
+    @property
+    def path(self) -> str | None:
+        """The library as it can be loaded, or None: from the loader's folders, or from the folder of pip's packages."""
+        for path in (*self.files, *(str(Path(sys.prefix, "lib", file)) for file in self.files)):
+            with suppress(OSError):
+                ctypes.CDLL(path)
+                return path
+        return None
+
+
+VECTOR_LIBRARIES = (
+    VectorLibrary("sleef", "SLEEF", ("libsleef.so.3", "libsleef.so"), "apt-get install libsleef3"),
+    VectorLibrary("mkl", "oneMKL", ("libmkl_rt.so.3", "libmkl_rt.so.2", "libmkl_rt.so"), "python -m pip install mkl"),
+)
+
+
+def absent() -> list[str]:
+    """Return a line for each library that is not installed, with the command that installs it."""
+    return [
+        f"left out: {PADE}-{library.name}; {library.title} is not installed: {library.install}"
+        for library in VECTOR_LIBRARIES
+        if library.path is None
+    ]
+
+
+def _vector_pow(library: VectorLibrary, path: str) -> Contender:
+    quotient = _quotient((3, 6), f"{PADE}-{library.name}", fast_math=True)
+    a, b = TABLE[3, 6]
+    source = _template(
+        f"{library.name}.c.jinja", library=path, formats=tuple(FORMATS.values()),
+        quotient=lambda form: f"({_polynomial(form, a)}) / ({_polynomial(form, b)})",
+    )  # fmt: skip
+    return replace(quotient, label=f"{library.title}'s pow + [3/6]", source=source, array=f"rival_{library.name}")
 
 
 def _table(ident: str, *, logarithmic: bool) -> Contender:
