@@ -20,6 +20,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import astuple, dataclass, fields
+from fractions import Fraction
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -34,18 +35,19 @@ from viscopade.kernels.toolchain import processor
 from viscopade.progress import track
 from viscopade_lab.studies.laws import markdown
 
-DIGITS = (30, 100, 300)
-V_STAR = 1
+CASES = ((1, 30), (1, 100), (1, 300), (Fraction(1, 1000), 30), (30, 30))
+"""v* and digits."""
 GUARD_BITS = 20  # of heyoka's numbers: its error is that of all steps
 INSTALL = "this study needs heyoka, which is not installed: python -m pip install heyoka"
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Times of one collision at v* = 1, in processor time: medians over the rounds.
+    """Times of one collision, in processor time: medians over the rounds.
 
     Attributes
     ----------
+    v_star : float
     digits : int
     heyoka_ms, exact_ms, ratio : float
         The ratio, exact over heyoka, is the median of the ratios within a round.
@@ -55,6 +57,7 @@ class Comparison:
         |eps of heyoka/eps - 1|.
     """
 
+    v_star: float
     digits: int
     heyoka_ms: float
     exact_ms: float
@@ -66,19 +69,21 @@ class Comparison:
 COLUMNS = tuple(field.name for field in fields(Comparison))
 
 
-def collision_by_heyoka(heyoka: Any, digits: int) -> Callable[[], Any]:
-    """Return a function that integrates one collision at v* = 1, compiled for so many digits; it returns eps."""
+def collision_by_heyoka(heyoka: Any, v_star: Fraction, digits: int) -> Callable[[], Any]:
+    """Return a function that integrates one collision, compiled for so many digits; it returns eps."""
     bits = bits_for(digits) + GUARD_BITS
 
     def real(number: int) -> Any:
         return heyoka.real(number, bits)
 
     s, u = heyoka.make_vars("s", "u")
-    force = s * s + V_STAR**2 * u
+    force = s * s + heyoka.par[0] * u
+    kappa = real(v_star.numerator**2) / real(v_star.denominator**2)
     end = heyoka.t_event(force, fp_type=heyoka.real, direction=heyoka.event_direction.negative)
     motion = heyoka.taylor_adaptive(
-        [(s, u), (u, -2 * s * s * force)], [real(0), real(1)], t_events=[end], fp_type=heyoka.real, prec=bits
-    )
+        [(s, u), (u, -2 * s * s * force)], [real(0), real(1)], pars=[kappa], t_events=[end], fp_type=heyoka.real,
+        prec=bits,
+    )  # fmt: skip
 
     def run() -> Any:
         motion.state[:] = [real(0), real(1)]
@@ -97,24 +102,27 @@ def _timed(run: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - start, result
 
 
-def compare(heyoka: Any, digits: int, rounds: int) -> Comparison:
+def compare(heyoka: Any, v_star: Fraction, digits: int, rounds: int) -> Comparison:
     """Measure both in turns."""
-    compilation, by_heyoka = _timed(lambda: collision_by_heyoka(heyoka, digits))
+    compilation, by_heyoka = _timed(lambda: collision_by_heyoka(heyoka, v_star, digits))
 
     def ours() -> Any:
-        return exact.epsilon(V_STAR, digits)
+        return exact.epsilon(v_star, digits)
 
     ours(), by_heyoka()
-    times = [[_timed(run)[0] * 1e3 for run in (by_heyoka, ours)] for _ in track(range(rounds), f"{digits} digits")]
+    times = [
+        [_timed(run)[0] * 1e3 for run in (by_heyoka, ours)]
+        for _ in track(range(rounds), f"v* = {v_star}, {digits} digits")
+    ]
     with mp.workdps(digits + 10):
-        difference = abs(mp.mpf(str(by_heyoka())) / exact.epsilon(V_STAR, digits + 5) - 1)
+        difference = abs(mp.mpf(str(by_heyoka())) / exact.epsilon(v_star, digits + 5) - 1)
         if difference > mp.mpf(10) ** -digits:
             raise ArithmeticError(
                 f"heyoka and the exact function differ by {mp.nstr(difference, 3)} at {digits} digits"
             )
     first, second = (statistics.median(column) for column in zip(*times, strict=True))
     ratio = statistics.median(own / other for other, own in times)
-    return Comparison(digits, first, second, ratio, compilation, float(difference))
+    return Comparison(float(v_star), digits, first, second, ratio, compilation, float(difference))
 
 
 def to_csv(rows: Iterable[Comparison], rounds: int, installed: str) -> str:
@@ -123,7 +131,7 @@ def to_csv(rows: Iterable[Comparison], rounds: int, installed: str) -> str:
     comments = [
         *marker_lines("python -m viscopade_lab.studies.against_heyoka"),
         f"{processor()}; Python {platform.python_version()}, {packages}, heyoka {installed}",
-        f"v* = {V_STAR}; processor time; medians of {rounds} rounds",
+        f"processor time; medians of {rounds} rounds",
     ]
     buffer = io.StringIO()
     buffer.writelines(f"# {comment}\n" for comment in comments)
@@ -134,10 +142,18 @@ def to_csv(rows: Iterable[Comparison], rounds: int, installed: str) -> str:
 
 def table(text: str) -> str:
     """Return the table of the page, in Markdown, from the file's text."""
-    head = ("digits", "heyoka, no proof", "`exact.epsilon`, proven", "exact/heyoka", "heyoka compiles", "difference")
+    head = (
+        r"$v_\ast$",
+        "digits",
+        "heyoka, no proof",
+        "`exact.epsilon`, proven",
+        "exact/heyoka",
+        "heyoka compiles",
+        "difference",
+    )
     lines = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     rows = (
-        [row["digits"], *(f"{float(row[name]):g} ms" for name in ("heyoka_ms", "exact_ms")),
+        [row["v_star"], row["digits"], *(f"{float(row[name]):g} ms" for name in ("heyoka_ms", "exact_ms")),
          row["ratio"], f"{row['compilation_s']} s", row["difference"]] for row in lines
     )  # fmt: skip
     return markdown(head, rows)
@@ -154,7 +170,7 @@ def main(out: Path | None, result: Path | None, rounds: int) -> None:
             import heyoka
         except ImportError:
             raise click.UsageError(INSTALL) from None
-        text = to_csv([compare(heyoka, digits, rounds) for digits in DIGITS], rounds, heyoka.__version__)
+        text = to_csv([compare(heyoka, Fraction(v), digits, rounds) for v, digits in CASES], rounds, heyoka.__version__)
         if out is not None:
             out.write_text(text, encoding="utf-8")
     else:
