@@ -469,6 +469,19 @@ def test_the_pages_ratios_are_those_of_the_files():
             assert [float(x) for x in re.findall(r"[\d.]+", line[column])] == pytest.approx(numbers, rel=0.006)
 
 
+def test_the_pages_times_of_vector_pows_are_those_of_the_file():
+    page = (BENCH.parent / "results" / "benchmark.md").read_text("utf-8")
+    lines = [line.split(" | ") for line in page.partition("| array of doubles")[2].splitlines()[2:10]]
+    rows = from_csv((BENCH / "vector_pow.csv").read_bytes(), "vector_pow")
+    ids = ("speed-1e-5", "speed-1e-10", "speed-full", "pow+[3/6]-mkl", "exp-log+[3/6]-fast", "pow+[3/6]-fast",
+           "pow+[3/6]-sleef", "pow+[3/6]")  # fmt: skip
+    chosen = (row for row in rows if (row.format, row.speeds, row.measure) == ("double", "log-uniform", "cache"))
+    times = {row.id: row.median_ns for row in chosen}
+    assert [float(line[1]) for line in lines] == pytest.approx([times[ident] for ident in ids], rel=0.005)
+    ratios = [float(line[2].rstrip(" |")) for line in lines]
+    assert ratios == pytest.approx([times[ident] / times[ids[0]] for ident in ids], rel=0.05)
+
+
 # --- the command line ---------------------------------------------------------------------------------------------
 
 
