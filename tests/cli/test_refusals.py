@@ -293,7 +293,7 @@ BAD = [
     (("audit", "textbook", "--speed", "1"), "Textbook has no contact of native parameters here: expected lammps"),
     (("audit", "--force", "1e5*x", "--speed", "1"), "mass is missing: expected --mass"),
     (("audit", "--force", "1e5*y", "--speed", "1", "--mass", "1"), "force has 'y': expected numbers, x, v"),
-    (("audit", "--force", "-x", "--speed", "1", "--mass", "1"), "force stops no body of mass 1 at speed 1"),
+    (("audit", "--force", "-x", "--speed", "1", "--mass", "1"), "force does not stop a body of mass 1 at speed 1"),
     (("audit", "--epsilon", "2"), "epsilon is '2': expected a number from 0.001 to 1"),
     (("audit", "--time-step", "3"), "time-step is 3 contact times"),
     (("audit", "--time-step", "1", "--contact-time", "0"), "time-step is 0 contact times"),

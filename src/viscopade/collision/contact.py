@@ -4,12 +4,12 @@ The compression x and its rate v obey
 
     m dv/dt = load - F(x, v),    dx/dt = v,    x(0) = 0,  v(0) = the speed of impact,
 
-where F acts while x > 0 (design section 2.12). With the end "force" nothing pulls: the force is max(F, 0), and it may
-act again until the bodies are back at x = 0. With the end "return" F may pull until x = 0. The coefficient of
-restitution eps is the speed at which the bodies are back at x = 0, over the speed of impact.
+where F acts while x > 0. With the end "force" the contact never pulls: the force is max(F, 0), and it may act again
+until the bodies are back at x = 0. With the end "return" F may pull until x = 0. The coefficient of restitution eps is
+the speed at which the bodies are back at x = 0, over the speed of impact.
 
-A power law (`viscopade.Law`) is one kind of force. Others have no parameter that stands for all of them, so
-every number here is sampled: computed in floating point, with an estimate of its error, not proven.
+A power law (`viscopade.Law`) is one kind of force. Every number here is sampled: computed in floating point, with an
+estimate of its error, not proven.
 
 Without a time step the equation of motion itself is solved. In the variables s = x^(1/4) and sigma, dt = 4 s^3 dsigma,
 
@@ -18,10 +18,10 @@ Without a time step the equation of motion itself is solved. In the variables s 
 which is smooth at x = 0 for forces in powers of x^(1/4), Hertz's and Tsuji's among them, and at the turning point.
 Gauss's collocation method of order 40 solves it in pieces (Hairer, Norsett, Wanner, Solving Ordinary Differential
 Equations I, section II.7). Pieces end where the motion turns back, where the force vanishes or acts again, and at
-x = 0, so that a force with a kink there is smooth in every piece. A second solution, of order 32 and with other pieces,
-tells the error.
+x = 0, so that a force with a kink there is smooth in every piece. The difference from a second solution, of order 32
+and with other pieces, estimates the error.
 
-With a time step a program's own map is iterated, from many phases: where in a step contact begins is chance.
+With a time step a program's own map is iterated, from many phases, because contact begins anywhere in a step.
 """
 
 from __future__ import annotations
@@ -47,24 +47,24 @@ __all__ = ["PHASES", "SCHEMES", "Contact", "SampledCollision", "damping_factor"]
 Force = Callable[[FloatArray, FloatArray], ArrayLike]
 
 PHASES = np.arange(0.5, 64) / 64
-"""Where in a step contact begins: the midpoints of 64 parts of it."""
+"""Parts of a step at which contact begins: the midpoints of 64 equal parts."""
 
-_METHODS = ((20, 1e-12), (16, 1e-11))  # nodes, half of the order, and error of a piece in units of the largest speed
-_SOLVED = 1e-14  # of the equations of a piece
-_SHORTEST = 1e-8  # piece, where a force has a jump
-_ESCAPES = 1e6  # in units of the speed of impact: a piece that cannot be solved
-_ROUNDING, _ROUNDED = 4e-16, 2e-14  # of a number, and of the error of a piece
-_NEWTON = 20  # steps to solve a piece, at most
-_PIECES = 1000  # of one collision, at most
-_SUBSTEPS = 1_000_000  # of a time step, at most
-_STEPS = 100_000  # in a contact, or so, at most
+_METHODS = ((20, 1e-12), (16, 1e-11))  # number of nodes (half of the order); error of a piece over the largest speed
+_SOLVED = 1e-14  # error of the equations of a piece
+_SHORTEST = 1e-8  # length of a piece where a force has a jump
+_ESCAPES = 1e6  # speed over the speed of impact from which on a piece cannot be solved
+_ROUNDING, _ROUNDED = 4e-16, 2e-14  # rounding error of a number, and of the error of a piece
+_NEWTON = 20  # largest number of steps to solve a piece
+_PIECES = 1000  # largest number of pieces of a collision
+_SUBSTEPS = 1_000_000  # largest number of parts of a time step
+_STEPS = 100_000  # largest number of steps in a contact, roughly
 _EXPECTED = "expected a function of compression and rate that pushes bodies apart"
-_CREEP = 1e-12  # of the speed of impact: slower bodies that slow down do not part
+_CREEP = 1e-12  # share of the speed of impact: slower bodies that slow down do not part
 _NUDGE = 1e-7  # for derivatives of the force
-_EDGE = 1e-3  # of the part of a piece without nodes
+_EDGE = 1e-3  # share of the part of a piece without nodes
 _PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
-_NEAR, _WIDEST = 0.1, 10  # the search for a damping factor: first by a factor of e^0.1, doubled so many times
-_CLOSE = 1e-13  # of a damping factor
+_NEAR, _WIDEST = 0.1, 10  # search for a damping factor: the first step is a factor of e^0.1, and is doubled 10 times
+_CLOSE = 1e-13  # relative error of a damping factor
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _FINITE = Accepted("a finite number", lambda x: abs(x) < math.inf)
@@ -126,7 +126,7 @@ class Contact:
     Raises
     ------
     TypeError, ValueError
-        If the force is not callable, a number is not finite, the mass is not positive, or there is no such end.
+        If the force is not callable, a number is not finite, the mass is not positive, or the end is not known.
 
     Examples
     --------
@@ -162,11 +162,11 @@ class Contact:
         kappa : float or array
             Damping of the scaled equation; an array is for `rebounds` only.
         load : float
-            G of the scaled equation (section 2.11).
+            G of the scaled equation.
         """
-        of = law_of(law)
-        a, b, damping = float(of.elastic), float(of.damping), checked.array("kappa", kappa, _FINITE)
-        return cls(lambda x, v: x**a + damping * x**b * v, load=load, end=of.end)
+        law = law_of(law)
+        a, b, damping = float(law.elastic), float(law.damping), checked.array("kappa", kappa, _FINITE)
+        return cls(lambda x, v: x**a + damping * x**b * v, load=load, end=law.end)
 
     def collide(
         self,
@@ -184,19 +184,19 @@ class Contact:
         speed : float
             Speed of impact > 0, a length/time.
         step : float, optional
-            Time step > 0. If none is given, the equation of motion itself is solved.
+            Time step > 0. By default the equation of motion itself is solved.
         scheme : Scheme
             Integrator, if a time step is given.
         substeps : int
-            Parts of a time step, each of which is one step of the scheme.
+            Number of parts of a time step; each is one step of the scheme.
         phases : array_like
-            Where in the first (sub-)step contact begins, from 0 to 1.
+            Parts of the first (sub-)step at which contact begins, from 0 to 1.
 
         Raises
         ------
         TypeError, ValueError
-            If an argument is not such a number, a step is below 1e-5 of a contact or so, the force is not finite, or
-            no force stops the bodies.
+            If an argument is out of range, a step is below about 1e-5 of a contact, the force is not finite, or the
+            force does not stop the bodies.
         """
         v = checked.number("speed", speed, _POSITIVE)
         if step is None:
@@ -206,25 +206,24 @@ class Contact:
         shortest = math.pi * length / _fastest(self, v, length) / _STEPS
         if h < shortest:
             raise ValueError(
-                f"step is {h:g}: expected a number >= {shortest:.3g}, {_STEPS} steps in a contact; without one, "
-                "steps are infinitely fine"
+                f"step is {h:g}: expected a number >= {shortest:.3g}, that is {_STEPS} steps in a contact, or no step"
             )
         begins = checked.array("phases", phases, PHASE).ravel()
         if not begins.size:
-            raise ValueError("phases has no number: expected at least one number from 0 to 1")
+            raise ValueError("phases is empty: expected at least one number from 0 to 1")
         if not isinstance(scheme, Scheme):
             raise TypeError(checked.refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
         with np.errstate(over="ignore", invalid="ignore"):
             found = self.rebounds(v, h, begins, scheme)
         if not (np.isfinite(found.epsilon) & np.isfinite(found.depth)).all():
-            raise ValueError(f"step is {step:g}: expected one with which no speed leaves the range of double precision")
+            raise ValueError(f"step is {step:g}: expected a smaller one, because speeds exceed double precision")
         mean, errors = {}, {}
         for name, values in found._asdict().items():
             mean[name] = float(values.mean())
             with np.errstate(invalid="ignore"):  # of infinite durations
                 jumps = np.nan_to_num(np.abs(values - np.roll(values, 1)))
             errors[name] = float(jumps.max()) / len(values)  # a jump lies anywhere between two phases
-            if name == "epsilon":  # beyond the phases that were tried it may go on as far as it came
+            if name == "epsilon":  # between phases, eps may exceed an extreme by as much as it differs from the next
                 for extreme, at in (("least", int(values.argmin())), ("largest", int(values.argmax()))):
                     errors[extreme] = float(max(jumps[at], jumps[(at + 1) % len(values)]))
         parts = bool(np.isfinite(found.duration).any())
@@ -239,18 +238,18 @@ class Contact:
         scheme: Scheme = SEMI_IMPLICIT,
         longest: float | None = None,
     ) -> Rebounds:
-        """Return collisions by a program's integrator, for every step and phase; numbers are not checked.
+        """Return collisions by a program's integrator, for every step and phase; arguments are not checked.
 
         Parameters
         ----------
         speed : float
             Speed of impact > 0.
         step, phase : array_like
-            Time steps > 0, and where in the first step contact begins, from 0 to 1; shapes that fit together.
+            Time steps > 0, and parts of the first step at which contact begins, from 0 to 1; they are broadcast.
         scheme : Scheme
         longest : float, optional
-            Time after which bodies that still touch do not part: some 60 undamped contact times if it is not given. It
-            must be given for a force of arrays, such as that of many kappa.
+            Time after which bodies that still touch do not part, by default about 60 undamped contact times. It is
+            necessary for a force with arrays of parameters, such as many kappa.
         """
         h, begin = np.broadcast_arrays(np.asarray(step, float), np.asarray(phase, float))
         g, pushes = self.load / self.mass, self.end == "force"
@@ -279,18 +278,18 @@ def damping_factor(
     Parameters
     ----------
     family : callable
-        From c to a `Contact`; its eps falls with c.
+        Function that returns the `Contact` of a c; eps decreases with c.
     epsilon : float
         Wanted coefficient of restitution, > 0 and < 1.
     near : float
-        Where the search begins, > 0. It looks up to e^100 times farther.
+        Start of the search, > 0. The search extends over a factor of e^100 to either side.
     speed, step, scheme, phases
         As for `Contact.collide`.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not such a number, or no damping factor gives this eps.
+        If an argument is out of range, or no damping factor gives this eps.
 
     Examples
     --------
@@ -317,8 +316,8 @@ def damping_factor(
         else:
             b, high, a = a, low, a - _NEAR * 2**i
             low = excess(a)
-    accepted = f"at least {min(tried):.4g}" if first > 0 else f"at most {max(tried):.4g}"
-    raise ValueError(f"epsilon is {wanted:g}: expected {accepted}, which this damping gives")
+    reached = f"at least {min(tried):.4g}" if first > 0 else f"at most {max(tried):.4g}"
+    raise ValueError(f"epsilon is {wanted:g}: expected {reached}, which this kind of damping can reach")
 
 
 def _root(function: Callable[[float], float], one: tuple[float, float], other: tuple[float, float]) -> float:
@@ -350,8 +349,8 @@ def _root(function: Callable[[float], float], one: tuple[float, float], other: t
 class _Rule(NamedTuple):
     """Gauss's collocation method on [0, 1]: nodes, weights, integrals up to each node, and the last coefficients.
 
-    No node is in the outermost parts: `gap` is their length, and `inner` and `values` are integrals up to a place in
-    each of them, close to 0 and 1, and the values there.
+    `gap` is the length of the two outermost parts, which have no nodes. `inner` and `values` are integrals up to a
+    place in each of them, close to 0 and 1, and the values there.
     """
 
     nodes: FloatArray
@@ -370,14 +369,14 @@ def _rule(n: int) -> _Rule:
     k, gap = np.arange(n), float(x[0] + 1)
     p = legendre.legvander(np.concatenate((x, [_EDGE * gap - 1, 1 - _EDGE * gap])), n)
     coefficients = (k[:, None] + 0.5) * p[:n, :n].T * weights
-    below = np.column_stack([-np.ones(n + 2), p[:, : n - 1]])  # P_(-1) = -1 makes the integral of P_0 what it is
+    below = np.column_stack([-np.ones(n + 2), p[:, : n - 1]])  # P_(-1) = -1 gives the right integral of P_0
     integrals = (p[:, 1:] - below) / (2 * k + 1) @ coefficients / 2
     values = p[n:, :n] @ coefficients
     return _Rule((x + 1) / 2, weights / 2, integrals[:n], coefficients[-3:], gap / 2, integrals[n:], values)
 
 
 class _Piece(NamedTuple):
-    """A piece of the motion: s and v at the nodes and, last, at its end; its time, and the estimate of its error."""
+    """A piece of the motion: s and v at the nodes and, last, at its end; its duration, and an estimate of its error."""
 
     s: FloatArray
     v: FloatArray
@@ -386,7 +385,7 @@ class _Piece(NamedTuple):
 
 
 class _Event(NamedTuple):
-    """The motion turns, or turns back, or ends, or the force vanishes or acts again: where in a piece, and between."""
+    """A turn, a turn back or the end of the motion, or a zero of the force: its place in a piece, with bounds."""
 
     part: float
     low: float
@@ -424,7 +423,7 @@ class _Motion:
             event = self.event(piece, s, v, acts, approaches)
             if event and event.name == "turns back" and (piece.error <= self.tolerance or h <= _SHORTEST):
                 return 0.0, depth, math.inf, error / self.start
-            for _ in range(3):  # an event may lie before the one that seemed to be first
+            for _ in range(3):  # there may be an earlier event
                 if not event or event.name == "turns back":
                     break
                 piece, h = self.landed(event, s, v, h, acts)
@@ -452,9 +451,7 @@ class _Motion:
             truncated = max(piece.error - _ROUNDED, _ROUNDED / 1000)  # rounding does not fall with the length
             h *= min(4.0, max(0.3, 0.8 * (self.tolerance / truncated) ** power))
         where = f"compression {self.length * s**4:.4g} and rate {self.speed * v:.4g}"
-        raise ValueError(
-            f"force cannot be integrated at {where}: it is not finite there, or its damping far too strong"
-        )
+        raise ValueError(f"force cannot be integrated at {where}: expected a finite force, and weaker damping")
 
     def piece(self, s: float, v: float, h: float, acts: bool) -> _Piece:
         """Solve the collocation equations for v at the nodes, by Newton's method with differences of the force."""
@@ -471,22 +468,22 @@ class _Motion:
             jacobian = np.eye(n) - h * (integrals * by_v) - h * h * ((integrals * by_s) @ integrals)
             try:
                 move = np.linalg.solve(jacobian, missing) if np.isfinite(missing).all() else missing
-            except np.linalg.LinAlgError:  # of a piece that is too long for a steep force
+            except np.linalg.LinAlgError:  # the piece is too long for a steep force
                 move = np.full(n, np.inf)
             size = float(np.abs(move).max())
             at = at - move
             if size < _SOLVED * (1 + abs(v)) or not size < _ESCAPES:
                 break
-        relaxed = 1 + h * max(float(-by_v.max()), 0)  # strong damping forgets errors
+        relaxed = 1 + h * max(float(-by_v.max()), 0)  # strong damping reduces errors
         edges = s + h * (inner @ at)
         there = 4 * edges**3 * (self.load - (self.force(edges, v + h * (inner @ rate)) if acts else 0))
-        missed = gap * float(np.abs(there - values @ rate).max())  # a kink between the last node and the end, e. g.
+        missed = gap * float(np.abs(there - values @ rate).max())  # such as a kink between the last node and the end
         error = h * max(float(np.abs(last @ rate).max()), missed) / relaxed + (size if size > 10 * _SOLVED else 0)
         end = float(s + h * (weights @ at)), float(v + h * (weights @ rate))
         return _Piece(np.append(path, end[0]), np.append(at, end[1]), h * float(weights @ (4 * path**3)), error)
 
     def event(self, piece: _Piece, s: float, v: float, acts: bool, approaches: bool) -> _Event | None:
-        """Return what happens first in a piece from s and v, and after which part of it."""
+        """Return the first event in a piece from s and v."""
         watched = {"turn": (v, piece.v)} if approaches else {"end": (s, piece.s), "turns back": (-v, -piece.v)}
         if self.pushes:
             force = self.force(piece.s, piece.v)
@@ -501,7 +498,7 @@ class _Motion:
         return min(found, default=None)
 
     def landed(self, event: _Event, s: float, v: float, h: float, acts: bool) -> tuple[_Piece, float]:
-        """Return the piece from s and v that ends with an event of one of length h, and its length: Newton's method."""
+        """Return the piece from s and v that ends with an event of the piece of length h, and its own length."""
         low, high, h = event.low * h, event.high * h, event.part * h
         for _ in range(_NEWTON):
             piece = self.piece(s, v, h, acts)
@@ -521,10 +518,10 @@ class _Motion:
 
 
 def _length(contact: Contact, speed: float) -> float:
-    """Return a length on which the force stops the bodies, at rest if it does, else at the speed of impact."""
+    """Return a length over which the force stops the bodies, the force at rate 0 or else at the speed of impact."""
     if not (0 < speed * speed < math.inf and 0 < contact.mass * speed * speed < math.inf):
         raise ValueError(
-            f"speed is {speed:g}, mass {contact.mass:g}: expected numbers whose m v^2 is a positive double"
+            f"speed is {speed:g}, mass is {contact.mass:g}: expected m v^2 in the range of double precision"
         )
     for rate in (0.0, speed):
         low, high = -40.0, 40.0
@@ -541,17 +538,17 @@ def _length(contact: Contact, speed: float) -> float:
             low, high = np.log10(lengths[i - 1]), np.log10(lengths[i])
         else:
             return float(lengths[i])
-    raise ValueError(f"force stops no body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
+    raise ValueError(f"force does not stop a body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
 
 
 def _fastest(contact: Contact, speed: float, length: float) -> float:
-    """Return about the largest speed of a body that the load takes on over a length."""
+    """Return roughly the largest speed of a body that the load accelerates over a length."""
     return math.sqrt(speed**2 + max(contact.load, 0) / contact.mass * length)
 
 
 def _exact(contact: Contact, speed: float) -> SampledCollision:
-    """Return the collision without a time step: the finer of two solutions, and their differences."""
-    with np.errstate(all="ignore"):  # of lengths that are tried and given up
+    """Return the collision without a time step: the finer of two solutions, with their differences as errors."""
+    with np.errstate(all="ignore"):  # overflow in steps that are too long
         motions = [_Motion(contact, speed, *method) for method in _METHODS]
         fine, coarse = (motion.collide() for motion in motions)
     motion, names = motions[0], ("epsilon", "depth", "duration")

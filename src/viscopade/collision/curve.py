@@ -1,11 +1,11 @@
 r"""The exact functions of any law of contact in double precision, on NumPy arrays.
 
-`curve` reads the table of a named law, which is a record of the package, and makes that of another law when it is
-first asked for. With s = ln kappa,
+`curve` reads the table of a named law, which is a record of the package, and makes the table of another law when it is
+first needed. With s = ln kappa,
 
     L(s) = ln((1 - eps)/eps) - s,    X(s) = ln x_max,    T(s) = tau_c/x_max
 
-are smooth, and constant for small kappa. For large kappa ln eps, X and T are straight lines (sections 2.5 and 2.9).
+are smooth, and constant for small kappa. For large kappa ln eps, X and T are straight lines.
 Between these ends they are interpolated by Chebyshev polynomials on panels, and L likewise as a function of
 ln((1 - eps)/eps), for the inverse.
 
@@ -36,30 +36,30 @@ ERROR = 2e-13
 """Largest relative error of all results (sampled: tests/collision/test_curve.py)."""
 
 NODES = 28  # on a panel
-PANELS = 6  # before any is halved
-SMALL = 1e-14  # of the last coefficients, relative to the largest one, or to 1
-NARROWEST = 2.0**-8  # panel
+PANELS = 6  # number of panels before any is halved
+SMALL = 1e-14  # size of the last coefficients, relative to the largest one, or to 1
+NARROWEST = 2.0**-8  # length of a panel
 CONSTANT = 38.0  # below ln kappa = -CONSTANT times a power, L, X and T are constant to double precision
 STRAIGHT = 48.0  # beyond ln k = STRAIGHT/2 they are straight lines
-BISECTIONS = 24  # until the slope of a straight line finishes
+BISECTIONS = 24  # before steps by the slope of a secant
 STEP = 2.0**-12  # for differences
-LEAST_EPSILON = "1e-3"  # where contact ends against an attractive force
+LEAST_EPSILON = "1e-3"  # end of the table if contact ends against an attractive force
 
 _PORTIONS = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
 
 
 @dataclass(frozen=True)
 class Interpolant:
-    """Functions that Chebyshev polynomials interpolate on panels; constant before them, straight lines behind them.
+    """Functions interpolated by Chebyshev polynomials on panels; constant before them, straight lines after them.
 
     Attributes
     ----------
     ends : tuple of float
-        Of the panels, ascending.
+        Ends of the panels, ascending.
     coefficients : tuple
         For each function and panel, the coefficients of the Chebyshev polynomials.
     slopes : tuple of float
-        For each function, its slope behind the last panel.
+        For each function, its slope after the last panel.
     """
 
     ends: tuple[float, ...]
@@ -79,7 +79,7 @@ class Interpolant:
 
 @dataclass(frozen=True)
 class Tables:
-    """What `curve` knows of a law.
+    """Tables of a law for `curve`.
 
     Attributes
     ----------
@@ -97,21 +97,21 @@ class Curve:
     """The functions of one law: eps, 1 - eps, x_max and tau_c of kappa, and kappa of eps.
 
     Each method takes a number, a list or an array, and returns a float or an array with relative errors of at most
-    `ERROR` (sampled). It raises TypeError for what is no real number, and ValueError for a number out of range:
-    negative or NaN, or beyond `kappa_max`.
+    `ERROR` (sampled). It raises TypeError for anything except real numbers, and ValueError for a number that is
+    negative, NaN, or beyond `kappa_max`.
 
     Attributes
     ----------
     law : Law
     kappa_max : float
-        Largest kappa of eps: infinite, but for an end at x = 0 against an attractive force.
+        Largest kappa of eps: infinite, except for an end at x = 0 against an attractive force.
     kappa_max_of_course : float
-        Largest kappa of x_max and tau_c: finite for every end at x = 0, which contact reaches more and more slowly.
+        Largest kappa of x_max and tau_c: finite for an end at x = 0, because contact then takes longer and longer.
     """
 
     def __init__(self, law: Law, tables: Tables) -> None:
         self.law, self._tables = law, tables
-        self._decay = 1.0 if law.decay is None else float(law.decay)  # None: nothing is asked behind the last panel
+        self._decay = 1.0 if law.decay is None else float(law.decay)  # None: kappa never exceeds the last panel
         last = math.exp(tables.of_s.ends[-1])
         self.kappa_max = last if Motion.of(law).attractive else math.inf
         self.kappa_max_of_course = math.inf if law.delayed else last
@@ -203,7 +203,7 @@ def curve(law: Law | str) -> Curve:
     Raises
     ------
     TypeError, ValueError
-        If there is no such law.
+        If the law is not known.
 
     Examples
     --------
@@ -244,7 +244,7 @@ def curve_tables(law: Law) -> Tables:
 
 
 def _ends_of_k(law: Law) -> tuple[float, float]:
-    """Return ln k where L, X and T become constant, and where they become straight lines or contact ends no more."""
+    """Return ln k where L, X and T become constant, and where they become straight lines or contact no longer ends."""
     motion = Motion.of(law)
     # The first corrections are of order kappa or, with delayed recovery, kappa^(n_b/d) of L and r_c^m of T.
     slow = CONSTANT * max(1.0, law.d / law.n_b, motion.d / motion.m)
@@ -253,7 +253,7 @@ def _ends_of_k(law: Law) -> tuple[float, float]:
         return first, STRAIGHT / 2
     if motion.attractive:
         return first, exact.log_k_of_epsilon(LEAST_EPSILON, law)
-    # Creeping bodies forget how they came in like exp(-k^2/(2 n)).
+    # The effect of the initial motion on creeping bodies decays like exp(-k^2/(2 n)).
     return first, math.log(2 * max(motion.n_b, 2 * motion.n_b - motion.n_a) * CONSTANT) / 2
 
 
@@ -275,7 +275,7 @@ def _solved(function: Callable[[FloatArray], FloatArray], wanted: FloatArray, sp
 def interpolant(
     functions: Callable[[FloatArray], FloatArray], span: FloatArray, slopes: tuple[float, ...] = ()
 ) -> Interpolant:
-    """Interpolate functions (first axis of what is returned) on panels that are halved until that is accurate."""
+    """Interpolate functions, the first axis of the returned array, on panels that are halved until it is accurate."""
     angles = np.pi * (np.arange(NODES) + 0.5) / NODES
     transform = 2 / NODES * np.cos(np.outer(np.arange(NODES), angles))
     transform[0] /= 2

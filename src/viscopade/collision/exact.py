@@ -7,12 +7,12 @@ and P (unloading), and with them, for a law of contact (a, b), nu = (a+1)/(b+1),
     (1 - eps^2) F^2 = r_c^n_a/n_a + k W,    r_c^d = k P (or r_c = 0 if nothing is delayed),
 
 for the paper's law kappa = v*^2 = 2^(-4/5) k F^(1/5), x_max = (2 F)^(-4/5), r_c^2 = k P. T and W are integrals over
-both branches of positive functions: 1 - eps loses no digits however small kappa is. Newton's
-method, with the derivative of the flow, finds a k whose kappa (or eps) is nearly the wanted one; what it found is then
-enclosed (`validation`), and the difference that remains is covered by bounds of the derivatives with respect to ln k
-which hold for every k. docs/theory/exact-function.md has the proofs.
+both branches of positive functions, so that 1 - eps loses no digits however small kappa is. Newton's method, with the
+derivative of the flow, finds a k whose kappa (or eps) is nearly the wanted one. The numbers at this k are then enclosed
+(`validation`), and bounds of the derivatives with respect to ln k, which hold for every k, cover the remaining
+difference. docs/theory/exact-function.md has the proofs.
 
-End of contact is that of the law: eq:tEndAdvanced, where the force vanishes, for the paper's.
+The end condition is that of the law; for the paper's law contact ends where the force vanishes (eq:tEndAdvanced).
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ Exact = Any
 """A number taken exactly: str (decimal), int, float, Fraction, Decimal, mpmath.mpf or a NumPy scalar."""
 
 MAX_ATTEMPTS = 12
-GUARD_BITS = 32  # of ball arithmetic, beyond the accuracy asked for
-GUARD_DIGIT_BITS = 12  # so that an enclosure rarely lies across a boundary of rounding
+GUARD_BITS = 32  # additional bits of ball arithmetic
+GUARD_DIGIT_BITS = 12  # so that an enclosure rarely contains a boundary of rounding
 LEAST_ACCURACY = 30  # with fewer bits, the end of unloading may not be found for large k
-LOW_ACCURACY = 60  # of what becomes a double
-LOST_BITS = 4  # of what Newton's method finds when the last step has doubled the bits that were right
+LOW_ACCURACY = 60  # bits of a number that becomes a double
+LOST_BITS = 4  # bits by which a step of Newton's method falls short of doubling the correct ones
 LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
 MAX_STEPS = 100
 COST_POWER, PROOF_COST = 2.4, 2.5  # a step of Newton's method takes like bits^2.4, the proof as long as 2.5 of them
-LARGEST_POWER_BITS = 7000  # of k^n_a: integration needs more and more bits, until it would take minutes
+LARGEST_POWER_BITS = 7000  # bits of k^n_a, beyond which an integration would take minutes
 
 _SPEEDS = "0, infinity, or a number from 1e-1000 to 1e100"
 _BETAS = "0, or a number from 1e-1000 to 1e100"
@@ -77,11 +77,11 @@ class Collision(Determined):
     tau_c : flint.arb
         Duration of contact (eq:tEndAdvanced).
     given : dict
-        The numbers among them that were given, or follow from those, as fractions.
+        The numbers among them that are known exactly, as fractions.
     beta : flint.arb, optional
-        eq:betadef in (time/length)^(1/5), if the speed was given.
+        eq:betadef in (time/length)^(1/5), if the speed is given.
     kappa : flint.arb, optional
-        If it was given, or the law is not the paper's.
+        Damping of the scaled equation, if it is given or the law is not the paper's.
     """
 
     digits: int
@@ -121,7 +121,7 @@ class Collision(Determined):
         return {name: to_mpf(ball) if ball.is_finite() else mp.inf for name, ball in self.balls().items()}
 
     def floats(self) -> dict[str, float]:
-        """Return the numbers by name as doubles: those nearest to the decimals."""
+        """Return the numbers by name as the doubles nearest to the decimals."""
         return {name: float(text) for name, text in self.decimals().items()}
 
     def _decimal(self, name: str) -> str | None:
@@ -169,8 +169,8 @@ def collision(
     Raises
     ------
     TypeError, ValueError
-        If not exactly one of v_star, kappa, and both beta and speed, is given; if one is no such number; if digits are
-        out of range, there is no such law, or contact does not end with this kappa.
+        If not exactly one of v_star, kappa, and both beta and speed, is given; if a number or digits are out of range;
+        if the law is not known, or contact does not end with this kappa.
     """
     digits, of = arguments.digits(digits), law_of(law)
     given = (v_star is not None, kappa is not None, beta is not None, speed is not None)
@@ -188,7 +188,7 @@ def collision(
         factor = arguments.exact_number("beta", beta, _BETAS, _in_range)
         velocity = arguments.exact_number("speed", speed, _BETAS, _in_range)
         if of.c <= 0 and velocity == 0:
-            raise ValueError("speed is 0: expected a number > 0, for kappa does not vanish with the speed")
+            raise ValueError("speed is 0: expected a number > 0, because kappa does not vanish with the speed")
         root = _rational_root_of_product(factor, velocity, of)
         exact = {"beta": factor} if root is None else {"beta": factor, "v_star": root}
         return _at_speed(_Speed(factor, velocity, exact, of), digits)
@@ -203,7 +203,7 @@ def _at_speed(wanted: _Speed, digits: int) -> Collision:
 
 
 def _require_moderate(wanted: _Speed) -> None:
-    """Refuse a kappa whose k is too large: k ~ kappa^(nu/2)."""
+    """Raise ValueError if k ~ kappa^(nu/2) is too large."""
     n_a, law = Motion.of(wanted.law).n_a, wanted.law
     with working(128):
         log_kappa = float(wanted.log_kappa())
@@ -213,13 +213,13 @@ def _require_moderate(wanted: _Speed) -> None:
         largest = (log_kappa - excess * 2 / float(law.nu)) / math.log(10)
         root = f", or v_star up to {10.0 ** (largest / law.d - 0.01):.2g}" if law.d > 1 else ""
         raise ValueError(
-            f"kappa is about 1e{round(log_kappa / math.log(10))}: accepted for the law {law} is a kappa up to "
-            f"1e{math.floor(largest)}{root}"
+            f"kappa is about 1e{round(log_kappa / math.log(10))}: expected kappa up to 1e{math.floor(largest)}{root} "
+            f"for the law {law}"
         )
 
 
 def _named(law: Law, kappa: Fraction) -> dict[str, Fraction]:
-    """Return kappa as a number to be shown, if the law is not the paper's, which speaks of v* alone."""
+    """Return kappa as a number to be shown, except for the paper's law, where only v* is shown."""
     return {} if law == VISCOELASTIC else {"kappa": kappa}
 
 
@@ -245,9 +245,9 @@ def invert(
     digits : int
         Significant digits, 1 to 5000.
     one_minus_epsilon : like epsilon
-        Instead of epsilon: a float near 1 knows few digits of 1 - epsilon.
+        In place of epsilon, because a float near 1 has few digits of 1 - epsilon.
     speed : like epsilon, optional
-        Impact speed at which epsilon was found, from 1e-1000 to 1e100: the collision then has a beta, too.
+        Impact speed at which epsilon holds, from 1e-1000 to 1e100; the collision then also has a beta.
     law : Law or str
         Law of contact, or its name or exponents (`law_of`).
 
@@ -258,8 +258,7 @@ def invert(
     Raises
     ------
     TypeError, ValueError
-        If not exactly one of the two is given, if it is no such number, if digits are out of range, or there is no
-        such law.
+        If not exactly one of the two is given, a number or digits are out of range, or the law is not known.
     """
     digits, of = arguments.digits(digits), law_of(law)
     if (epsilon is None) == (one_minus_epsilon is None):
@@ -377,11 +376,11 @@ class _AtK:
 
     @property
     def unloading_slope(self) -> arb:
-        """A bound of |d ln p/d ln k| in unloading, but for k far off: 1, or more where the force is attractive."""
+        """A bound of |d ln p/d ln k| in unloading for k nearby: 1, or more if the force is attractive."""
         if not self.motion.attractive:
             return arb(1)
         slope = (1 / (self.motion.n_a * self.unloading.p**2)).max(arb(1))
-        # Unloading with a larger k is one that began farther out, scaled: p k^(n_a/q), q = 2 n_b - n_a, does not fall.
+        # Unloading with a larger k is a scaled one that began farther out: p k^(n_a/q), q = 2 n_b - n_a, does not fall.
         return slope if self.law.nu >= 2 else slope.min(ball_of(max(self.law.nu / (2 - self.law.nu), Fraction(1))))
 
     def restitution(self, delta: arb) -> dict[str, arb]:
@@ -394,7 +393,7 @@ class _AtK:
         return {"epsilon": 1 - loss if loss < arb(1) / 2 else epsilon, "one_minus_epsilon": loss}
 
     def course(self, delta: arb) -> dict[str, arb]:
-        """Enclose x_max and tau_c likewise."""
+        """Enclose x_max and tau_c at any k whose logarithm differs by at most delta."""
         motion, power = self.motion, 1 / (self.law.elastic + 1)
         time = self.loading.time + self.unloading.time
         of_scale = ball_of(abs(1 - 2 * power))
@@ -437,7 +436,7 @@ class _Speed:
         return ball_of(self.beta).log() + ball_of(self.speed).log() * ball_of(2 * self.law.c)
 
     def guess(self) -> tuple[arb, int]:
-        """Return an approximation of k, and the number of its bits that are right."""
+        """Return an approximation of k, and the number of its correct bits."""
         with working(128):
             log_kappa = self.log_kappa()
             known = _k_from_table(log_kappa, 52) if self.law == VISCOELASTIC else None
@@ -477,7 +476,7 @@ class _Restitution:
         return ball_of(1 - self.epsilon).log() - ball_of(self.epsilon).log()
 
     def guess(self) -> tuple[arb, int]:
-        """Return an approximation of k, and the number of its bits that are right."""
+        """Return an approximation of k, and the number of its correct bits."""
         epsilon, loss = float(self.epsilon), float(1 - self.epsilon)
         if self.law == VISCOELASTIC and min(epsilon, loss) > 1e-300:
             v_star = double.v_star_from(epsilon) if epsilon < loss else double.v_star_from(one_minus_epsilon=loss)
@@ -566,8 +565,8 @@ def _collision(wanted: _Wanted, digits: int) -> Collision:
     except NoEndError:
         smaller = "a larger epsilon" if isinstance(wanted, _Restitution) else "a smaller kappa"
         raise ValueError(
-            f"contact of the law {wanted.law} does not end at x = 0, or too slowly to be followed, with so much "
-            f"damping: expected {smaller}" + (", or end 'force'" if wanted.law.nu > 1 else "")
+            f"with this much damping, contact of the law {wanted.law} does not end at x = 0, or lasts too long to be "
+            f"computed: expected {smaller}" + (", or end 'force'" if wanted.law.nu > 1 else "")
         ) from None
 
 
@@ -596,7 +595,7 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
 
 
 def _end_bits(law: Law, k: Dyadic, accuracy: int) -> int:
-    """Return how many bits more tau_c needs for small k: the error of r_c^d = k P is one of r_c^m by k^(m/d - 1)."""
+    """Return the additional bits of tau_c for small k: the error of r_c^m is that of r_c^d = k P times k^(m/d - 1)."""
     motion, small = Motion.of(law), max(-k.size, 0)
     if not law.delayed or motion.m >= motion.d or small * motion.m > accuracy * motion.d:  # r_c^m itself is nothing
         return 0
@@ -604,13 +603,13 @@ def _end_bits(law: Law, k: Dyadic, accuracy: int) -> int:
 
 
 def _approached(wanted: _Wanted, k: Dyadic) -> tuple[Dyadic, int]:
-    """Return k, by Newton's method with steps of at most a factor of e^2, and how many bits are right: a few."""
+    """Return k to a few bits, by Newton's method with steps of at most a factor of e^2, and their number."""
     largest = 2.0
     for _ in range(MAX_STEPS):
         try:
             change = float(wanted.step(k, LEAST_ACCURACY).mid())
         except NoEndError:
-            change, largest = -largest, largest / 2  # back, and on more carefully
+            change, largest = -largest, largest / 2  # back, then with smaller steps
         change = max(min(change, largest), -largest)
         with working(96):
             k = Dyadic.nearest(k.ball() * arb(change).exp(), 64)
@@ -660,7 +659,7 @@ def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]
 
 
 def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
-    """Return what a step of Newton's method needs, without a proof unless the force may be attractive."""
+    """Return the numbers for a step of Newton's method, without a proof unless the force may be attractive."""
     forth, back = _branches(k, accuracy, law)
     if back.motion.attractive:
         return _at(k, accuracy, law)
@@ -728,6 +727,6 @@ def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bo
 def _at_infinity(digits: int, law: Law) -> Collision:
     """Return the limit v* -> infinity."""
     if not law.delayed:
-        raise ValueError("v_star is inf: expected a finite number, because contact with this law takes for ever")
+        raise ValueError("v_star is inf: expected a finite number, because contact with this law never ends")
     kappa = {"kappa": arb.pos_inf()} if law != VISCOELASTIC else {}
     return Collision(digits, arb.pos_inf(), arb(0), arb(1), arb(0), arb(0), {}, **kappa)

@@ -9,9 +9,9 @@ from viscopade.arrays import checked
 from viscopade.arrays.checked import Accepted
 from viscopade.collision.spheres import Pair
 
-LARGEST_OVERLAP = 0.03  # of the smaller radius
-NEAR_YIELD = 0.5  # of the speed at which the material yields
-SOUND_CROSSINGS = 5  # of the smaller sphere, that a contact should last at least
+LARGEST_OVERLAP = 0.03  # maximal compression over the smaller radius
+NEAR_YIELD = 0.5  # speed over the speed at which the material yields
+SOUND_CROSSINGS = 5  # least contact time over the time in which sound crosses the smaller sphere
 LONGEST_RELAXATION = 0.3  # A over the contact time
 YIELD_PRESSURE = 1.6  # largest pressure in the contact at first yield, over the yield strength (Hertz, von Mises)
 
@@ -20,14 +20,14 @@ _STRENGTH = Accepted("a number > 0", lambda x: x > 0)
 
 SENTENCES = {
     "depth": "the overlap reaches {share} of the radius, more than {limit}: Hertz's theory is for small contacts",
-    "yield": "{speed} is {beyond} the {limit} at which the material begins to yield: eps then falls faster, as plastic "
-    "work is not in the model",
-    "slowness": "at {speed} the contact lasts {share} times as long as sound takes through the sphere, less than "
-    "{limit} times: waves carry energy away, the theory is quasi-static",
-    "relaxation": "A is {share} of the contact time at {speed}, more than {limit}: the law of force is the first order "
-    "in A over the duration",
+    "yield": "{speed} is {beyond} the {limit} at which the material begins to yield: eps then falls faster, because "
+    "of plastic work, which is not in the model",
+    "slowness": "at {speed} the contact lasts {share} times as long as sound takes to cross the sphere, less than "
+    "{limit} times: waves carry energy away, but the theory is quasi-static",
+    "relaxation": "A is {share} of the contact time at {speed}, more than {limit}: the law of force is only the first "
+    "order in A over the contact time",
 }
-"""What `violations` says, with names in braces for numbers; the calculator's page says it, too."""
+"""The sentences of `violations` and of the calculator's page, with names in braces for numbers."""
 
 
 def violations(
@@ -42,18 +42,18 @@ def violations(
     Parameters
     ----------
     pair : Pair
-        With typical radii.
+        The pair with typical radii.
     fastest : float
         Its fastest impact, a length/time.
     strongest : Pair, optional
-        With the radii of the largest v* at a speed, if sizes are distributed.
+        The pair with the radii of the largest v* at a speed, if sizes are distributed.
     yield_strength : float, optional
-        The smaller one of both materials, a pressure.
+        The smaller yield strength of both materials, a pressure.
 
     Raises
     ------
     TypeError, ValueError
-        If the strength is not a number > 0, or the speed is none >= 0.
+        If the strength is not a number > 0, or the speed is not a number >= 0.
     """
     fastest = checked.number("fastest", fastest, _SPEED)
     share, speed = overlap(pair, fastest), f"{fastest:.3g} m/s"

@@ -1,14 +1,14 @@
-"""The maps that programs iterate: integrators with a time step, and the collisions that they compute.
+"""Integrators of simulation programs as maps of a time step, and the collisions that they compute.
 
 Semi-implicit Euler's method is the map
 
     x <- x + h v,    v <- v + h a(x, v),    a = (load - F)/m.
 
-Velocity Verlet, which carries its force from one step to the next, and the leapfrog are the same map wherever the
-damping takes the velocity v between two steps: LAMMPS, LIGGGHTS, MercuryDPM and YADE compute forces after half of the
-kick. So the damping lags behind by half a step, and the error of eps is of first order in h.
+Velocity Verlet, which carries its force from one step to the next, and the leapfrog are the same map if the damping
+uses the velocity v between two steps: LAMMPS, LIGGGHTS, MercuryDPM and YADE compute forces after half of the kick. So
+the damping lags behind by half a step, and the error of eps is of first order in h.
 
-Where in a step contact begins, the phase, is chance: a program's eps is a range, with a mean.
+The phase, the place in a step at which contact begins, is random: a program's eps has a range and a mean.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from viscopade.arrays.checked import FloatArray
 Acceleration = Callable[[FloatArray, FloatArray], FloatArray]
 State = tuple[FloatArray, FloatArray, FloatArray]
 
-_SECANTS, _SOLVED = 60, 4e-15  # to solve an implicit step, at most, and up to which error
-_NEARBY = 1e-6  # of the first secant
-_TURNS = 3  # a body that turns back before x = 0 stays, unless its scheme adds energy: it is given a second chance
-_CREEP = 1e-10  # of the speed of impact: a body that is slower in two steps stays
+_SECANTS, _SOLVED = 60, 4e-15  # largest number of secants that solve an implicit step, and its error
+_NEARBY = 1e-6  # length of the first secant
+_TURNS = 3  # a body that turns more often stays; one turn back before x = 0 may be due to the scheme's errors
+_CREEP = 1e-10  # share of the speed of impact: a body that is slower in two steps stays
 _PATH = np.linspace(0, 1, 65)
 
 
@@ -40,12 +40,12 @@ class Scheme:
     Attributes
     ----------
     name : str
-        What it is called.
     step : callable
-        From x, v, the time step h and the acceleration, a function of x and v, to x and v after a step, and the newest
-        acceleration.
+        Function of x, v, the time step h and the acceleration, which is a function of x and v. It returns x and v after
+        the step, and the newest acceleration.
     lead : float
-        By how many steps its velocity is ahead of its position in free flight: 1/2 if it is that of the next drift.
+        Number of steps by which the velocity is ahead of the position in free flight: 1/2 for the velocity of the next
+        drift.
     """
 
     name: str
@@ -103,13 +103,13 @@ SEMI_IMPLICIT = Scheme(
 """x <- x + h v, v <- v + h a(x, v), from either half on. Velocity Verlet, which carries its force from one step to the
 next, and the leapfrog are the same map wherever the damping takes the velocity between two steps."""
 FORWARD = Scheme("forward Euler", _forward, 0.5)
-"""The force of the old position and velocity, both of which move with old values."""
+"""The force, the position and the velocity all use the old position and velocity."""
 TAYLOR = Scheme("Taylor's method of second order in the position", _taylor, 0.0)
 """The force of the old position and velocity: x <- x + h v + h^2 a/2, v <- v + h a."""
 IMPLICIT = Scheme("implicit Euler", _implicit, -0.5)
 """The force at the end of the step, in steps that begin in contact."""
 RUNGE_KUTTA = Scheme("Runge-Kutta of fourth order", _runge_kutta, 0.0)
-"""The classical method, with steps that know nothing of where contact begins or ends."""
+"""The classical method, whose steps ignore the beginning and the end of contact."""
 
 SCHEMES = {
     "semi-implicit-euler": SEMI_IMPLICIT,
@@ -141,7 +141,7 @@ class Rebounds(NamedTuple):
 
 
 def _flies(acceleration: Acceleration, g: float, x: FloatArray, v: FloatArray) -> NDArray[np.bool_]:
-    """Return whether a force that has vanished stays so until x = 0, at all places of `_PATH` on the way."""
+    """Return whether a force that has vanished is 0 at all places of `_PATH` on the way to x = 0."""
     places = np.multiply.outer(_PATH, x)
     squares = v * v - 2 * g * (x - places)
     free = (squares > 0) & (acceleration(places, -np.sqrt(np.maximum(squares, 0))) == g)
@@ -157,15 +157,15 @@ def rebounds(
     ----------
     scheme : Scheme
     acceleration : callable
-        Of x and v; it is g where x <= 0.
+        A function of x and v; it is g for x <= 0.
     g : float
         Acceleration in free flight, towards the contact.
     speed : float
         Speed of impact > 0.
     h, phase : array
-        Time steps, and where in the first step contact begins, from 0 to 1.
+        Time steps, and the part of the first step at which contact begins, from 0 to 1.
     longest : float
-        Time after which bodies that still touch do not part. Those that turn back twice, or creep, do not either.
+        Time after which bodies that still touch are said not to part, like those that turn back twice, or creep.
     """
     before = phase * h if g <= 0 else np.minimum(phase * h, speed / g)  # the time in free flight, before first contact
     x, v = -before * speed + g / 2 * before**2, speed - g * before + scheme.lead * g * h

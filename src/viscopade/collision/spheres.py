@@ -4,9 +4,9 @@ Two smooth spheres press on each other with the force of eq:viscoelastic. For al
 depends on one number only, v* = beta^(1/2) v^(1/10) (eq:betadef). This module computes v*, and the units of
 length and time of the scaled equation.
 
-Units: any consistent system (SI, CGS, a simulation's own); results come in the units of the arguments. Only
-`beta_cgs_from_si` and `beta_si_from_cgs` convert, because beta is a (time/length)^(1/5). Nothing overflows or
-underflows on the way to a result that double precision can hold.
+Units: any consistent system (SI, CGS, a simulation's own); results have the units of the arguments. Only
+`beta_cgs_from_si` and `beta_si_from_cgs` convert, because beta is a (time/length)^(1/5). No intermediate result
+overflows or underflows if the result is in the range of double precision.
 
 Unequal materials: eq:paramEl is written for two spheres of one material. Here rho = 4/3 E_eff sqrt(R_eff)
 with Hertz's 1/E_eff = D_1 + D_2, D_i = (1 - nu_i^2)/Y_i, which is eq:paramEl when the materials are equal.
@@ -14,10 +14,10 @@ The dissipative constant of the pair is the mean weighted with these compliances
 
     A = (D_1 A_1 + D_2 A_2)/(D_1 + D_2),
 
-for the softer body takes the larger share of the compression. Both are derived here, in
-`derivations/02_unequal_materials.py`, the second within the quasi-static approximation that eq:viscoelastic
-rests on and to first order in A_1 and A_2. It is not the only choice: codes often take the arithmetic mean,
-and there is a theory for different materials beyond the quasi-static approximation (Goldobin, Susloparov,
+because the softer body has the larger share of the compression. `derivations/02_unequal_materials.py` derives
+both, the second in the quasi-static approximation of eq:viscoelastic, to first order in A_1 and A_2. It is not the
+only choice: programs often use the arithmetic mean, and there is a theory for different materials beyond the
+quasi-static approximation (Goldobin, Susloparov,
 Pimenova and Brilliantov, "Collision of viscoelastic bodies: Rigorous derivation of dissipative force", Eur.
 Phys. J. E). To use another A for a pair, give both spheres that A.
 """
@@ -38,7 +38,7 @@ from viscopade.collision.contact import Contact
 
 _BALL = 4 / 3 * math.pi
 _BETA_SI_PER_CGS = 100**0.2
-_LEAST_NORMAL = 2.0**-1022  # smaller numbers of type double have fewer digits
+_LEAST_NORMAL = 2.0**-1022  # smaller doubles have fewer digits
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
@@ -63,7 +63,7 @@ class Sphere:
     poisson_ratio : float
         Poisson ratio nu, > -1 and <= 1/2.
     dissipative_constant : float
-        A of eq:viscoelastic, a time; 0 is a perfectly elastic material.
+        A of eq:viscoelastic, a time; 0 for a perfectly elastic material.
 
     Raises
     ------
@@ -74,8 +74,8 @@ class Sphere:
 
     Notes
     -----
-    The density follows from the other attributes: it takes no part in comparisons and in the repr, and
-    `dataclasses.replace` keeps the mass.
+    The density follows from the other attributes: comparisons and the repr ignore it, and `dataclasses.replace`
+    does not change the mass.
 
     Examples
     --------
@@ -145,7 +145,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Pair:
-    """A colliding pair: two spheres, or a sphere and a wall. Exchanging them changes nothing, to the last bit.
+    """A colliding pair: two spheres, or a sphere and a wall. Their order does not matter, to the last bit.
 
     Parameters
     ----------
@@ -204,8 +204,10 @@ class Pair:
 
     @property
     def A(self) -> float:
-        """Dissipative constant of the pair, a time: the mean of the module's docstring."""
-        soft, stiff = sorted((self.first, self.second), key=_softness)
+        """Dissipative constant of the pair, a time: the mean weighted with the compliances of both bodies."""
+        # A decides between equally soft bodies, so that their order never does.
+        bodies = (self.first, self.second)
+        soft, stiff = sorted(bodies, key=lambda body: (body.plane_strain_modulus, body.dissipative_constant))
         # The stiffer body's share D_stiff/(D_soft + D_stiff) is at most 1/2: nothing cancels below.
         share = 1 / (1 + stiff.plane_strain_modulus / soft.plane_strain_modulus)
         return soft.dissipative_constant + share * (stiff.dissipative_constant - soft.dissipative_constant)
@@ -221,30 +223,30 @@ class Pair:
         return float(self.rho**0.4 / self.m_eff**0.4)
 
     def v_star(self, speed: Values) -> Values:
-        """Return v* of an impact speed or an array of them, as the function `v_star` does with this beta."""
+        """Return v* of an impact speed or an array of them, by the function `v_star` with this beta."""
         return v_star(speed, self.beta)
 
     def speed(self, v_star: Values) -> Values:
-        """Return the impact speed of a v* or an array of them, as `speed_from_v_star` does with this beta."""
+        """Return the impact speed of a v* or an array of them, by `speed_from_v_star` with this beta."""
         return speed_from_v_star(v_star, self.beta)
 
     def contact(self, gravity: Number = 0.0) -> Contact:
-        """Return the contact with a weight, in the units of the bodies: `Contact.collide` has eps, depth and duration.
+        """Return the contact with a weight; `Contact.collide` gives eps, depth and duration in the units of the bodies.
 
         Parameters
         ----------
         gravity : float
-            Acceleration of a sphere towards the wall that it hits, >= 0, a length/time^2. Two spheres that fall
-            together have no weight on each other.
+            Acceleration of a sphere towards the wall that it hits, >= 0, a length/time^2. Of two spheres that fall
+            together, neither presses on the other.
 
         Raises
         ------
         TypeError, ValueError
-            If gravity is not such a number, or is above 0 for two spheres.
+            If gravity is negative or not finite, or is above 0 for two spheres.
         """
         g = checked.number("gravity", gravity, _NON_NEGATIVE)
         if g and not (self.first.is_wall or self.second.is_wall):
-            raise ValueError(f"gravity is {g:g} for two spheres: expected 0; a weight needs a sphere and a wall")
+            raise ValueError(f"gravity is {g:g} for two spheres: expected 0, or a sphere and a wall")
         rho, damping = self.rho, 1.5 * self.A * self.rho
         return Contact(lambda x, v: rho * x**1.5 + damping * np.sqrt(x) * v, mass=self.m_eff, load=self.m_eff * g)
 
@@ -256,8 +258,8 @@ class Pair:
         speed : float or array
             Impact speed v >= 0, a length/time.
         gravity : float
-            As for `contact`: the weight acts during the contact. Without it eps is exact; with it, it is sampled
-            (`Contact.collide`), which takes some 10 ms a speed, and 0 for a sphere that stays on the wall.
+            As for `contact`: the weight acts during the contact. With gravity, eps is sampled (`Contact.collide`),
+            which takes about 10 ms for each speed, and is 0 for a sphere that stays on the wall.
 
         Returns
         -------
@@ -317,12 +319,12 @@ class Pair:
         Returns
         -------
         Pair
-            Of the same spheres, but both with the same new A.
+            The same spheres, both with the same new A.
 
         Raises
         ------
         TypeError, ValueError
-            As `beta_from_restitution` does.
+            As for `beta_from_restitution`.
 
         Examples
         --------
@@ -339,7 +341,7 @@ class Pair:
         return self.damped(self.dissipative_constant(beta))
 
     def damped(self, dissipative_constant: float) -> Pair:
-        """Return this pair of the same spheres, but both with a new dissipative constant A, a time."""
+        """Return a pair of the same spheres, both with a new dissipative constant A, a time."""
         first, second = (
             replace(sphere, dissipative_constant=dissipative_constant) for sphere in (self.first, self.second)
         )
@@ -348,15 +350,15 @@ class Pair:
     def length_scale(self, speed: Values) -> Values:
         """Return the unit of length of the scaled equation, (rho/m_eff)^(-2/5) v^(4/5).
 
-        Times x it is the compression xi (the scaling given with eq:equationOfMotionNatUnit). Arguments and errors are
-        those of `epsilon`.
+        Multiplied by x it is the compression xi (the scaling given with eq:equationOfMotionNatUnit). Arguments and
+        errors are those of `epsilon`.
         """
         return checked.elementwise(lambda v: v**0.8 / self._stiffness, "speed", speed, _NON_NEGATIVE)
 
     def time_scale(self, speed: Values) -> Values:
         """Return the unit of time of the scaled equation, (rho/m_eff)^(-2/5) v^(-1/5).
 
-        Times tau it is the time t (the scaling given with eq:equationOfMotionNatUnit).
+        Multiplied by tau it is the time t (the scaling given with eq:equationOfMotionNatUnit).
         It is infinite at speed 0. Arguments and errors are those of `epsilon`.
         """
         return checked.elementwise(lambda v: v**-0.2 / self._stiffness, "speed", speed, _NON_NEGATIVE)
@@ -402,7 +404,7 @@ def beta_from_restitution(
     *,
     one_minus_epsilon: float | FloatArray | None = None,
 ) -> float | FloatArray:
-    """Return the beta with which the coefficient of restitution at a speed is the wanted one: beta = v*^2 v^(-1/5).
+    """Return the beta that gives a coefficient of restitution at a speed: beta = v*^2 v^(-1/5).
 
     Parameters
     ----------
@@ -477,7 +479,7 @@ def speed_from_v_star(v_star: float | FloatArray, beta: float | FloatArray) -> f
     v_star : float or array
         Without units, >= 0.
     beta : float or array
-        > 0, in (time/length)^(1/5): without dissipation every speed has v* = 0. Arrays are broadcast.
+        > 0, in (time/length)^(1/5); without dissipation every speed has v* = 0. Arrays are broadcast.
 
     Returns
     -------
@@ -497,7 +499,7 @@ def speed_from_v_star(v_star: float | FloatArray, beta: float | FloatArray) -> f
 
 
 def restitution_error(v_star: float, relative_error: float) -> float:
-    """Return the standard error of eps at a v*, to first order in the relative one of beta, or of A."""
+    """Return the standard error of eps at a v*, to first order in the relative error of beta, or of A."""
     return abs(double.epsilon(v_star) * double.slope(v_star)) / 2 * relative_error
 
 
@@ -528,7 +530,7 @@ def beta_si_from_cgs(beta: Values) -> Values:
 
 
 def _mass_and_density(radius: float, mass: Number | None, density: Number | None) -> tuple[float, float]:
-    """Check the one of the two that is given and complete the other; the density of a wall is NaN."""
+    """Check the mass or the density, whichever is given, and compute the other; the density of a wall is NaN."""
     if (mass is None) == (density is None):
         given = "neither" if mass is None else "both"
         raise ValueError(f"mass and density: {given} given, expected exactly one of them")
@@ -539,7 +541,7 @@ def _mass_and_density(radius: float, mass: Number | None, density: Number | None
         raise ValueError(f"{infinite} is inf: expected a finite number > 0 or, for a wall, {other} = inf too")
     if math.isinf(radius):
         return m, d
-    # One factor of the radius at a time: the intermediate results lie between the given value and the result.
+    # With one factor of the radius at a time, the intermediate results lie between the given value and the result.
     if mass is None:
         return _in_range("mass", d * radius * radius * radius * _BALL), d
     return m, _in_range("density", m / radius / radius / radius / _BALL)
@@ -551,15 +553,12 @@ def _reduced(a: float, b: float) -> float:
     return small / (1 + small / large)
 
 
-def _softness(sphere: Sphere) -> tuple[float, float]:
-    """Sort key, the softer first; A decides between equals, so that the order of the arguments never does."""
-    return sphere.plane_strain_modulus, sphere.dissipative_constant
-
-
 def _in_range(name: str, value: float) -> float:
-    """Return a computed positive quantity, or refuse the units that push it out of double precision."""
+    """Return a computed positive quantity; raise ValueError if it is out of the range of double precision."""
     if not _LEAST_NORMAL <= value < math.inf:
         subnormal = 0 < value < _LEAST_NORMAL
-        accepted = f"at least {_LEAST_NORMAL:.3g}, as smaller numbers lose digits" if subnormal else _POSITIVE.accepted
-        raise ValueError(f"{name} is {value} in these units: expected {accepted}; rescale the units")
+        expected = (
+            f"at least {_LEAST_NORMAL:.3g}, because smaller numbers lose digits" if subnormal else _POSITIVE.accepted
+        )
+        raise ValueError(f"{name} is {value} in these units: expected {expected}; use other units")
     return value

@@ -1,6 +1,6 @@
 """Tsuji's damping, proportional to x^(1/4): a coefficient of restitution independent of the speed.
 
-Many programs damp Hertz's force so that eps is one number for all speeds, as Tsuji, Tanaka and Ishida proposed:
+Many programs damp Hertz's force in the way of Tsuji, Tanaka and Ishida, so that eps is the same for all speeds:
 
     m x'' = -k x^(3/2) - alpha sqrt(m k) x^(1/4) x'.
 
@@ -13,11 +13,11 @@ so eps is a function of the damping ratio zeta alone (`derivations/12_tsuji.py`)
     contact ends at x = 0:       eps = exp(-pi cot(psi)), and 0 from zeta = 1 on;
     contact ends at zero force:  eps = exp(-2 psi cot(psi)), and with zeta = cosh(chi) exp(-2 chi coth(chi)) beyond 1.
 
-Clipping a force that would pull, max(0, F), ends the contact at zero force: from there the speed is constant, and what
-would be the force stays negative.
+If a force that would pull is clipped, max(0, F), contact ends at zero force: from there on the speed is constant, and F
+would stay negative.
 
-A constant eps instead of the viscoelastic one is wrong at all speeds but one: `viscopade.simulators.stated` says by how
-much.
+A constant eps instead of the viscoelastic one is wrong at all speeds except one; `viscopade.simulators.stated` states
+the error.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def epsilon(damping_ratio: Number, end: End = "force") -> float:
     damping_ratio : float
         zeta >= 0.
     end : {"force", "position"}
-        Whether contact ends where the force vanishes (also: where it is clipped) or where the compression does.
+        Whether contact ends where the force vanishes or is clipped, or where the compression vanishes.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def epsilon(damping_ratio: Number, end: End = "force") -> float:
     Raises
     ------
     TypeError, ValueError
-        If an argument is not what is accepted.
+        If the damping ratio is negative or not finite, or the end is not known.
 
     Examples
     --------
@@ -103,11 +103,11 @@ def damping_ratio(
     wanted = _wanted(epsilon, one_minus_epsilon)
     if _checked(end) == "position":
         return wanted / math.hypot(wanted, math.pi)
-    # 2 zeta g(zeta) with g falling from pi/2 at 0 over 1 at 1 to 0: zeta lies between wanted/pi and wanted/2 below 1,
-    # and beyond 1 chi = acosh(zeta) between wanted/2 - 1 and wanted/2, as x <= x coth(x) <= x + 1.
+    # 2 zeta g(zeta), where g falls from pi/2 at 0 to 1 at 1: zeta < 1 lies between wanted/pi and wanted/2, and for
+    # zeta > 1, chi = acosh(zeta) lies between wanted/2 - 1 and wanted/2, because x <= x coth(x) <= x + 1.
     if wanted <= 2:
         return _bisected(lambda zeta: 2 * zeta * _g(zeta), wanted, wanted / math.pi, wanted / 2)
-    return math.cosh(_bisected(_overdamped, wanted, max(wanted / 2 - 1, 0.0), wanted / 2))
+    return math.cosh(_bisected(lambda chi: 2 * chi / math.tanh(chi), wanted, max(wanted / 2 - 1, 0.0), wanted / 2))
 
 
 def _wanted(epsilon: Number | None, loss: Number | None) -> float:
@@ -135,7 +135,7 @@ def _decrement(damping_ratio: Number, end: End) -> float:
 
 
 def _g(zeta: float) -> float:
-    """Return arccos(zeta)/sqrt(1 - zeta^2), which goes on smoothly beyond 1; from |1 - zeta|, so nothing cancels."""
+    """Return arccos(zeta)/sqrt(1 - zeta^2), continued smoothly beyond 1; from |1 - zeta|, so nothing cancels."""
     half = abs(1 - zeta) / 2
     if half == 0:
         return 1.0
@@ -144,13 +144,8 @@ def _g(zeta: float) -> float:
     return angle / (2 * root * math.sqrt((1 + zeta) / 2))
 
 
-def _overdamped(chi: float) -> float:
-    """Return 2 chi coth(chi) for chi > 0: what `_bisected` tries is above 0."""
-    return 2 * chi / math.tanh(chi)
-
-
 def _bisected(function: Callable[[float], float], wanted: float, low: float, high: float) -> float:
-    """Return where a rising function has a value, between two bounds: halving cannot fail, and it is done seldom."""
+    """Return the point between two bounds at which an increasing function has a value, by bisection."""
     for _ in range(_STEPS):
         middle = (low + high) / 2
         if not low < middle < high:

@@ -1,6 +1,6 @@
-"""Weight during a contact: a body that falls on a plane is pressed against it, and loses more (section 2.11).
+"""Weight during a contact: it presses a body that falls on a plane against the plane, which increases the loss.
 
-The scaled equation has a load then, x'' + x^a + kappa x^b x' = G with G = g T/v, where T is the unit of time and v the
+The scaled equation then has a load, x'' + x^a + kappa x^b x' = G with G = g T/v, where T is the unit of time and v the
 speed of impact. Between two bodies that both fall there is no load. For weak damping 1 - eps = kappa lambda(G), and
 `loss_slope` is lambda'(0)/lambda(0) over the undamped contact time: the loss grows by the factor 1 + slope g t_c/v.
 `derivations/16_load.py` derives it.
@@ -23,15 +23,15 @@ from viscopade.collision.spheres import Pair
 from viscopade.theory.law import VISCOELASTIC, Law
 
 EARTH = 9.81
-"""Acceleration of a body that falls, in m/s^2, where none is given."""
+"""Default acceleration of a body that falls, in m/s^2."""
 COUNTS = 0.02  # g t_c/v from which on texts warn
-_FACTOR = 4.0  # between speeds that are tried
-_WIDEST = 1e6  # in units of the speed at which G is 1: bodies stay down at all speeds, or at none
-_CLOSE = 1e-4  # of a sticking speed, relative: it is printed with three digits
+_FACTOR = 4.0  # ratio of successive speeds in the search for a sticking speed
+_WIDEST = 1e6  # end of that search, in units of the speed at which G is 1
+_CLOSE = 1e-4  # relative error of a sticking speed, which is printed with three digits
 
 
 def loss_slope(law: Law) -> float:
-    """Return s of the factor 1 + s g t_c/v by which weight multiplies a small loss, t_c being that without damping."""
+    """Return s of the factor 1 + s g t_c/v by which weight multiplies a small loss; t_c is without damping."""
     a, b = float(law.elastic), float(law.damping)
     with_load, without = _beta((b + 2) / (a + 1), 0.5), _beta((b + 1) / (a + 1), 1.5)
     return float(((a + 1) / 2) ** (1 / (a + 1)) * with_load / without / law.contact_time)
@@ -41,24 +41,24 @@ def rule(laws: Iterable[Law]) -> str:
     """Return the rule of thumb for laws of contact as a sentence, without its full stop."""
     slopes = dict.fromkeys(f"{loss_slope(law):.3f} (law {law})" for law in laws)
     return (
-        "without weight: a body that falls on a plane has the loss 1 - eps about 1 + s g t_c/v times, with s = "
-        f"{', '.join(slopes)}, which counts from g t_c/v = {COUNTS:g} on"
+        "without weight: for a body that falls on a plane the loss 1 - eps is larger by a factor of about "
+        f"1 + s g t_c/v, with s = {', '.join(slopes)}, which matters from g t_c/v = {COUNTS:g} on"
     )
 
 
 def loaded(law: Law, kappa: float, load: float, carried: float = 0.0) -> Contact:
-    """Return the scaled contact with a load, a part of which the force carries without a compression."""
+    """Return the scaled contact with a load; the force carries the part `carried` of it without a compression."""
     free = Contact.of_law(law, kappa, load)
     return free if not carried else replace(free, force=lambda x, v: np.asarray(free.force(x, v)) + carried * load)
 
 
 def falling(pair: Pair, speed: float, gravity: float) -> FallingContact:
-    """Return the contact of a sphere that falls on a wall, with its numbers at a speed."""
+    """Return the contact of a sphere that falls on a wall at a speed."""
     return FallingContact(VISCOELASTIC, float(pair.v_star(speed)) ** 2, float(pair.time_scale(speed)), speed, gravity)
 
 
 def calibrated(pair: Pair, speed: float, epsilon: float, gravity: float) -> Pair:
-    """Return the pair with the A that gives a sphere which falls on a wall an eps at a speed, as `Pair.calibrated`."""
+    """Return the pair with the A that gives an eps at a speed, for a sphere that falls on a wall."""
     alone = pair.calibrated(speed, epsilon)
     if alone.A == 0:
         return alone
@@ -70,7 +70,7 @@ def _beta(x: float, y: float) -> float:
 
 
 class Sentences(NamedTuple):
-    """What is said of weight, without full stops: a note, and what a body that falls gets, None if it hardly counts."""
+    """Sentences on weight, without full stops: a note, and eps of a body that falls (None if weight hardly matters)."""
 
     note: str
     fall: str | None
@@ -84,13 +84,12 @@ class FallingContact:
     ----------
     law : Law
     kappa, time : float
-        Damping and unit of time of the scaled equation at a speed.
+        Damping and unit of time of the scaled equation at `speed`.
     speed : float
-        That speed.
     gravity : float
         Acceleration g >= 0.
     carried : float
-        The part of the weight that the contact carries without a compression, as MuJoCo's do.
+        The part of the weight that the contact carries without a compression, as in MuJoCo.
     """
 
     law: Law
@@ -105,7 +104,7 @@ class FallingContact:
         return loaded(self.law, self._kappa(speed), self.gravity * self._time(speed) / speed, self.carried)
 
     def epsilon(self, speeds: ArrayLike) -> FloatArray:
-        """Return eps at speeds, 0 where the body does not leave the plane."""
+        """Return eps at speeds; 0 if the body does not leave the plane."""
         return np.array([self.contact(speed).collide().epsilon for speed in np.asarray(speeds, float).tolist()])
 
     def share(self, speed: float) -> float:
@@ -114,7 +113,7 @@ class FallingContact:
 
     @property
     def sticking_speed(self) -> float | None:
-        """Speed below which the body does not leave the plane; None if there is none."""
+        """Speed below which the body does not leave the plane, or None."""
         if self.kappa == 0 or self.gravity == 0:
             return None
         power = (float(self.law.elastic) + 1) / (2 * float(self.law.elastic))
@@ -123,7 +122,7 @@ class FallingContact:
         return None if found is None else unit * found
 
     def sentences(self, slowest: float, fastest: float, units: str = "m/s", given: bool = False) -> Sentences:
-        """Return what weight does at two speeds, in words.
+        """Return sentences on the effect of weight at two speeds.
 
         Parameters
         ----------
@@ -131,7 +130,7 @@ class FallingContact:
         units : str
             Unit of speeds.
         given : bool
-            Whether the gravity was asked for: then what a body that falls gets is no warning.
+            Whether the user gave the gravity, so that eps of a body that falls is no warning.
         """
         speeds = [fastest, slowest] if slowest < fastest else [fastest]
         shares, at = [self.share(v) for v in speeds], " and ".join(f"{v:.4g}" for v in speeds)
@@ -144,7 +143,7 @@ class FallingContact:
         try:
             light, heavy = (_and(body.epsilon(speeds), ".4f") for body in (replace(self, gravity=0.0), self))
             stays = self.sticking_speed
-        except ValueError:  # damping is so strong that its collision cannot be followed
+        except ValueError:  # damping is too strong for an integration
             return Sentences(note, None)
         fall = f"a body that falls on a plane at {at} {units} rebounds with eps = {heavy} (sampled)"
         words = "" if stays is None else f"; below {stays:.3g} {units} it stays down, eps = 0"
@@ -161,7 +160,7 @@ class FallingContact:
 
 @lru_cache(maxsize=256)
 def _sticking(law: Law, kappa: float, carried: float) -> float | None:
-    """Return the sticking speed over the speed at which G is 1, where the damping is kappa; None if there is none."""
+    """Return the sticking speed over the speed at which G is 1 and the damping is kappa, or None."""
     a = float(law.elastic)
 
     def parts(speed: float) -> bool:

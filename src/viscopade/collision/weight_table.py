@@ -1,8 +1,8 @@
-"""Table of the collision of a viscoelastic sphere that falls on a plane, in kappa and the load G (section 2.11).
+"""Table of the collision of a viscoelastic sphere that falls on a plane, in kappa and the load G.
 
-A fit of many bounces needs eps and the contact time at each of them, thousands of times: `Contact.collide` takes 10 ms.
-The table is made once, in half a second, and its numbers are sampled. In p = x^(1/2) and dt = 2 p dsigma the scaled
-equation and the loss of energy kappa L are polynomial, so Taylor series in sigma solve it for all nodes at once:
+A fit of many bounces needs eps and the contact time at each of them, thousands of times, and `Contact.collide` takes
+10 ms. The table is made once, in half a second, and its numbers are sampled. In p = x^(1/2) and dt = 2 p dsigma the
+scaled equation and the loss of energy kappa L are polynomial, so Taylor series in sigma solve it for all nodes at once:
 
     p' = v,    v' = 2 p (G - p^3) - 2 kappa p^2 v,    t' = 2 p,    L' = 4 p^2 v^2.
 
@@ -26,13 +26,13 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 
 LEAST, LARGEST = 9e-4, 6.5
-"""The kappa of the table: eps without weight is 0.999 and 0.05. Below it D hardly changes with kappa."""
+"""Range of kappa in the table: eps without weight is 0.999 and 0.05. Below it D hardly changes with kappa."""
 
 _NODES = 81, 53  # in ln kappa and in arcsin (G/G_s)^(1/2)
-_ORDER, _STEP = 16, 0.2  # of the series, and of sigma over the time scale of the motion
-_HALVINGS = 50  # of a step, to its event
-_CLOSE = 1e-14  # of a kappa, and of eps
-_DEGREE = 5
+_ORDER, _STEP = 16, 0.2  # order of the series, and step of sigma over the time scale of the motion
+_HALVINGS = 50  # of a step, to find its event
+_CLOSE = 1e-14  # error of a kappa, and of eps
+_DEGREE = 5  # of the splines
 
 
 class _Table(NamedTuple):
@@ -51,7 +51,7 @@ def load_at(speed: FloatArray, unit_speed: float) -> FloatArray:
 def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
     """Return eps at each kappa and load G; 0 for a sphere that stays down.
 
-    Beyond the table weight is taken to change eps by the factor of its largest kappa.
+    Beyond the table weight is assumed to change eps by the same factor as at its largest kappa.
     """
     k, place, stays = _place(kappa, load)
     squares = 1 - np.minimum(kappa, k) * np.exp(_table().loss(np.log(k), place))
@@ -65,7 +65,7 @@ def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
 
 
 def duration(kappa: FloatArray, load: FloatArray) -> FloatArray:
-    """Return how long the force acts, tau_c; of a sphere that stays down, that at G_s."""
+    """Return the time tau_c during which the force acts; for a sphere that stays down, its value at G_s."""
     k, place, _ = _place(kappa, load)
     return _table().duration(np.log(k), place)
 
@@ -73,7 +73,8 @@ def duration(kappa: FloatArray, load: FloatArray) -> FloatArray:
 def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
     """Return the time from first contact until the sphere is back at that height.
 
-    When the force vanishes, it is still below by x_c = kappa w, rises at w, and reaches the height at eps.
+    When the force vanishes, the sphere is still lower by x_c = kappa w, and rises at the speed w; at that height its
+    speed is eps.
     """
     rebound, pull = epsilon(kappa, load), kappa * load
     w = pull + np.hypot(pull, rebound)
@@ -81,7 +82,7 @@ def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
 
 
 def kappa_from(wanted: FloatArray, load: FloatArray) -> FloatArray:
-    """Return the kappa with which eps is the wanted one at each load; 0 for 1 or more, and infinite for 0."""
+    """Return the kappa that gives each eps at each load; 0 for an eps of 1 or more, and infinite for 0."""
     # Weight increases the loss, and D is at most 1/kappa. Between, Chandrupatla's method (1997), as in `contact`.
     inside = np.clip(wanted, 1e-300, 1.0)
     a, b = (1 - inside**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(inside)) ** 2
@@ -114,9 +115,9 @@ def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray,
 
 @cache
 def _table() -> _Table:
-    from scipy.interpolate import InterpolatedUnivariateSpline, RectBivariateSpline  # when it is needed
+    from scipy.interpolate import InterpolatedUnivariateSpline, RectBivariateSpline  # imported here: SciPy is optional
 
-    # The load that belongs to the speed at first contact follows from the motion, so any first guess of it does.
+    # Any guess of the load will do, because the motion gives the speed at first contact, which scales it.
     kappa = np.geomspace(LEAST, 1.2 * LARGEST, _NODES[0])
     load = 0.375 * kappa ** (-6 / 11) * (1 + 0.8 * kappa) ** -2.2
     start = np.array([kappa * np.sqrt(2 * load), -2 * load * kappa, 0 * kappa, 0 * kappa])
@@ -139,7 +140,7 @@ def _motion(
     direction: int,
     event: Callable[..., FloatArray],
 ) -> FloatArray:
-    """Return p, v, t and L where an event, a function of p, v and kappa, is no longer positive."""
+    """Return p, v, t and L at the first zero of an event, a function of p, v and kappa."""
     found = np.empty_like(state)
     step, moving = direction * _STEP / np.sqrt(1 + 2 * load + kappa), np.arange(len(kappa))
     while len(moving):
