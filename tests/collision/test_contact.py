@@ -442,7 +442,7 @@ def test_an_eps_that_no_damping_gives():
         (lambda: Contact(lambda x, v: x).collide(0), "speed is 0.*a finite number > 0"),
         (lambda: Contact(lambda x, v: x).collide(1e-200), "speed is 1e-200, mass is 1: expected m v"),
         (lambda: Contact(lambda x, v: x, mass=1e-100).collide(1e200), r"speed is 1e\+200, mass 1e-100: expected"),
-        (lambda: Contact(lambda x, v: x, mass=1e-250).collide(1e-60), "speed is 1e-60, mass 1e-250: expected"),
+        (lambda: Contact(lambda x, v: x, mass=1e-250).collide(1e-60), "speed is 1e-60, mass is 1e-250: expected"),
         (lambda: Contact(lambda x, v: x).collide(step=1e-9), "step is 1e-09: expected a number >= .* 100000 steps"),
         (lambda: Contact(lambda x, v: x).collide(step=math.nan), "step is nan"),
         (lambda: Contact(lambda x, v: x).collide(step=0.1, phases=[2]), "phases is 2.0"),

@@ -206,7 +206,9 @@ def test_pair_refuses():
 def test_numbers_that_have_lost_digits_are_refused():
     """A subnormal rho has fewer digits than beta, which follows from it and is no small number."""
     flat = Sphere(radius=5e-50, mass=6e-109, young_modulus=5e-290, poisson_ratio=0, dissipative_constant=2e108)
-    with pytest.raises(ValueError, match=r"^rho is .*e-31\d in these units: expected at least 2\.23e-308, because smaller"):
+    with pytest.raises(
+        ValueError, match=r"^rho is .*e-31\d in these units: expected at least 2\.23e-308, because smaller"
+    ):
         Pair(flat, flat)
     with pytest.raises(ValueError, match=r"^mass is .*e-31\d in these units: expected at least 2\.23e-308"):
         Sphere(**{**SPHERE, "radius": 1e-105})

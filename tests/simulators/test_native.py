@@ -502,7 +502,9 @@ def test_wrong_formulas_get_one_line(formula):
 
 @pytest.mark.parametrize("formula", ["10**10**10", "x/0", "sqrt(-1)*x", "0", "-1e5*x"])
 def test_forces_that_stop_no_body_are_refused(formula):
-    with pytest.raises(ValueError, match=r"force (does not stop a body of mass 1|cannot be integrated at compression 0)"):
+    with pytest.raises(
+        ValueError, match=r"force (does not stop a body of mass 1|cannot be integrated at compression 0)"
+    ):
         delivered(typed(formula, "force"), {}, mass=1.0)
 
 
