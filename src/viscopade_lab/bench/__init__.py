@@ -46,7 +46,8 @@ def contenders(only: Sequence[str] = ()) -> list[Contender]:
         begun = {contender.id for contender in known if f"{contender.id}-".startswith(f"{name}-")}
         if not begun:
             ids = ", ".join(contender.id for contender in known)
-            raise ValueError(f"there is no kernel {name!r}: expected one of {ids}, or the beginning of some")
+            reasons = "".join(f"; {line}" for line in rivals.absent())
+            raise ValueError(f"there is no kernel {name!r}: expected one of {ids}, or the beginning of some{reasons}")
         chosen |= begun
     return [contender for contender in known if not only or contender.id in chosen]
 
