@@ -8,7 +8,7 @@ import pytest
 from tests.simulators.two_balls import integrated, setup
 from viscopade import Pair, Sphere
 from viscopade.collision import tsuji
-from viscopade.simulators import lammps, stated
+from viscopade.simulators import stated
 from viscopade.simulators.setup import NamedContact, Setup
 
 ENDS = ("force", "position")
@@ -124,26 +124,7 @@ LARGE = Sphere(radius=0.02, density=2500, young_modulus=1e8, poisson_ratio=0.3, 
 SIZES = (Pair(LARGE, LARGE), Pair(BALL, BALL))
 
 
-@pytest.mark.parametrize("extremes", [(), SIZES])
-def test_no_constant_has_a_smaller_largest_error_than_the_balanced_one(extremes):
-    contact = NamedContact("a", "a", Pair(BALL, LARGE), 0.01, 0.2, 5.0, extremes)
-    found = stated.constant_epsilon(contact)
-    pairs = (contact.pair, *extremes)
-    speeds = [0.01 * 500 ** (k / 40) for k in range(41)]
-
-    def largest(value):
-        return max(abs(value / pair.epsilon(speed) - 1) for pair in pairs for speed in speeds)
-
-    assert found.epsilon == contact.pair.epsilon(0.2)
-    assert found.errors.largest == pytest.approx(largest(found.epsilon), rel=1e-12, abs=0)
-    assert found.balanced_errors.largest == pytest.approx(largest(found.balanced), rel=1e-12, abs=0)
-    for factor in (0.999, 1.001):
-        assert largest(found.balanced * factor) > found.balanced_errors.largest
-    assert found.errors.slowest < 0 < found.errors.fastest
-    assert len(found.errors.extremes) == len(extremes)
-
-
 def test_the_shortest_contact_is_that_of_the_smallest_sizes():
     contact = NamedContact("a", "a", Pair(LARGE, LARGE), 0.01, 0.2, 5.0, SIZES)
     both = Setup("t", {"a": LARGE}, (contact,))
-    assert lammps.shortest_contact(both) == Pair(BALL, BALL).contact_time(5.0)
+    assert stated.shortest_contact(both) == Pair(BALL, BALL).contact_time(5.0)

@@ -1,19 +1,18 @@
-"""MercuryDPM: the header compiled with stand-ins for the program's, and its laws integrated in time.
+"""MercuryDPM: the header compiled with stand-ins for the program's.
 
 The program itself is in no package: docs/usage/simulators/mercurydpm.md says how it was compared.
 """
 
-import math
-import re
 import shutil
 import subprocess
 
 import pytest
 
 from tests.patience import HANGS
-from tests.simulators.two_balls import FLOOR, GLASS, RUBBER, SETUP, SMALL, elastic, integrated, setup
+from tests.simulators.two_balls import FLOOR, GLASS, RUBBER, SETUP
 from viscopade import Pair
-from viscopade.simulators import mercurydpm, stated
+from viscopade.simulators import mercurydpm
+from viscopade.simulators.text import render
 
 COMMAND = "viscopade simulators mercurydpm scene.toml"
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
@@ -52,57 +51,12 @@ int main()
 """
 
 
-def bshp_force(pair, modulus, dissipation):
-    """HertzianBSHPViscoelasticInteraction::computeNormalForce, without the clipping."""
-
-    def force(x, u):
-        stiffness = 4 / 3 * modulus * math.sqrt(pair.R_eff * x)
-        return stiffness * x + 3 / 2 * dissipation * stiffness * u
-
-    return force
-
-
-def constant_force(pair, modulus, dissipation):
-    """HertzianViscoelasticInteraction::computeNormalForce."""
-
-    def force(x, u):
-        stiffness = 4 / 3 * modulus * math.sqrt(pair.R_eff * x)
-        return stiffness * x + dissipation * math.sqrt(pair.m_eff * stiffness) * u
-
-    return force
-
-
-@pytest.mark.parametrize("epsilon", [0.97, 0.6, 0.1])
-def test_the_viscoelastic_law(epsilon):
-    case = setup(epsilon)
-    (contact,) = case.contacts
-    text = mercurydpm.render(case, COMMAND)
-    modulus, dissipation = (
-        float(re.search(rf"one\.set{name}\((\S+)\);", text)[1]) for name in ("EffectiveElasticModulus", "Dissipation")
-    )
-    for speed in (contact.slowest, contact.typical, contact.fastest):
-        found = integrated(bshp_force(contact.pair, modulus, dissipation), case, speed, "force")
-        assert found == pytest.approx(contact.pair.epsilon(speed), rel=1e-7)
-
-
-@pytest.mark.parametrize("epsilon", [0.97, 0.6, 0.1])
-def test_the_constant_eps_of_older_versions(epsilon):
-    case = setup(epsilon)
-    pair = case.contacts[0].pair
-    text = mercurydpm.render(case, COMMAND)
-    dissipation = float(re.search(r"ends: setDissipation\((\S+)\) gives", text)[1])
-    force = constant_force(pair, pair.E_eff, dissipation)
-    assert integrated(force, case, 0.3, "position") == pytest.approx(epsilon, rel=1e-7)
-    log = math.log(epsilon)  # setEffectiveElasticModulusAndRestitutionCoefficient has the same
-    assert dissipation == pytest.approx(math.sqrt(5 * log**2 / (log**2 + math.pi**2)), rel=1e-11, abs=0)
-
-
 @pytest.mark.skipif(COMPILER is None, reason="no C++ compiler")
 def test_the_header_compiled_with_stand_ins(tmp_path):
     (tmp_path / "Species").mkdir()
     (tmp_path / "Species" / "HertzianBSHPViscoelasticSpecies.h").write_text(SPECIES)
     (tmp_path / "SpeciesHandler.h").write_text(HANDLER)
-    (tmp_path / "contacts.h").write_text(mercurydpm.render(SETUP, COMMAND))
+    (tmp_path / "contacts.h").write_text(render("mercurydpm", SETUP, COMMAND))
     names = " && ".join(f"species.{name}" for name in mercurydpm.identifiers(list(SETUP.bodies)).values())
     (tmp_path / "main.cc").write_text(MAIN.replace("NAMES", names))
     flags = ("-std=c++17", "-Wall", "-Wextra", "-Werror", "-I.")
@@ -132,12 +86,3 @@ def test_names():
         mercurydpm.identifiers(["a b", "a-b"])
     with pytest.raises(ValueError, match=r"bodies '2' and '_2'"):
         mercurydpm.identifiers(["2", "_2"])
-
-
-def test_the_text():
-    text = mercurydpm.render(SETUP, COMMAND)
-    shortest = Pair(SMALL, SMALL).contact_time(1.0)
-    assert f"setTimeStep({shortest / stated.STEPS:.6g})" in text
-    assert mercurydpm.species_parameters(elastic().contacts[0]).constant_dissipation == 0
-    constant = mercurydpm.species_parameters(SETUP.contacts[1]).constant
-    assert f"{constant.errors.slowest:+.2e} at the slowest" in text

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from tests.compiled import WARNINGS, compiler
+from tests.simulators.two_balls import flowing
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.simulators import rebound
 from viscopade.simulators.setup import NamedContact, Setup
+from viscopade.simulators.text import render
 
 ICE = {"young_modulus": 1e10, "poisson_ratio": 0.3, "dissipative_constant": 1e-5}
 ROCK = {"young_modulus": 5e10, "poisson_ratio": 0.2, "dissipative_constant": 1e-6}
@@ -63,7 +65,7 @@ def several():
 def shared(directory, setup, *flags, tier="1e-5", name="scene", standard="c11"):
     """Compile the C file with all warnings; return the library's path."""
     source, library = directory / f"{name}.c", directory / f"lib{name}.so"
-    source.write_text(rebound.render(setup, COMMAND, "c", tier))
+    source.write_text(render("rebound-c", setup, COMMAND, tier=tier))
     command = [*compiler(standard), *WARNINGS, "-Wmissing-prototypes", "-O2", "-shared", "-fPIC", *flags]
     done = subprocess.run([*command, "-o", library, source, "-lm"], capture_output=True, text=True)
     assert not done.returncode, done.stderr
@@ -79,7 +81,7 @@ def callback(library, symbol="ice_ice"):
 def module(directory, setup=None, name="scene"):
     """Write and import the Python module."""
     path = directory / f"{name}.py"
-    path.write_text(rebound.render(ice() if setup is None else setup, COMMAND, "python"))
+    path.write_text(render("rebound-python", ice() if setup is None else setup, COMMAND))
     spec = importlib.util.spec_from_file_location(f"{name}_{len(sys.modules)}", path)
     found = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = found
@@ -94,32 +96,16 @@ def no_worse(eps, exact, bound=KERNEL_ERROR):
 # --- text -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("language", ["c", "python"])
-def test_text(language):
-    text = rebound.render(ice(), COMMAND, language)
-    words = " ".join(line.lstrip("# *") for line in text.splitlines()[:60])
-    for phrase in ("x'' = 0", "m, kg, s", f"beta = {TYPICAL.beta!r}", "ice_ice: ice-ice", "3.36e-6"):
-        assert phrase in words
-    for error in rebound.size_errors(ice().contacts[0]):
-        assert f"off by up to {error.absolute:.3g} (at {error.speed:.3g} m/s)" in words
-
-
-def test_size_errors_are_those_of_the_exact_functions():
-    (large, small) = rebound.size_errors(ice().contacts[0])
-    for error, extreme in ((large, EXTREMES[0]), (small, EXTREMES[1])):
-        assert error.pair is extreme
-        v = np.geomspace(1e-4, 0.05, 400)
-        differences = np.abs(extreme.epsilon(v) - TYPICAL.epsilon(v))
-        assert differences.max() == pytest.approx(error.absolute, rel=1e-3)
-        assert abs(extreme.epsilon(error.speed) - TYPICAL.epsilon(error.speed)) == pytest.approx(error.absolute)
-        assert (differences / extreme.epsilon(v)).max() == pytest.approx(error.relative, rel=1e-3)
-    assert small.absolute > 0.05
-    assert rebound.size_errors(ice(extremes=()).contacts[0]) == ()
+@pytest.mark.parametrize("target", ["rebound-c", "rebound-python"])
+def test_text(target):
+    text = render(target, ice(), COMMAND)
+    for phrase in ("x'' = 0", "m, kg, s", "viscopade_resolve_ice_ice", "3.36e-6", repr(TYPICAL.beta)):
+        assert phrase in flowing(text)
 
 
 def test_walls_are_left_out():
     assert list(rebound.contacts(several())) == ["ice_dark_rock", "dark_rock_dark_rock"]
-    text = rebound.render(several(), COMMAND)
+    text = render("rebound-c", several(), COMMAND)
     assert "REBOUND has no walls; left out: ice-floor." in text
     assert "viscopade_callback_ice_floor" not in text
 
@@ -131,14 +117,12 @@ def test_names_of_functions_are_distinct():
 
 
 def test_bad_input():
-    with pytest.raises(ValueError, match="language is 'rust': expected c, python"):
-        rebound.render(ice(), COMMAND, "rust")
     with pytest.raises(ValueError, match="expected 1e-5, 1e-10, full"):
-        rebound.render(ice(), COMMAND, "c", "1e-6")
+        render("rebound-c", ice(), COMMAND, tier="1e-6")
     wall = Sphere.wall(**ICE)
     alone = Setup("t", {"ice": ball(1), "w": wall}, (NamedContact("ice", "w", Pair(ball(1), wall), 1, 1, 1),))
     with pytest.raises(ValueError, match="all contacts are with walls"):
-        rebound.render(alone, COMMAND)
+        render("rebound-c", alone, COMMAND)
 
 
 # --- the C file, without REBOUND --------------------------------------------------------------------------------------

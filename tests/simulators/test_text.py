@@ -62,7 +62,7 @@ def code(target, text):
     if text.startswith("#"):
         return ast.dump(ast.parse(text.encode()))
     joined = re.sub(r"(\\|\?\?/)\n", "", text)
-    return re.sub(r"//[^\n]*|/\*.*?\*/|\s+", " ", joined, flags=re.DOTALL)
+    return re.sub(r"//[^\n]*|/\*.*?\*/", " ", joined, flags=re.DOTALL).split()
 
 
 def of(target, title, setup=SETUP, command=COMMAND):

@@ -1,4 +1,4 @@
-"""YADE: the code executed with stand-ins, its laws integrated in time; and collisions in the program if it is there."""
+"""YADE: the code executed with stand-ins, and collisions in the program if it is there."""
 
 import json
 import math
@@ -7,108 +7,19 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.simulators.two_balls import GLASS, RUBBER, SETUP, SMALL, elastic, integrated, run_of, setup
+from tests.simulators.two_balls import GLASS, RUBBER, SETUP, SMALL, run_of, setup, yade_names
 from viscopade import Pair
-from viscopade.simulators import stated, yade
-from viscopade.simulators.setup import NamedContact, Setup
+from viscopade.simulators import stated
+from viscopade.simulators.text import render
 from viscopade_lab.runs.simulators import run_program
 
 COMMAND = "viscopade simulators yade scene.toml"
 PRESENT = pytest.mark.skipif(shutil.which("yade") is None, reason="the program yade is not installed")
 
 
-class Functor:
-    """Stands in for the functor, of a version with vn or without."""
-
-    attributes = frozenset()
-
-    def __init__(self, **values):
-        self.values = values
-
-    def dict(self):
-        return dict.fromkeys(self.attributes)
-
-
-def executed(text, *, vn):
-    """Execute the code as the program would, with stand-ins for the program's names."""
-    materials = []
-
-    def append(material):
-        materials.append(material)
-        return len(materials) - 1
-
-    names = {
-        "O": SimpleNamespace(materials=SimpleNamespace(append=append), interactions=[], bodies=[], dt=None),
-        "FrictMat": dict,
-        "Sphere": type("Ball", (), {"__init__": lambda self, radius: setattr(self, "radius", radius)}),
-        "MatchMaker": lambda matches: {(a, b): value for a, b, value in matches},
-        "Ip2_FrictMat_FrictMat_MindlinPhys": type(
-            "Versioned", (Functor,), {"attributes": frozenset({"en", "betan"} | ({"vn"} if vn else set()))}
-        ),
-    }
-    exec(compile(text, "generated", "exec"), names)
-    return names, materials
-
-
-def constant_force(pair, betan):
-    """Law2_ScGeom_MindlinPhys_Mindlin with betan, without the clipping."""
-    kno = 4 / 3 * pair.E_eff * math.sqrt(pair.R_eff)
-
-    def force(x, u):
-        kn = 3 / 2 * kno * math.sqrt(x)
-        return kno * x**1.5 + 2 * math.sqrt(pair.m_eff * kn) * betan * u
-
-    return force
-
-
-def solved(en):
-    """v* at which [3/6] with the printed coefficients is en, by halving."""
-    a = (1.0, 1.07232, 0.574198, 0.141552)
-    b = (1.0, 1.07232, 1.72765, 1.37842, 1.19449, 0.467273, 0.235585)
-    low, high = 0.0, 100.0
-    for _ in range(100):
-        v = (low + high) / 2
-        quotient = sum(c * v**i for i, c in enumerate(a)) / sum(c * v**i for i, c in enumerate(b))
-        low, high = (v, high) if quotient > en else (low, v)
-    return low
-
-
-def viscoelastic_force(pair, en, vn):
-    """Law2_ScGeom_MindlinPhys_Mindlin with beta, without the clipping."""
-    kno = 4 / 3 * pair.E_eff * math.sqrt(pair.R_eff)
-    beta = solved(en) ** 2 * vn**-0.2
-    a = 2 / 3 * beta * (kno / pair.m_eff) ** -0.4
-    return lambda x, u: kno * x**1.5 + a * 3 / 2 * kno * math.sqrt(x) * u
-
-
-@pytest.mark.parametrize("epsilon", [0.97, 0.6, 0.3, 0.1])
-def test_betan_gives_the_wanted_eps(epsilon):
-    case = setup(epsilon)
-    names, _ = executed(yade.render(case, COMMAND), vn=False)
-    betan = names["physics"].values["betan"][0, 0]
-    for speed in (0.1, 1.0):
-        found = integrated(constant_force(case.contacts[0].pair, betan), case, speed, "force")
-        assert found == pytest.approx(epsilon, rel=1e-7)
-
-
-@pytest.mark.parametrize("epsilon", [0.999, 0.6, 0.3, 0.1])
-def test_en_and_vn_give_the_viscoelastic_law(epsilon):
-    case = setup(epsilon)
-    (contact,) = case.contacts
-    names, _ = executed(yade.render(case, COMMAND), vn=True)
-    en, vn = (names["physics"].values[name][0, 0] for name in ("en", "vn"))
-    assert vn == contact.typical
-    for speed in (contact.slowest, contact.typical, contact.fastest):
-        exact = contact.pair.epsilon(speed)
-        found = integrated(viscoelastic_force(contact.pair, en, vn), case, speed, "force")
-        assert found == pytest.approx(exact, rel=3e-8)
-        if epsilon < 0.99:
-            naive = integrated(viscoelastic_force(contact.pair, epsilon, vn), case, speed, "force")
-            assert abs(naive - exact) > 3 * abs(found - exact)
-
-
 def test_materials_and_pairs():
-    names, materials = executed(yade.render(SETUP, COMMAND), vn=False)
+    names = yade_names(render("yade", SETUP, COMMAND), vn=False)
+    materials = names["O"].materials.all
     assert [m["young"] for m in materials] == [2e9, 5e8, 1e6]
     assert [m["poisson"] for m in materials] == [0.2, 0.3, 0.48]
     assert materials[0]["density"] == pytest.approx(2500)
@@ -116,14 +27,14 @@ def test_materials_and_pairs():
     assert names["materials"] == {"glass": 0, "floor 1": 1, 'rubber "soft"': 2}
     assert set(names["physics"].values) == {"betan"}
     assert set(names["physics"].values["betan"]) == {(0, 0), (2, 1)}
-    assert set(executed(yade.render(SETUP, COMMAND), vn=True)[0]["physics"].values) == {"en", "vn"}
+    assert set(yade_names(render("yade", SETUP, COMMAND), vn=True)["physics"].values) == {"en", "vn"}
     shortest = Pair(SMALL, SMALL).contact_time(1.0)
     assert names["O"].dt == pytest.approx(shortest / stated.STEPS, rel=1e-5)
 
 
 def test_the_function_that_makes_the_force_viscoelastic():
     """With its betan the damping is A kn, whether both bodies move or one."""
-    names, _ = executed(yade.render(SETUP, COMMAND), vn=False)
+    names = yade_names(render("yade", SETUP, COMMAND), vn=False)
 
     def body(material, mass, radius=None):
         shape = SimpleNamespace() if radius is None else names["Sphere"](radius)
@@ -150,26 +61,6 @@ def test_the_function_that_makes_the_force_viscoelastic():
     for contact, a, mass in zip(contacts, wanted, (GLASS.mass * 2 / 3, RUBBER.mass), strict=True):
         kn = contact.phys.kn
         assert 2 * math.sqrt(mass * kn) * contact.phys.betan == pytest.approx(a * kn, rel=1e-11)
-
-
-def test_stated_errors():
-    text = yade.render(SETUP, COMMAND)
-    contact = SETUP.contacts[0]
-    found = yade.mindlin_phys_parameters(contact)
-    assert f"{found.constant.errors.slowest:+.2e} at the slowest" in text
-    assert found.errors.slowest == pytest.approx(0, abs=1e-14)
-    for (slow, fast), pair in zip(found.errors.extremes, contact.extremes, strict=True):
-        case = Setup("t", {"a": pair.first}, (NamedContact("a", "a", pair, 0.01, 0.1, 1.0),))
-        for speed, error in ((0.01, slow), (1.0, fast)):
-            eps = integrated(viscoelastic_force(pair, found.en, found.vn), case, speed, "force")
-            assert eps / pair.epsilon(speed) - 1 == pytest.approx(error, rel=1e-4)
-
-
-def test_without_dissipation():
-    case = elastic()
-    found = yade.mindlin_phys_parameters(case.contacts[0])
-    assert (found.betan, found.en, found.constant.epsilon) == (0, 1, 1)
-    assert executed(yade.render(case, COMMAND), vn=False)[0]["physics"].values["betan"] == {(0, 0): 0}
 
 
 SCRIPT = """
@@ -224,7 +115,7 @@ def collide(case, text, law, speed, steps):
 def test_collisions_in_the_program():
     case = setup(0.5)
     (contact,) = case.contacts
-    text = yade.render(case, COMMAND)
+    text = render("yade", case, COMMAND)
     for speed in (contact.slowest, contact.fastest):
         exact = contact.pair.epsilon(speed)
         coarse, fine = collide(case, text, "viscoelastic", speed, (400, 1600))
@@ -237,7 +128,7 @@ def test_collisions_in_the_program():
 @pytest.mark.parametrize("epsilon", [0.9, 0.3])
 def test_a_constant_eps_in_the_program(epsilon):
     case = setup(epsilon)
-    text = yade.render(case, COMMAND)
+    text = render("yade", case, COMMAND)
     for speed in (0.1, 1.0):
         (found,) = collide(case, text, "constant", speed, (3200,))
         assert found == pytest.approx(epsilon, rel=3e-4)
@@ -245,7 +136,7 @@ def test_a_constant_eps_in_the_program(epsilon):
 
 @PRESENT
 def test_the_text_runs_as_it_is_and_refuses_pairs_that_are_not_listed():
-    text = yade.render(SETUP, COMMAND)
+    text = render("yade", SETUP, COMMAND)
     script = """
 exec(open("contacts.py").read())
 first = O.bodies.append(sphere((-0.01, 0, 0), 0.01, material=materials["glass"]))
@@ -270,7 +161,7 @@ print("RESULT", [float(O.bodies[second].state.vel[0] - O.bodies[first].state.vel
 @PRESENT
 @pytest.mark.parametrize("law", ["betan", "viscoelastic()"])
 def test_walls_and_facets_in_the_program(law):
-    text = yade.render(SETUP, COMMAND)
+    text = render("yade", SETUP, COMMAND)
     contact = SETUP.contacts[1]
     script = """
 exec(open("contacts.py").read())

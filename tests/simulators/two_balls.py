@@ -1,7 +1,9 @@
 """Bodies and contacts for the texts of simulators, and a force law between two balls integrated in time."""
 
 import math
+import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from scipy.integrate import solve_ivp
@@ -75,3 +77,51 @@ def integrated(force, case, speed, end):
     over.terminal, over.direction = True, -1
     run = solve_ivp(rates, (0, 1000), (0.0, 1.0), method="DOP853", rtol=1e-10, atol=1e-12, events=over)
     return -run.y[1, -1]
+
+
+def flowing(text):
+    """Return a text without comment marks and ends of lines."""
+    return " ".join(re.sub(r"^ *(?:#|//|\*)", " ", text, flags=re.MULTILINE).split())
+
+
+def matrix(text, name):
+    """Return the matrix of a property in a file of LIGGGHTS."""
+    found = re.search(rf"property/global {name} peratomtypepair ((?:.*&\n)*.*)\n", text)
+    n, *numbers = (float(word) for word in found[1].replace("&", " ").split())
+    assert len(numbers) == n * n
+    return [numbers[i : i + int(n)] for i in range(0, len(numbers), int(n))]
+
+
+class Functor:
+    """Stands in for the functor of YADE, of a version with vn or without."""
+
+    attributes = frozenset()
+
+    def __init__(self, **values):
+        self.values = values
+
+    def dict(self):
+        return dict.fromkeys(self.attributes)
+
+
+def yade_names(text, *, vn):
+    """Execute a file as YADE would, with stand-ins for its names; return them."""
+    materials = []
+
+    def append(material):
+        materials.append(material)
+        return len(materials) - 1
+
+    names = {
+        "O": SimpleNamespace(
+            materials=SimpleNamespace(append=append, all=materials), interactions=[], bodies=[], dt=None
+        ),
+        "FrictMat": dict,
+        "Sphere": type("Ball", (), {"__init__": lambda self, radius: setattr(self, "radius", radius)}),
+        "MatchMaker": lambda matches: {(a, b): value for a, b, value in matches},
+        "Ip2_FrictMat_FrictMat_MindlinPhys": type(
+            "Versioned", (Functor,), {"attributes": frozenset({"en", "betan"} | ({"vn"} if vn else set()))}
+        ),
+    }
+    exec(compile(text, "generated", "exec"), names)
+    return names

@@ -17,7 +17,6 @@ __all__ = [
     "formula",
     "measured",
     "native",
-    "rebound",
     "setup",
     "simulator",
     "soft",

@@ -18,31 +18,23 @@ from __future__ import annotations
 
 import math
 
-from mpmath import mp
-
-from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import FORWARD, SEMI_IMPLICIT, TAYLOR
 from viscopade.simulators import native
-from viscopade.simulators.formula import LINEAR, TSUJI, DampingFormula, linear_kappa, tsuji_kappa
+from viscopade.simulators.formula import LINEAR, TSUJI, formulas, linear_kappa, tsuji_kappa
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import VISCOELASTIC
 
 _LINEAR = "Hooke", "Flores"
 _KN = "N/m if Hooke or Flores, N/m^(5/2) if Hertz, N/m^(3/2) if PlainCoulomb"
 _GN = "1/s if Hooke or Flores, 1/(s m^(3/2)) if Hertz, N s/m^(3/2) if PlainCoulomb"
-_E, _ACCEPTED, _SOURCE = "cr_eff", ("1e-15", "1"), "src/chrono/physics/ChContactSMC.cpp"
+_ACCEPTED, _SOURCE = ("1e-15", "1"), "src/chrono/physics/ChContactSMC.cpp"
 
-_TEXT = """\
-{{ marker | lines("// {}") }}
-//
-{{ opening | lines("// {}") }}
-//
-// Chrono, smooth contacts (SMC) with the Hertz model: give both bodies of a contact its material. Of two materials the
-// program takes the smaller restitution. Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
-//
-{% for contact in contacts %}
-{{ contact.lines | lines("// {}") }}
-{% endfor %}
+_USE = """\
+Chrono, smooth contacts (SMC) with the Hertz model: give both bodies of a contact its material. Of two materials the
+program takes the smaller restitution. Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
+"""
+
+_CODE = """\
 #pragma once
 
 #include <cmath>
@@ -76,8 +68,8 @@ contact.stiffness if contact.stiffness is not none else 0 }});
 """
 
 
-def _contact(values: native.Values, impact: native.Impact) -> Contact:
-    """Return the contact of a force model, by the effective mass that the program takes."""
+def _force(values: native.Values, impact: native.Impact) -> native.Power:
+    """Return the force of a force model, by the effective mass that the program takes."""
     model, radius, mass = values["contact_force_model"], 1.0, impact.effective_mass
     if "fixed_body_mass" in values:
         mass = 1 / (1 / mass + 1 / values["fixed_body_mass"])
@@ -86,21 +78,13 @@ def _contact(values: native.Values, impact: native.Impact) -> Contact:
     if values["use_material_properties"] == "false":
         k, c = sum(values["kn"]) / 2, sum(values["gn"]) / 2
         c *= mass if model != "PlainCoulomb" else 1.0
-        return native.law_contact(LINEAR if model in _LINEAR else VISCOELASTIC, k * radius, c * radius, impact)
+        return native.Power(LINEAR if model in _LINEAR else VISCOELASTIC, k * radius, c * radius)
     law, kappa = (LINEAR, linear_kappa) if model in _LINEAR else (TSUJI, tsuji_kappa)
     modulus = native.effective_modulus(values["young_modulus"], values["poisson_ratio"])
     k = (16 / 15 if model in _LINEAR else 4 / 3) * modulus * math.sqrt(radius)
     if model in _LINEAR:
         k *= (mass * values["characteristic_velocity"] ** 2 / k) ** 0.2
-    c = float(kappa(mp.mpf(max(min(values["restitution"]), float(_ACCEPTED[0]))))) * math.sqrt(mass * k)
-    return native.law_contact(law, k, c, impact)
-
-
-def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, tuple[float, float]]:
-    """Return another restitution or gn of both materials."""
-    if values["use_material_properties"] == "true":
-        return {"restitution": (max(math.exp(-damping), float(_ACCEPTED[0])),) * 2}
-    return {"gn": (damping * math.sqrt(values["kn"][0] / impact.effective_mass),) * 2}
+    return native.power_of_restitution(law, k, kappa, max(min(values["restitution"]), float(_ACCEPTED[0])), mass)
 
 
 _NATIVE = native.Native(
@@ -109,13 +93,13 @@ _NATIVE = native.Native(
         native.Parameter("use_material_properties", default="true", words=("true", "false")),
         native.positive("young_modulus", "Pa", "2e5", both=True),
         native.poisson_ratios("poisson_ratio", "0.3"),
-        native.restitution("restitution", default="0.4", both=True),
+        native.restitution("restitution", "0.4", both=True),
         native.positive("characteristic_velocity", "m/s", "1"),
         native.Parameter("kn", "", "2e5", f"a number > 0: in {_KN}", lambda pair: min(pair) > 0, both=True),
         native.Parameter("gn", "", "40", f"a number >= 0: in {_GN}", both=True),
         native.positive("fixed_body_mass", "kg"),
     ),
-    _contact,
+    _force,
     _SOURCE,
     schemes={
         **dict.fromkeys(("EULER_IMPLICIT_LINEARIZED", "EULER_IMPLICIT_PROJECTED", "EULER_IMPLICIT"), SEMI_IMPLICIT),
@@ -123,18 +107,21 @@ _NATIVE = native.Native(
         **dict.fromkeys(("HEUN", "RUNGEKUTTA45"), TAYLOR),
     },
     integrator="timestepper",
-    damped=_damped,
+    damping=lambda values: "restitution" if values["use_material_properties"] == "true" else "gn",
 )
 
 SIMULATOR = Simulator(
     "chrono",
     "Chrono",
     "commit 2b57579",
-    (
-        DampingFormula("SMC, Hertz", TSUJI, _E, tsuji_kappa, _ACCEPTED, "other end", _SOURCE),
-        DampingFormula("SMC, Hooke", LINEAR, _E, linear_kappa, _ACCEPTED, "other end", _SOURCE),
+    formulas(
+        "cr_eff",
+        _ACCEPTED,
+        _SOURCE,
+        ("SMC, Hertz", TSUJI, tsuji_kappa, "other end"),
+        ("SMC, Hooke", LINEAR, linear_kappa, "other end"),
     ),
-    texts={"chrono": OwnLaw("SMC, Hertz", "restitution", _TEXT)},
+    texts={"chrono": OwnLaw("SMC, Hertz", "restitution", "//", _USE, _CODE)},
     lines={"any": "material->SetRestitution({parameter}f);"},
     native=_NATIVE,
 )

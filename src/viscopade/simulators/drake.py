@@ -25,12 +25,13 @@ from typing import Any
 
 from mpmath import mp
 
-from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import IMPLICIT, Scheme
 from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa
-from viscopade.simulators.native import Impact, Native, Parameter, Values
+from viscopade.simulators.native import Impact, Native, Parameter, Power, Values
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
+
+_LAW = law_of("hunt-crossley:1")
 
 
 def _hunt_crossley(
@@ -38,9 +39,8 @@ def _hunt_crossley(
 ) -> DampingFormula:
     """Return a formula for d; a continuous one if there is no scheme."""
     accepted = ("0", "1e6")
-    law = law_of("hunt-crossley:1")
     return DampingFormula(
-        name, law, "d v", mp.mpf, accepted, "approximate formula", f"multibody/{source}", written, scheme=scheme
+        name, _LAW, "d v", mp.mpf, accepted, "approximate formula", f"multibody/{source}", written, scheme=scheme
     )
 
 
@@ -66,20 +66,15 @@ def combined(values: Values) -> tuple[float, float, float]:
     return one * other / total, (other * first + one * second) / total, sum(values["relaxation_time"])
 
 
-def _contact(values: Values, impact: Impact) -> Contact:
-    """Return the compliant point contact of an approximation."""
-    mass, (k, d, tau) = impact.effective_mass, combined(values)
-    if values["discrete_contact_approximation"] == "sap":
-        return Contact(lambda x, v: k * (x + tau * v), mass, mass * impact.gravity)
-    return Contact(lambda x, v: k * x * (1 + d * v), mass, mass * impact.gravity)
+def _force(values: Values, impact: Impact) -> Power:
+    """Return the force of the compliant point contact of an approximation."""
+    k, d, tau = combined(values)
+    return Power(LINEAR, k, k * tau) if values["discrete_contact_approximation"] == "sap" else Power(_LAW, k, k * d)
 
 
-def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
-    """Return the dissipation c/v, or the relaxation times whose sum is c sqrt(m/k), of both materials."""
-    if values["discrete_contact_approximation"] == "sap":
-        tau = c * math.sqrt(impact.effective_mass / combined(values)[0])
-        return {"relaxation_time": (tau / 2, tau / 2)}
-    return {"hunt_crossley_dissipation": (c / impact.speed, c / impact.speed)}
+def _damping(values: Values) -> str:
+    sap = values["discrete_contact_approximation"] == "sap"
+    return "relaxation_time" if sap else "hunt_crossley_dissipation"
 
 
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
@@ -96,34 +91,28 @@ _NATIVE = Native(
         Parameter("hunt_crossley_dissipation", "s/m", "50", both=True),
         Parameter("relaxation_time", "s", "0.1", both=True),
     ),
-    _contact,
+    _force,
     f"multibody/{_DISCRETE}",
     schemes={"lagged": IMPLICIT, "similar": IMPLICIT, "tamsi": IMPLICIT, "sap": IMPLICIT, "continuous": None},
     integrator="discrete_contact_approximation",
-    damped=_damped,
+    damping=_damping,
     warnings=_warnings,
 )
 
-_TEXT = '''\
-{{ marker | lines("# {}") }}
-#
-{{ opening | lines("# {}") }}
-#
-# Drake, compliant point contact: give both bodies of a contact its properties, properties("...").
-# In SDFormat and URDF the tags are drake:hunt_crossley_dissipation and drake:point_contact_stiffness.
+_USE = """\
+Drake, compliant point contact: give both bodies of a contact its properties, properties("...").
+In SDFormat and URDF the tags are drake:hunt_crossley_dissipation and drake:point_contact_stiffness.
 {% if time_step is none %}
-# The dissipation is for continuous contact, or for short time steps of the discrete approximations lagged, similar and
-# tamsi. The approximation sap does not use it.
+The dissipation is for continuous contact, or for short time steps of the discrete approximations lagged, similar and
+tamsi. The approximation sap does not use it.
 {% else %}
-# The dissipation is for the discrete approximations lagged, similar and tamsi with this time step. sap does not use it.
+The dissipation is for the discrete approximations lagged, similar and tamsi with this time step. sap does not use it.
 {% endif %}
-# Two bodies in contact have half of the stiffness that both have.
-# Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
-#
-{% for contact in contacts %}
-{{ contact.lines | lines("# {}") }}
-{% endfor %}
+Two bodies in contact have half of the stiffness that both have.
+Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
+"""
 
+_CODE = '''
 from pydrake.geometry import AddContactMaterial, ProximityProperties
 
 CONTACTS = {
@@ -163,7 +152,11 @@ SIMULATOR = Simulator(
             scheme=IMPLICIT,
         ),
     ),
-    texts={"drake": OwnLaw("lagged, similar or tamsi, d = 3 (1 - e)/(2 v)", "dissipation", _TEXT, per_speed=True)},
+    texts={
+        "drake": OwnLaw(
+            "lagged, similar or tamsi, d = 3 (1 - e)/(2 v)", "dissipation", "#", _USE, _CODE, per_speed=True
+        )
+    },
     lines={"any": "AddContactMaterial(dissipation={parameter}, properties=properties)  # exact at {speed} m/s"},
     native=_NATIVE,
 )

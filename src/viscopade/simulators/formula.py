@@ -25,7 +25,7 @@ from viscopade.collision import exact, tsuji
 from viscopade.collision.contact import SampledCollision, damping_factor
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import loaded
-from viscopade.theory.law import VISCOELASTIC, Law, law_of
+from viscopade.theory.law import VISCOELASTIC, End, Law, law_of
 
 Reason = Literal["exact", "other end", "other law", "normalisation", "approximate formula"]
 REASONS: dict[Reason, str] = {
@@ -50,6 +50,11 @@ _THORNTON = (
 def same(value: Any) -> Any:
     """Return the value: a program that takes eps, or the damping of the scaled equation, itself."""
     return value
+
+
+def twice(ratio: Any) -> Any:
+    """Return kappa of the linear spring with a damping ratio."""
+    return 2 * ratio
 
 
 @dataclass(frozen=True)
@@ -133,6 +138,44 @@ class DampingFormula:
         return self.parameter_of(wanted_kappa(self.law, asked))
 
 
+Row = tuple[str, Law, Callable[[Any], Any], Reason] | tuple[str, Law, Callable[[Any], Any], Reason, str]
+"""Name, law, kappa and reason of a formula, and a note if there is one."""
+
+
+def formulas(
+    parameter: str,
+    accepted: tuple[str, str],
+    source: str,
+    *rows: Row,
+    written: Callable[[Any], Any] = same,
+    scheme: Scheme | None = SEMI_IMPLICIT,
+) -> tuple[DampingFormula, ...]:
+    """Return a table of formulas that take the same parameter; the arguments are those of `DampingFormula`."""
+    return tuple(
+        DampingFormula(name, law, parameter, kappa, accepted, reason, source, written, "".join(note), scheme)
+        for name, law, kappa, reason, *note in rows
+    )
+
+
+def viscoelastic_formula(
+    name: str,
+    source: str,
+    note: str,
+    end: End = "force",
+    *,
+    parameter: str = "kappa",
+    scheme: Scheme | None = SEMI_IMPLICIT,
+) -> DampingFormula:
+    """Return the formula of a program that has the viscoelastic force, with our damping; exact for the end "force".
+
+    Its parameter is kappa of the scaled equation, in the program's words.
+    """
+    reason: Reason = "exact" if end == "force" else "other end"
+    row = name, law_of(VISCOELASTIC, end), mp.mpf, reason, note
+    (found,) = formulas(parameter, ("0", "1e6"), source, row, written=viscoelastic_kappa, scheme=scheme)
+    return found
+
+
 @cache
 def epsilon_of(law: Law, kappa: Any) -> Any:
     """Return the eps that a law delivers with a kappa, to `DIGITS` digits, an mpmath number."""
@@ -202,7 +245,7 @@ def ratio_for_return(e: Any) -> Any:
 
 def linear_kappa(e: Any) -> Any:
     """Return kappa of the linear spring with that damping ratio."""
-    return 2 * ratio_for_return(e)
+    return twice(ratio_for_return(e))
 
 
 def tsuji_kappa(e: Any) -> Any:
@@ -220,9 +263,19 @@ def viscoelastic_kappa(e: Any) -> Any:
     return wanted_kappa(VISCOELASTIC, mp.nstr(e, 20))
 
 
-def thornton_betan(en: Any) -> Any:
-    """Return betan by the fit of Thornton, Cummins and Cleary (2013), an mpmath number."""
+def thornton_kappa(en: Any) -> Any:
+    """Return kappa by the fit of Thornton, Cummins and Cleary (2013) to Tsuji's damping, an mpmath number."""
     if en == 1:
         return mp.mpf(0)
     exponent = mp.polyval([mp.mpf(c) for c in _THORNTON], en)
-    return mp.sqrt(1 / (1 - (1 + en) ** 2 * mp.exp(exponent)) - 1)
+    return mp.sqrt(6) * mp.sqrt(1 / (1 - (1 + en) ** 2 * mp.exp(exponent)) - 1)
+
+
+def force_end_kappa(e: Any) -> Any:
+    """Return kappa of the linear spring with the damping ratio for the end where the force vanishes."""
+    return twice(ratio_at_force_end(e))
+
+
+def half_mass_kappa(e: Any) -> Any:
+    """Return kappa of a linear contact at a wall whose damping is made for half of its effective mass."""
+    return linear_kappa(e) / mp.sqrt(2)

@@ -10,28 +10,17 @@ Read in jaxdem of cdelv/JaxDEM:
 
 from __future__ import annotations
 
-import math
-
-from mpmath import mp
-
-from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.simulators import native
-from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa
+from viscopade.simulators.formula import LINEAR, formulas, linear_kappa
 from viscopade.simulators.simulator import OwnLaw, Simulator
 
-_TEXT = '''\
-{{ marker | lines("# {}") }}
-#
-{{ opening | lines("# {}") }}
-#
-# JaxDEM, force model "cundallstrack": give both particles of a contact its material. Of two materials the program takes
-# the smaller e. Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
-#
-{% for contact in contacts %}
-{{ contact.lines | lines("# {}") }}
-{% endfor %}
+_USE = """\
+JaxDEM, force model "cundallstrack": give both particles of a contact its material. Of two materials the program takes
+the smaller e. Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
+"""
 
+_CODE = '''
 RESTITUTION = {
 {% for contact in contacts %}
     {{ contact.name | string }}: {{ contact.restitution }},
@@ -58,28 +47,28 @@ def material(contact, radius, density, poisson=0.3, mu=0.0):
 _SOURCE = "jaxdem/forces/cundall_strack.py"
 
 
-def _contact(values: native.Values, impact: native.Impact) -> Contact:
-    """Return the contact of two spheres of one radius."""
-    (one, other), mass, e = values["young"], impact.effective_mass, min(values["e"])
+def _force(values: native.Values, impact: native.Impact) -> native.Power:
+    """Return the force of two spheres of one radius."""
+    one, other = values["young"]
     k = 4 * impact.effective_radius * one * other / (one + other)
-    return native.law_contact(LINEAR, k, float(linear_kappa(mp.mpf(e))) * math.sqrt(k * mass), impact)
+    return native.power_of_restitution(LINEAR, k, linear_kappa, min(values["e"]), impact.effective_mass)
 
 
 _NATIVE = native.Native(
     (native.positive("young", "Pa", both=True), native.restitution("e", both=True)),
-    _contact,
+    _force,
     _SOURCE,
     schemes={"verlet": SEMI_IMPLICIT, "euler": SEMI_IMPLICIT},
     integrator="linear_integrator_type",
-    damped=lambda values, damping, impact: {"e": (max(math.exp(-damping), 1e-6),) * 2},
+    damping="e",
 )
 
 SIMULATOR = Simulator(
     "jaxdem",
     "JaxDEM",
     "commit 02f0627",
-    (DampingFormula("cundallstrack", LINEAR, "e", linear_kappa, ("1e-6", "1"), "other end", _SOURCE),),
-    texts={"jaxdem": OwnLaw("cundallstrack", "restitution", _TEXT)},
+    formulas("e", ("1e-6", "1"), _SOURCE, ("cundallstrack", LINEAR, linear_kappa, "other end")),
+    texts={"jaxdem": OwnLaw("cundallstrack", "restitution", "#", _USE, _CODE)},
     lines={"any": 'Material.create("elasticfrict", e={parameter}, …)'},
     native=_NATIVE,
 )

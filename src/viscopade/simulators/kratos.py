@@ -19,29 +19,27 @@ from __future__ import annotations
 
 import math
 
-from mpmath import mp
-
-from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import FORWARD, SEMI_IMPLICIT, TAYLOR
 from viscopade.simulators import native
-from viscopade.simulators.formula import LINEAR, TSUJI, DampingFormula, ratio_at_force_end, thornton_betan
+from viscopade.simulators.formula import LINEAR, TSUJI, force_end_kappa, formulas, thornton_kappa
 from viscopade.simulators.simulator import Simulator
 
 _PAIR, _CHORD = 1.432, 0.31225  # of the linear law's stiffness
 _E, _FOLDER = "COEFFICIENT_OF_RESTITUTION", "applications/DEMApplication/custom_constitutive"
 
+_NEARLY_ALL = ("0.001", "0.999")
 _LAWS = "DEM_D_Hertz_viscous_Coulomb", "DEM_D_Linear_viscous_Coulomb"
 
 
-def _contact(values: native.Values, impact: native.Impact) -> Contact:
-    """Return the contact of a law."""
-    formula, mass, radius = SIMULATOR.formula(values["law"]), impact.effective_mass, impact.effective_radius
+def _force(values: native.Values, impact: native.Impact) -> native.Power:
+    """Return the force of a law."""
+    formula, radius = SIMULATOR.formula(values["law"]), impact.effective_radius
     modulus = native.effective_modulus(values["YOUNG_MODULUS"], values["POISSON_RATIO"])
     if formula.law == TSUJI:
         k = 4 / 3 * modulus * math.sqrt(radius)
     else:
         k = (_PAIR if values["other"] == "sphere" else 1.0) * math.pi * _CHORD * modulus * radius
-    return native.law_contact(formula.law, k, float(formula.kappa(mp.mpf(values[_E]))) * math.sqrt(k * mass), impact)
+    return native.power_of_restitution(formula.law, k, formula.kappa, values[_E], impact.effective_mass)
 
 
 _NATIVE = native.Native(
@@ -49,10 +47,10 @@ _NATIVE = native.Native(
         native.Parameter("law", words=_LAWS),
         native.positive("YOUNG_MODULUS", "Pa", both=True),
         native.poisson_ratios("POISSON_RATIO"),
-        native.restitution(_E),
+        native.restitution(_E, least_written=0.001),
         native.Parameter("other", default="sphere", words=("sphere", "wall")),
     ),
-    _contact,
+    _force,
     f"{_FOLDER}/{_LAWS[0]}_CL.cpp",
     schemes={
         "Symplectic_Euler": SEMI_IMPLICIT,
@@ -61,7 +59,7 @@ _NATIVE = native.Native(
         "Taylor_Scheme": TAYLOR,
     },
     integrator="TranslationalIntegrationScheme",
-    damped=lambda values, damping, impact: {_E: max(math.exp(-damping), 0.001)},
+    damping=_E,
 )
 
 SIMULATOR = Simulator(
@@ -69,24 +67,20 @@ SIMULATOR = Simulator(
     "Kratos DEM",
     "10.4.4; repository at commits 03f57bf and 013f925",
     (
-        DampingFormula(
-            _LAWS[0],
-            TSUJI,
-            _E,
-            lambda e: mp.sqrt(6) * thornton_betan(e),
-            ("0.001", "0.999"),
-            "approximate formula",
-            f"{_FOLDER}/DEM_D_Hertz_viscous_Coulomb_CL.cpp",
+        *formulas(
+            _E, _NEARLY_ALL, f"{_FOLDER}/{_LAWS[0]}_CL.cpp", (_LAWS[0], TSUJI, thornton_kappa, "approximate formula")
         ),
-        DampingFormula(
-            _LAWS[1],
-            LINEAR,
+        *formulas(
             _E,
-            lambda e: 2 * ratio_at_force_end(e),
-            ("0.001", "0.999"),
-            "exact",
-            f"{_FOLDER}/DEM_D_Linear_viscous_Coulomb_CL.cpp",
-            note="The program solves the formula to 1e-4 of the damping ratio only.",
+            _NEARLY_ALL,
+            f"{_FOLDER}/{_LAWS[1]}_CL.cpp",
+            (
+                _LAWS[1],
+                LINEAR,
+                force_end_kappa,
+                "exact",
+                "The program solves the formula to 1e-4 of the damping ratio only.",
+            ),
         ),
     ),
     native=_NATIVE,

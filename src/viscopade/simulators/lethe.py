@@ -10,17 +10,18 @@ particles are the like: beta = ln e/sqrt(ln^2 e + pi^2), in constants of five di
 
 from __future__ import annotations
 
-from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, DampingFormula, linear_kappa, tsuji_kappa
+from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, formulas, linear_kappa, tsuji_kappa
 from viscopade.simulators.simulator import Simulator
-
-_NUMBER, _ACCEPTED, _SOURCE = "restitution coefficient", ("1e-15", "1"), "include/dem/particle_wall_contact_force.h"
 
 SIMULATOR = Simulator(
     "lethe",
     "Lethe",
     "commit 72f6c69",
-    (
-        DampingFormula("nonlinear", TSUJI_RETURN, _NUMBER, tsuji_kappa, _ACCEPTED, "exact", _SOURCE),
-        DampingFormula("linear", LINEAR_RETURN, _NUMBER, linear_kappa, _ACCEPTED, "exact", _SOURCE),
+    formulas(
+        "restitution coefficient",
+        ("1e-15", "1"),
+        "include/dem/particle_wall_contact_force.h",
+        ("nonlinear", TSUJI_RETURN, tsuji_kappa, "exact"),
+        ("linear", LINEAR_RETURN, linear_kappa, "exact"),
     ),
 )

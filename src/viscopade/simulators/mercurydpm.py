@@ -33,65 +33,33 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from typing import Any
 
 from mpmath import mp
 
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Sphere
-from viscopade.generated import written_template
 from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR_RETURN,
     TSUJI_RETURN,
-    DampingFormula,
+    formulas,
+    half_mass_kappa,
     linear_kappa,
     tsuji_kappa,
-    viscoelastic_kappa,
+    viscoelastic_formula,
 )
 from viscopade.simulators.setup import NamedContact, Setup
-from viscopade.simulators.simulator import Simulator
-from viscopade.simulators.stated import ConstantEpsilon, common, constant_epsilon, facts
-from viscopade.theory.law import VISCOELASTIC, Law
+from viscopade.simulators.simulator import InputFile, Simulator
+from viscopade.simulators.soft import SoftContact, Wanted, constant_lines
+from viscopade.simulators.stated import described, time_step
+from viscopade.theory.law import VISCOELASTIC
 
 
-@dataclass(frozen=True)
-class SpeciesParameters:
-    """Parameters of the species of a pair.
+def _values(setup: Setup) -> dict[str, Any]:
+    """Return what the templates have: bodies become species, walls too.
 
-    Attributes
-    ----------
-    elastic_modulus : float
-        E_eff, for `setEffectiveElasticModulus`, a pressure.
-    dissipation : float
-        A, for `setDissipation` of the species with BSHP in their names, a time.
-    constant : ConstantEpsilon
-        The eps that species without BSHP can have, and its errors.
-    constant_dissipation : float
-        `setDissipation` of these for it.
-    """
-
-    elastic_modulus: float
-    dissipation: float
-    constant: ConstantEpsilon
-    constant_dissipation: float
-
-
-def species_parameters(contact: NamedContact) -> SpeciesParameters:
-    """Return the parameters for a contact."""
-    found = constant_epsilon(contact)
-    return SpeciesParameters(contact.pair.E_eff, contact.pair.A, found, float(tsuji_kappa(found.epsilon)))
-
-
-def render(setup: Setup, command: str) -> str:
-    """Return a C++ header for MercuryDPM that adds the species and mixed species.
-
-    Parameters
-    ----------
-    setup : Setup
-        Bodies become species, walls too; contacts of two different bodies set the mixed species.
-    command : str
-        What the first line says it was made with.
+    Contacts of two different bodies set the mixed species.
 
     Raises
     ------
@@ -99,26 +67,36 @@ def render(setup: Setup, command: str) -> str:
         If two bodies' names differ only in characters that a C++ name cannot have.
     """
     names = identifiers(list(setup.bodies))
-    of_contacts = {frozenset((c.first, c.second)): species_parameters(c) for c in setup.contacts}
-    return written_template(_TEXT).render(
-        **common(setup, command),
-        contacts=[(contact, facts(contact, setup.units), species_parameters(contact)) for contact in setup.contacts],
-        species=[
-            (names[name], *_own(body, of_contacts.get(frozenset((name,))))) for name, body in setup.bodies.items()
-        ],
-        mixed=[
-            (names[contact.first], names[contact.second], species_parameters(contact))
+    alike = {contact.first: contact.pair for contact in setup.contacts if contact.first == contact.second}
+
+    def own(name: str) -> tuple[str, Sphere, float, float]:
+        """Return a body with E_eff and A of contacts with its like."""
+        body, pair = setup.bodies[name], alike.get(name)
+        if pair is not None:
+            return names[name], body, pair.E_eff, pair.A
+        return names[name], body, body.plane_strain_modulus / 2, body.dissipative_constant
+
+    return {
+        **time_step(setup),
+        "contacts": [described(contact, setup.units, *_older_versions(contact)) for contact in setup.contacts],
+        "species": [own(name) for name in setup.bodies],
+        "mixed": [
+            (names[contact.first], names[contact.second], contact.pair)
             for contact in setup.contacts
             if contact.first != contact.second
         ],
-    )
+    }
 
 
-def _own(body: Sphere, like: SpeciesParameters | None) -> tuple[Sphere, float, float]:
-    """Return a body with E_eff and A of contacts with its like."""
-    if like is not None:
-        return body, like.elastic_modulus, like.dissipation
-    return body, body.plane_strain_modulus / 2, body.dissipative_constant
+def _older_versions(contact: NamedContact) -> list[str]:
+    """Return lines on the species that all versions have."""
+    formula = SIMULATOR.formula("HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient")
+    constant = SoftContact(formula, Wanted.of(contact))
+    return [
+        "  error of eps: none except for that of the time step",
+        "  older versions have HertzianViscoelasticSpecies: one eps for all speeds, the force may attract",
+        *(f"  {line}" for line in constant_lines(constant, "setDissipation", lambda e: float(tsuji_kappa(mp.mpf(e))))),
+    ]
 
 
 def identifiers(names: list[str]) -> dict[str, str]:
@@ -139,29 +117,18 @@ def identifiers(names: list[str]) -> dict[str, str]:
     return found
 
 
-_TEXT = """\
-{{ marker | lines("// {}") }}
-//
-{{ opening | lines("// {}") }}
-//
-// MercuryDPM 1.0: viscopade::addSpecies(speciesHandler) adds the species below, in this order.
-// Numbers are in {{ setup.units.length }}, {{ setup.units.mass }}, {{ setup.units.time }}.
-//
-// Law: HertzianBSHPViscoelasticSpecies, F = max(0, k d + 3/2 A k v_n) with k = 4/3 E_eff sqrt(R_eff d). It is the
-// viscoelastic law, for all sizes; contact ends when the force vanishes.
-//
-{% for contact, lines, p in contacts %}
-{{ lines | lines("// {}") }}
-//   Error of eps: none, but for the time step.
-//   Older versions have only HertzianViscoelasticSpecies, one eps for all speeds, with attraction before the overlap
-//   ends: setDissipation({{ number(p.constant_dissipation) }}) gives eps = {{
-number(p.constant.epsilon) }}, exact at the typical speed.
-{{ p.constant.errors.lines | lines("//     {}") }}
-{% endfor %}
-//
-// Time step: setTimeStep({{ timestep }}) is {{ steps }} steps in the shortest contact. With it eps is off by up to {{
-step_error }}
-// (computed with the program's scheme). The error of eps falls in proportion to the step.
+_USE = """\
+MercuryDPM 1.0: viscopade::addSpecies(speciesHandler) adds the species below, in this order.
+Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
+
+Law: HertzianBSHPViscoelasticSpecies,
+    F = max(0, k d + 3/2 A k v_n) with k = 4/3 E_eff sqrt(R_eff d).
+It is the viscoelastic law, for all sizes; contact ends when the force vanishes.
+
+{{ time_step }} Write setTimeStep({{ timestep }}).
+"""
+
+_CODE = """\
 
 #ifndef VISCOPADE_MERCURYDPM_H
 #define VISCOPADE_MERCURYDPM_H
@@ -191,10 +158,10 @@ inline Species addSpecies(SpeciesHandler& handler)
     one.setDissipation({{ number(dissipation) }});
     species.{{ name }} = handler.copyAndAddObject(one);
 {% endfor %}
-{% for first, second, p in mixed %}
+{% for first, second, pair in mixed %}
     auto* mixed{{ loop.index }} = handler.getMixedObject(species.{{ first }}, species.{{ second }});
-    mixed{{ loop.index }}->setEffectiveElasticModulus({{ number(p.elastic_modulus) }});
-    mixed{{ loop.index }}->setDissipation({{ number(p.dissipation) }});
+    mixed{{ loop.index }}->setEffectiveElasticModulus({{ number(pair.E_eff) }});
+    mixed{{ loop.index }}->setDissipation({{ number(pair.A) }});
 {% endfor %}
     return species;
 }
@@ -212,8 +179,8 @@ _LINEAR = f"{_FOLDER}/LinearViscoelasticNormalSpecies.cc"
 _SPECIES = "LinearViscoelastic", "HertzianViscoelastic", "HertzianBSHPViscoelastic"
 
 
-def _constants(values: native.Values, impact: native.Impact) -> tuple[Law, float, float]:
-    """Return the law of a species, k and c.
+def _force(values: native.Values, impact: native.Impact) -> native.Power:
+    """Return the force of a species.
 
     Raises
     ------
@@ -226,24 +193,18 @@ def _constants(values: native.Values, impact: native.Impact) -> tuple[Law, float
         raise ValueError("dissipation and restitutionCoefficient: expected one of them")
     if values["species"] == linear:
         if given:
-            return LINEAR_RETURN, values["stiffness"], values["dissipation"]
+            return native.Power(LINEAR_RETURN, values["stiffness"], values["dissipation"])
         e, half = values["restitutionCoefficient"], values["particleMass"] / 2
         by_time = "stiffness" not in values
         k = half * (math.pi**2 + math.log(e) ** 2) / values["collisionTime"] ** 2 if by_time else values["stiffness"]
-        return LINEAR_RETURN, k, float(linear_kappa(mp.mpf(e))) * math.sqrt(half * k)
+        return native.power_of_restitution(LINEAR_RETURN, k, linear_kappa, e, half)
     k = 4 / 3 * values["effectiveElasticModulus"] * math.sqrt(impact.effective_radius)
-    if values["species"] == hertz:
-        kappa = values["dissipation"] if given else float(tsuji_kappa(mp.mpf(values["restitutionCoefficient"])))
-        return TSUJI_RETURN, k, kappa * math.sqrt(impact.effective_mass * k)
-    return VISCOELASTIC, k, 1.5 * values["dissipation"] * k
-
-
-def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, float]:
-    """Return another dissipation, or restitutionCoefficient."""
-    if "restitutionCoefficient" in values:
-        return {"restitutionCoefficient": max(math.exp(-damping), float(_ACCEPTED[0]))}
-    one = native.Values({**values, "dissipation": 1.0})
-    return {"dissipation": native.number_for(damping, *_constants(one, impact), impact)}
+    if values["species"] != hertz:
+        return native.Power(VISCOELASTIC, k, 1.5 * values["dissipation"] * k)
+    mass = impact.effective_mass
+    if given:
+        return native.Power(TSUJI_RETURN, k, values["dissipation"] * math.sqrt(mass * k))
+    return native.power_of_restitution(TSUJI_RETURN, k, tsuji_kappa, values["restitutionCoefficient"], mass)
 
 
 _NATIVE = native.Native(
@@ -259,10 +220,10 @@ _NATIVE = native.Native(
         native.restitution("restitutionCoefficient"),
         native.positive("particleMass", "kg"),
     ),
-    lambda values, impact: native.law_contact(*_constants(values, impact), impact),
+    _force,
     _LINEAR,
     schemes={"velocity Verlet": SEMI_IMPLICIT},
-    damped=_damped,
+    damping=lambda values: "restitutionCoefficient" if "restitutionCoefficient" in values else "dissipation",
 )
 
 SIMULATOR = Simulator(
@@ -270,47 +231,33 @@ SIMULATOR = Simulator(
     "MercuryDPM",
     "kuwt/MercuryDPM_fork, commits 0841c35, 126c08f and 23b48a9",
     (
-        DampingFormula(
-            "LinearViscoelastic, setCollisionTimeAndRestitutionCoefficient",
-            LINEAR_RETURN,
+        *formulas(
             _E,
-            linear_kappa,
             _ACCEPTED,
-            "exact",
             _LINEAR,
+            ("LinearViscoelastic, setCollisionTimeAndRestitutionCoefficient", LINEAR_RETURN, linear_kappa, "exact"),
+            (
+                "LinearViscoelastic, setCollisionTimeAndRestitutionCoefficient, at a wall",
+                LINEAR_RETURN,
+                half_mass_kappa,
+                "normalisation",
+                "The effective mass is taken to be that of two particles of one mass; at a wall it is twice as large.",
+            ),
         ),
-        DampingFormula(
-            "LinearViscoelastic, setCollisionTimeAndRestitutionCoefficient, at a wall",
-            LINEAR_RETURN,
+        *formulas(
             _E,
-            lambda e: linear_kappa(e) / mp.sqrt(2),
             _ACCEPTED,
-            "normalisation",
-            _LINEAR,
-            note="The effective mass is taken to be that of two particles of one mass; at a wall it is twice as large.",
-        ),
-        DampingFormula(
-            "HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient",
-            TSUJI_RETURN,
-            _E,
-            tsuji_kappa,
-            _ACCEPTED,
-            "exact",
             f"{_FOLDER}/HertzianViscoelasticNormalSpecies.cc",
+            ("HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient", TSUJI_RETURN, tsuji_kappa, "exact"),
         ),
-        DampingFormula(
+        viscoelastic_formula(
             "HertzianBSHPViscoelastic",
-            VISCOELASTIC,
-            "3/2 dissipation (k/m_eff)^(2/5) v^(1/5)",
-            mp.mpf,
-            ("0", "1e6"),
-            "exact",
             f"{_FOLDER}/HertzianBSHPViscoelasticNormalSpecies.cc",
-            written=viscoelastic_kappa,
-            note="`k` is `4/3 E_eff sqrt(R_eff)`. The dissipation is as `viscopade simulators mercurydpm` writes it.",
+            "`k` is `4/3 E_eff sqrt(R_eff)`. The dissipation is as `viscopade simulators mercurydpm` writes it.",
+            parameter="3/2 dissipation (k/m_eff)^(2/5) v^(1/5)",
         ),
     ),
-    texts={"mercurydpm": render},
+    texts={"mercurydpm": InputFile("//", _USE, _CODE, _values)},
     lines={
         "pair": "HertzianBSHPViscoelasticSpecies species;\n"
         "species.setDensity({density});\n"

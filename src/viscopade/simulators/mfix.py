@@ -11,17 +11,18 @@ The default, `des_intg_method = 'EULER'`, kicks and then drifts.
 
 from __future__ import annotations
 
-from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, DampingFormula, linear_kappa
+from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, formulas, linear_kappa
 from viscopade.simulators.simulator import Simulator
-
-_NUMBER, _ACCEPTED, _SOURCE = "des_en_input", ("1e-15", "1"), "model/check_data/check_solids_dem.f"
 
 SIMULATOR = Simulator(
     "mfix",
     "MFiX",
     "CurtinIDS/mfix, commit aa5da90",
-    (
-        DampingFormula("LSD", LINEAR_RETURN, _NUMBER, linear_kappa, _ACCEPTED, "exact", _SOURCE),
-        DampingFormula("HERTZIAN", TSUJI_RETURN, _NUMBER, linear_kappa, _ACCEPTED, "other law", _SOURCE),
+    formulas(
+        "des_en_input",
+        ("1e-15", "1"),
+        "model/check_data/check_solids_dem.f",
+        ("LSD", LINEAR_RETURN, linear_kappa, "exact"),
+        ("HERTZIAN", TSUJI_RETURN, linear_kappa, "other law"),
     ),
 )

@@ -127,23 +127,15 @@ NATIVE = Native(
     warnings=_warnings,
 )
 
-_TEXT = """\
-<!--
-{{ marker | lines("    {}") | xml_comment }}
+_USE = """\
+MuJoCo: <include file="..."/> this file in a model and give geoms, or pairs, class="...". Of two geoms in contact both
+must have the class; a pair needs it alone. The numbers are per mass: eps depends on no mass. They are in
+{{ units.length }} and {{ units.time }}. solimp has a constant impedance: with another one eps is off by up to 0.005.
+Friction changes eps in the pyramidal cone, the default, for any condim except 1: <option cone="elliptic"/> does not.
+A comment may not contain two hyphens: a shell reads -\\- as these.
+"""
 
-{{ opening | lines("    {}") | xml_comment }}
-
-    MuJoCo: <include file="..."/> this file in a model and give geoms, or pairs, class="...". Of two geoms in contact
-    both must have the class; a pair needs it alone. The numbers are per mass: eps depends on no mass.
-    They are in {{ units.length }} and {{ units.time
-}}. solimp has a constant impedance: with another one eps is off by up to 0.005.
-    Friction changes eps in the pyramidal cone, the default, for any condim but 1: <option cone="elliptic"/> does not.
-    A comment may not contain two hyphens: a shell reads -\\- as these.
-
-{% for contact in contacts %}
-{{ contact.lines | lines("    {}") | xml_comment }}
-{% endfor %}
--->
+_CODE = """\
 <mujocoinclude>
   <default>
 {% for contact in contacts %}
@@ -175,7 +167,9 @@ SIMULATOR = Simulator(
         _direct("solref = -stiffness -damping", SEMI_IMPLICIT),
         _direct("solref = -stiffness -damping, RK4", RUNGE_KUTTA),
     ),
-    texts={"mujoco": OwnLaw("solref = -stiffness -damping", "damping", _TEXT, per_mass=True, carried=0.9)},
+    texts={
+        "mujoco": OwnLaw("solref = -stiffness -damping", "damping", "<!--", _USE, _CODE, per_mass=True, carried=0.9)
+    },
     lines={"any": '<geom solref="-{stiffness} -{parameter}" solimp="0.9 0.9 0.001"/>'},
     native=NATIVE,
 )

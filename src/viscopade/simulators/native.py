@@ -10,9 +10,10 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from mpmath import mp
 from numpy.typing import ArrayLike
 
 from viscopade import arguments, quantity
@@ -49,6 +50,8 @@ class Parameter:
         Whether each of both bodies has a number; a single one is that of both.
     words : tuple of str
         The accepted words, if it has no numbers.
+    least_written : float or None
+        If the parameter is a coefficient of restitution, the least one that is written instead of the user's.
     """
 
     name: str
@@ -59,6 +62,7 @@ class Parameter:
     most: int = 1
     both: bool = False
     words: tuple[str, ...] = ()
+    least_written: float | None = None
 
     @property
     def described(self) -> str:
@@ -180,15 +184,27 @@ class Impact:
         )
 
 
-def law_contact(law: Law, k: float, c: float, impact: Impact) -> Contact:
-    """Return the contact of a law, with the force k x^a + c x^b v and the weight of an impact."""
-    a, b, mass = float(law.elastic), float(law.damping), impact.effective_mass
-    return Contact(lambda x, v: k * x**a + c * x**b * v, mass, mass * impact.gravity, law.end)
+class Power(NamedTuple):
+    """The force k x^a + c x^b v of a law."""
+
+    law: Law
+    k: float
+    c: float
+
+    def contact(self, impact: Impact) -> Contact:
+        """Return the contact, with the weight of an impact."""
+        a, b, mass = float(self.law.elastic), float(self.law.damping), impact.effective_mass
+        k, c = self.k, self.c
+        return Contact(lambda x, v: k * x**a + c * x**b * v, mass, mass * impact.gravity, self.law.end)
+
+    def damping_number(self, kappa: float, impact: Impact) -> float:
+        """Return the number of a file that gives this kappa, if `c` is that of the number 1 and proportional to it."""
+        return self.law.damping_constant(kappa, impact.speed, k=self.k, mass=impact.effective_mass) / self.c
 
 
-def number_for(kappa: float, law: Law, k: float, c: float, impact: Impact) -> float:
-    """Return the number of a file that gives a law this kappa; c is that of the number 1, and in proportion to it."""
-    return law.damping_constant(kappa, impact.speed, k=k, mass=impact.effective_mass) / c
+def power_of_restitution(law: Law, k: float, kappa: Callable[[Any], Any], e: float, mass: float) -> Power:
+    """Return the force of a law with nu = 2 whose kappa a program makes of a coefficient of restitution."""
+    return Power(law, k, float(kappa(mp.mpf(e))) * math.sqrt(k * mass))
 
 
 def effective_modulus(young: Iterable[float], poisson: Iterable[float]) -> float:
@@ -206,10 +222,13 @@ def poisson_ratios(name: str, default: str | None = None) -> Parameter:
     return Parameter(name, "", default, "from -1 to 1/2", lambda pair: all(-1 < nu <= 0.5 for nu in pair), both=True)
 
 
-def restitution(name: str, least: float = 0, default: str | None = None, both: bool = False) -> Parameter:
-    """Return the parameter for an eps, > `least` and <= 1."""
-    accepted = f"a number > {least:g} and <= 1"
-    return Parameter(name, "", default, accepted, lambda pair: all(least < e <= 1 for e in pair), both=both)
+def restitution(
+    name: str, default: str | None = None, *, above: float = 0, least_written: float = 1e-15, both: bool = False
+) -> Parameter:
+    """Return the parameter for an eps, > `above` and <= 1."""
+    allowed: Callable[[tuple[float, ...]], bool] = lambda pair: all(above < e <= 1 for e in pair)  # noqa: E731
+    accepted = f"a number > {above:g} and <= 1"
+    return Parameter(name, "", default, accepted, allowed, both=both, least_written=least_written)
 
 
 @dataclass(frozen=True)
@@ -249,17 +268,23 @@ class Native:
     ----------
     parameters : tuple of Parameter
         All but the integrator.
-    contact : callable
-        From the values and an `Impact` to the contact. Its load is the mass times the gravity of the impact.
+    force : callable
+        From the values and an `Impact` to a `Power`, a `Contact` with any force, or an `Impulse`. The load of a contact
+        is the mass times the gravity of the impact.
     source : str
         File of the program.
     schemes : mapping of str to Scheme or None
         Integrators by the program's own names, its default first; None for one that chooses its own steps.
     integrator : str
         What the file calls it.
+    damping : str or callable
+        Name of the parameter that is the damping, or a function of the values that returns it: an eps, or a number to
+        which the damping of a `Power` is proportional.
     damped : callable or None
-        From the values, a damping c and an impact to the values, by name, that make the contact so damped: eps falls
-        with c, and c = 1 is of the order of eps = 0.5. None if no number of the file is a damping.
+        For another damping: from the values, a number c and an impact to the values, by name, that make the contact so
+        damped: eps falls with c, and c = 1 is of the order of eps = 0.5.
+    altered : callable
+        From the contact and the values to the contact that the integrator makes of it.
     warnings : callable
         From the values and an impact to sentences, without their full stops.
     units : callable
@@ -267,13 +292,35 @@ class Native:
     """
 
     parameters: tuple[Parameter, ...]
-    contact: Callable[[Values, Impact], Contact | Impulse]
+    force: Callable[[Values, Impact], Power | Contact | Impulse]
     source: str
     schemes: Mapping[str, Scheme | None] = field(default_factory=lambda: {"semi-implicit Euler": SEMI_IMPLICIT})
     integrator: str = "scheme"
+    damping: str | Callable[[Values], str] = ""
     damped: Callable[[Values, float, Impact], Mapping[str, Any]] | None = None
+    altered: Callable[[Contact, Values], Contact] = lambda contact, values: contact
     warnings: Callable[[Values, Impact], Iterable[str]] = lambda values, impact: ()
     units: Callable[[Values], FileUnits] = lambda values: FileUnits()
+
+    def contact(self, values: Values, impact: Impact) -> Contact | Impulse:
+        """Return the collision that the program makes of values."""
+        force = self.force(values, impact)
+        contact = force.contact(impact) if isinstance(force, Power) else force
+        return contact if isinstance(contact, Impulse) else self.altered(contact, values)
+
+    def with_damping(self, values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
+        """Return the values, by name, that damp by c, as `damped`."""
+        if self.damped is not None:
+            return self.damped(values, c, impact)
+        name = self.damping if isinstance(self.damping, str) else self.damping(values)
+        parameter = self.known[name]
+        if parameter.least_written is not None:
+            number = max(math.exp(-c), parameter.least_written)
+        else:
+            one = self.force(Values({**values, name: (1.0, 1.0) if parameter.both else 1.0}), impact)
+            assert isinstance(one, Power)
+            number = one.damping_number(c, impact)
+        return {name: (number, number) if parameter.both else number}
 
     @property
     def known(self) -> dict[str, Parameter]:
@@ -359,17 +406,16 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
     warnings = [*native.warnings(values, hit), *_of_step(native, values, hit), *_of_weight(native, values, hit, units)]
     collision = native.contact(values, hit).collide(hit.speed, **stepping)
     instead = None
-    if epsilon is not None and native.damped is None:
+    if epsilon is not None and not native.damping and native.damped is None:
         warnings.append("No parameter is a damping: there is nothing to write instead")
-    elif epsilon is not None and native.damped is not None:
-        damped = native.damped
+    elif epsilon is not None:
 
-        def with_damping(c: float) -> Any:
-            return native.contact(Values({**values, **damped(values, c, hit)}), hit)
+        def contact(c: float) -> Any:
+            return native.contact(Values({**values, **native.with_damping(values, c, hit)}), hit)
 
         try:
-            c = damping_factor(with_damping, epsilon, 1.0, speed=hit.speed, **stepping)
-            instead = native.written(damped(values, c, hit))
+            c = damping_factor(contact, epsilon, 1.0, speed=hit.speed, **stepping)
+            instead = native.written(native.with_damping(values, c, hit))
         except ValueError as error:
             warnings.append(f"No damping delivers {epsilon:g}: {error}")
     return Delivery(values, name, collision, instead, tuple(warnings), units)

@@ -11,24 +11,19 @@ from __future__ import annotations
 
 from mpmath import mp
 
-from viscopade.simulators.formula import TSUJI_RETURN, DampingFormula, tsuji_kappa
+from viscopade.simulators.formula import TSUJI_RETURN, formulas, tsuji_kappa
 from viscopade.simulators.simulator import Simulator
 
 SIMULATOR = Simulator(
     "openfoam",
     "OpenFOAM",
     "OpenFOAM-dev, commit 43d66b5",
-    (
-        DampingFormula(
-            "pairSpringSliderDashpot, alpha",
-            TSUJI_RETURN,
-            "alpha",
-            mp.mpf,
-            ("0", "1e3"),
-            "exact",
-            "src/lagrangian/parcel/submodels/Momentum/CollisionModel/PairCollision/PairModel/"
-            "PairSpringSliderDashpot/PairSpringSliderDashpot.C",
-            written=tsuji_kappa,
-        ),
+    formulas(
+        "alpha",
+        ("0", "1e3"),
+        "src/lagrangian/parcel/submodels/Momentum/CollisionModel/PairCollision/PairModel/"
+        "PairSpringSliderDashpot/PairSpringSliderDashpot.C",
+        ("pairSpringSliderDashpot, alpha", TSUJI_RETURN, mp.mpf, "exact"),
+        written=tsuji_kappa,
     ),
 )

@@ -28,9 +28,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import partial
-from textwrap import wrap
+from typing import Any
 
 import numpy as np
 from mpmath import mp
@@ -39,54 +37,16 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.schemes import SEMI_IMPLICIT
-from viscopade.collision.spheres import Pair
-from viscopade.generated import END_CONDITION, WIDTH, comment, marker_lines, written_template
+from viscopade.generated import END_CONDITION
 from viscopade.kernels import catalogue
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.file import file_text
 from viscopade.kernels.write.languages import language as language_of
 from viscopade.simulators import native
-from viscopade.simulators.formula import LINEAR, DampingFormula, viscoelastic_kappa, wanted_kappa
+from viscopade.simulators.formula import LINEAR, DampingFormula, viscoelastic_formula, wanted_kappa
 from viscopade.simulators.setup import NamedContact, Setup
-from viscopade.simulators.simulator import Simulator
-from viscopade.theory.law import VISCOELASTIC
-
-LANGUAGES = ("c", "python")
-SAMPLES = 1001  # speeds at which errors are looked for
-
-
-@dataclass(frozen=True)
-class SizeError:
-    """Error of a pair's eps by one beta for all sizes.
-
-    Attributes
-    ----------
-    pair : Pair
-        Not the typical one.
-    absolute, relative : float
-        Largest |difference| of the typical pair's eps to this pair's, and over this pair's eps, at
-        `SAMPLES` speeds.
-    speed : float
-        Where the absolute error is largest.
-    """
-
-    pair: Pair
-    absolute: float
-    relative: float
-    speed: float
-
-
-def size_errors(contact: NamedContact) -> tuple[SizeError, ...]:
-    """Return the errors of a callback with the typical pair's beta, for each of the contact's extremes."""
-    speeds = np.geomspace(contact.slowest, contact.fastest, SAMPLES)
-    typical = contact.pair.epsilon(speeds)
-    return tuple(_size_error(pair, speeds, typical) for pair in contact.extremes)
-
-
-def _size_error(pair: Pair, speeds: FloatArray, typical: FloatArray) -> SizeError:
-    exact = np.asarray(pair.epsilon(speeds))
-    error = np.abs(typical - exact)
-    return SizeError(pair, float(error.max()), float((error / exact).max()), float(speeds[error.argmax()]))
+from viscopade.simulators.simulator import InputFile, Simulator
+from viscopade.simulators.stated import described, error_lines, same_beta, size_errors
 
 
 def callback_kernel(tier: str) -> Kernel:
@@ -128,61 +88,59 @@ def _unused(name: str, taken: dict[str, NamedContact]) -> str:
     return name if name not in taken else _unused(f"{name}_", taken)
 
 
-def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") -> str:
-    """Return the text of a C file or of a Python module for REBOUND.
-
-    The C file stands alone: it has the kernel, for each contact of two spheres a callback (one beta) and a
-    `collision_resolve` function (beta by the masses and radii of the two particles). The Python module's `install`
-    gives a simulation the compiled functions, if the C file's shared library lies beside it, and otherwise slow
-    ones with `viscopade.restitution`.
+def _values(setup: Setup, tier: str = "1e-5") -> dict[str, Any]:
+    """Return what the templates of both languages have.
 
     Parameters
     ----------
     setup : Setup
         The simulation must use its units.
-    command : str
-        The command line that makes the file.
-    language : "c" or "python"
     tier : str
-        Accuracy of the kernel in the C file, as for `kernels.speed_table.speed_table`.
+        Accuracy of the kernel in the C file: a word of `catalogue.TIERS`.
 
     Raises
     ------
     ValueError
-        If the language or the tier is not known, or no two spheres meet.
+        If the tier is not known, or no two spheres meet.
     """
-    if language not in LANGUAGES:
-        raise ValueError(f"language is {language!r}: expected {', '.join(LANGUAGES)}")
-    named = contacts(setup)
-    chosen = callback_kernel(tier)
-    head = _head(setup, named, chosen, command, _ON[language])
-    if language == "python":
-        return written_template(_PYTHON_TEXT).render(head=comment(head, "#"), contacts=_numbers(named))
-    return written_template(_C_TEXT).render(
-        head=comment(head, " *"),
-        kernel=file_text([chosen], language_of("c"), command),
-        name=chosen.name,
-        contacts=_numbers(named),
-    )
+    kernel = callback_kernel(tier)
+    found = []
+    for symbol, contact in contacts(setup).items():
+        pair = contact.pair
+        numbers = {"beta": pair.beta, "m_eff": pair.m_eff, "R_eff": pair.R_eff}
+        exact = {f"{name}_c": DOUBLE.hexadecimal(value) for name, value in numbers.items()}
+        errors = "  with one beta for all sizes:", *error_lines(size_errors(contact, same_beta(pair)))
+        lines = (
+            f"  functions: viscopade_callback_{symbol}, viscopade_resolve_{symbol}",
+            *(errors if contact.extremes else ()),
+        )
+        found.append(
+            described(contact, setup.units, *lines, symbol=symbol, quoted=repr(contact.name), **numbers, **exact)
+        )
+    return {
+        "contacts": found,
+        "kernel": lambda command: file_text([kernel], language_of("c"), command),
+        "function": f"viscopade_restitution_{kernel.name}",
+        "error": at_most(max(bound.formula for bound in kernel.bounds if bound.result == "restitution")),
+        "walls": [contact.name for contact in setup.contacts if contact.pair.second.is_wall],
+        "end_condition": END_CONDITION,
+    }
 
 
-def _numbers(named: dict[str, NamedContact]) -> list[dict[str, str]]:
-    """Return what the templates need of each contact."""
-    return [
-        {"symbol": symbol, "name": repr(contact.name), "label": contact.name}
-        | {name: repr(value) for name, value in _typical(contact.pair).items()}
-        | {f"{name}_c": DOUBLE.hexadecimal(value) for name, value in _typical(contact.pair).items()}
-        for symbol, contact in named.items()
-    ]
+_USE = """\
+For REBOUND (written for 5.2.2): the coefficient of normal restitution eps of viscoelastic spheres. The simulation must
+use these units: {{ units.length }}, {{ units.mass }}, {{ units.time }}.
+End condition: {{ end_condition }}.
+Error of the compiled functions: |eps - exact|/min(eps, 1 - eps) <= {{ error }} at all speeds (proven; besides rounding,
+as the kernel's comment says).
+If sizes are distributed, use the resolve function: it has none of the errors of one beta.
+{% if walls %}
+REBOUND has no walls; left out: {{ walls | join(", ") }}.
+{% endif %}
+"""
 
-
-def _typical(pair: Pair) -> dict[str, float]:
-    return {"beta": pair.beta, "m_eff": pair.m_eff, "R_eff": pair.R_eff}
-
-
-# --- what the files say -----------------------------------------------------------------------------------------------
-
-_C = """
+_USE_C = f"""\
+{_USE}
 For each contact there is one function of each kind:
 
     double viscopade_callback_CONTACT(const struct reb_simulation *r, double v)
@@ -192,100 +150,31 @@ For each contact there is one function of each kind:
         for r->collision_resolve: bounces like reb_collision_resolve_hardsphere, with beta by the masses and radii
         of the two particles (the material is that of the contact). Not with MPI.
 
-There is no state. C99. Compile this file with your problem.c, or include it there; or make a shared
-library for the Python module. The resolve functions need rebound.h of the REBOUND that runs; define
-VISCOPADE_CALLBACK_ONLY to do without them and without rebound.h."""
+There is no state. C99. Compile this file with your problem.c, or include it there; or make a shared library for the
+Python module. The resolve functions need rebound.h of the REBOUND that runs; define VISCOPADE_CALLBACK_ONLY to do
+without them and without rebound.h.
+"""
 
-_PYTHON = """
+_USE_PYTHON = f"""\
+{_USE}
     import rebound, NAME  # NAME.py is this file
     NAME.install(sim)
 
-The fast way needs the C file of the same setup, compiled to a shared library libNAME.so beside this
-module (macOS and Windows: give its path as `library`); rebound.h is that of the installed package:
+The fast way needs the C file of the same setup, compiled to a shared library libNAME.so beside this module (macOS and
+Windows: give its path as `library`); rebound.h is that of the installed package:
 
-    cc -O3 -march=native -shared -fPIC -I "$(python -c 'import rebound; print(rebound.__path__[0])')/../src" \\
-        -o libNAME.so NAME.c -lm
+    where=$(python -c 'import rebound; print(rebound.__path__[0])')
+    cc -O3 -march=native -shared -fPIC -I "$where/../src" -o libNAME.so NAME.c -lm
 
-Without it Python functions with viscopade.restitution (full accuracy) are called for each collision."""
+Without it Python functions with viscopade.restitution (full accuracy) are called for each collision.
+"""
 
-_ON = {"c": _C, "python": _PYTHON}
-
-
-def _head(setup: Setup, named: dict[str, NamedContact], chosen: Kernel, command: str, use: str) -> list[str]:
-    """Return the lines of the comment that begins a file."""
-    units, opening = setup.units, setup.opening
-    error = max(bound.formula for bound in chosen.bounds if bound.result == "restitution")
-    return [
-        *marker_lines(command),
-        "",
-        *wrap(f"For REBOUND (written for 5.2.2): {opening[0]}", WIDTH),
-        *(line for text in opening[1:] for line in wrap(text, WIDTH)),
-        "",
-        *wrap(
-            "The coefficient of normal restitution eps of viscoelastic spheres. The simulation must use these units: "
-            f"{units.length}, {units.mass}, {units.time}.",
-            WIDTH,
-        ),
-        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
-        *wrap(
-            f"Error of the compiled functions: |eps - exact|/min(eps, 1 - eps) <= {at_most(error)} at all speeds "
-            "(proven; besides rounding, as the kernel's comment says).",
-            WIDTH,
-        ),
-        *use.splitlines(),
-        *(line for symbol, contact in named.items() for line in _contact_lines(setup, symbol, contact)),
-        *_walls(setup),
-    ]
-
-
-def _contact_lines(setup: Setup, symbol: str, contact: NamedContact) -> list[str]:
-    units, pair = setup.units, contact.pair
-    facts = [
-        f"typical pair: R_eff = {pair.R_eff!r} {units.length}, m_eff = {pair.m_eff!r} {units.mass}, A = {pair.A!r} "
-        f"{units.time}, beta = {pair.beta!r} {units.beta}",
-        *(
-            f"at {word} speed {v!r} {units.speed}: v* = {pair.v_star(v):.6g}, eps = {pair.epsilon(v):.10g}"
-            for word, v in zip(_SPEEDS, (contact.slowest, contact.typical, contact.fastest), strict=True)
-        ),
-        *(_size_line(setup, error) for error in size_errors(contact)),
-        _SIZES if contact.extremes else _ONE_SIZE,
-    ]
-    lines = (wrap(fact, WIDTH, initial_indent="    ", subsequent_indent="        ") for fact in facts)
-    return [
-        "",
-        f"{symbol}: {contact.name}",
-        *(line for part in lines for line in part),
-    ]
-
-
-_SPEEDS = ("the least", "typical", "the largest")
-_SIZES = "sizes are distributed: use the resolve function, which has none of the errors of one beta"
-_ONE_SIZE = "no other sizes are given: the callback and the resolve function are equally right"
-
-
-def _size_line(setup: Setup, error: SizeError) -> str:
-    units, pair = setup.units, error.pair
-    return (
-        f"one beta, for the pair R_eff = {pair.R_eff!r} {units.length}, m_eff = {pair.m_eff!r} {units.mass} (beta = "
-        f"{pair.beta!r}): eps is off by up to {error.absolute:.3g} (at {error.speed:.3g} {units.speed}), relatively by "
-        f"up to {error.relative:.3g} ({SAMPLES} speeds from the least to the largest, sampled)"
-    )
-
-
-def _walls(setup: Setup) -> list[str]:
-    names = [c.name for c in setup.contacts if c.pair.second.is_wall]
-    return ["", *wrap(f"REBOUND has no walls; left out: {', '.join(names)}.", WIDTH)] if names else []
-
-
-_C_TEXT = """\
-/*
-{{ head }}
- */
-{{ kernel }}
+_CODE_C = """\
+{{ kernel(command) }}
 struct reb_simulation;
 {% for contact in contacts %}
 
-/* {{ contact.label }}. REBOUND's v is negative: that of particle 1 relative to 2, along the line from 2 to 1. */
+/* {{ contact.name }}. REBOUND's v is negative: that of particle 1 relative to 2, along the line from 2 to 1. */
 extern const double viscopade_beta_{{ contact.symbol }};
 const double viscopade_beta_{{ contact.symbol }} = {{ contact.beta_c }}; /* {{ contact.beta }} */
 
@@ -293,7 +182,7 @@ double viscopade_callback_{{ contact.symbol }}(const struct reb_simulation *r, d
 double viscopade_callback_{{ contact.symbol }}(const struct reb_simulation *r, double v)
 {
     (void)r;
-    return viscopade_restitution_{{ name }}(fabs(v), viscopade_beta_{{ contact.symbol }});
+    return {{ function }}(fabs(v), viscopade_beta_{{ contact.symbol }});
 }
 {% endfor %}
 
@@ -339,7 +228,7 @@ static enum REB_COLLISION_RESOLVE_OUTCOME viscopade_bounce(
     const double R_eff = p1->r * (p2->r / reach);
     /* beta^5 speed of this pair over that of the pair of R_0 and m_0 at the same speed. */
     const double factor = (R_eff / R_0) * (m_0 / m_eff) * (m_0 / m_eff);
-    const double eps = viscopade_restitution_{{ name }}(factor * speed, beta);
+    const double eps = {{ function }}(factor * speed, beta);
 
     /* REBOUND's own remedy against spheres that sink into each other. */
     const double larger = p1->r > p2->r ? p1->r : p2->r;
@@ -363,7 +252,7 @@ static enum REB_COLLISION_RESOLVE_OUTCOME viscopade_bounce(
 }
 {% for contact in contacts %}
 
-/* {{ contact.label }} */
+/* {{ contact.name }} */
 enum REB_COLLISION_RESOLVE_OUTCOME viscopade_resolve_{{ contact.symbol }}(
     struct reb_simulation *r, struct reb_collision c);
 enum REB_COLLISION_RESOLVE_OUTCOME viscopade_resolve_{{ contact.symbol }}(
@@ -376,8 +265,7 @@ enum REB_COLLISION_RESOLVE_OUTCOME viscopade_resolve_{{ contact.symbol }}(
 #endif
 """
 
-_PYTHON_TEXT = '''\
-{{ head }}
+_CODE_PYTHON = '''\
 
 """Give a REBOUND simulation the coefficient of restitution of viscoelastic spheres: `install(sim)`."""
 
@@ -401,13 +289,12 @@ class Contact(NamedTuple):
 
 CONTACTS = {
 {% for contact in contacts %}
-    {{ contact.name }}: Contact({{ "%r" | format(contact.symbol) }}, {{ contact.beta }}, {{ contact.R_eff }}, {{
-contact.m_eff }}),
+    {{ contact.quoted }}: Contact("{{ contact.symbol }}", {{ contact.beta }}, {{ contact.R_eff }}, {{ contact.m_eff }}),
 {% endfor %}
 }
 
 
-def install(sim, contact={{ contacts[0].name }}, by_pair=True, library=None):
+def install(sim, contact={{ contacts[0].quoted }}, by_pair=True, library=None):
     """Set collision_resolve and coefficient_of_restitution of a simulation, and say how.
 
     Saved simulations do not keep functions: call this again after loading one.
@@ -543,12 +430,12 @@ def _warnings(values: native.Values, impact: native.Impact) -> Iterator[str]:
 
 
 _NATIVE = native.Native(
-    (native.restitution(_E, default="1"), native.Parameter("minimum_collision_velocity", "1/s", "0")),
+    (native.restitution(_E, "1"), native.Parameter("minimum_collision_velocity", "1/s", "0")),
     _impulse,
     _SOURCE,
     schemes={"ias15": None, **dict.fromkeys(_FIXED, SEMI_IMPLICIT)},
     integrator="integrator",
-    damped=lambda values, damping, impact: {_E: math.exp(-damping)},
+    damping=_E,
     warnings=_warnings,
 )
 
@@ -568,20 +455,17 @@ SIMULATOR = Simulator(
             note="There is no contact: eps is applied, the same at all speeds.",
             scheme=None,
         ),
-        DampingFormula(
+        viscoelastic_formula(
             "collision_resolve of viscopade simulators",
-            VISCOELASTIC,
-            "kappa",
-            mp.mpf,
-            ("0", "1e6"),
-            "exact",
             _SOURCE,
-            written=viscoelastic_kappa,
-            note="eps is that of viscoelastic spheres at each speed, by the kernel or by viscopade.restitution.",
+            "eps is that of viscoelastic spheres at each speed, by the kernel or by viscopade.restitution.",
             scheme=None,
         ),
     ),
-    texts={"rebound-c": partial(render, language="c"), "rebound-python": partial(render, language="python")},
+    texts={
+        "rebound-c": InputFile("/*", _USE_C, _CODE_C, _values),
+        "rebound-python": InputFile("#", _USE_PYTHON, _CODE_PYTHON, _values),
+    },
     walls=False,
     native=_NATIVE,
 )

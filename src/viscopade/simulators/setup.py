@@ -146,6 +146,11 @@ class Setup:
         found = [line for contact in self.contacts for line in weight_lines(contact, self.units, self.weighty)]
         return [*self.heading, *(found or [f"{NO_WEIGHT}."])]
 
+    def pairs(self) -> dict[frozenset[str], Pair]:
+        """Return the pair of every two bodies that can meet, by their names; of contacts those that they have."""
+        made = {frozenset((a, b)): Pair(self.bodies[a], self.bodies[b]) for a in self.spheres for b in self.bodies}
+        return made | {frozenset((contact.first, contact.second)): contact.pair for contact in self.contacts}
+
     @property
     def spheres(self) -> list[str]:
         """Names of the spheres."""

@@ -12,33 +12,26 @@ OpenSim hands the `dissipation` of its `HuntCrossleyForce` to Simbody's. The int
 
 from __future__ import annotations
 
-from typing import Any
+import math
 
-import numpy as np
 from mpmath import mp
 
-from viscopade.collision.contact import Contact
 from viscopade.simulators.formula import DampingFormula
-from viscopade.simulators.native import Impact, Native, Parameter, Values
+from viscopade.simulators.native import Impact, Native, Parameter, Power, Values
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
 
+_LAW = law_of("hunt-crossley:3/2")
 _FORMULA = "HuntCrossleyForce, calcDissipationFromObservedRestitution"
 
 
-def _contact(values: Values, impact: Impact) -> Contact:
-    """Return the contact of two materials: springs in series, k^(2/3) of each, and dissipation by their shares."""
+def _force(values: Values, impact: Impact) -> Power:
+    """Return the force of two materials: springs in series, k^(2/3) of each, and dissipation by their shares."""
     one, other = (k ** (2 / 3) for k in values["stiffness"])
     share = other / (one + other)
     first, second = values["dissipation"]
-    c, mass = share * first + (1 - share) * second, impact.effective_mass
-    k = 4 / 3 * np.sqrt(impact.effective_radius) * (share * one) ** 1.5
-    return Contact(lambda x, v: k * x**1.5 * (1 + 1.5 * c * v), mass, mass * impact.gravity)
-
-
-def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
-    """Return the dissipation c/v of both materials."""
-    return {"dissipation": (c / impact.speed, c / impact.speed)}
+    k = 4 / 3 * math.sqrt(impact.effective_radius) * (share * one) ** 1.5
+    return Power(_LAW, k, 1.5 * k * (share * first + (1 - share) * second))
 
 
 _NATIVE = Native(
@@ -46,27 +39,21 @@ _NATIVE = Native(
         Parameter("stiffness", "Pa", None, "a number > 0", lambda pair: min(pair) > 0, both=True),
         Parameter("dissipation", "s/m", "0", both=True),
     ),
-    _contact,
+    _force,
     "Simbody/src/HuntCrossleyForce.cpp",
     schemes={"RungeKuttaMerson": None},
     integrator="integrator",
-    damped=_damped,
+    damping="dissipation",
 )
 
-_TEXT = '''\
-{{ marker | lines("# {}") }}
-#
-{{ opening | lines("# {}") }}
-#
-# OpenSim and Simbody, HuntCrossleyForce: give both bodies of a contact its dissipation and its stiffness.
-#     force.setDissipation(DISSIPATION["..."]), force.setStiffness(stiffness("...", radius))    in OpenSim
-#     force.setBodyParameters(surface, stiffness, dissipation, 0, 0, 0)                         in Simbody, C++
-# Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
-#
-{% for contact in contacts %}
-{{ contact.lines | lines("# {}") }}
-{% endfor %}
+_USE = """\
+OpenSim and Simbody, HuntCrossleyForce: give both bodies of a contact its dissipation and its stiffness.
+    force.setDissipation(DISSIPATION["..."]), force.setStiffness(stiffness("...", radius))    in OpenSim
+    force.setBodyParameters(surface, stiffness, dissipation, 0, 0, 0)                         in Simbody, C++
+Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
+"""
 
+_CODE = '''
 DISSIPATION = {
 {% for contact in contacts %}
     {{ contact.name | string }}: {{ contact.dissipation }},
@@ -92,7 +79,7 @@ SIMULATOR = Simulator(
     (
         DampingFormula(
             _FORMULA,
-            law_of("hunt-crossley:3/2"),
+            _LAW,
             "c v",
             lambda cv: mp.mpf(3) / 2 * cv,
             ("0", "1e6"),
@@ -102,7 +89,7 @@ SIMULATOR = Simulator(
             scheme=None,
         ),
     ),
-    texts={"simbody": OwnLaw(_FORMULA, "dissipation", _TEXT, per_speed=True)},
+    texts={"simbody": OwnLaw(_FORMULA, "dissipation", "#", _USE, _CODE, per_speed=True)},
     lines={"any": "force.setDissipation({parameter})  # exact at {speed} m/s"},
     native=_NATIVE,
 )

@@ -4,14 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, Literal
 
 from viscopade.simulators.formula import DampingFormula
 from viscopade.simulators.native import Native
 
+Comment = Literal["#", "//", "/*", "<!--"]
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """The text that `viscopade simulators` writes for a program with the viscoelastic law.
+
+    Attributes
+    ----------
+    comment : str
+        How comments begin.
+    use : str
+        Sentences at the beginning, without comment marks: what to do with the file. A template of Jinja, as `code`.
+    code : str
+        What follows the comment at the beginning.
+    values : callable
+        From a `Setup` and options to what both templates have: "contacts", which are `stated.described`, and other
+        values. Besides these they have `setup`, `units`, `command` and the function `number`.
+    """
+
+    comment: Comment
+    use: str
+    code: str
+    values: Callable[..., Mapping[str, Any]]
+
 
 @dataclass(frozen=True)
 class OwnLaw:
-    """The text of a simulator whose contacts have a law of their own, and a free stiffness.
+    """The text for a program whose contacts have a law of their own, and a free stiffness.
 
     Attributes
     ----------
@@ -19,9 +45,9 @@ class OwnLaw:
         Name of the formula whose law the contacts have.
     number : str
         What the text calls the number that follows from the formula's parameter, such as "dissipation".
-    template : str
-        The text, a template of Jinja: it has `marker`, `opening`, `contacts`, `units` and `time_step`. Each contact has
-        its `name`, `lines` of comment, `stiffness`, and `number` under its own name.
+    comment, use, code : str
+        As of `InputFile`. The templates have `contacts`, `units` and `time_step`. Each contact has its `name`,
+        `stiffness`, and `number` under its own name.
     per_speed : bool
         Whether the number is the parameter over the impact speed.
     per_mass : bool
@@ -32,7 +58,9 @@ class OwnLaw:
 
     formula: str
     number: str
-    template: str
+    comment: Comment
+    use: str
+    code: str
     per_speed: bool = False
     per_mass: bool = False
     carried: float = 0.0
@@ -53,7 +81,7 @@ class Simulator:
     formulas : tuple of DampingFormula
         From a wanted eps to its damping: rows of the audit.
     texts : mapping
-        Its text by target (`viscopade simulators`): a function of a `Setup` and the command, or an `OwnLaw`.
+        Its text by target (`viscopade simulators`).
     lines : mapping
         What the calculator writes: for a "pair" of like spheres, for a "wall", or for "any" bodies with this eps.
     walls : bool
@@ -66,7 +94,7 @@ class Simulator:
     title: str
     version: str
     formulas: tuple[DampingFormula, ...]
-    texts: Mapping[str, Callable[..., str] | OwnLaw] = field(default_factory=dict)
+    texts: Mapping[str, InputFile | OwnLaw] = field(default_factory=dict)
     lines: Mapping[str, str] = field(default_factory=dict)
     walls: bool = True
     native: Native | None = None

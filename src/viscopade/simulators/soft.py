@@ -13,6 +13,7 @@ largest penetration alone.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -21,20 +22,19 @@ import numpy as np
 from mpmath import mp
 
 from viscopade.arrays import double
-from viscopade.arrays.checked import FloatArray
 from viscopade.collision import exact
 from viscopade.collision.contact import SampledCollision
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import beta_from_restitution, v_star
 from viscopade.collision.weight import EARTH, FallingContact
 from viscopade.simulators.audit import Advice, advised
-from viscopade.simulators.formula import DampingFormula, compensated, epsilon_of, stepped_collision, wanted_kappa
+from viscopade.simulators.formula import DampingFormula, compensated, epsilon_of, same, stepped_collision, wanted_kappa
 from viscopade.simulators.setup import NamedContact
+from viscopade.simulators.stated import SPEEDS, SpeedErrors, error_lines, program_number, speed_errors
 from viscopade.theory.law import VISCOELASTIC, Law
 
 STEP_ERROR = 0.01
 """Relative error of eps by the time step, for the longest step that the files state."""
-_SPEEDS = 13  # at which errors are computed
 _CLOSE = 1e-12  # square of the difference of the greatest and the least error, where they are balanced
 _DIGITS = 15
 _LEAST = 1e-30
@@ -81,11 +81,6 @@ class Wanted:
     law: Law = VISCOELASTIC
 
     def __post_init__(self) -> None:
-        if not _SLOWEST <= self.slowest <= self.fastest <= min(1 / _SLOWEST, _WIDEST * self.slowest):
-            raise ValueError(
-                f"speeds of {self.name} are {self.slowest:g} to {self.fastest:g}: expected {_SLOWEST:g} to "
-                f"{1 / _SLOWEST:g}, and at most {_WIDEST:g} times the slowest"
-            )
         if self.mass is not None and not _LEAST <= self.mass <= 1 / _LEAST:
             raise ValueError(f"mass is {self.mass!r}: expected a number from {_LEAST:g} to {1 / _LEAST:g}")
 
@@ -166,43 +161,6 @@ class Softness:
 
 
 @dataclass(frozen=True)
-class SpeedErrors:
-    """Errors of a program's eps over a range of speeds, eps/(wanted eps) - 1.
-
-    Attributes
-    ----------
-    slowest, fastest : float
-        At the ends.
-    greatest, least : float
-        Of all.
-    """
-
-    slowest: float
-    fastest: float
-    greatest: float
-    least: float
-
-    @property
-    def largest(self) -> float:
-        """The largest error in absolute value."""
-        return max(self.greatest, -self.least)
-
-
-def speed_errors(errors: FloatArray) -> SpeedErrors:
-    """Return what is stated of errors at speeds in a geometric sequence; between them they are parabolas."""
-    return SpeedErrors(float(errors[0]), float(errors[-1]), _peak(errors), -_peak(-errors))
-
-
-def _peak(values: FloatArray) -> float:
-    """Return the maximum of a smooth function: that of the parabola through its greatest value and both neighbours."""
-    i = int(np.argmax(values))
-    if i in (0, len(values) - 1):
-        return float(values[i])
-    before, at, after = values[i - 1 : i + 2].tolist()
-    return float(at + (after - before) ** 2 / (8 * (2 * at - before - after)))
-
-
-@dataclass(frozen=True)
 class SoftContact:
     """A program's contact that has the wanted eps at the typical speed.
 
@@ -233,6 +191,12 @@ class SoftContact:
     carried: float = 0.0
 
     def __post_init__(self) -> None:
+        slowest, fastest = self.wanted.slowest, self.wanted.fastest
+        if self.formula.law.nu != 2 and not _SLOWEST <= slowest <= fastest <= min(1 / _SLOWEST, _WIDEST * slowest):
+            raise ValueError(
+                f"speeds of {self.wanted.name} are {slowest:g} to {fastest:g}: expected {_SLOWEST:g} to "
+                f"{1 / _SLOWEST:g}, and at most {_WIDEST:g} times the slowest"
+            )
         if self.wanted.with_weight is not None and self.stiffness_over_mass is None:
             raise ValueError("gravity needs the contact's duration: accepted with it is a contact time")
         if self.time_step is not None and self.formula.scheme is None:
@@ -244,7 +208,7 @@ class SoftContact:
             raise ValueError(
                 f"time-step is {step:.4g} contact times: expected {_LEAST_STEP:g} to 1; shorter ones need no number"
             )
-        if self.parameter is None:
+        if self._parameter(self.kappa) is None:
             dampings = (self.formula.kappa(mp.mpf(end)) for end in self.formula.accepted)
             least, most = sorted(float(epsilon_of(self.formula.law, kappa)) for kappa in dampings)
             raise ValueError(
@@ -287,9 +251,11 @@ class SoftContact:
         return float(wanted_kappa(self.formula.law, repr(self.epsilon)))
 
     @property
-    def parameter(self) -> float | None:
+    def parameter(self) -> float:
         """What the program's formula takes for `kappa`."""
-        return self._parameter(self.kappa)
+        parameter = self._parameter(self.kappa)
+        assert parameter is not None  # a contact without one is refused
+        return parameter
 
     def _parameter(self, kappa: float) -> float | None:
         found = self.formula.parameter_of(mp.mpf(kappa))
@@ -360,7 +326,7 @@ class SoftContact:
     def errors(self, kappa: float | None = None) -> list[SpeedErrors]:
         """Return the errors over the speeds, for typical and for extreme sizes; with another kappa if one is given."""
         wanted = self.wanted
-        speeds = np.geomspace(wanted.slowest, wanted.fastest, _SPEEDS if wanted.slowest < wanted.fastest else 1)
+        speeds = np.geomspace(wanted.slowest, wanted.fastest, SPEEDS if wanted.slowest < wanted.fastest else 1)
         own = np.array([self.delivered(speed, kappa) for speed in speeds.tolist()])
         betas = (wanted.beta, *wanted.extremes)
         return [
@@ -372,19 +338,27 @@ class SoftContact:
         """Return the parameter whose largest error over the speeds and sizes is smallest, and that error.
 
         None if there is one speed only. All errors fall with the damping, so the largest is smallest where the greatest
-        and the least are opposite.
+        and the least are opposite: a constant eps is then the harmonic mean of the largest and the smallest wanted one.
         """
-        if self.wanted.slowest == self.wanted.fastest or self.kappa == 0:
+        wanted = self.wanted
+        if wanted.slowest == wanted.fastest or self.kappa == 0:
             return None
+        if self.formula.law.nu == 2 and self.time_step is None:
+            betas = (wanted.beta, *wanted.extremes)
+            most = max(wanted.epsilon(wanted.slowest, beta) for beta in betas)
+            least = min(wanted.epsilon(wanted.fastest, beta) for beta in betas)
+            return self._with_error(float(wanted_kappa(self.formula.law, repr(2 * least / (1 + least / most)))))
 
         def spread(logarithm: Any) -> Any:
             errors = self.errors(float(mp.exp(logarithm)))
             return max(each.greatest for each in errors) + min(each.least for each in errors)
 
         start = math.log(self.kappa)
-        found = math.exp(float(mp.findroot(spread, (start, start + 0.1), solver="secant", tol=_CLOSE)))
-        parameter = self._parameter(found)
-        return None if parameter is None else (parameter, max(each.largest for each in self.errors(found)))
+        return self._with_error(math.exp(float(mp.findroot(spread, (start, start + 0.1), solver="secant", tol=_CLOSE))))
+
+    def _with_error(self, kappa: float) -> tuple[float, float] | None:
+        parameter = self._parameter(kappa)
+        return None if parameter is None else (parameter, max(each.largest for each in self.errors(kappa)))
 
     def advice(self, error: float = STEP_ERROR) -> Advice | None:
         """Return how eps depends on the time step without a damping that makes up for it, in units of time.
@@ -419,3 +393,18 @@ class SoftContact:
         """Return the time step in undamped contact times at a speed."""
         unit = self._unit_of_steps(speed)
         return None if unit is None or self.time_step is None else self.time_step / unit
+
+
+def best_line(contact: SoftContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
+    """Yield a line on the number with the smallest largest error; `number` makes it of the parameter."""
+    best = contact.balanced()
+    if best is not None:
+        yield f"  the largest error is smallest, {best[1]:.2e}, with {name} {number(best[0]):.6g}"
+
+
+def constant_lines(contact: SoftContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
+    """Yield lines on a contact with one eps for all speeds: the number for it, and its errors."""
+    written = program_number(number(contact.parameter))
+    yield f"  {name} {written} gives eps = {program_number(contact.epsilon)}, the exact one at the typical speed"
+    yield from error_lines(contact.errors())
+    yield from best_line(contact, name, number)

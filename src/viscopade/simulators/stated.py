@@ -1,144 +1,161 @@
-"""Statements of the generated files about a contact: its numbers, and the error of a program's eps over its speeds."""
+"""Statements of the generated files: the numbers of a contact, errors of eps over its speeds, and the time step."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from viscopade.collision.spheres import Pair
-from viscopade.generated import marker_lines
-from viscopade.simulators.lammps import shortest_contact, timestep_error
-from viscopade.simulators.setup import NamedContact, Setup, Units
+import numpy as np
 
-_ROUNDING = 1e-13
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.contact import Contact
+from viscopade.collision.spheres import Pair
+from viscopade.simulators.setup import NamedContact, Setup, Units
+from viscopade.theory.law import VISCOELASTIC
 
 STEPS = 100
 """Time steps in the shortest contact; the texts state the error of eps that they leave."""
+PHASES = (0.0, 0.25, 0.5, 0.75)
+"""Where in a step contact begins: errors of time steps are the largest over these."""
+SPEEDS = 13  # at which errors are computed
+_ROUNDING = 1e-13
+_MOST_STEPS = 2000  # of one collision in `timestep_error`
+_PATIENCE = 20  # a collision that takes so many times as long as it should does not end
 
 
 @dataclass(frozen=True)
-class ProgramErrors:
-    """Relative errors of a program's eps against the viscoelastic one, eps_program/eps - 1.
+class SpeedErrors:
+    """Errors of a program's eps over a range of speeds, eps/(wanted eps) - 1.
 
     Attributes
     ----------
     slowest, fastest : float
-        At the ends of the contact's range of speeds.
-    extremes : tuple of tuple of float
-        The same two numbers for each of the contact's extreme sizes.
+        At the ends.
+    greatest, least : float
+        Of all.
     """
 
     slowest: float
     fastest: float
-    extremes: tuple[tuple[float, float], ...] = ()
+    greatest: float
+    least: float
 
     @property
     def largest(self) -> float:
         """The largest error in absolute value."""
-        return max(abs(error) for row in ((self.slowest, self.fastest), *self.extremes) for error in row)
-
-    @property
-    def lines(self) -> list[str]:
-        """The errors as lines of text, to be indented after the first."""
-        sizes = zip(("least", "largest"), self.extremes, strict=False)
-        return [
-            f"Error of eps: {_ends(self.slowest, self.fastest)}",
-            *(f"  sizes with the {which} v*: {_ends(*both)}" for which, both in sizes),
-        ]
+        return max(self.greatest, -self.least)
 
 
-def program_errors(program: Callable[[Pair, float], float], contact: NamedContact) -> ProgramErrors:
-    """Return the errors of a program's eps for a pair at a speed."""
-
-    def ends(pair: Pair) -> tuple[float, float]:
-        slowest, fastest = (program(pair, v) / pair.epsilon(v) - 1 for v in (contact.slowest, contact.fastest))
-        return slowest, fastest
-
-    return ProgramErrors(*ends(contact.pair), tuple(ends(pair) for pair in contact.extremes))
+def speed_errors(errors: FloatArray) -> SpeedErrors:
+    """Return what is stated of errors at speeds in a geometric sequence; between them they are parabolas."""
+    return SpeedErrors(float(errors[0]), float(errors[-1]), _peak(errors), -_peak(-errors))
 
 
-@dataclass(frozen=True)
-class ConstantEpsilon:
-    """Constant eps for a contact: the exact one at the typical speed, and the one with the smallest maximal error.
+def _peak(values: FloatArray) -> float:
+    """Return the maximum of a smooth function: that of the parabola through its greatest value and both neighbours."""
+    i = int(np.argmax(values))
+    if i in (0, len(values) - 1):
+        return float(values[i])
+    before, at, after = values[i - 1 : i + 2].tolist()
+    return float(at + (after - before) ** 2 / (8 * (2 * at - before - after)))
 
-    Attributes
+
+def size_errors(contact: NamedContact, program: Callable[[Pair], Pair]) -> list[SpeedErrors]:
+    """Return the errors for typical and for extreme sizes, of a program with the viscoelastic law.
+
+    Parameters
     ----------
-    epsilon : float
-        The exact eps at the typical speed.
-    errors : ProgramErrors
-        What taking it at all speeds costs.
-    balanced : float
-        The harmonic mean of the largest and the smallest eps of the contact, extreme sizes too: no constant has a
-        smaller largest relative error.
-    balanced_errors : ProgramErrors
-        Its errors.
+    contact : NamedContact
+    program : callable
+        From a pair to the pair with the A that it has in the program.
     """
-
-    epsilon: float
-    errors: ProgramErrors
-    balanced: float
-    balanced_errors: ProgramErrors
-
-
-def constant_epsilon(contact: NamedContact) -> ConstantEpsilon:
-    """Return the constants for a contact."""
-    typical = contact.pair.epsilon(contact.typical)
+    speeds = np.geomspace(contact.slowest, contact.fastest, SPEEDS if contact.slowest < contact.fastest else 1)
     pairs = (contact.pair, *contact.extremes)
-    most = max(pair.epsilon(contact.slowest) for pair in pairs)
-    least = min(pair.epsilon(contact.fastest) for pair in pairs)
-    balanced = 2 * least / (1 + least / most)
-    return ConstantEpsilon(
-        typical,
-        program_errors(lambda pair, speed: typical, contact),
-        balanced,
-        program_errors(lambda pair, speed: balanced, contact),
-    )
+    return [speed_errors(np.asarray(program(pair).epsilon(speeds) / pair.epsilon(speeds) - 1)) for pair in pairs]
 
 
-def common(setup: Setup, command: str) -> dict[str, Any]:
-    """Return the values that all templates need."""
-    timestep = shortest_contact(setup) / STEPS
-    return {
-        "marker": marker_lines(command),
-        "opening": setup.opening,
-        "setup": setup,
-        "timestep": f"{timestep:.6g}",
-        "step_error": f"{largest_step_error(setup, timestep):.1e}",
-        "steps": STEPS,
-        "number": program_number,
-    }
+def same_beta(typical: Pair) -> Callable[[Pair], Pair]:
+    """Return the pairs of a program that has the beta of the typical pair for all sizes."""
+    return lambda pair: pair if pair is typical else pair.damped(float(pair.dissipative_constant(typical.beta)))
 
 
-def facts(contact: NamedContact, units: Units) -> list[str]:
-    """Return lines on a contact, without comment marks: effective numbers, speeds and eps, and how long it lasts."""
+def damping_per_mass(pair: Pair) -> float:
+    """Return 2 A E_eff/m_eff: over the effective mass, the factor of sqrt(R_eff d) d' in the viscoelastic force."""
+    return 2 * pair.A * (pair.E_eff / pair.m_eff)
+
+
+def same_damping_per_mass(typical: Pair) -> Callable[[Pair], Pair]:
+    """Return the pairs of a program whose damping constant is multiplied with the effective mass of each pair."""
+    return lambda pair: pair.damped(typical.A * (pair.m_eff / typical.m_eff))
+
+
+def error_lines(found: Sequence[SpeedErrors]) -> Iterator[str]:
+    """Yield a line for typical sizes and, if there are others, one for each extreme."""
+    for label, each in zip(("", "sizes with the least v*: ", "sizes with the largest v*: "), found, strict=False):
+        ends = each.slowest, each.fastest
+        most = max(map(abs, ends))
+        between = f", up to {each.largest:.2e} between" if each.largest > max(most, _ROUNDING) else ""
+        slow, fast = map(_signed, ends)
+        yield f"  {label}error of eps: {slow} at the slowest, {fast} at the fastest speed{between}"
+
+
+def _signed(error: float) -> str:
+    """Return an error as text; what is left of the same law twice is rounding."""
+    return "0" if abs(error) < _ROUNDING else f"{error:+.2e}"
+
+
+def described(contact: NamedContact, units: Units, *more: str, **values: Any) -> dict[str, Any]:
+    """Return a contact for templates: with lines on its numbers, speeds and eps, more lines, and other values."""
     pair = contact.pair
     speeds = (contact.slowest, contact.typical, contact.fastest)
-    return [
+    lines = [
         f"{contact.name}: m_eff {pair.m_eff:.6g} {units.mass}, R_eff {pair.R_eff:.6g} {units.length},",
         f"  E_eff {pair.E_eff:.6g} {units.mass}/({units.length} {units.time}^2), A {pair.A:.6g} {units.time}, "
         f"beta {pair.beta:.6g} {units.beta}",
         f"  speeds (slowest, typical, fastest): {', '.join(f'{v:.6g}' for v in speeds)} {units.speed}",
         f"  exact eps at them: {', '.join(f'{pair.epsilon(v):.8f}' for v in speeds)}",
         f"  the fastest contact lasts {pair.contact_time(contact.fastest):.6g} {units.time}",
+        *more,
     ]
+    return {"name": contact.name, "contact": contact, "pair": pair, "lines": lines, **values}
 
 
-def largest_step_error(setup: Setup, timestep: float) -> float:
-    """Return the largest error of the viscoelastic law's eps by a time step, over all contacts.
+def shortest_contact(setup: Setup) -> float:
+    """Return the shortest duration of contact, a time."""
+    return min(
+        float(pair.contact_time(contact.fastest))
+        for contact in setup.contacts
+        for pair in (contact.pair, *contact.extremes)
+    )
 
-    LIGGGHTS, YADE and MercuryDPM step as LAMMPS does: what they compute agrees with its scheme to all digits.
+
+def timestep_error(contact: NamedContact, timestep: float) -> float:
+    """Return the largest relative error of eps with a time step, over the contact's three speeds and `PHASES`.
+
+    LAMMPS, LIGGGHTS, YADE and MercuryDPM have the same scheme: what they compute agrees with this to all digits. Of a
+    contact that lasts more than 2000 steps it is the error with 2000 steps, which is larger.
     """
-    return max(timestep_error(contact, timestep) for contact in setup.contacts)
+    speeds = np.array([contact.slowest, contact.typical, contact.fastest])
+    pairs = (contact.pair, *contact.extremes)
+    v_star = np.concatenate([pair.v_star(speeds) for pair in pairs])[:, None]
+    unit = np.concatenate([pair.time_scale(speeds) for pair in pairs])[:, None]
+    h = np.maximum(timestep / unit, double.tau_c(v_star) / _MOST_STEPS)
+    longest = _PATIENCE * max(float(double.tau_c(v_star).max()), 50 * float(h.max()))
+    found = Contact.of_law(VISCOELASTIC, v_star**2).rebounds(1.0, h, PHASES, longest=longest).epsilon
+    return float(np.abs(found / double.epsilon(v_star) - 1).max())
 
 
-def _ends(slowest: float, fastest: float) -> str:
-    return f"{_signed(slowest)} at the slowest, {_signed(fastest)} at the fastest speed"
-
-
-def _signed(error: float) -> str:
-    """Return an error as text; what is left of the same law twice is rounding."""
-    return "0" if abs(error) < _ROUNDING else f"{error:+.2e}"
+def time_step(setup: Setup) -> dict[str, str]:
+    """Return a time step with `STEPS` in the shortest contact for templates, and a sentence on the error of eps."""
+    step = shortest_contact(setup) / STEPS
+    error = max(timestep_error(contact, step) for contact in setup.contacts)
+    return {
+        "timestep": f"{step:.6g}",
+        "time_step": f"Time step: {step:.6g} {setup.units.time} is {STEPS} steps in the shortest contact. With it eps "
+        f"is off by up to {error:.1e} (computed with the program's scheme). The error falls in proportion to the step.",
+    }
 
 
 def program_number(number: float) -> str:

@@ -1,21 +1,29 @@
-"""The text with our parameters for a simulator: of one that has the viscoelastic law, and of one with its own law."""
+"""The one writer of input files: a comment that says what the file is for and what eps it gives, and the code."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
+from textwrap import wrap
+from typing import Any
 
 from viscopade.collision.weight import loss_slope
-from viscopade.generated import harmless, marker_lines, written_template
+from viscopade.generated import WIDTH, harmless, marker_lines, written_template, xml_comment
 from viscopade.simulators import simulator_with
 from viscopade.simulators.setup import NO_WEIGHT, SI, Setup, Units
-from viscopade.simulators.simulator import OwnLaw
-from viscopade.simulators.soft import STEP_ERROR, SoftContact, Softness, SpeedErrors, Wanted
-from viscopade.simulators.stated import program_number
+from viscopade.simulators.simulator import Comment, InputFile, OwnLaw
+from viscopade.simulators.soft import STEP_ERROR, SoftContact, Softness, Wanted, best_line
+from viscopade.simulators.stated import error_lines, program_number
 from viscopade.theory.law import VISCOELASTIC
 
-VISCOELASTIC_TIME = Softness()
+_FRAMES: Mapping[Comment, tuple[str, str, str]] = {
+    "#": ("", "# ", ""),
+    "//": ("", "// ", ""),
+    "/*": ("/*\n", " * ", " */\n"),
+    "<!--": ("<!--\n", "    ", "-->\n"),
+}
+"""Before a comment of several lines, before each line, and after the comment."""
 
 
 def render(target: str, setup: Setup, command: str, **options: str) -> str:
@@ -30,7 +38,7 @@ def render(target: str, setup: Setup, command: str, **options: str) -> str:
     command : str
         The command line that makes the text.
     **options : str
-        Those of the simulator's own function, such as the tier of REBOUND's kernel.
+        Those of the simulator's own values, such as the tier of REBOUND's kernel.
 
     Raises
     ------
@@ -45,9 +53,10 @@ def render(target: str, setup: Setup, command: str, **options: str) -> str:
                     f"{contact.name}: eps is too small for double precision at the fastest impact, with v* = "
                     f"{float(pair.v_star(contact.fastest)):.3g}: expected less damping, or slower impacts"
                 )
-    made = simulator_with(target).texts[target]
-    assert not isinstance(made, OwnLaw)
-    return made(setup, command, **options)
+    file = simulator_with(target).texts[target]
+    assert isinstance(file, InputFile)
+    values = {"setup": setup, "units": setup.units, "command": command, **file.values(setup, **options)}
+    return _written(file, command, setup.opening, values)
 
 
 def render_own_law(
@@ -56,7 +65,7 @@ def render_own_law(
     command: str,
     *,
     opening: Sequence[str],
-    softness: Softness = VISCOELASTIC_TIME,
+    softness: Softness | None = None,
     time_step: float | None = None,
     step_error: float = STEP_ERROR,
     units: Units = SI,
@@ -73,8 +82,8 @@ def render_own_law(
         The command line that makes the text.
     opening : sequence of str
         Lines at its beginning.
-    softness : Softness
-        Of all contacts.
+    softness : Softness, optional
+        Of all contacts; that of viscoelastic ones if it is not given.
     time_step : float, optional
         The damping makes up for it.
     step_error : float
@@ -85,35 +94,66 @@ def render_own_law(
     Raises
     ------
     ValueError
-        If a contact cannot be had.
+        If no contact of the program has the wanted eps.
     """
     simulator = simulator_with(target)
     own = simulator.texts[target]
     assert isinstance(own, OwnLaw)
     contacts = []
     for each in wanted:
-        contact = SoftContact(simulator.formula(own.formula), each, softness, own.per_mass, time_step, own.carried)
+        formula = simulator.formula(own.formula)
+        contact = SoftContact(formula, each, softness or Softness(), own.per_mass, time_step, own.carried)
         stiffness = contact.stiffness_over_mass if own.per_mass else contact.stiffness
         if own.per_mass and stiffness is None:
             raise ValueError(
                 f"{simulator.title} needs a stiffness: expected --stiffness, --contact-time or --penetration"
             )
-        assert contact.parameter is not None  # a contact without one is refused
         contacts.append(
             {
                 "name": each.name,
-                "lines": [harmless(line) for line in _facts(contact, own, units, step_error)],
+                "lines": [*_facts(contact, own, units, step_error)],
                 "stiffness": None if stiffness is None else program_number(stiffness),
                 own.number: program_number(_number(contact, own, contact.parameter)),
             }
         )
-    return written_template(own.template).render(
-        marker=marker_lines(command),
-        opening=[harmless(line) for line in opening],
-        contacts=contacts,
-        units=units,
-        time_step=time_step,
+    return _written(own, command, opening, {"contacts": contacts, "units": units, "time_step": time_step})
+
+
+def _written(file: InputFile | OwnLaw, command: str, opening: Sequence[str], values: Mapping[str, Any]) -> str:
+    """Return the text of a file."""
+    before, mark, after = _FRAMES[file.comment]
+    use, code = (written_template(text).render(values, number=program_number) for text in (file.use, file.code))
+    parts: list[list[str]] = [
+        [line for text in opening for line in _wrapped(text)],
+        [*_paragraphs(use)][:-1],
+        [line for contact in values["contacts"] for text in contact["lines"] for line in _wrapped(text)],
+    ]
+    lines = [harmless(line) for line in [*marker_lines(command), *(line for part in parts for line in ["", *part])]]
+    if file.comment == "<!--":
+        lines = [xml_comment(line) for line in lines]
+    head = "".join(f"{mark}{line}".rstrip() + "\n" for line in lines)
+    return f"{before}{head}{after}{code}"
+
+
+def _wrapped(text: str) -> list[str]:
+    """Return a line as lines that are not too long, those after the first indented."""
+    line = harmless(text)
+    indent = line[: len(line) - len(line.lstrip())]
+    return wrap(
+        line, WIDTH, initial_indent="", subsequent_indent=f"{indent}  ", break_long_words=False, break_on_hyphens=False
     )
+
+
+def _paragraphs(text: str) -> Iterator[str]:
+    """Yield the lines of sentences, wrapped anew; indented and empty lines are as they are."""
+    sentences = list[str]()
+    for line in [*text.strip("\n").split("\n"), ""]:
+        if line and not line.startswith(" "):
+            sentences.append(line)
+            continue
+        yield from wrap(" ".join(sentences), WIDTH, break_long_words=False, break_on_hyphens=False)
+        sentences = []
+        yield line
 
 
 def _number(contact: SoftContact, own: OwnLaw, parameter: float) -> float:
@@ -124,77 +164,66 @@ def _number(contact: SoftContact, own: OwnLaw, parameter: float) -> float:
     return parameter / contact.wanted.typical if own.per_speed else parameter
 
 
-def _facts(contact: SoftContact, own: OwnLaw, units: Units, step_error: float) -> list[str]:
-    """Return lines on a contact: its eps over the speeds, how long and deep it is, and its time step."""
+def _facts(contact: SoftContact, own: OwnLaw, units: Units, step_error: float) -> Iterator[str]:
+    """Yield lines on a contact: its eps over the speeds, how long and deep it is, and its time step."""
     wanted, law = contact.wanted, contact.formula.law
     of = "without weight" if wanted.with_weight is None else "of a body that falls on a plane"
-    lines = [
+    yield (
         f"{wanted.name}: eps = {contact.epsilon:.6g} at {wanted.typical:.6g} {units.speed} {of}; the law is "
-        f"{law.equation}, kappa = {contact.kappa:.10g},",
-        "  and contact ends where the force vanishes",
-    ]
+        f"{law.equation}, kappa = {contact.kappa:.10g}, and contact ends where the force vanishes"
+    )
     if wanted.with_weight is None and wanted.slowest < wanted.fastest:
-        lines += list(_over_speeds(contact, own, units))
+        yield from _over_speeds(contact, own, units)
     elif wanted.with_weight is None and law.nu != 2:
-        lines.append("  at other speeds eps is another one: --speeds MIN:MAX states its error")
+        yield "  at other speeds eps is different: --speeds MIN:MAX states its error"
     if contact.contact_time is not None and contact.penetration is not None:
-        lines.append(
+        yield (
             f"  contact lasts {contact.contact_time:.6g} {units.time} at the typical speed, the penetration reaches "
             f"{contact.penetration:.4g} {units.length} at the fastest"
         )
-    return [*lines, *_on_weight(contact, units), *_on_steps(contact, units, step_error)]
+    yield from _on_weight(contact, units)
+    yield from _on_steps(contact, units, step_error)
 
 
-def _on_weight(contact: SoftContact, units: Units) -> list[str]:
-    """Return lines on the weight of a body that falls on a plane."""
-    wanted, falling = contact.wanted, contact.falling
-    if not wanted.gravity:
-        return [f"  {NO_WEIGHT}"]
-    if falling is None:
-        factor = f"1 + {loss_slope(contact.formula.law):.3f} g t_c/v"
-        return [f"  weight multiplies the loss 1 - eps by about {factor}; nothing says how long contact lasts"]
-    note, fall = falling.sentences(wanted.slowest, wanted.fastest, units.speed, wanted.with_weight is not None)
-    warning = "Warning: " if wanted.with_weight is None else ""
-    return [f"  {note}", *([] if fall is None else [f"  {warning}{fall}"])]
-
-
-def _over_speeds(contact: SoftContact, own: OwnLaw, units: Units) -> list[str]:
+def _over_speeds(contact: SoftContact, own: OwnLaw, units: Units) -> Iterator[str]:
     wanted = contact.wanted
     ends = wanted.slowest, wanted.fastest
     own_values, others = ([f"{value:.6g}" for value in map(eps, ends)] for eps in (contact.delivered, wanted.epsilon))
     of = "viscoelastic spheres" if wanted.law == VISCOELASTIC else f"the law {wanted.law}"
-    lines = [
+    yield (
         f"  eps at {ends[0]:.6g} and {ends[1]:.6g} {units.speed}: {' and '.join(own_values)}; of {of} "
         f"{' and '.join(others)}"
-    ]
-    labels = ("", "sizes with the least v*: ", "sizes with the largest v*: ")
-    for label, found in zip(labels, contact.errors(), strict=False):
-        between = f", up to {found.largest:.2e} between" if found.largest > max(map(abs, _ends(found))) else ""
-        slow, fast = (f"{error:+.2e}" for error in _ends(found))
-        lines.append(f"  {label}error of eps: {slow} at the slowest, {fast} at the fastest speed{between}")
-    best = contact.balanced()
-    if best is not None:
-        number = _number(contact, own, best[0])
-        lines.append(f"  the largest error is smallest, {best[1]:.2e}, with the {own.number} {number:.6g}")
-    return lines
+    )
+    yield from error_lines(contact.errors())
+    yield from best_line(contact, own.number, lambda parameter: _number(contact, own, parameter))
 
 
-def _ends(found: SpeedErrors) -> tuple[float, float]:
-    return found.slowest, found.fastest
+def _on_weight(contact: SoftContact, units: Units) -> Iterator[str]:
+    """Yield lines on the weight of a body that falls on a plane."""
+    wanted, falling = contact.wanted, contact.falling
+    if not wanted.gravity:
+        yield f"  {NO_WEIGHT}"
+    elif falling is None:
+        factor = f"1 + {loss_slope(contact.formula.law):.3f} g t_c/v"
+        yield f"  weight multiplies the loss 1 - eps by about {factor}; nothing says how long contact lasts"
+    else:
+        note, fall = falling.sentences(wanted.slowest, wanted.fastest, units.speed, wanted.with_weight is not None)
+        yield f"  {note}"
+        if fall is not None:
+            yield f"  {'Warning: ' if wanted.with_weight is None else ''}{fall}"
 
 
-def _on_steps(contact: SoftContact, units: Units, step_error: float) -> list[str]:
+def _on_steps(contact: SoftContact, units: Units, step_error: float) -> Iterator[str]:
     found, advice = contact.range, contact.advice(step_error)
     if found is not None:
-        return [
+        yield (
             f"  with the time step {contact.time_step:.6g} {units.time}, for which the damping makes up: eps = "
             f"{found.epsilon:.6g} on average, {found.least:.6g} to {found.largest:.6g} in single collisions"
-        ]
-    if contact.formula.scheme is None:
-        return []
-    if advice is None:
-        return ["  the longest time step is not known, as nothing says how long contact lasts"]
-    return [
-        f"  time steps up to {advice.largest_step:.4g} {units.time} keep eps within {step_error:g} of itself; with "
-        "longer ones --time-step makes the damping fit"
-    ]
+        )
+    elif contact.formula.scheme is not None and advice is None:
+        yield "  the longest time step is not known, as nothing says how long contact lasts"
+    elif advice is not None:
+        yield (
+            f"  time steps up to {advice.largest_step:.4g} {units.time} change eps by at most the part {step_error:g}; "
+            "with longer ones --time-step makes the damping fit"
+        )

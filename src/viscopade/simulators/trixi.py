@@ -13,45 +13,20 @@ Users choose the integrator.
 
 from __future__ import annotations
 
-from typing import Any
-
-from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, DampingFormula, ratio_for_return
+from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, formulas, ratio_for_return, twice
 from viscopade.simulators.simulator import Simulator
-
-_NUMBER, _ACCEPTED = "damping_coefficient", ("0", "1e3")
-_SOURCE = "src/schemes/structure/discrete_element_method/contact_models.jl"
-
-
-def _twice(ratio: Any) -> Any:
-    return 2 * ratio
-
 
 SIMULATOR = Simulator(
     "trixi",
     "TrixiParticles.jl",
     "commit 1d57f11",
-    (
-        DampingFormula(
-            "LinearContactModel",
-            LINEAR_RETURN,
-            _NUMBER,
-            _twice,
-            _ACCEPTED,
-            "exact",
-            _SOURCE,
-            written=ratio_for_return,
-            scheme=None,
-        ),
-        DampingFormula(
-            "HertzContactModel",
-            TSUJI_RETURN,
-            _NUMBER,
-            _twice,
-            _ACCEPTED,
-            "other law",
-            _SOURCE,
-            written=ratio_for_return,
-            scheme=None,
-        ),
+    formulas(
+        "damping_coefficient",
+        ("0", "1e3"),
+        "src/schemes/structure/discrete_element_method/contact_models.jl",
+        ("LinearContactModel", LINEAR_RETURN, twice, "exact"),
+        ("HertzContactModel", TSUJI_RETURN, twice, "other law"),
+        written=ratio_for_return,
+        scheme=None,
     ),
 )

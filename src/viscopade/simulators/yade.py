@@ -41,7 +41,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -49,50 +49,26 @@ import numpy as np
 from mpmath import mp
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.arrays.double import epsilon as exact_epsilon
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
-from viscopade.collision.spheres import Pair
-from viscopade.generated import written_template
 from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR,
     TSUJI,
-    DampingFormula,
+    force_end_kappa,
+    formulas,
+    half_mass_kappa,
     linear_kappa,
     ratio_at_force_end,
-    thornton_betan,
+    thornton_kappa,
     tsuji_kappa,
 )
-from viscopade.simulators.setup import NamedContact, Setup
-from viscopade.simulators.simulator import Simulator
-from viscopade.simulators.stated import ConstantEpsilon, ProgramErrors, common, constant_epsilon, facts, program_errors
-from viscopade.theory.law import VISCOELASTIC, Law
+from viscopade.simulators.setup import Setup
+from viscopade.simulators.simulator import InputFile, Simulator
+from viscopade.simulators.soft import SoftContact, Wanted, constant_lines
+from viscopade.simulators.stated import described, error_lines, program_number, same_beta, size_errors, time_step
+from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.paper import TABLE
-
-
-@dataclass(frozen=True)
-class MindlinPhysParameters:
-    """Parameters of `Ip2_FrictMat_FrictMat_MindlinPhys` for a contact.
-
-    Attributes
-    ----------
-    constant : ConstantEpsilon
-        The constant eps of `betan`, which is exact at the typical speed, and its errors.
-    betan, balanced : float
-        For that eps, and for the one with the smallest largest error.
-    en, vn : float
-        For the viscoelastic law, where the program has it.
-    errors : ProgramErrors
-        Of that law: none for the pair itself, some for other sizes.
-    """
-
-    constant: ConstantEpsilon
-    betan: float
-    balanced: float
-    en: float
-    vn: float
-    errors: ProgramErrors
 
 
 def betan(epsilon: Any) -> Any:
@@ -112,67 +88,34 @@ def printed_pade(v_star: float) -> float:
     return float(a / b)
 
 
-def mindlin_phys_parameters(contact: NamedContact) -> MindlinPhysParameters:
-    """Return the parameters for a contact."""
-    found = constant_epsilon(contact)
-    pair = contact.pair
-
-    def same_beta(size: Pair, speed: float) -> float:
-        return exact_epsilon(pair.v_star(speed)) if size is not pair else size.epsilon(speed)
-
-    return MindlinPhysParameters(
-        found,
-        float(betan(found.epsilon)),
-        float(betan(found.balanced)),
-        printed_pade(pair.v_star(contact.typical)),
-        contact.typical,
-        program_errors(same_beta, contact),
-    )
+def _values(setup: Setup) -> dict[str, Any]:
+    """Return what the templates have: bodies become materials, contacts the pairs of them that may meet."""
+    contacts = []
+    for contact in setup.contacts:
+        pair, constant = contact.pair, SoftContact(SIMULATOR.formula("MindlinPhys, betan"), Wanted.of(contact))
+        en, vn = printed_pade(pair.v_star(contact.typical)), contact.typical
+        viscoelastic = (
+            f"  viscoelastic: en {program_number(en)} with vn {program_number(vn)} gives the exact beta",
+            "    (en is the printed [3/6] at the exact v*, which the program inverts; eps would leave its error)",
+            *(f"  {line}" for line in error_lines(size_errors(contact, same_beta(pair)))),
+        )
+        lines = ("  constant eps:", *(f"  {line}" for line in constant_lines(constant, "betan")), *viscoelastic)
+        contacts.append(described(contact, setup.units, *lines, betan=constant.parameter, en=en, vn=vn, A=pair.A))
+    return {**time_step(setup), "contacts": contacts}
 
 
-def render(setup: Setup, command: str) -> str:
-    """Return Python code for YADE that makes the materials and the functor for the contacts.
+_USE = """\
+YADE: materials and contact law. Say exec(open("this file").read()) first, give bodies material=materials["..."], and
+use
+    InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [physics], [Law2_ScGeom_MindlinPhys_Mindlin()])
+    NewtonIntegrator(damping=0)    # its own damping, 0.2 unless set, comes on top of the contact's
+Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}. Contact ends when the force vanishes: the program
+clips it at 0.
 
-    Parameters
-    ----------
-    setup : Setup
-        Bodies become materials, contacts the pairs of them that may meet.
-    command : str
-        What the first line says it was made with.
-    """
-    return written_template(_TEXT).render(
-        **common(setup, command),
-        contacts=[
-            (contact, facts(contact, setup.units), mindlin_phys_parameters(contact)) for contact in setup.contacts
-        ],
-    )
+{{ time_step }} That is for en and vn; with viscoelastic() the error is larger, as its kn is a step old.
+"""
 
-
-_TEXT = '''\
-{{ marker | lines("# {}") }}
-#
-{{ opening | lines("# {}") }}
-#
-# YADE: materials and contact law. Say exec(open("this file").read()) first, give bodies material=materials["..."], and
-# use
-#
-#     InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [physics], [Law2_ScGeom_MindlinPhys_Mindlin()])
-#     NewtonIntegrator(damping=0)    # its own damping, 0.2 unless set, comes on top of the contact's
-#
-# Numbers are in {{ setup.units.length }}, {{ setup.units.mass }}, {{
-setup.units.time }}. Contact ends when the force vanishes: the program clips it at 0.
-#
-{% for contact, lines, p in contacts %}
-{{ lines | lines("# {}") }}
-#   constant eps: betan {{ number(p.betan) }} gives eps = {{ number(p.constant.epsilon)
-}}, the exact one at the typical speed.
-{{ p.constant.errors.lines | lines("#     {}") }}
-#     The largest error is smallest, {{ "%.2e" % p.constant.balanced_errors.largest }}, with {{
-number(p.balanced) }}, which gives eps = {{ number(p.constant.balanced) }}.
-#   viscoelastic: en {{ number(p.en) }} with vn {{ number(p.vn) }} gives the exact beta.
-#     (en is the printed [3/6] at the exact v*, which the program inverts; eps itself would leave the error of [3/6].)
-{{ p.errors.lines | lines("#     {}") }}
-{% endfor %}
+_CODE = '''\
 
 materials = {
 {% for name, body in setup.bodies.items() %}
@@ -183,26 +126,13 @@ materials = {
 {% endfor %}
 }
 # A pair of materials that is not listed is refused when it meets.
-betan = {
-{% for contact, lines, p in contacts %}
-    ({{ contact.first | string }}, {{ contact.second | string }}): {{ number(p.betan) }},
+{% for name in ("betan", "en", "vn", "A") %}
+{{ name }} = {
+{% for each in contacts %}
+    ({{ each.contact.first | string }}, {{ each.contact.second | string }}): {{ number(each[name]) }},
 {% endfor %}
 }
-en = {
-{% for contact, lines, p in contacts %}
-    ({{ contact.first | string }}, {{ contact.second | string }}): {{ number(p.en) }},
 {% endfor %}
-}
-vn = {
-{% for contact, lines, p in contacts %}
-    ({{ contact.first | string }}, {{ contact.second | string }}): {{ number(p.vn) }},
-{% endfor %}
-}
-A = {
-{% for contact, lines, p in contacts %}
-    ({{ contact.first | string }}, {{ contact.second | string }}): {{ number(contact.pair.A) }},
-{% endfor %}
-}
 
 
 def matches(values):
@@ -234,14 +164,16 @@ else:
     physics = Ip2_FrictMat_FrictMat_MindlinPhys(betan=matches(betan))
     print("viscopade: this YADE has one eps for all speeds; see viscoelastic() above for the exact law")
 
-# {{ steps }} steps in the shortest contact. With it the eps of en and vn is off by up to {{
-step_error }} (computed with the program's
-# scheme), that of viscoelastic() by more, as its kn is a step old. The error of eps falls in proportion to the step.
 O.dt = {{ timestep }}
 '''
 
 _MINDLIN, _LINEAR = "pkg/dem/HertzMindlin.cpp", "pkg/dem/ViscoelasticPM.cpp"
 _EN, _NEARLY_ALL = "en", ("0.01", "1")
+
+
+def _of_betan(betan: Any) -> Any:
+    """Return the kappa of a betan, an mpmath number."""
+    return mp.sqrt(6) * betan
 
 
 def _of_printed_pade(en: Any) -> Any:
@@ -256,8 +188,8 @@ _RADII = {"sphere": 1.0, "wall": 1 / 2, "facet": 2 / 3}
 """What the program takes for the effective radius, in units of it."""
 
 
-def _constants(values: native.Values, impact: native.Impact) -> tuple[Law, float, float]:
-    """Return the law of a functor, k and c.
+def _force(values: native.Values, impact: native.Impact) -> native.Power:
+    """Return the force of a functor.
 
     Raises
     ------
@@ -268,34 +200,28 @@ def _constants(values: native.Values, impact: native.Impact) -> tuple[Law, float
     if values["physics"] == "ViscElPhys":
         counted = mass if other == "sphere" else mass / 2
         loss = -math.log(values["en"])
-        return LINEAR, counted / values["tc"] ** 2 * (math.pi**2 + loss**2), 2 * counted * loss / values["tc"]
+        k = counted / values["tc"] ** 2 * (math.pi**2 + loss**2)
+        return native.Power(LINEAR, k, 2 * counted * loss / values["tc"])
     modulus = native.effective_modulus(values["young"], values["poisson"])
     k = 4 / 3 * modulus * math.sqrt(impact.effective_radius * _RADII[other])
     if ("en" in values) == ("betan" in values):
         raise ValueError("en and betan: expected one of them")
     if "vn" in values:
         kappa = float(_of_printed_pade(values["en"]))
-        return VISCOELASTIC, k, VISCOELASTIC.damping_constant(kappa, values["vn"], k=k, mass=mass)
-    ratio = values["betan"] if "betan" in values else float(thornton_betan(mp.mpf(values["en"])))
-    return TSUJI, k, math.sqrt(6 * mass * k) * ratio
+        return native.Power(VISCOELASTIC, k, VISCOELASTIC.damping_constant(kappa, values["vn"], k=k, mass=mass))
+    kappa = _of_betan(values["betan"]) if "betan" in values else thornton_kappa(mp.mpf(values["en"]))
+    return native.Power(TSUJI, k, math.sqrt(mass * k) * float(kappa))
 
 
-def _contact(values: native.Values, impact: native.Impact) -> Contact:
-    """Return the contact, with the damping of `NewtonIntegrator` if it has one."""
-    contact, damping = native.law_contact(*_constants(values, impact), impact), values["damping"]
+def _altered(contact: Contact, values: native.Values) -> Contact:
+    """Return the contact with the damping of `NewtonIntegrator`, if it has one."""
+    damping = values["damping"]
 
     def force(x: FloatArray, v: FloatArray) -> FloatArray:
         pushes = np.maximum(contact.force(x, v), 0)
         return np.asarray(pushes + damping * np.abs(pushes - contact.load) * np.sign(v))
 
     return replace(contact, force=force, end="return") if damping else contact
-
-
-def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, float]:
-    """Return another betan or en."""
-    if "betan" in values:
-        return {"betan": damping / math.sqrt(6)}
-    return {"en": max(math.exp(-damping), float(_NEARLY_ALL[0]))}
 
 
 def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
@@ -308,18 +234,19 @@ _NATIVE = native.Native(
         native.Parameter("physics", words=("MindlinPhys", "ViscElPhys")),
         native.positive("young", "Pa", both=True),
         native.poisson_ratios("poisson"),
-        native.restitution("en"),
+        native.restitution("en", least_written=float(_NEARLY_ALL[0])),
         native.Parameter("betan"),
         native.positive("vn", "m/s"),
         native.positive("tc", "s"),
         native.Parameter("other", default="sphere", words=tuple(_RADII)),
         native.Parameter("damping", "", "0.2", "a number >= 0 and < 1", lambda part: 0 <= part[0] < 1),
     ),
-    _contact,
+    _force,
     _MINDLIN,
     schemes={"NewtonIntegrator": SEMI_IMPLICIT},
     integrator="engine",
-    damped=_damped,
+    damping=lambda values: "betan" if "betan" in values else "en",
+    altered=_altered,
     warnings=_warnings,
 )
 
@@ -328,68 +255,54 @@ SIMULATOR = Simulator(
     "YADE",
     "2025.2.0, commit f1486c0 of c61292558/yade4deepin",
     (
-        DampingFormula(
-            "MindlinPhys, en",
-            TSUJI,
+        *formulas(_EN, _NEARLY_ALL, _MINDLIN, ("MindlinPhys, en", TSUJI, thornton_kappa, "approximate formula")),
+        *formulas(
             _EN,
-            lambda en: mp.sqrt(6) * thornton_betan(en),
             _NEARLY_ALL,
-            "approximate formula",
-            _MINDLIN,
-        ),
-        DampingFormula(
-            "MindlinPhys, en (trunk before the fit)",
-            TSUJI,
-            _EN,
-            tsuji_kappa,
-            _NEARLY_ALL,
-            "other end",
             f"{_MINDLIN} at commit a6084d6 of Togekey/yade_trunk",
+            ("MindlinPhys, en (trunk before the fit)", TSUJI, tsuji_kappa, "other end"),
         ),
-        DampingFormula(
-            "MindlinPhys, betan",
-            TSUJI,
+        *formulas(
             "betan",
-            lambda betan: mp.sqrt(6) * betan,
             ("0", "100"),
-            "exact",
             _MINDLIN,
+            ("MindlinPhys, betan", TSUJI, _of_betan, "exact", "betan is as `viscopade simulators yade` writes it."),
             written=betan,
-            note="betan is as `viscopade simulators yade` writes it.",
         ),
-        DampingFormula(
-            "MindlinPhys, en and vn",
-            VISCOELASTIC,
+        *formulas(
             _EN,
-            _of_printed_pade,
             _NEARLY_ALL,
-            "approximate formula",
             _MINDLIN,
-            note="The printed [3/6] of the paper stands for the exact function; this is at the speed vn.",
+            (
+                "MindlinPhys, en and vn",
+                VISCOELASTIC,
+                _of_printed_pade,
+                "approximate formula",
+                "The printed [3/6] of the paper stands for the exact function; this is at the speed vn.",
+            ),
         ),
-        DampingFormula("ViscElPhys, tc, en, et", LINEAR, _EN, linear_kappa, _NEARLY_ALL, "other end", _LINEAR),
-        DampingFormula(
-            "ViscElPhys, tc, en, et, at a wall",
-            LINEAR,
+        *formulas(
             _EN,
-            lambda e: linear_kappa(e) / mp.sqrt(2),
             _NEARLY_ALL,
-            "normalisation",
             _LINEAR,
-            note="Stiffness and damping are made with half of the mass that the sphere has.",
-        ),
-        DampingFormula(
-            "ViscElPhys, young, en, et",
-            LINEAR,
-            _EN,
-            lambda e: 2 * ratio_at_force_end(e),
-            _NEARLY_ALL,
-            "exact",
-            _LINEAR,
-            note="The program solves the formula to 1 % of en only.",
+            ("ViscElPhys, tc, en, et", LINEAR, linear_kappa, "other end"),
+            (
+                "ViscElPhys, tc, en, et, at a wall",
+                LINEAR,
+                half_mass_kappa,
+                "normalisation",
+                "Stiffness and damping are made with half of the mass that the sphere has.",
+            ),
+            (
+                "ViscElPhys, young, en, et",
+                LINEAR,
+                force_end_kappa,
+                "exact",
+                "The program solves the formula to 1 % of en only.",
+            ),
         ),
     ),
-    texts={"yade": render},
+    texts={"yade": InputFile("#", _USE, _CODE, _values)},
     lines={
         "pair": "FrictMat(young={young}, poisson={poisson}, density={density}, frictionAngle=0)\n"
         "Ip2_FrictMat_FrictMat_MindlinPhys(en={en}, vn={speed})  # versions after 2023.02a"

@@ -29,9 +29,9 @@ from viscopade import Pair, Sphere
 from viscopade.arrays.checked import FloatArray
 from viscopade.extras import install_command
 from viscopade.simulators import measured
-from viscopade.simulators import rebound as ours
 from viscopade.simulators.measured import Measurement
 from viscopade.simulators.setup import of_pair
+from viscopade.simulators.text import render
 from viscopade_lab.runs.cases import AuditCase, cases, cases_instead
 
 
@@ -447,7 +447,7 @@ def _install_callback(sim: Any, beta: float) -> None:
     setup = of_pair(pair.damped(float(pair.dissipative_constant(beta))), 1.0)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "audit.py"
-        path.write_text(ours.render(setup, "audit", "python"), "utf-8")
+        path.write_text(render("rebound-python", setup, "audit"), "utf-8")
         runpy.run_path(str(path))["install"](sim)
 
 

@@ -1,0 +1,189 @@
+"""Files for programs with the viscoelastic law: their numbers, read back, in the force of each program.
+
+The forces are written as the programs' sources have them, and integrated in time.
+"""
+
+import math
+import re
+
+import pytest
+
+from tests.simulators.two_balls import RUBBER, SETUP, SMALL, elastic, flowing, integrated, matrix, setup, yade_names
+from viscopade import Pair
+from viscopade.simulators import TARGETS, simulator_with, stated
+from viscopade.simulators.setup import NamedContact, Setup
+from viscopade.simulators.simulator import InputFile
+from viscopade.simulators.text import render
+
+COMMAND = "viscopade simulators PROGRAM scene.toml"
+FILES = [name for name in TARGETS if isinstance(simulator_with(name).texts[name], InputFile)]
+
+
+def lammps(text, pair):
+    """GranSubModNormalHertzMaterial and GranSubModDampingViscoelastic."""
+    e, eta, nu = map(
+        float, re.search(r"^pair_coeff 1 1 hertz/material (\S+) (\S+) (\S+) ", text, re.MULTILINE).groups()
+    )
+    k = 4 / 3 * e / (2 * (1 - nu**2))
+    return lambda x, u: math.sqrt(pair.R_eff * x) * (k * x + eta * pair.m_eff * u)
+
+
+def liggghts(text, pair):
+    """NormalModel<HERTZ_STIFFNESS>."""
+    kn, gamman = (matrix(text, name)[0][0] for name in ("kn", "gamman"))
+    return lambda x, u: math.sqrt(pair.R_eff * x) * (kn * x + pair.m_eff * gamman * u)
+
+
+def mercurydpm(text, pair):
+    """HertzianBSHPViscoelasticInteraction::computeNormalForce."""
+    modulus, dissipation = (
+        float(re.search(rf"one\.set{name}\((\S+)\);", text)[1]) for name in ("EffectiveElasticModulus", "Dissipation")
+    )
+    return lambda x, u: 4 / 3 * modulus * math.sqrt(pair.R_eff * x) * (x + 3 / 2 * dissipation * u)
+
+
+def solved(en):
+    """v* at which [3/6] with the printed coefficients is en, by halving."""
+    a = (1.0, 1.07232, 0.574198, 0.141552)
+    b = (1.0, 1.07232, 1.72765, 1.37842, 1.19449, 0.467273, 0.235585)
+    low, high = 0.0, 100.0
+    for _ in range(100):
+        v = (low + high) / 2
+        quotient = sum(c * v**i for i, c in enumerate(a)) / sum(c * v**i for i, c in enumerate(b))
+        low, high = (v, high) if quotient > en else (low, v)
+    return low
+
+
+def yade(text, pair):
+    """Law2_ScGeom_MindlinPhys_Mindlin with beta."""
+    en, vn = (yade_names(text, vn=True)["physics"].values[name][0, 0] for name in ("en", "vn"))
+    kno = 4 / 3 * pair.E_eff * math.sqrt(pair.R_eff)
+    a = 2 / 3 * solved(en) ** 2 * vn**-0.2 * (kno / pair.m_eff) ** -0.4
+    return lambda x, u: kno * x**1.5 + a * 3 / 2 * kno * math.sqrt(x) * u
+
+
+FORCES = {force.__name__: force for force in (lammps, liggghts, mercurydpm, yade)}
+programs = pytest.mark.parametrize("program", FORCES)
+
+
+@programs
+@pytest.mark.parametrize("epsilon", [0.999, 0.6, 0.1])
+def test_the_force_is_the_viscoelastic_one(program, epsilon):
+    case = setup(epsilon)
+    (contact,) = case.contacts
+    force = FORCES[program](render(program, case, COMMAND), contact.pair)
+    for speed in (contact.slowest, contact.typical, contact.fastest):
+        found = integrated(force, case, speed, "force")
+        assert found == pytest.approx(contact.pair.epsilon(speed), rel=1e-7)
+
+
+@programs
+def test_without_dissipation(program):
+    case = elastic()
+    pair = case.contacts[0].pair
+    force = FORCES[program](render(program, case, COMMAND), pair)
+    assert force(1e-4, 1.0) == pytest.approx(pair.rho * 1e-6, rel=1e-11)
+
+
+# --- a constant eps, which the comments state -------------------------------------------------------------------------
+
+
+def hertz(number, pair):
+    """NormalModel<HERTZ> of LIGGGHTS."""
+    beta = math.log(number) / math.sqrt(math.log(number) ** 2 + math.pi**2)
+
+    def force(x, u):
+        root = math.sqrt(pair.R_eff * x)
+        damping = -2 * 0.91287092917527685 * beta * math.sqrt(2 * pair.E_eff * root * pair.m_eff)
+        return 4 / 3 * pair.E_eff * root * x + damping * u
+
+    return force
+
+
+def hertzian_viscoelastic(number, pair):
+    """HertzianViscoelasticInteraction::computeNormalForce of MercuryDPM."""
+
+    def force(x, u):
+        stiffness = 4 / 3 * pair.E_eff * math.sqrt(pair.R_eff * x)
+        return stiffness * x + number * math.sqrt(pair.m_eff * stiffness) * u
+
+    return force
+
+
+def mindlin(number, pair):
+    """Law2_ScGeom_MindlinPhys_Mindlin of YADE with betan."""
+    kno = 4 / 3 * pair.E_eff * math.sqrt(pair.R_eff)
+    return lambda x, u: kno * x**1.5 + 2 * math.sqrt(pair.m_eff * 3 / 2 * kno * math.sqrt(x)) * number * u
+
+
+CONSTANT = {
+    "liggghts": ("coefficientRestitution", hertz),
+    "mercurydpm": ("setDissipation", hertzian_viscoelastic),
+    "yade": ("betan", mindlin),
+}
+
+
+def end_of(program, text):
+    clipped = program == "yade" or "limitForce on, has one eps" in flowing(text)
+    return "force" if clipped else "position"
+
+
+@pytest.mark.parametrize("program", CONSTANT)
+@pytest.mark.parametrize("epsilon", [0.97, 0.6, 0.25, 0.15])
+def test_the_constant_eps(program, epsilon):
+    case = setup(epsilon)
+    (contact,), text = case.contacts, render(program, case, COMMAND)
+    name, force = CONSTANT[program]
+    number, stated_epsilon = map(float, re.search(rf"{name} (\S+) gives eps = (\S+),", flowing(text)).groups())
+    assert stated_epsilon == pytest.approx(epsilon, rel=1e-11)
+    if program == "liggghts":  # no eps below 0.2137 with limitForce on
+        assert end_of(program, text) == ("force" if epsilon > 0.2137 else "position")
+    for speed in (0.1, 1.0):
+        found = integrated(force(number, contact.pair), case, speed, end_of(program, text))
+        assert found == pytest.approx(epsilon, rel=1e-7)
+    slow, fast = (float(epsilon / contact.pair.epsilon(speed) - 1) for speed in (contact.slowest, contact.fastest))
+    assert f"error of eps: {slow:+.2e} at the slowest, {fast:+.2e} at the fastest speed" in flowing(text)
+    best = float(re.search(rf"the largest error is smallest, \S+, with {name} (\S+)", flowing(text))[1])
+    (balanced,) = {integrated(force(best, contact.pair), case, 1.0, end_of(program, text))}
+    ends = [balanced / contact.pair.epsilon(speed) - 1 for speed in (contact.slowest, contact.fastest)]
+    assert sum(ends) == pytest.approx(0, abs=1e-4)
+
+
+def test_what_liggghts_cannot_have():
+    assert "cannot have this eps: epsilon is" in render("liggghts", setup(0.04), COMMAND)
+
+
+# --- errors -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("program", ["lammps", "liggghts", "yade", "rebound-c"])
+def test_stated_errors_of_other_sizes_are_those_of_the_force(program):
+    contact = SETUP.contacts[0]
+    text = render(program, SETUP, COMMAND)
+    assert "error of eps: 0 at the slowest, 0 at the fastest speed" in flowing(text)
+    found = re.findall(r"with the \w+ v\*: error of eps: (\S+) at the slowest, (\S+) at", flowing(text))[-2:]
+    for errors, pair in zip(found, contact.extremes, strict=True):
+        case = Setup("t", {"a": pair.first}, (NamedContact("a", "a", pair, 0.01, 0.1, 1.0),))
+        for speed, error in zip((0.01, 1.0), errors, strict=True):
+            if program == "rebound-c":
+                own = pair.damped(float(pair.dissipative_constant(contact.pair.beta))).epsilon(speed)
+            else:
+                own = integrated(FORCES[program](text, pair), case, speed, "force")
+            assert own / pair.epsilon(speed) - 1 == pytest.approx(float(error), rel=6e-3)
+
+
+@programs
+def test_the_time_step(program):
+    text = flowing(render(program, SETUP, COMMAND))
+    step = float(Pair(SMALL, SMALL).contact_time(1.0)) / stated.STEPS
+    error = max(stated.timestep_error(contact, step) for contact in SETUP.contacts)
+    assert f"Time step: {step:.6g} s is 100 steps in the shortest contact" in text
+    assert f"eps is off by up to {error:.1e} " in text
+
+
+def test_a_long_contact_does_not_take_long():
+    """Of 10^9 steps to the contact only 2000 are done, for a bound."""
+    contact = SETUP.contacts[1]
+    duration = Pair(RUBBER, contact.pair.second).contact_time(2.0)
+    error = stated.timestep_error(contact, duration / 1e9)
+    assert stated.timestep_error(contact, duration / 1e5) == error < 1e-3
