@@ -1,4 +1,4 @@
-"""The coefficient of restitution in closed form, for the two values of nu that have one (section 2.9)."""
+"""The coefficient of restitution in closed form, for the two values of nu that have one."""
 
 from mpmath import mp, mpf
 

@@ -55,7 +55,7 @@ def test_rounding_at_the_ends_of_the_range(form: Format) -> None:
         smallest / 2,
         -smallest / 3,
     ):
-        with pytest.raises(ValueError, match=f"is not a normal number of type {form.name}"):
+        with pytest.raises(ValueError, match=f"is not a normal number in {form.name}"):
             form.nearest(number)
 
 

@@ -37,7 +37,7 @@ def truth(v_star: float) -> dict[str, mpf]:
 
 
 def leading_terms(v_star: float) -> dict[str, mpf]:
-    """Section 2.5 and derivations/10_large_v_star.py."""
+    """As derivations/10_large_v_star.py derives."""
     with mp.workdps(30):
         v = mpf(v_star)
         epsilon, x_max = ((mpf(3) / 2) ** (mpf(2) / 3) / v ** (mpf(n) / 3) for n in (10, 4))

@@ -188,7 +188,7 @@ def test_forces_with_kinks_and_jumps(name):
 
 
 def loss(law, load):
-    """Return lambda(G) by quadrature in an angle, x = x_m sin^2 (section 2.11)."""
+    """Return lambda(G) by quadrature in an angle, x = x_m sin^2."""
     a, b = float(law.elastic), float(law.damping)
     low, high = 0.0, 10.0
     for _ in range(200):

@@ -77,7 +77,7 @@ def test_small_v_star_follows_the_series(v_star):
 
 @pytest.mark.parametrize("v_star", ["1e10", "1e30", pytest.param("1e100", marks=pytest.mark.slow)])
 def test_large_v_star_tends_to_the_power_law(v_star):
-    """eps -> (3/2)^(2/3) v*^(-10/3) and x_max -> kappa eps (section 2.5)."""
+    """eps -> (3/2)^(2/3) v*^(-10/3) and x_max -> kappa eps."""
     ours = exact.collision(v_star, 12).decimals()
     with mpmath.workdps(150):
         v, epsilon, x_max = (mpmath.mpf(text) for text in (v_star, ours["epsilon"], ours["x_max"]))

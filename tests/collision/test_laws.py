@@ -119,7 +119,7 @@ def test_the_limit_of_large_kappa(law):
 
 
 def test_the_older_end_exists_for_any_damping_below_nu_2():
-    """Against section 2.9 as first written: for nu < 2, x = 0 is reached however large kappa is."""
+    """For nu < 2, x = 0 is reached however large kappa is."""
     for name, kappa, digits in (("3/2,1/2", "20", 6), ("2,1", "60", 2)):
         law = law_of(name, "return")
         low, high = (

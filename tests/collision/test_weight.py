@@ -1,4 +1,4 @@
-"""Weight: the slope of a small loss by quadrature, the falls of issue 41 and of section 2.11, and the sentences."""
+"""Weight: the slope of a small loss by quadrature, falls against tables, and the sentences."""
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ def test_a_body_that_is_dropped(k, fast, slow):
 
 @pytest.mark.parametrize(("epsilon", "load"), [(0.9, 1.24), (0.7, 0.50), (0.5, 0.25)])
 def test_where_a_body_stays_down(epsilon, load):
-    """Section 2.11: viscoelastic, end "return"."""
+    """Viscoelastic spheres, end "return"."""
     law = law_of("viscoelastic", "return")
     kappa = exact.invert(str(epsilon), law=law, digits=15).floats()["v_star"]
     assert loaded(law, kappa, load - 0.006).collide().parts

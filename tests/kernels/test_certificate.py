@@ -444,5 +444,5 @@ def test_intervals_that_are_invalid_are_refused():
 
 def test_a_half_line_formula_has_the_right_degrees():
     wrong = LacunaryQuotient(Powers((0, 6, 16), (0, 11)), (Fraction(1),) * 3, (Fraction(1),) * 2)
-    with pytest.raises(ValueError, match="deg N must be deg D"):
+    with pytest.raises(ValueError, match="deg N = deg D"):
         compact.half_line_formula(wrong)

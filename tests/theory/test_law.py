@@ -100,7 +100,7 @@ def test_own_damping(name, symbol, definition, unit, value):
 
 
 def test_zeta_is_1_where_contact_ceases_to_return():
-    """zeta = K/2 for every law of nu = 2 (section 2.9): the closed form of eps knows zeta alone."""
+    """zeta = K/2 for every law of nu = 2: the closed form of eps knows zeta alone."""
     for name in ("linear", "tsuji", "2,1/2"):
         law, c = law_of(name, "return"), 0.7
         kappa = law.kappa(1.0, k=2.0, c=c, mass=0.3)
@@ -172,7 +172,7 @@ def test_lambda_by_three_routes(law):
 @of_laws
 def test_end_series_by_two_routes(law):
     assert symbolic.delayed_recovery_series(15, law) == end_series(15, law)
-    if law.delayed:  # H_nu = 1 + (1 - 1/nu) mu + …, delta = 2/nu mu (section 2.9)
+    if law.delayed:  # H_nu = 1 + (1 - 1/nu) mu + …, delta = 2/nu mu
         assert end_series(1, law)[1] == (1 - 1 / law.nu) * law.nu / 2
 
 

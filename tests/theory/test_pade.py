@@ -249,7 +249,7 @@ def test_an_exact_solution_loses_no_digits(h):
 def test_rational_pade_refuses():
     with pytest.raises(TypeError, match="expected integers and Fractions"):
         rational_pade([1, 0.5], 0, 1)
-    with pytest.raises(ValueError, match="2 coefficients were given"):
+    with pytest.raises(ValueError, match="h has 2 coefficients"):
         rational_pade([1, 2], 1, 1)
     with pytest.raises(ValueError, match="h_0 > 0"):
         rational_pade([-1, 1], 0, 1)
@@ -289,7 +289,7 @@ def test_approximants_that_do_not_exist_are_named_and_a_larger_one_that_does(m, 
 
 
 def test_an_approximant_with_a_coefficient_that_seems_0_is_named_and_one_near_that_works():
-    with pytest.raises(ArithmeticError, match=r"\[2/15\] is not determined by 570 digits") as refused:
+    with pytest.raises(ArithmeticError, match=r"570 digits of the series do not determine \[2/15\]") as refused:
         pade(2, 15, 30, "3,1/2")
     m, n = map(int, re.search(r"expected for instance \[(\d+)/(\d+)\]$", str(refused.value)).groups())
     assert abs(m - 2) + abs(n - 15) <= 2

@@ -145,7 +145,7 @@ def test_sum_of_the_series_against_direct_integration(v_star):
 
 
 def by_lagrange_inversion(order: int, digits: int) -> list[arb]:
-    """Section 2.4: h_k = sum H_j (4/5)^j (10+5j)/(10+5j+n) [nu^n] exp(-(10+5j+n)/10 Lambda), 5j + 2n = k."""
+    """h_k = sum H_j (4/5)^j (10+5j)/(10+5j+n) [nu^n] exp(-(10+5j+n)/10 Lambda), 5j + 2n = k."""
     lam = lambda_coefficients(order // 4 + 1, digits + 20)
     ends = end_series(order // 5)
     h = [arb(0)] * (order + 1)
@@ -184,7 +184,7 @@ def test_known_values():
 
 
 def test_lambda_is_odd():
-    """Time reversal (section 2.4): the even coefficients of Lambda, computed without assuming it, enclose zero."""
+    """Time reversal: the even coefficients of Lambda, computed without assuming it, enclose zero."""
     with working(300, 21):
         g = g_coefficients(20, 60)
         forward = arb_series(list(g), 21).log()

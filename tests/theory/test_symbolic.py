@@ -190,7 +190,7 @@ def test_closed_forms_of_lambda(k):
 
 
 def test_h_6_needs_no_more_than_the_gamma_function():
-    """The cubes of lambda_1 combine to 7/25 (section 2.4 and the closed form of lambda_3)."""
+    """The cubes of lambda_1 combine to 7/25 (the closed form of lambda_3)."""
     scale = sp.Rational(4, 5) ** sp.Rational(6, 5)
     h_6 = h_polynomial(6).subs({lambda_symbol(1): symbolic.lambda_1(), lambda_symbol(3): symbolic.lambda_3()})
     beta = sp.beta(sp.Rational(9, 5), sp.Rational(1, 2))

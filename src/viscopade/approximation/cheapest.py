@@ -25,7 +25,7 @@ from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
 
 CANDIDATES = [(m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1) if max(m, n) >= 2]
-"""The degrees that are tried, ascending in m."""
+"""The degrees of the search, ascending in m."""
 
 
 def cheapest_fit(
@@ -37,7 +37,7 @@ def cheapest_fit(
 ) -> MachineFit:
     """Return the cheapest approximant with the wanted accuracy and coefficients of a format.
 
-    The cost is that of `cost`; among equally cheap ones, the most accurate is returned.
+    `cost` defines the cost. Among equally cheap approximants, the most accurate one is returned.
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ def cheapest_fit(
     Raises
     ------
     TypeError, ValueError
-        As for `fit`; or if no degrees up to [6/9] are accurate enough: one line says what would do.
+        As for `fit`; or if no degrees up to [6/9] are accurate enough; the message has the accuracy that they reach.
     """
     interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
     least = Fraction(2) ** (2 - form.precision)
-    accepted = f"a number below 1, and for type {form.name} at least {float(least):.3g}"
+    accepted = f"a number below 1, and in {form.name} at least {float(least):.3g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))
 
     def good(price: int) -> list[Fit]:
@@ -72,8 +72,8 @@ def cheapest_fit(
     m, n = CANDIDATES[-1]
     errors = [fit.error for fit in rounded or _fits(prices[-1], interval, measure)]
     raise ValueError(
-        f"accuracy is {limit:g}: accepted on {_shown(interval)} for type {form.name} is"
-        f" {1.01 * min(errors, default=1):.3g} or more (what [m/n] up to [{m}/{n}] reach), or a shorter interval"
+        f"accuracy is {limit:g}: expected {1.01 * min(errors, default=1):.3g} or more, which [m/n] up to [{m}/{n}] "
+        f"reach on {_shown(interval)} in {form.name}, or a shorter interval"
     )
 
 
@@ -85,7 +85,7 @@ def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0, measure:
 
 @lru_cache(maxsize=256)
 def _fits(price: int, interval: Interval, measure: Measure) -> tuple[Fit, ...]:
-    """Return the best approximants of a cost, of those degrees for which there is a good one."""
+    """Return the best approximants of a cost, without degrees that have no good one."""
     found = list[Fit]()
     for m, n in CANDIDATES:
         if cost(m, n) == price:

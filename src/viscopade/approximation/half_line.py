@@ -4,16 +4,15 @@ With kappa = v*^2 and y = v*^(1/3),
 
     eps = D(y)/(D(y) + v*^2 N(y)),    that is    1/eps - 1 = v*^2 N(y)/D(y),
 
-N and D lacunary polynomials, deg N = deg D + 4. As 1/eps - 1 goes like c v*^2 at 0 and like (2/3)^(2/3) v*^(10/3) at
-infinity (section 2.5), N/D only has to go from c to (2/3)^(2/3) y^4. No further root is taken: code that computes
-v* = w^(1/10), w = beta^5 v, gets y = w^(1/30) by the same operation; given v*, y is a cube root. The powers of y were
-found by a search among these and many other forms (docs/reference/half-line.md). If N/D has a
-relative error delta, then
+N and D lacunary polynomials, deg N = deg D + 4. Since 1/eps - 1 behaves like c v*^2 at 0 and like
+(2/3)^(2/3) v*^(10/3) at infinity, N/D goes from c to (2/3)^(2/3) y^4. It needs no further root: code that computes
+v* = w^(1/10), w = beta^5 v, gets y = w^(1/30) by the same operation; for a known v*, y is a cube root. A search among
+these and many other forms gave the powers of y (docs/reference/half-line.md). If N/D has a relative error delta, then
 
     |d eps| = |delta| eps (1 - eps):    |d eps|/eps <= |delta| (1 - eps),    |d eps|/(1 - eps) <= |delta| eps,
 
-to first order in delta, so that both measures of section 2.7 are finite. In this order the errors are levelled, and
-given (sampled).
+to first order in delta, so that the errors relative to eps and to 1 - eps are both bounded. The errors are levelled and
+stated to this order (sampled).
 """
 
 from __future__ import annotations
@@ -36,9 +35,9 @@ ROOT = Fraction(1, 3)  # y = v*^ROOT
 SHIFT = 6  # v*^2 = y^SHIFT
 DEGREES_MORE = 4  # deg N - deg D
 
-_Y_MAX = 2000.0  # beyond, v* > 8e9, the error is that at infinity but for 1e-30
+_Y_MAX = 2000.0  # beyond, v* > 8e9, the error differs by less than 1e-30 from that at infinity
 
-# The best powers found for 4, 5, … coefficients.
+# The best powers in the search for 4, 5, … coefficients.
 RELATIVE = (
     Powers((0, 4, 8), (0, 4)),
     Powers((0, 5, 7, 16), (0, 12)),
@@ -63,7 +62,7 @@ def require_half_line_degrees(powers: Powers) -> None:
     """Check that N/D with these powers has the right order at infinity; raise a ValueError otherwise."""
     if powers.m - powers.n != DEGREES_MORE:
         raise ValueError(
-            f"powers are {powers.label}: deg N must be deg D + {DEGREES_MORE}, as eps goes like v*^(-10/3)"
+            f"powers are {powers.label}: expected deg N = deg D + {DEGREES_MORE}, because eps behaves like v*^(-10/3)"
         )
 
 
@@ -76,12 +75,12 @@ def fit_half_line(powers: Powers, measure: Measure = "relative") -> LacunaryFit:
     powers : Powers
         Exponents, deg N = deg D + 4.
     measure : "relative" or "both"
-        The error to be made small.
+        Measure of the error.
 
     Raises
     ------
     ValueError
-        If degrees or measure are not accepted.
+        If the degrees are wrong, or the measure is not known.
     remez.NoBest
         If the error cannot be levelled.
     """
@@ -90,7 +89,7 @@ def fit_half_line(powers: Powers, measure: Measure = "relative") -> LacunaryFit:
     exact = exact_target()
 
     def values(y: arb) -> tuple[arb, arb]:
-        """Return N/D, and by how much a relative error of it is an error in the measure, to first order."""
+        """Return N/D, and the factor from its relative error to the error in the measure, to first order."""
         epsilon, loss, loss_ratio = exact.at(y * y * y)
         return loss_ratio / epsilon / exact.c, epsilon if measure == "both" and epsilon > loss else loss
 

@@ -1,7 +1,7 @@
 r"""Minimax approximants of the inverse, eps -> v*, on [eps_min, 1] or on all of (0, 1].
 
-The variable is q = (1 - eps)/eps, from 0 at eps = 1 to infinity at eps = 0, which needs 1 - eps where eps is near 1.
-v* is sqrt(q) times a smooth function of sqrt(q) near 0, and goes like q^(3/10) at infinity (section 2.5). So
+The variable is q = (1 - eps)/eps, from 0 at eps = 1 to infinity at eps = 0, which needs 1 - eps for eps near 1.
+v* is sqrt(q) times a smooth function of sqrt(q) near 0, and behaves like q^(3/10) at infinity. So
 
     on [eps_min, 1]:    v* = y N(y)/D(y),      y = q^(1/2), full polynomials;
     on (0, 1]:          v* = y^5 N(y)/D(y),    y = q^(1/10), lacunary polynomials, deg D = deg N + 2.
@@ -37,7 +37,7 @@ MAX_DEGREE = 9
 _Y_MAX = 2000.0  # of q^(1/10): q up to 1e33
 _SMALLEST = Fraction(1, 10**4)
 
-# The best powers of q^(1/10) found for 4, 5, … coefficients, on all of (0, 1].
+# The best powers of q^(1/10) in a search for 4, 5, … coefficients, on all of (0, 1].
 WHOLE = (
     Powers((0, 16), (0, 10, 18)),
     Powers((0, 10, 16), (0, 11, 18)),
@@ -75,7 +75,7 @@ def fit_interval(m: int, n: int, epsilon_min: Exact) -> LacunaryFit:
     Raises
     ------
     TypeError, ValueError
-        If an argument is not accepted.
+        If an argument is out of range.
     remez.NoBest
         If there is no best approximant, or the error is too small for double precision.
     """
@@ -95,20 +95,20 @@ def fit_whole(powers: Powers) -> LacunaryFit:
     Raises
     ------
     ValueError
-        If the degrees are not accepted.
+        If the degrees are wrong.
     remez.NoBest
         If the error cannot be levelled.
     """
     if powers.n - powers.m != DEGREES_LESS:
         raise ValueError(
-            f"powers are {powers.label}: deg D must be deg N + {DEGREES_LESS}, as v* goes like q^(3/10) for large q"
+            f"powers are {powers.label}: expected deg D = deg N + {DEGREES_LESS}, because v* behaves like q^(3/10)"
         )
     return _fit(powers, WHOLE_FORM, _Y_MAX, Coordinate(half_line=True))
 
 
 @lru_cache(maxsize=256)
 def _fit(powers: Powers, form: InverseForm, y_max: float, coordinate: Coordinate) -> LacunaryFit:
-    """Return the best quotient, from values with more digits if need be."""
+    """Return the best quotient, from values with more digits if necessary."""
     with working(lawson.BITS):
         factor = 1 / exact_target().c.root(2)
     sample = inverse_sample() if form == WHOLE_FORM else None

@@ -1,7 +1,7 @@
 """Lacunary polynomials and their quotients N(y)/D(y), in which only some powers of y = x^(1/r) occur.
 
-Where a function behaves like different fractional powers at 0 and at infinity, as eps(v*) does, quotients with few
-powers of a root of the argument are far better than quotients of full polynomials.
+If a function behaves like different fractional powers at 0 and at infinity, as eps(v*) does, quotients with few powers
+of a root of the argument are far better than quotients of full polynomials.
 """
 
 from __future__ import annotations
@@ -75,4 +75,4 @@ class LacunaryQuotient:
             numbers = f"{len(self.a)} and {len(self.b)} coefficients"
             raise ValueError(f"{self.powers.label} cannot have {numbers}: expected one for each power")
         if self.b[0] != 1:
-            raise ValueError(f"the coefficient of y^0 in D is {self.b[0]}, it must be 1")
+            raise ValueError(f"the coefficient of y^0 in D is {self.b[0]}: expected 1")

@@ -3,8 +3,8 @@ r"""Best quotients of lacunary polynomials: first roughly, by Lawson's iteration
 A search finds the powers of a quotient (`rough`, many choices at once: iteratively reweighted least squares after
 Lawson, with Loeb's linearisation of the quotient). `best` then levels the error by Remez's algorithm.
 
-Lacunary powers are no Chebyshev system: a levelled error is that of a local optimum (sampled), and a better one may
-exist. No claim of the project rests on optimality: the proofs bound the error attained.
+Lacunary powers are no Chebyshev system: a levelled error belongs to a local optimum (sampled), and a better one may
+exist. No claim of the project depends on optimality; the proofs bound the error of the quotient itself.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from viscopade.arrays.checked import FloatArray
 
 BITS = 160
 STEPS = 60  # of Lawson's iteration
-_GENTLE = 3  # first steps, with weights changed less
-_FLOOR = 1e-10  # of Lawson's weights
-_LEAST = 1e-4  # of a weight's change
-_KEEP = 0.03  # of the former denominator, where the new one is not positive
+_GENTLE = 3  # number of first steps, in which weights change less
+_FLOOR = 1e-10  # least of Lawson's weights
+_LEAST = 1e-4  # least factor of a weight's change
+_KEEP = 0.03  # share of the former denominator that replaces a new one that is not positive
 
 
 class Sample(NamedTuple):
@@ -58,7 +58,7 @@ def rough(choices: Sequence[Powers], sample: Sample, steps: int = STEPS) -> Roug
     sample : Sample
         Points, dense enough for the error to be smooth between them.
     steps : int
-        Of Lawson's iteration.
+        Number of steps of Lawson's iteration.
     """
     log_y = np.log(sample.y)
     top = np.array([powers.top for powers in choices], dtype=float)
@@ -111,7 +111,7 @@ def _least_squares(design: FloatArray, right: FloatArray) -> FloatArray:
 
 
 def dense_speeds(slow: int, fast: int) -> FloatArray:
-    """Return v* dense enough for rough fits for all v* >= 0, with numbers of slow and of fast ones."""
+    """Return v* dense enough for rough fits for all v* >= 0; `slow` and `fast` are numbers of slow and fast ones."""
     ends = ((0.004, 0.04, slow), (0.04, 40.0, 111), (40.0, 1e5, fast))
     return np.concatenate([np.geomspace(low, high, number)[:-1] for low, high, number in ends])
 
@@ -130,7 +130,7 @@ class LacunaryFit:
     error : float
         The levelled error of the best N/D with these powers (sampled).
     points : tuple of float
-        The y where the error is largest, with alternating signs.
+        The y at which the error is largest, with alternating signs.
     """
 
     quotient: LacunaryQuotient
@@ -153,11 +153,11 @@ def best(
     ----------
     powers : Powers
     values : callable
-        From y to target and weight.
+        Function that returns target and weight at y.
     y_max, coordinate, digits
         As for `remez.Problem`.
     factor : flint.arb
-        Of N; the coefficients are then the nearest doubles.
+        Factor of N, before its coefficients are rounded to the nearest doubles.
     sample : Sample, optional
         Points whose rough fit is the first guess.
 
@@ -186,5 +186,5 @@ def _alternating(sample: Sample, found: Rough, number: int) -> list[float]:
     parts = np.split(np.arange(len(deviation)), changes_of_sign(deviation)[1:])
     largest = [int(part[np.argmax(np.abs(deviation[part]))]) for part in parts]
     extrema = remez.alternating([(float(sample.y[i]), float(deviation[i])) for i in largest], number)
-    # The last digits of roots differ from machine to machine; the result must not.
+    # Rounded, because the last digits of roots differ from machine to machine.
     return [float(f"{y:.9g}") for y, _ in extrema]

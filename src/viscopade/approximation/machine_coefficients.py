@@ -1,7 +1,7 @@
 """Machine coefficients: doubles or floats as coefficients of an approximant, chosen together by lattice reduction.
 
-Not the nearest numbers are taken, but a combination whose error is small: a close point of a lattice, after fpminimax
-of Brisebarre and Chevillard.
+A combination with a small error is better than the nearest numbers: a close point of a lattice, as in fpminimax of
+Brisebarre and Chevillard.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.arrays.checked import FloatArray
 
 SAMPLES = 12  # points from one extremum of the error to the next, in the search for machine coefficients
-LATTICE_BITS = 48  # to which errors are known, in units of the best one, where lattices are reduced
+LATTICE_BITS = 48  # bits of errors, in units of the best one, in the reduction of lattices
 MAX_STEPS = 200
 MAX_ROUNDS = 3
-LARGE_MOVES = (0.2, 100.0)  # relative, of a coefficient: cautious and bold
+LARGE_MOVES = (0.2, 100.0)  # relative changes of a coefficient: cautious and bold
 LEAST_GAIN = 1e-6
 
 
@@ -61,9 +61,9 @@ class MachineFit:
         a, b = self.exact
         _check(a, b, self.fit)
         if any(self.form.nearest(c) != c for c in (*a, *b)):
-            raise ValueError(f"a coefficient is not a number of type {self.form.name}")
+            raise ValueError(f"a coefficient is not a number in {self.form.name}")
         if not self.error <= self.rounded_error:
-            raise ValueError("the error must not be larger than that of rounded coefficients")
+            raise ValueError("the error is larger than that of rounded coefficients")
 
     @cached_property
     def exact(self) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
@@ -74,9 +74,9 @@ class MachineFit:
 def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     """Return an approximant with coefficients of a binary format and a small error.
 
-    The error is linear in small changes of the coefficients; so those that are numbers of the format are a lattice in
-    the space of errors. From a close point of it (LLL reduction, Babai's nearest plane) single steps and pairs of steps
-    along the reduced basis are taken as long as the largest error falls.
+    The error is linear in small changes of the coefficients, so the numbers of the format form a lattice in the space
+    of errors. From a close point of it (LLL reduction, Babai's nearest plane), single steps and pairs of steps along
+    the reduced basis follow as long as the largest error decreases.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
             moved = [_Grid(task, best, form, free) for free in found]
             known = [grid.steps for grid in grids]
             grids = [grid for grid in moved if grid.steps not in known]
-        free = min(errors, key=errors.__getitem__)  # the first one of equals, that is nearest
+        free = min(errors, key=errors.__getitem__)  # of equal ones the first, which is the nearest
         a, b = task.placed([1.0, *map(float, free)], 0.0)
     return MachineFit(best, form, tuple(a), tuple(b), errors[free], errors[nearest])
 

@@ -1,13 +1,13 @@
-r"""Best rational approximants of eps(v*) on an interval (section 2.7).
+r"""Best rational approximants of eps(v*) on an interval.
 
-Among N/D with a_0 = b_0 = 1 and a_1 = b_1, as eps = 1 - c v*^2 + … demands, `fit` finds the one whose largest error is
-least. The error is measured as
+Among N/D with a_0 = b_0 = 1 and a_1 = b_1, which eps = 1 - c v*^2 + … requires, `fit` finds the one with the smallest
+largest error. The error is measured as
 
-    "both"       max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions come out right, or
+    "both"       max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions are accurate, or
     "relative"   |d eps|/eps.
 
-`machine_coefficients` goes on to coefficients that are doubles or floats, and `cheapest` to the cheapest degrees for an
-accuracy. Errors are sampled, and those of exact evaluation.
+`machine_coefficients` finds coefficients that are doubles or floats, and `cheapest` the cheapest degrees for an
+accuracy. Errors are sampled, for evaluation without rounding.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
 
 MAX_M, MAX_N = 6, 9
-MAX_FIT_M, MAX_FIT_N = 12, 15  # what a single fit may ask for
+MAX_FIT_M, MAX_FIT_N = 12, 15  # largest degrees of a single fit
 LARGEST = 10**6  # v*
-SMALLEST = Fraction(1, 10**6)  # v*, of an interval's end and length
-COEFFICIENT_DIGITS = 30  # beyond those of the error
-MAX_DIGITS = 150  # of eps
-NARROW_DIGITS = 9  # of the values, beyond those of the error
+SMALLEST = Fraction(1, 10**6)  # end v* > 0 and length of an interval
+COEFFICIENT_DIGITS = 30  # digits of coefficients beyond those of the error
+MAX_DIGITS = 150  # digits of eps
+NARROW_DIGITS = 9  # digits of the values beyond those of the error
 
 
 Interval = tuple[Fraction, Fraction]
@@ -44,7 +44,7 @@ Interval = tuple[Fraction, Fraction]
 
 
 class TooCoarse(ValueError):
-    """Error: the best approximant has a relative error of 100 % or more."""
+    """The best approximant has a relative error of 100 % or more."""
 
 
 @dataclass(frozen=True)
@@ -56,17 +56,18 @@ class Fit:
     m, n : int
         Degrees.
     interval : tuple of two Fractions
-        Where v* is.
+        Ends of the interval of v*.
     measure : "both" or "relative"
-        Of the error.
+        Measure of the error.
     a, b : tuple of str
         Coefficients, ascending, as decimal numbers.
     error, lower_bound : float
-        Largest error in the measure (sampled), and what no approximant of these degrees can stay below (sampled).
+        Largest error in the measure, and a lower bound of the largest error of every approximant of these degrees
+        (both sampled).
     points, deviations : tuple of float, length m + n
-        Where the error is largest, and its values there, of alternating signs.
+        The v* at which the error is largest, and its values there, of alternating signs.
     digits : int
-        Digits of eps that were used.
+        Number of digits of eps in the fit.
 
     Raises
     ------
@@ -90,7 +91,7 @@ class Fit:
         _check(*self.exact, self)
         number = self.m + self.n
         if not len(self.points) == len(self.deviations) == number:
-            raise ValueError(f"there must be {number} points, not {len(self.points)}")
+            raise ValueError(f"there are {len(self.points)} points: expected {number}")
         if any(left * right >= 0 for left, right in pairwise(self.deviations)):
             raise ValueError("the deviations must be of alternating signs")
         if not all(left < right for left, right in pairwise(self.points)):
@@ -115,7 +116,7 @@ def cost(m: int, n: int) -> int:
 
 
 def _check(a: Sequence[Fraction], b: Sequence[Fraction], fit: Fit) -> None:
-    """Raise if lengths, a_0 = b_0 = 1 or a_i = b_i are wrong, or the denominator has a zero on the interval."""
+    """Raise ValueError if lengths, a_0, b_0 or a_1, b_1 are wrong, or the denominator has a zero on the interval."""
     if (len(a), len(b)) != (fit.m + 1, fit.n + 1):
         raise ValueError(f"{fit.label} has {fit.m + 1} and {fit.n + 1} coefficients, not {len(a)} and {len(b)}")
     if not a[0] == b[0] == 1:
@@ -152,17 +153,16 @@ def fit(
     v_star_max, v_star_min : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
         Ends of the interval, taken exactly: 0 <= v_star_min < v_star_max <= 10^6.
     measure : "both" or "relative"
-        Of the error: see the module.
+        Measure of the error.
     digits : int
-        Digits of eps to begin with; more are taken if the error asks for it.
+        Least number of digits of eps; more are used if the error is small.
 
     Raises
     ------
     TypeError
-        If something is not of the type stated.
+        If an argument has a wrong type.
     ValueError
-        If something is out of range, the error is not below 100 % (`TooCoarse`), or there is no best approximant: one
-        line.
+        If an argument is out of range, the error is not below 100 % (`TooCoarse`), or there is no best approximant.
     """
     interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
     return _fit(*degrees_of(m, n), interval, measure, arguments.digits(digits))
@@ -174,8 +174,8 @@ def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
     n = arguments.integer("n", n, 0, MAX_FIT_N)
     if max(m, n) < 2:
         raise ValueError(
-            f"the degrees are [{m}/{n}]: expected at least 2 for one of them (as a_1 = b_1, smaller ones leave only "
-            "N/D = 1)"
+            f"the degrees are [{m}/{n}]: expected at least 2 for one of them, because a_1 = b_1 leaves only N/D = 1 "
+            "for smaller ones"
         )
     return m, n
 
@@ -197,7 +197,7 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
 @lru_cache(maxsize=1024)
 def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int) -> Fit:
     if digits > MAX_DIGITS:
-        raise ValueError(f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: expected lower degrees")
+        raise ValueError(f"[{m}/{n}] on {_shown(interval)} has an error below 1e-{MAX_DIGITS}: expected lower degrees")
     try:
         found = remez.solve(minimax_problem(m, n, interval, measure, digits))
     except remez.TooAccurate as small:
@@ -207,11 +207,11 @@ def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int) -> F
         raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; expected other degrees") from None
     if not found.error < 1:
         raise TooCoarse(
-            f"the best [{m}/{n}] on {_shown(interval)} is off by {found.error:.3g} (100 % is 1): expected degrees "
-            "and intervals with an error below 1 (n = m + 3 suits long intervals)"
+            f"the best [{m}/{n}] on {_shown(interval)} has a relative error of {found.error:.3g}: expected an error "
+            "below 1, as with a shorter interval or with n = m + 3"
         )
     places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))
-    # Middles are exact, so that they have a decimal.
+    # Middles are exact, so every one has a decimal.
     a, b = (tuple(str(decimal_string(c, places)) for c in values) for values in (found.a, found.b))
     levels = found.error, found.lower_bound, found.points, found.deviations
     return Fit(m, n, interval, measure, a, b, *levels, digits)

@@ -1,23 +1,23 @@
 r"""Remez exchange algorithm for best rational approximation with weights.
 
-The problem: among N and D with given powers of v that fulfil N - D = O(v^k), D(0) = 1 and D > 0 on [x0, x1], find those
-that minimise max |N/D - f|/w. k is the order of contact. The target f is given as g = (1 - f)/v^k and the weight as
+The problem: among N and D with given powers of v and N - D = O(v^k), D(0) = 1 and D > 0 on [x0, x1], find those that
+minimise max |N/D - f|/w. k is the order of contact. The target f is given as g = (1 - f)/v^k and the weight as
 p = v^k/w, so that the weighted error
 
     (N/D - f)/w = p (S/D + g),    S = (N - D)/v^k,
 
-has no 0/0 at v = 0 where f - 1 and w vanish like v^k. Without contact, k = 0, this is every other problem. A basis of
-the pairs (S, D) is all that the algorithm sees of powers and contact.
+has no 0/0 at v = 0, where f - 1 and w vanish like v^k. k = 0 is the problem without contact. The algorithm uses the
+powers and the contact only through a basis of the pairs (S, D).
 
 The theorem behind it (elastic structure: k = 2, so a_0 = b_0 = 1 and a_1 = b_1; m + n - 1 free parameters):
 
-    If R = N/D, D > 0 on the interval, has m + n points where the weighted error is of alternating signs, then no
-    other such approximant has a weighted error that is smaller in absolute value at all of these points.
+    If R = N/D, D > 0 on the interval, has a weighted error of alternating signs at m + n points, then no other
+    approximant of this kind has a smaller absolute weighted error at all of these points.
 
-For if N^/D^ were one, N D^ - N^ D = (N - D) D^ - (N^ - D^) D = v^2 q with q of degree m + n - 2 would have the signs of
-the error of R at these points, hence m + n - 1 zeros in between: q = 0. So the least of the |errors| at the points
-bounds every approximant's error from below (de la Vallee-Poussin); it is reported beside the error attained. If both
-agree, R is the best, and the only one. (Without contact it is m + n + 2 points.)
+Proof: if N^/D^ were one, N D^ - N^ D = (N - D) D^ - (N^ - D^) D = v^2 q with q of degree m + n - 2 would have the signs
+of the error of R at these points, hence m + n - 1 zeros in between: q = 0. So the smallest |error| at the points bounds
+every approximant's error from below (de la Vallee-Poussin); it is reported beside the largest error of R. If both
+agree, R is the best approximant, and the only one. (Without contact the number of points is m + n + 2.)
 
 Arithmetic: FLINT's, with many more bits than the values have; nothing here is proven.
 """
@@ -44,13 +44,13 @@ Extremum = tuple[float, float]
 """A point and the weighted error there."""
 
 TOLERANCE = 1e-9  # of levelling: (error - lower bound)/error
-ROUGH_TOLERANCE = 1e-6  # where the last digits of the values are needed
+ROUGH_TOLERANCE = 1e-6  # if the error is as small as the last digits of the values
 MAX_EXCHANGES = 40
 MAX_NEWTON = 8
 GRID = 16  # points between neighbours, on the fixed grid and again between the points of reference
 MAX_REFINEMENTS = 15
-APART = 0.02  # of the distance between two changes of sign: the least width of a bracket's halves
-CLOSE = 1e-5  # of a bracket: how well extrema are found (their values better by far)
+APART = 0.02  # least width of a bracket's halves, over the distance between two changes of sign
+CLOSE = 1e-5  # error of an extremum's place, over its bracket; its value is far more accurate
 CONTINUATION = (0.03, 0.1, 0.2, 0.4, 0.7)
 LEAST_STEP = 1e-3
 SCALES = (1, 0.3, 3, 0.1, 10)
@@ -59,35 +59,35 @@ GUARD = 5  # digits of the values beyond the error's
 
 
 class NoBest(ArithmeticError):
-    """Error: the exchange found no best approximant; the message is one line with the reason."""
+    """The exchange found no best approximant; the message is one line with the reason."""
 
 
 class _NotFromHere(NoBest):
-    """Error: some points of reference lead to no best approximant; others may."""
+    """The exchange failed from some points of reference; other ones may succeed."""
 
 
 class TooAccurate(NoBest):
-    """Error: the approximant's error is below the accuracy of the given values."""
+    """The approximant's error is below the accuracy of the given values."""
 
     def __init__(self, error: float, digits: int) -> None:
-        super().__init__(f"the error is about {error:.1e}: that is too small for values of {digits} digits")
+        super().__init__(f"the error is about {error:.1e}, which is too small for values of {digits} digits")
         self.error = error
 
 
 class NotAttained(NoBest):
-    """Error: no best approximant exists; the infimum is only approached, by approximants with a pole towards 0."""
+    """No best approximant exists; approximants with a pole that tends to 0 approach the infimum."""
 
     def __init__(self, infimum: float) -> None:
         super().__init__(
-            f"no best approximant exists: the error's infimum {infimum:.3e} is not attained, only approached with a "
-            "Froissart doublet (a pole and a zero that nearly cancel) that tends to 0"
+            f"no best approximant exists: the error's infimum {infimum:.3e} is only approached, with a Froissart "
+            "doublet (a pole and a zero that nearly cancel) that tends to 0"
         )
         self.infimum = infimum
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """Coordinate with uniform grids: t = ln(1 + v/scale), or, for the half-line, t = v/(scale + v)."""
+    """Coordinate in which grids are uniform: t = ln(1 + v/scale), or for the half-line t = v/(scale + v)."""
 
     scale: float = 1.0
     half_line: bool = False
@@ -102,7 +102,7 @@ class Coordinate:
 
 
 class _Known(dict[float, tuple[arb, arb]]):
-    """g and p by point, and the largest of the least levels at first references: tiny if that is what the error is."""
+    """g and p by point, and the largest of the smallest errors at first references, which is tiny if the error is."""
 
     level = 0.0
 
@@ -114,19 +114,19 @@ class Problem:
     Attributes
     ----------
     powers : Powers
-        Of v in N and in D; all powers up to the degrees if there is contact.
+        Powers of v in N and in D; all powers up to the degrees if there is contact.
     values : callable
-        From v to g = (1 - f)/v^k and p = v^k/w, taken and returned as balls whose middles count. v is a double.
+        Function that returns g = (1 - f)/v^k and p = v^k/w at v. Arguments and results are balls whose middles count;
+        v is a double.
     interval : tuple of two floats
-        0 <= x0 < x1; for the half-line, an x1 beyond which nothing happens.
+        0 <= x0 < x1; for the half-line, an x1 beyond which the error hardly changes.
     contact : int
         k; 0 for no contact.
     digits : int
         Accuracy of g (relative to w/v^k) and of p.
     coordinate : Coordinate
-        Where grids are uniform.
     beyond : tuple of float
-        At most one number > x1 up to which g and p are known too: helps to find a first guess.
+        At most one number > x1 up to which g and p are also known, for a better first guess.
     """
 
     powers: Powers
@@ -163,7 +163,7 @@ class Problem:
         return any(abs(change) > arb(10) ** -self.digits for change in changes)
 
     def at(self, v: float) -> tuple[arb, arb]:
-        """Return g and p at a point, each computed once."""
+        """Return g and p at a point, which are computed once."""
         if v not in self.known:
             g, p = self.values(arb(v))
             self.known[v] = g.mid(), p.mid()
@@ -171,25 +171,25 @@ class Problem:
 
     @cached_property
     def places(self) -> tuple[tuple[int | None, int | None], ...]:
-        """Powers in N and in D of each coefficient; below v^k, N and D share theirs."""
+        """Powers in N and in D of each coefficient; below v^k, N and D have common coefficients."""
         top, bottom, k = self.powers.top, self.powers.bottom, self.contact
         shared = [(i, i) for i in range(k) if i in top and i in bottom]
         return (*shared, *((i, None) for i in top if i >= k), *((None, j) for j in bottom if j >= k))
 
     @cached_property
     def directions(self) -> tuple[tuple[arb_poly, arb_poly], ...]:
-        """The pair (S, D) that belongs to each coefficient."""
+        """The pair (S, D) of each coefficient."""
         numbers = range(self.number_of_points)
         return tuple(self.pair(*self.placed([arb(int(i == k)) for i in numbers], arb(0))) for k in numbers)
 
     def pair(self, a: Sequence[arb], b: Sequence[arb]) -> tuple[arb_poly, arb_poly]:
-        """Return (S, D), given the coefficients of N and D by ascending powers."""
+        """Return (S, D) from the coefficients of N and D by ascending powers."""
         d = arb_poly(list(b))
         difference = [c.mid() for c in (arb_poly(list(a)) - d).coeffs()]
         return arb_poly(difference[self.contact :]), d
 
     def placed(self, values: Sequence[Number], zero: Number) -> tuple[list[Number], list[Number]]:
-        """Return the coefficients of N and D by ascending powers, given those of `places`."""
+        """Return the coefficients of N and D by ascending powers, from those of `places`."""
         a, b = ([zero] * (degree + 1) for degree in (self.powers.m, self.powers.n))
         for (i, j), c in zip(self.places, values, strict=True):
             if i is not None:
@@ -200,7 +200,7 @@ class Problem:
 
     @property
     def number_of_points(self) -> int:
-        """Number of alternations: points where the best approximant's error is largest, with alternating signs."""
+        """Number of points at which the best approximant's error is largest, with alternating signs."""
         return len(self.places)
 
 
@@ -213,9 +213,9 @@ class Approximation:
     a, b : list of flint.arb
         Coefficients by ascending powers, middles; b_0 = 1.
     error, lower_bound : float
-        Largest weighted error (sampled), and what no approximant can stay below.
+        Largest weighted error (sampled), and a lower bound of that of every approximant.
     points, deviations : tuple of float
-        Where the weighted error has extrema of alternating signs, and its values there.
+        Extrema of the weighted error, with alternating signs, and its values there.
     """
 
     a: list[arb]

@@ -1,9 +1,9 @@
 """Target of fits: eps(v*) and 1 - eps(v*) at many points, to any number of digits (sampled; `exact` is proven).
 
 The function is cut into panels, each with polynomials in z = (v* - centre)/(half width). Up to 17 digits they are the
-rows of `double`'s table, taken exactly. For more digits they are made when they are first needed: from the proven
-series (eq:epsSeriesAdvanced) for v* <= 1/2, where it converges like (v*/1.047)^k, and from there on, an octave each, by
-interpolation of proven values at Chebyshev's nodes. Both are checked between the nodes.
+exact rows of `double`'s table. For more digits they are made when they are first needed: for v* <= 1/2 from the proven
+series (eq:epsSeriesAdvanced), which converges like (v*/1.047)^k, and above, for each octave, by interpolation of proven
+values at Chebyshev's nodes. Both are checked between the nodes.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from viscopade.theory.series import series
 TABLE_DIGITS = 17
 RADIUS = 1.0471  # of convergence, rounded up (`derivations/09_singularity.py`)
 SERIES_ENDS = (Fraction(1, 16), Fraction(1, 8), Fraction(1, 4), Fraction(1, 2))
-ELLIPSES = {0: 8.5, 1: 5.9}  # on the octave up to 2^key, interpolation at n nodes is off by about this to the -n
-ELLIPSE = 4.6  # on all others
-STEP = 5  # panels are made for multiples of so many digits
+ELLIPSES = {0: 8.5, 1: 5.9}  # on the octave up to 2^key, interpolation at n nodes has an error of about this to the -n
+ELLIPSE = 4.6  # the same number for all other octaves
+STEP = 5  # panels are made for multiples of this number of digits
 GUARD_DIGITS = 3
 MAX_ATTEMPTS = 6
 LARGEST = Fraction(10) ** 7  # v* for more digits than the table has
@@ -46,14 +46,14 @@ class TargetValues(NamedTuple):
 
 @dataclass(frozen=True)
 class _ExactPanel:
-    """Polynomials in z = (v* - centre)/(half width): eps and 1 - eps, or near 0 (1 - eps)/v*^2 alone."""
+    """Polynomials in z = (v* - centre)/(half width): eps and 1 - eps, or near 0 only (1 - eps)/v*^2."""
 
     centre: Fraction
     half_width: Fraction
     polynomials: tuple[arb_poly, ...]
 
     def at(self, v_star: arb, folds: int = 0) -> TargetValues:
-        """Return the values at v*; 8^folds times smaller v* are on the panel, for which eps is 2^(10 folds) larger."""
+        """Return the values at v*, from those at v*/8^folds on the panel, where eps is 2^(10 folds) larger."""
         z = (v_star * arb(2) ** (-PERIOD * folds) - ball_of(self.centre)) / ball_of(self.half_width)
         values = [polynomial(z).mid() for polynomial in self.polynomials]
         if len(values) == 1:
@@ -71,8 +71,8 @@ class _ExactPanel:
 class ExactEpsilon:
     """The exact function, to `digits` digits: relative error of eps and of 1 - eps below 10^-digits (sampled).
 
-    `at` takes v* >= 0 as the middle of a ball and works at FLINT's present precision (`balls.working`), of which it
-    needs `bits_for(digits)` and some more. Its results are middles: what encloses nothing.
+    `at` takes v* >= 0 as the middle of a ball and works at FLINT's present precision (`balls.working`), which must
+    exceed `bits_for(digits)`. Its results are middles without a radius.
     """
 
     digits: int
@@ -95,7 +95,7 @@ class ExactEpsilon:
 
 
 def exact_target(digits: SupportsIndex = TABLE_DIGITS) -> ExactEpsilon:
-    """Return the exact curve to a number of digits, at least 1; it keeps its panels for later calls.
+    """Return the exact curve to a number of digits, at least 1; panels are cached.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def _made_panel(v_star: float, digits: int) -> _ExactPanel:
         if v_star <= end:
             return _series_panel(end, rounded)
     if v_star > LARGEST:
-        raise ValueError(f"v_star is {v_star!r}: accepted where there is no table is at most {float(LARGEST):g}")
+        raise ValueError(f"v_star is {v_star!r}: expected at most {float(LARGEST):g} for more than 17 digits")
     return _octave_panel(math.ceil(math.log2(v_star)), rounded)
 
 
@@ -160,7 +160,7 @@ def _octave_panel(exponent: int, digits: int) -> _ExactPanel:
 
 
 def _checked(made: Callable[[int], _ExactPanel], number: int, places: Sequence[Fraction], digits: int) -> _ExactPanel:
-    """Return a panel of so many terms, or more, that agrees with proven values at places."""
+    """Return a panel of `number` terms, or more, that agrees with proven values at places."""
     for _ in range(MAX_ATTEMPTS):
         panel = made(number)
         if all(_agrees(panel, v_star, digits) for v_star in places):

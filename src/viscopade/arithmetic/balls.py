@@ -1,9 +1,9 @@
 """Ball arithmetic with FLINT (`flint.arb`), and correctly rounded decimals, mpf and doubles from balls.
 
-FLINT keeps its working precision in a global; `working` sets it for a `with` block and puts it back. Threads take
-turns, so that within the block the precision stays. (A thread that uses FLINT past this module is not held back.)
+FLINT's working precision is global; `working` sets it for a `with` block and restores it. A lock makes other threads
+that use `working` wait, so that the precision does not change within the block.
 
-Balls can be pickled and copied once this module is loaded, which FLINT's own cannot be.
+This module also makes FLINT's balls picklable.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def working(bits: int, length: int | None = None) -> Iterator[None]:
 
 def context(bits: int) -> Any:
     """Return a separate mpmath context with this precision in bits; the global one stays unchanged."""
-    from mpmath import mp  # imported when it is used: ready kernels need none
+    from mpmath import mp  # imported here, because ready kernels do not need it
 
     own = mp.clone()
     own.prec = bits
@@ -83,7 +83,7 @@ def decimal_string(ball: arb, digits: int) -> str | None:
     Returns
     -------
     str or None
-        None if the ball is too wide to tell; "0" or an integer's own digits if the ball is exact and holds one.
+        None if the ball is too wide; "0" or all digits of an integer if the ball is exactly an integer.
     """
     if ball.is_exact() and ball.is_integer():
         return str(ball.unique_fmpz())
@@ -115,7 +115,7 @@ def to_mpf(ball: arb) -> mp.mpf:
 def decimal_at(ball: arb, size: arb, digits: int) -> str | None:
     """Return the number in `ball`, correctly rounded at the decimal place of the `digits`-th digit of `size`.
 
-    Returns None if the ball is too wide to tell; "0" if the number is smaller than that place can show.
+    Returns None if the ball is too wide, and "0" if the number rounds to 0 at that place.
     """
     place = _exponent(size) - digits + 1
     middle, radius, exponent = (int(part) for part in ball.mid_rad_10exp(digits + 15))
@@ -160,10 +160,10 @@ def known_decimal(ball: arb, digits: int) -> str:
 
 
 class Determined:
-    """A record of enclosures. Two of a kind are equal if the decimals that they prove are the same."""
+    """A record of enclosures. Two records of one class are equal if they prove the same decimals."""
 
     def proven(self) -> Hashable:
-        """Return what the record proves."""
+        """Return the proven decimals."""
         raise NotImplementedError
 
     def __eq__(self, other: object) -> bool:
@@ -176,11 +176,11 @@ class Determined:
 
 
 def parts_of(ball: arb) -> tuple[Any, ...]:
-    """Return a function and its arguments, which make this ball again, to the last bit."""
+    """Return a function and its arguments whose result is exactly this ball."""
     if not ball.is_finite():
         return (arb.pos_inf, ()) if ball > 0 else (arb, (str(ball),))
     middle, (mantissa, exponent) = ball.mid().man_exp(), map(int, ball.rad().man_exp())
-    # FLINT rounds a radius up that fills its 30 bits: then that of the next smaller number is the wanted one.
+    # FLINT rounds a radius with all 30 bits up; the next smaller argument then gives the right radius.
     radii = (mantissa, exponent), (2 * mantissa - 1, exponent - 1)
     return arb, (
         (int(middle[0]), int(middle[1])),

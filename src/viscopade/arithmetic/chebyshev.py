@@ -44,9 +44,9 @@ def cut(p: fmpq_poly, degree: int) -> fmpq_poly:
 
 
 def greatest(p: fmpq_poly, parts: int = 1) -> Fraction:
-    """Return a bound of |p| on [-1, 1]: the sum of the absolute Chebyshev coefficients on each of several equal parts.
+    """Return a bound of |p| on [-1, 1]: the largest sum of |Chebyshev coefficients| on any of several equal parts.
 
-    Where p is nearly a multiple of one of them, one part is enough.
+    One part is enough if p is nearly a multiple of a Chebyshev polynomial.
     """
     half = fmpq(1, parts)
     shifted = (p(fmpq_poly([(2 * i + 1) * half - 1, half])) for i in range(parts)) if parts > 1 else (p,)

@@ -38,13 +38,13 @@ class Format:
     name : str
         C's name of the type.
     suffix : str
-        What C appends to its literals and to the names of its mathematical functions.
+        The suffix of C for literals and names of mathematical functions.
     precision : int
         Bits of the significand.
     largest : int
         The exponent of the largest numbers: all finite values lie below 2^(largest + 1).
     digits : int
-        Significant decimal digits that tell any two values apart.
+        Number of significant decimal digits that distinguishes all values.
     """
 
     name: str
@@ -91,16 +91,16 @@ class Format:
         return float(value)
 
     def nearest(self, number: Fraction, to: Callable[[Fraction], int] = round) -> float:
-        """Return the correctly rounded value of an exact number, which is to be zero or a normal number.
+        """Return the correctly rounded value of an exact number.
 
         Raises
         ------
         ValueError
-            If it is neither.
+            If it is neither zero nor a normal number.
         """
         value = self.rounded(number, to)
         if number and not self.least <= abs(value) < math.inf:
-            raise ValueError(f"{float_text(number)} is not a normal number of type {self.name}")
+            raise ValueError(f"{float_text(number)} is not a normal number in {self.name}")
         return value
 
     def hexadecimal(self, value: float) -> str:
@@ -113,7 +113,7 @@ class Format:
         return self.literal(format(value, f".{self.digits}g"))
 
     def literal(self, number: str) -> str:
-        """Return a decimal number as a literal of C, with the digits given."""
+        """Return a decimal number as a literal of C, with the same digits."""
         return f"{number if set(number) & set('.e') else number + '.0'}{self.suffix}"
 
 

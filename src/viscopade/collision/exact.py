@@ -1,6 +1,6 @@
 r"""The exact coefficient of restitution eps(v*) and its inverse, to any number of proven digits.
 
-The curve's parameter is k = sqrt(n_a) K (section 2.2). For a given k the two branches of `flow` lead to F (loading)
+The curve's parameter is k = sqrt(n_a) K. For a given k the two branches of `flow` lead to F (loading)
 and P (unloading), and with them, for a law of contact (a, b), nu = (a+1)/(b+1),
 
     kappa = (2 m)^(1/nu-1) k F^(2/nu-1),    eps = P/F,    x_max = (2 m F^2)^(-1/(a+1)),    tau_c = 2 m F x_max T,

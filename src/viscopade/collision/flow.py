@@ -1,7 +1,7 @@
 r"""The collision as a polynomial flow, integrated by Taylor polynomials piece by piece (docs/theory/exact-function.md).
 
-Measured from the turning point, with r = (x/x_max)^(1/m) and p = g/sqrt(n_a) of section 2.2, the only parameter is
-k = sqrt(n_a) K. In a regularised time s,
+Measured from the turning point, with r = (x/x_max)^(1/m) and p = g/sqrt(n_a) (docs/theory/mathematics.md, section 3),
+the only parameter is k = sqrt(n_a) K. In a regularised time s,
 
     u = 1 - r,    u' = 2 p,    p' = r^(n_a-1) + k p r^(n_b-1),    u(0) = p(0) = 0.
 

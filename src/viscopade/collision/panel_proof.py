@@ -297,7 +297,7 @@ def elastic_error() -> PanelBounds:
 
 
 def lambda_1_ball() -> arb:
-    """Return lambda_1 of section 2.4; 1 - eps = lambda_1 v*^2 + … . To be called within `working`."""
+    """Return lambda_1; 1 - eps = lambda_1 v*^2 + … . To be called within `working`."""
     return arb.pi().sqrt() * (arb(3) / 5).gamma() / (arb(5) ** (arb(2) / 5) * arb(2).root(5) * (arb(21) / 10).gamma())
 
 

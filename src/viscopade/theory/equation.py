@@ -19,7 +19,7 @@ class ScaledEquation(NamedTuple):
     """The compression as a function applied to time, x(tau); `x.func` is the bare function."""
     tau: sympy.Symbol
     kappa: sympy.Symbol
-    """Damping, positive; v*^2 = beta v^(1/5) for the paper's law (section 2.1)."""
+    """Damping, positive; v*^2 = beta v^(1/5) for the paper's law."""
 
 
 def rational(number: Fraction) -> sympy.Rational:
@@ -30,11 +30,11 @@ def rational(number: Fraction) -> sympy.Rational:
 
 
 def scaled_equation(law: Law | str = VISCOELASTIC) -> ScaledEquation:
-    """Return x'' + x^a + kappa x' x^b with its symbols (sections 2.1 and 2.9).
+    """Return x'' + x^a + kappa x' x^b with its symbols.
 
     The paper's law is x'' + x^(3/2) + kappa x' sqrt(x) (eq:equationOfMotionNatUnit). x and tau are pure numbers,
-    compression and time in units of `Law.length_scale` and `Law.time_scale`. The equation holds during contact, which
-    ends as `end_of_contact` says. `derivations/01_scaling.py` and `15_laws.py` derive it.
+    compression and time in units of `Law.length_scale` and `Law.time_scale`. The equation holds during contact, up to
+    `end_of_contact`. `derivations/01_scaling.py` and `15_laws.py` derive it.
     """
     import sympy
 
@@ -49,7 +49,7 @@ def end_of_contact(law: Law | str = VISCOELASTIC) -> sympy.Eq:
     """Return the condition that ends the contact as SymPy equality: x'' = 0 (eq:tEndAdvanced), or x = 0.
 
     Its symbols are those of `scaled_equation`. With delayed recovery the force vanishes while the spheres are still
-    compressed: x = kappa eps for the paper's law (section 2.1).
+    compressed: x = kappa eps for the paper's law.
     """
     import sympy
 

@@ -1,8 +1,8 @@
-"""Laws of contact: m xi'' + k xi^a + c xi^b xi' = 0, of which the paper's law of viscoelastic spheres is (3/2, 1/2).
+"""Laws of contact m xi'' + k xi^a + c xi^b xi' = 0; the paper's law of viscoelastic spheres is (3/2, 1/2).
 
-In the units `Law.length_scale` and `Law.time_scale` it reads x'' + x^a + kappa x^b x' = 0, x(0) = 0, x'(0) = 1. For
-the coefficient of restitution the family has one parameter, nu = (a + 1)/(b + 1) (section 2.9).
-`derivations/15_laws.py` derives all that stands here.
+In the units `Law.length_scale` and `Law.time_scale` it is x'' + x^a + kappa x^b x' = 0, x(0) = 0, x'(0) = 1. For the
+coefficient of restitution the family has one parameter, nu = (a + 1)/(b + 1). `derivations/15_laws.py` derives these
+formulas.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _HALF = Fraction(1, 2)
 
 
 class OwnDamping(NamedTuple):
-    """A law's own damping constant: c of the force is factor constant k^power mass^(1 - power)."""
+    """A law's usual damping constant: c of the force is factor constant k^power mass^(1 - power)."""
 
     symbol: str
     definition: str
-    """In terms of c, k and the effective mass m."""
+    """The constant in terms of c, k and the effective mass m."""
     unit: str
     factor: float
     power: Fraction
@@ -60,7 +60,7 @@ class Law:
     Raises
     ------
     TypeError, ValueError
-        If an exponent is not a number, out of range, or has so large a denominator that it is no law of contact.
+        If an exponent is not a number, is out of range, or has too large a denominator.
 
     Examples
     --------
@@ -84,12 +84,12 @@ class Law:
             raise ValueError(f"end is {end!r}: expected 'force' or 'return'")
         if max(self.powers) > LARGEST_POWER:
             raise ValueError(
-                f"the exponents {self} have too large denominators: expected a, b with m (a + 1) and m (b + 1) "
-                f"whole numbers up to {LARGEST_POWER} for one m, such as 3/2,1/4"
+                f"the exponents {self} have too large denominators: expected a and b such that m (a + 1) and m (b + 1) "
+                f"are integers up to {LARGEST_POWER} for some m, such as 3/2,1/4"
             )
 
     def __str__(self) -> str:
-        """Return A,B as the command line takes it."""
+        """Return the exponents as A,B, the form of the command line."""
         return f"{self.elastic},{self.damping}"
 
     @property
@@ -123,8 +123,8 @@ class Law:
 
     @property
     def own_damping(self) -> OwnDamping | None:
-        """What papers and programs state instead of c: a damping ratio, a constant, or nothing."""
-        if self.nu == 2:  # zeta = K/2 of section 2.9, 1 where the end "return" ceases to exist
+        """The constant that papers and programs use in place of c, such as a damping ratio; None if there is none."""
+        if self.nu == 2:  # zeta = K/2; from 1 on, the end "return" does not exist
             root = "(2 sqrt(k m))" if self.damping == 0 else f"sqrt({4 * (self.damping + 1)} k m)"
             return OwnDamping("zeta", f"c/{root}", "", 2 * math.sqrt(self.damping + 1), _HALF)
         if self.elastic == self.damping:
@@ -138,7 +138,7 @@ class Law:
 
     @cached_property
     def nu(self) -> Fraction:
-        """(a + 1)/(b + 1), the only parameter that eps as a function knows (section 2.9)."""
+        """(a + 1)/(b + 1), the only parameter of eps as a function."""
         return (self.elastic + 1) / (self.damping + 1)
 
     @property
@@ -153,7 +153,7 @@ class Law:
 
     @cached_property
     def m(self) -> int:
-        """The least m for which x = x_max r^m makes both forces polynomials in r; 2 for Hertz."""
+        """The smallest m for which x = x_max r^m makes both forces polynomials in r; 2 for Hertz."""
         return math.lcm(self.elastic.denominator, self.damping.denominator)
 
     @cached_property
@@ -173,29 +173,29 @@ class Law:
 
     @property
     def c(self) -> Fraction:
-        """1/nu - 1/2: kappa ~ v^(2 c), and ln eps0 is an odd function of kappa eps0^c (section 2.4)."""
+        """1/nu - 1/2: kappa ~ v^(2 c), and ln eps0 is an odd function of kappa eps0^c."""
         return 1 / self.nu - Fraction(1, 2)
 
     @property
     def e(self) -> Fraction:
-        """Exponent in eps = eps0 H(delta), delta = 2/(a+1) v*^n_a eps0^e (section 2.3): 1/2 for the paper's law."""
+        """Exponent in eps = eps0 H(delta), delta = 2/(a+1) v*^n_a eps0^e: 1/2 for the paper's law."""
         return Fraction(2 * self.n_b - self.n_a, self.d)
 
     @property
     def kappa_scale(self) -> tuple[Fraction, Fraction]:
-        """Base and exponent of ((a + 1)/2)^(1 - 1/nu), for kappa = base^exponent K V(K)^(2 c) (section 2.2)."""
+        """Base and exponent of ((a + 1)/2)^(1 - 1/nu), for kappa = base^exponent K V(K)^(2 c)."""
         return (self.elastic + 1) / 2, 1 - 1 / self.nu
 
     @property
     def bounded(self) -> bool:
-        """Whether the end exists for small kappa only: return, nu >= 2 (for nu = 2 below damping ratio 1)."""
+        """Whether the end exists for small kappa only: "return", nu >= 2 (for nu = 2 below damping ratio 1)."""
         return self.end == "return" and self.nu >= 2
 
     @property
     def decay(self) -> Fraction | None:
-        """P of eps ~ kappa^-p as kappa -> infinity, or None if the end does not exist there.
+        """Exponent p of eps ~ kappa^-p as kappa -> infinity, or None if the end does not exist there.
 
-        With delayed recovery it is nu, as eps -> K^-nu; else nu/(2 - nu).
+        With delayed recovery p = nu, because eps -> K^-nu; else p = nu/(2 - nu).
         """
         if self.delayed:
             return self.nu
@@ -249,7 +249,7 @@ class Law:
         return _power(self._physical(speed=speed, k=k, mass=mass), power, 2 * power - 1)
 
     def _physical(self, **values: float) -> dict[str, float]:
-        """Return numbers from 0 (speed, damping) or the least double on to the largest one."""
+        """Return checked numbers; speed and damping may be 0."""
         units = {"k": self.stiffness_unit, "damping": self.damping_unit}
         accepted = "a positive number (speed and damping may be 0)"
 
@@ -298,11 +298,11 @@ def _power(number: dict[str, float], compliance: Fraction, speed: Fraction) -> f
 
 
 class NamedLaw(NamedTuple):
-    """A law of the literature, some of them with an exponent n of their own."""
+    """A law of the literature; some have an exponent n."""
 
     exponents: Callable[[Fraction], tuple[Fraction, Fraction]]
     n: Fraction | None = None
-    """The exponent if none is given; None for a law without."""
+    """The default of the exponent; None for a law without an exponent."""
 
 
 NAMED = {
@@ -333,14 +333,14 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
     Parameters
     ----------
     text : str or Law
-        A law is returned as it is, but for its end.
+        A law is returned unchanged, except for its end.
     end : str, optional
-        "force" or "return"; if not given the law's own, which is "force" for a name.
+        "force" or "return". By default the end of the given law, and "force" for a name.
 
     Raises
     ------
     TypeError, ValueError
-        If there is no such law, or its exponents are refused (`Law`).
+        If the law is not known, or its exponents are out of range (`Law`).
 
     Examples
     --------

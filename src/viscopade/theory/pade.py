@@ -1,10 +1,10 @@
 """Padé approximants [m/n] of the series (eq:padeDef): proven coefficients, poles, zeros and domain of use.
 
-The conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition grows about
-like 10^(0.35 (m+n)) for m = n - 3 (the hard case pade-systems measures it); enclosing the solution loses up to half as
-many digits again. Ball arithmetic proves how far each number of an approximate solution can be from the true
-coefficient (`solution`). How many digits the system loses is measured, and if the 0.7 (m+n) to begin with were not
-enough, the series is derived again with as many more.
+The conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition number grows
+roughly like 10^(0.35 (m+n)) for m = n - 3 (the hard case pade-systems measures it); enclosing the solution loses up to
+half as many digits again. Ball arithmetic proves the distance of an approximate solution from the true coefficients
+(`solution`). If the 0.7 (m+n) additional digits are too few for the measured loss, the series is derived again with
+more digits.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ if TYPE_CHECKING:
     from mpmath import mp
 
 DOUBLET_TOLERANCE = 0.01
-# Coefficients of the series beyond order m+n that are looked at for the first one that an approximant misses.
+# Number of coefficients beyond order m+n, among which is the first one that differs from the approximant's series.
 LOOK_AHEAD = 6
-NEAR, NEAR_DIGITS = 4, 20  # |m' - m| + |n' - n| of degrees that are tried in place of [m/n], and their digits
-LARGEST_DECIDED = 40  # m + n up to which a system that looks singular is shown to be so
+NEAR, NEAR_DIGITS = 4, 20  # largest |m' - m| + |n' - n| of degrees that replace [m/n] in a message, and their digits
+LARGEST_DECIDED = 40  # largest m + n for which a singular system is proven to be singular
 
 
 _SPEEDS = Accepted("a number >= 0, or inf", lambda x: x >= 0)
@@ -82,7 +82,7 @@ class Root:
         return self.real and bool(self.value.real > 0)
 
     def decimals(self, digits: int) -> tuple[str, str]:
-        """Return real and imaginary part, correctly rounded at the digit where |root| has its `digits`-th."""
+        """Return real and imaginary part, correctly rounded at the decimal place of the `digits`-th digit of |root|."""
         imaginary = arb(0) if self.real else self.value.imag
         size = abs(self.value)
         parts = decimal_at(self.value.real, size, digits), decimal_at(imaginary, size, digits)
@@ -107,18 +107,18 @@ class Pade(Determined):
     Attributes
     ----------
     m, n : int
-        Degrees asked for; the leading coefficients may be exactly zero ([0/3] has b_3 = 0).
+        The degrees; the leading coefficients may be exactly zero ([0/3] has b_3 = 0).
     digits : int
         Significant digits to which every coefficient, pole and zero is determined.
     a, b : tuple of flint.arb, lengths m + 1 and n + 1
         Ascending coefficients, as proven enclosures.
     h : tuple of flint.arb
-        The series they were made from, to beyond order m + n.
+        The coefficients of the series, to beyond order m + n.
     poles, zeros : tuple of Root, by distance from the origin
     digits_lost : int
         Digits by which the worst coefficient is less accurate than the worst h_k; 0 if the system was solved exactly.
     contact_order : int
-        Highest k to which the approximant's Maclaurin series agrees with that of eps; m + n unless it does better.
+        Highest k up to which the approximant's Maclaurin series agrees with that of eps; at least m + n.
     next_term : flint.arb
         eps - [m/n] = next_term v*^(contact_order + 1) + …
     """
@@ -144,7 +144,7 @@ class Pade(Determined):
             raise ValueError(f"[{self.m}/{self.n}] does not re-expand to its series")
 
     def _order_conditions(self) -> list[arb]:
-        """Return (b eps - a)_k for k <= m + n: zero, but for the width of the enclosures."""
+        """Return (b eps - a)_k for k <= m + n: enclosures of zero."""
         with working(bits_for(relative_digits(self.h)) + 64):
             return _defects(self.a, self.b, self.h)[: self.m + self.n + 1]
 
@@ -155,9 +155,9 @@ class Pade(Determined):
 
     @property
     def domain_end(self) -> Root | None:
-        """The first positive real pole or zero, where eps > 0 ends; None if eps > 0 for all v* >= 0.
+        """The first positive real pole or zero, at which eps > 0 ends; None if eps > 0 for all v* >= 0.
 
-        Of a pole and a zero that agree to all `digits`, it may be either.
+        If a pole and a zero agree to all `digits`, it may be either of them.
         """
         positive = (root for root in self.poles + self.zeros if root.positive)
         return min(positive, key=lambda root: exact_middle(root.value.real), default=None)
@@ -169,7 +169,7 @@ class Pade(Determined):
 
     @property
     def decays(self) -> bool:
-        """Whether the approximant tends to 0 for v* -> infinity, as eps does (section 2.5)."""
+        """Whether the approximant tends to 0 for v* -> infinity, as eps does."""
         return len(_stripped(self.a)) < len(_stripped(self.b))
 
     @property
@@ -208,7 +208,7 @@ class Pade(Determined):
         return tuple(sorted(pairs, key=lambda pair: pair.distance))
 
     def proven(self) -> Hashable:
-        """Return the decimals to all digits; a coefficient that lies half-way between two decimals is its ball."""
+        """Return the decimals to all digits; of a coefficient half-way between two decimals, return the ball."""
         coefficients = (decimal_string(ball, self.digits) or parts_of(ball) for ball in self.a + self.b)
         return self.m, self.n, self.digits, *coefficients
 
@@ -227,14 +227,14 @@ class Pade(Determined):
         Raises
         ------
         TypeError, ValueError
-            If an element is no real number, negative or NaN.
+            If an element is not a real number, is negative or NaN.
         """
         return elementwise(self._quotient, "v_star", v_star, _SPEEDS)
 
     def _quotient(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
         a, b = (np.array([float(c.mid()) for c in _stripped(side)]) for side in (self.a, self.b))
         low = np.minimum(v, 1.0)
-        u = 1 / np.maximum(v, 1.0)  # beyond v* = 1 in powers of 1/v*, which neither overflow nor give inf/inf
+        u = 1 / np.maximum(v, 1.0)  # beyond v* = 1, powers of 1/v* neither overflow nor give inf/inf
         degree = len(b) - len(a)
         high = (u**degree if degree >= 0 else np.maximum(v, 1.0) ** -degree) * (horner(a[::-1], u) / horner(b[::-1], u))
         return np.where(v <= 1, horner(a, low) / horner(b, low), high)
@@ -283,13 +283,13 @@ def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
                 _refuse_if_degenerate(m, n, law)
                 series_digits += digits + m + n
     raise ArithmeticError(
-        f"[{m}/{n}] is not determined by {limit} digits of the series, as if a coefficient were 0: "
+        f"{limit} digits of the series do not determine [{m}/{n}], perhaps because a coefficient is 0: "
         + _determined_near(m, n, law)
     )
 
 
 def _determined_near(m: int, n: int, law: Law) -> str:
-    """Return the degrees nearest to [m/n] that are determined, with `NEAR_DIGITS`, as the end of a refusal."""
+    """Return the degrees nearest to [m/n] that `NEAR_DIGITS` digits determine, as the end of an error message."""
     near = [(i, k) for i in range(m + NEAR + 1) for k in range(max(n - NEAR, 0), n + NEAR + 1)]
     near = [(i, k) for i, k in near if 0 < abs(i - m) + abs(k - n) <= NEAR]
     series_digits = NEAR_DIGITS + 4 * (m + n + NEAR)
@@ -313,7 +313,7 @@ class _TooWideError(ArithmeticError):
 def rational_pade(h: Sequence[Rational], m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30) -> Pade:
     """Return the Padé approximant [m/n] of any series with rational coefficients, solved exactly.
 
-    Meant for experiments: known functions, or h_k rounded to a few digits. Multiple poles and zeros are recognised.
+    It serves for experiments: known functions, or h_k rounded to a few digits. Multiple poles and zeros are recognised.
 
     Parameters
     ----------
@@ -323,21 +323,21 @@ def rational_pade(h: Sequence[Rational], m: SupportsIndex, n: SupportsIndex, dig
     Raises
     ------
     TypeError, ValueError
-        If an argument is not of its kind or out of range.
+        If an argument has a wrong type or is out of range.
     DegenerateError
         If the linear system for the denominator is singular.
 
     Notes
     -----
-    Coefficients are enclosed like those of `pade`. One that lies exactly half-way between two decimals of `digits`
-    digits is not rounded: `decimals` raises ArithmeticError then, and one digit more helps.
+    Coefficients are enclosed like those of `pade`. If one lies exactly half-way between two decimals of `digits`
+    digits, `decimals` raises ArithmeticError; use one digit more.
     """
     m, n = arguments.integer("m", m, 0, arguments.MAX_DEGREE), arguments.integer("n", n, 0, arguments.MAX_DEGREE)
     digits = arguments.digits(digits)
     if not all(isinstance(h_k, Rational) for h_k in h):
         raise TypeError("h has an element that is not rational: expected integers and Fractions")
     if len(h) <= m + n or h[0] <= 0:
-        raise ValueError(f"[{m}/{n}] needs h_0 … h_{m + n} with h_0 > 0, and {len(h)} coefficients were given")
+        raise ValueError(f"h has {len(h)} coefficients: expected h_0 … h_{m + n} with h_0 > 0 for [{m}/{n}]")
     exact = [fmpq(int(h_k.numerator), int(h_k.denominator)) for h_k in h]
     a, b = exact_solution(exact, m, n)
     with working(bits_for(digits) + 64):
@@ -353,7 +353,7 @@ def exact_solution(h: Sequence[fmpq], m: int, n: int) -> tuple[list[fmpq], list[
     Raises
     ------
     DegenerateError
-        If there is no [m/n], or more than one.
+        If [m/n] does not exist or is not unique.
     """
     b = [fmpq(1)]
     if n:
@@ -368,7 +368,7 @@ def exact_solution(h: Sequence[fmpq], m: int, n: int) -> tuple[list[fmpq], list[
 
 
 def _exact_contact(b: Sequence[fmpq], h: Sequence[fmpq], conditions: int) -> tuple[int, arb]:
-    """Return what `_contact` does, from exact numbers: whether a coefficient of b eps vanishes is no question then."""
+    """Return the result of `_contact` from exact numbers, of which one can tell whether they are 0."""
     product = fmpq_poly(list(b)) * fmpq_poly(list(h))
     for k in range(conditions + 1, len(h)):
         if product[k] != 0:
@@ -412,19 +412,19 @@ def _assembled(
 
 
 def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[arb, ...]]:
-    """Return a and b of [m/n]: balls that are proven to hold the true coefficients. To be called within `working`.
+    """Return a and b of [m/n] as proven enclosures of the true coefficients. To be called within `working`.
 
     Raises
     ------
     ZeroDivisionError
-        If the linear system cannot be told from a singular one.
+        If the linear system is not proven to be regular.
 
     Notes
     -----
     Let A b = y be the order conditions, R nearly the inverse of A, and x nearly b. Then (R A)(b - x) = R (y - A x).
-    FLINT solves this system by elimination in balls, which loses next to nothing, as R A is nearly the identity. The
-    elimination proves that R A is regular, and so is A: for all h_k within their balls there is one b, and b - x is
-    enclosed. Nothing is assumed of x and R; a poor x makes a wide ball.
+    FLINT solves this system by elimination in balls, which loses few digits, because R A is nearly the identity. The
+    elimination proves that R A is regular, hence A, too: for all h_k within their balls there is one b, and b - x is
+    enclosed. The proof assumes nothing about x and R; a poor x makes a wide ball.
     """
     b = [arb(1)]
     if n:
@@ -437,7 +437,7 @@ def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[a
 
 
 def _nearly(matrix: arb_mat, right: arb_mat) -> tuple[arb_mat, arb_mat]:
-    """Return nearly the inverse of a matrix, and nearly the solution of its system; nothing is proven."""
+    """Return approximations of the inverse of a matrix and of the solution of its system, without a proof."""
     n = matrix.nrows()
     identity = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
     inverse = matrix.mid().solve(identity, algorithm="approx")
@@ -456,7 +456,7 @@ def _product_coefficient(b: Sequence[arb], h: Sequence[arb], k: int) -> arb:
 
 
 def _defects(a: Sequence[arb], b: Sequence[arb], h: Sequence[arb]) -> list[arb]:
-    """Coefficients of b eps - a as far as the series goes; up to order m + n they vanish."""
+    """Coefficients of b eps - a to the order of the series; up to order m + n they vanish."""
     return [_product_coefficient(b, h, k) - (a[k] if k < len(a) else 0) for k in range(len(h))]
 
 
@@ -466,7 +466,7 @@ def _upper(ball: arb) -> float:
 
 
 def _contact(a: Sequence[arb], b: Sequence[arb], h: Sequence[arb]) -> tuple[int, arb]:
-    """Return (k, c) with eps - a/b = c v*^(k+1) + …, c not zero unless the whole of h is met."""
+    """Return (k, c) with eps - a/b = c v*^(k+1) + …; c is 0 only if a/b agrees with all of h."""
     conditions = len(a) + len(b) - 1
     for k, defect in enumerate(_defects(a, b, h)[conditions:], conditions):
         if not defect.contains(0):
@@ -498,18 +498,18 @@ def _stripped(c: Sequence[arb]) -> Sequence[arb]:
 
 
 def _distance(root: Root) -> tuple[float, float]:
-    """Order by modulus, and in a conjugate pair the lower half-plane first."""
+    """Return the key for order by modulus, with the root in the lower half-plane first in a conjugate pair."""
     return float(f"{float(abs(root.value).mid()):.9e}"), float(root.value.imag.mid())
 
 
 def _roots(coefficients: Sequence[arb], digits: int) -> tuple[Root, ...]:
-    """Return the simple roots of a polynomial given by balls, isolated and wide enough for `digits` digits."""
+    """Return the simple roots of a polynomial given by balls, isolated and accurate to `digits` digits."""
     polynomial = _stripped(coefficients)
     if len(polynomial) == 1:
         return ()
     try:
         values = acb_poly(list(polynomial)).roots(tol=arb(10) ** -(digits + 6))
-    except ValueError:  # not isolated: too few digits (a multiple root of an unknown number cannot be told apart)
+    except ValueError:  # not isolated: too few digits, or a multiple root
         raise _TooWideError(digits) from None
     roots = [Root(value, 1, _is_real(value, values)) for value in values]
     for root in roots:
@@ -522,9 +522,9 @@ def _roots(coefficients: Sequence[arb], digits: int) -> tuple[Root, ...]:
 
 
 def _is_real(value: acb, values: Sequence[acb]) -> bool:
-    """Whether an isolated root of a real polynomial is real: its mirror image lies in no other enclosure.
+    """Whether an isolated root of a real polynomial is real, because its mirror image lies in no other enclosure.
 
-    Raises `_TooWideError` if that cannot be told.
+    Raises `_TooWideError` if the enclosures are too wide to decide.
     """
     if not value.imag.contains(0):
         return False
@@ -535,7 +535,7 @@ def _is_real(value: acb, values: Sequence[acb]) -> bool:
 
 
 def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
-    """Raise `DegenerateError` if the system for b is singular; the next n with a regular one is named."""
+    """Raise `DegenerateError` if the system for b is singular; the message names the next n with a regular one."""
     if not _singular(m, n, law):
         return
     larger = next((k for k in range(n + 1, LARGEST_DECIDED - m + 1) if not _singular(m, k, law)), None)
@@ -548,14 +548,14 @@ def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
 def _singular(m: int, n: int, law: Law) -> bool:
     """Whether the system for b is singular identically in lambda_1, lambda_3, … ; False if it is too large to decide.
 
-    The h_k being exact polynomials in the lambda's (section 2.4), that is a question of algebra: a determinant that is
-    not 0 for some numbers in their place is not identically 0.
+    The h_k are exact polynomials in the lambdas, so this is algebra: a determinant that is not 0 for some numbers in
+    their place is not identically 0.
     """
     if m + n > LARGEST_DECIDED:
         return False
     import sympy
 
-    from viscopade.theory.symbolic import h_polynomial  # SymPy: loaded only for a system that looks singular
+    from viscopade.theory.symbolic import h_polynomial  # loads SymPy, only for a system that may be singular
 
     h = [h_polynomial(k, law) for k in range(m + n + 1)]
     symbols = sorted(set().union(*(h_k.free_symbols for h_k in h)), key=str)

@@ -25,7 +25,7 @@ TABLE: Mapping[tuple[int, int], tuple[tuple[str, ...], tuple[str, ...]]] = {
     ),
 }
 
-# The table gives five decimals at least, zeros at the end left out: "1.025" stands for 1.02500 and "1." for 1.00000.
+# The table has at least five decimals, without zeros at the end: "1.025" stands for 1.02500 and "1." for 1.00000.
 LEAST_DECIMALS = 5
 
 # Material constant of ice, beta in (s/cm)^(1/5) (after eq:tEndAdvanced; from Bridges et al.).
@@ -49,7 +49,7 @@ class PrintedCoefficient:
         "a" or "b".
     index : int
     printed : str
-        As the paper prints it.
+        The number in the paper.
     ours : str
         Our value, to more digits.
     """
@@ -68,7 +68,7 @@ class PrintedCoefficient:
 
     @property
     def rounded(self) -> str:
-        """Our value rounded as the paper prints its own."""
+        """Our value rounded to the digits of the paper."""
         return str(Decimal(self.ours).quantize(last_digit(self.printed), ROUND_HALF_EVEN))
 
     @property
@@ -78,7 +78,7 @@ class PrintedCoefficient:
 
 
 def approximants(digits: int) -> tuple[Pade, ...]:
-    """Return the approximants of the paper's table, derived here, to 12 digits or more: `compare` rounds them again."""
+    """Return the approximants of the paper's table, derived to 12 digits or more, because `compare` rounds them."""
     digits = arguments.integer("digits", digits, 12, arguments.MAX_DIGITS)
     return tuple(pade(m, n, digits) for m, n in TABLE)
 

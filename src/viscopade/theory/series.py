@@ -1,16 +1,16 @@
 """The series eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) with a proven enclosure of every coefficient.
 
-The way from the equation of motion to h_k has four steps, each a function below. For a law of contact (a, b),
-nu = (a + 1)/(b + 1) = n_a/n_b (section 2.9), in brackets for the paper's law:
+Four steps, each a function below, lead from the equation of motion to h_k. For a law of contact (a, b),
+nu = (a + 1)/(b + 1) = n_a/n_b, in brackets for the paper's law:
 
-1. `g_coefficients`: G_n, the coefficients of V(K) = g(0) (section 2.2), by Taylor series from both ends of
-   0 <= r <= 1, in the ball arithmetic of functions of `viscopade.arithmetic.function_balls`;
-2. `lambda_coefficients`: the odd function Lambda of time reversal (section 2.4), not needed for
+1. `g_coefficients`: G_n, the coefficients of V(K) = g(0), by Taylor series from both ends of 0 <= r <= 1, in the ball
+   arithmetic of functions of `viscopade.arithmetic.function_balls`;
+2. `lambda_coefficients`: the odd function Lambda of time reversal, not needed for
 3. `_log_eps0`: ln eps0 as a power series in kappa, from eps0 = V(-K)/V(K), kappa = ((a+1)/2)^(1-1/nu) K V(K)^(2/nu-1)
    [(5/4)^(2/5) K V(K)^(1/5)];
-4. `end_series`, `series`: with v* = kappa^(1/d), d = n_a - n_b [2], and the rational series H (section 2.3),
-   eps = eps0 H(2/(a+1) v*^n_a eps0^e), e = (2 n_b - n_a)/d [(4/5) v*^5 sqrt(eps0)]; eps0 itself, d = 1, where nothing
-   is delayed.
+4. `end_series`, `series`: with v* = kappa^(1/d), d = n_a - n_b [2], and the rational series H,
+   eps = eps0 H(2/(a+1) v*^n_a eps0^e), e = (2 n_b - n_a)/d [(4/5) v*^5 sqrt(eps0)]; without delayed recovery
+   eps = eps0, d = 1.
 
 Steps 2 to 4 are arithmetic of truncated power series in balls (FLINT), which has no truncation error.
 """
@@ -49,10 +49,10 @@ if TYPE_CHECKING:
     from mpmath import mp
 
 GUARD_BITS = 8
-# Two attempts usually suffice; this many mean that a coefficient is exactly zero.
+# Two attempts usually suffice; after so many, a coefficient is exactly zero.
 MAX_ATTEMPTS = 20
-MOST_MEMORY = 4  # in GB, of the orders
-ORDER_COST = 6  # what order n takes besides the sum over the orders before, in terms of the sum's cost for each order
+MOST_MEMORY = 4  # in GB, for the orders
+ORDER_COST = 6  # constant part of the cost of order n, over the cost of a term of its sum over lower orders
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ class Series(Determined):
         Raises
         ------
         ArithmeticError
-            If, for fewer than `self.digits`, an enclosure happens to lie across a boundary of rounding.
+            If, for fewer digits than `self.digits`, an enclosure contains a boundary of rounding.
         """
         digits = self.digits if digits is None else arguments.integer("digits", digits, 1, self.digits)
         return tuple(_decimal(h_k, digits) for h_k in self.h)
@@ -134,12 +134,12 @@ def series(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VI
     Raises
     ------
     TypeError, ValueError
-        If an argument is not an integer or out of range, or there is no such law.
+        If an argument is not an integer or is out of range, or the law is not known.
 
     Notes
     -----
-    Working precision and number of Taylor terms come from `digits` and `order`; if the enclosures turn out too wide
-    they are raised by what was missing, so the digits asked for are always there.
+    `digits` and `order` determine the working precision and the number of Taylor terms. If the enclosures are too wide,
+    they are computed again with more, so that all wanted digits are always proven.
     """
     return _series(arguments.order(order), arguments.digits(digits), law_of(law))
 
@@ -149,7 +149,7 @@ _derivations: deque[Series] = deque(maxlen=16)  # the latest ones
 
 @lru_cache(maxsize=64)
 def _series(order: int, digits: int, law: Law) -> Series:
-    """Return h_0 … h_order out of a longer and more accurate series, if one was derived: its balls may be narrower."""
+    """Return h_0 … h_order, from a longer and more accurate series if one was derived before."""
     for known in tuple(_derivations):  # another thread may append
         h = known.h[: order + 1]
         enough = known.law == law and known.order >= order and known.digits >= digits
@@ -160,7 +160,7 @@ def _series(order: int, digits: int, law: Law) -> Series:
 
 @lru_cache(maxsize=16)
 def derived(order: int, digits: int, law: Law = VISCOELASTIC) -> Series:
-    """Return h_0 … h_order, derived to just these digits: the balls are the same whatever was derived before."""
+    """Return h_0 … h_order, derived to just these digits; the balls do not depend on earlier derivations."""
     h = _enclosed(lambda effort: _h(order, effort, law), order // law.d, digits, law)
     found = Series(order, digits, h, law)
     _derivations.append(found)
@@ -172,14 +172,14 @@ def lambda_coefficients(
 ) -> tuple[arb, ...]:
     """Return enclosures of lambda_1, lambda_3, … (`count` of them), -ln eps0 = sum lambda_k (kappa eps0^c)^k.
 
-    c = 1/nu - 1/2 (section 2.4). Every decimal is determined to `digits` significant digits.
+    c = 1/nu - 1/2. Every decimal is determined to `digits` significant digits.
     """
     count, of = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4), law_of(law)
     return _enclosed(lambda effort: _lambda(2 * count, effort, of), 2 * count, arguments.digits(digits), of)
 
 
 def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> tuple[arb, ...]:
-    """Return enclosures of G_0 … G_order, the coefficients of V(K) = g(0) (section 2.2), to `digits` digits."""
+    """Return enclosures of G_0 … G_order, the coefficients of V(K) = g(0), to `digits` digits."""
     n, of = arguments.integer("order", order, 0, arguments.MAX_ORDER // 2), law_of(law)
     return _enclosed(lambda effort: _g(n, effort, of), n, arguments.digits(digits), of)
 
@@ -195,10 +195,10 @@ class MeetingPoint(NamedTuple):
 
     @classmethod
     def of(cls, n_a: int, orders_per_term: float = 0.0) -> MeetingPoint:
-        """Return where the last terms of both are about equal in the last order.
+        """Return the point at which the last terms of both series are nearly equal in the last order.
 
         The nearest singularities, the roots of r^n_a = 1, are at distance 1 of r = 0 and R = 2 sin(pi/n_a) of r = 1.
-        But for a common factor term j of g_n is like r^j on the inner side and, with a = 1 - r, like
+        Except for a common factor, term j of g_n is like r^j on the inner side and, with a = 1 - r, like
         (a/R)^(j + n/2) R^-n on the outer one. For n_a = 5, n much below j, they meet at 0.46.
         """
         radius = 2 * sin(pi / max(n_a, 2))
@@ -293,7 +293,7 @@ def _g(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
 
 @lru_cache(maxsize=16)
 def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tuple[int, int], ...]:
-    """Return G_0 … G_order as (value, error) in units of 2^-bits, from the hierarchy of section 2.2.
+    """Return G_0 … G_order as (value, error) in units of 2^-bits, from the hierarchy of `symbolic.hierarchy`.
 
     With P_n = n_a int_r^1 g_{n-1} s^(n_b-1) ds the hierarchy reads 2 g_0 g_n = P_n - sum_{0<i<n} g_i g_{n-i}. On the
     inner side, r = b y, all of g_n is expanded; on the outer side, 1 - r = a y, g_n = y^((n+1)/2) f_n(y) and f_n is.
@@ -423,7 +423,7 @@ def _padded(power_series: arb_series, length: int) -> list[arb]:
 
 @lru_cache(maxsize=8)
 def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
-    """Return H_0 … H_order, the rational coefficients of H(delta) (section 2.3); 1, 0, 0, … if nothing is delayed.
+    """Return H_0 … H_order, the rational coefficients of H(delta); 1, 0, 0, … if nothing is delayed.
 
     With delta = (K U)^(n_a/d)/U^2, U = V(-K), and in units of the end values, s = H^(1/d) p, h = H k(p),
     mu = delta H^e, e = (2 n_b - n_a)/d, the problem reads k^2 = 1 + mu (1 - p^n_a - n_a int_p^1 k q^(n_b-1) dq), and

@@ -2,10 +2,10 @@
 
 The way from the scaled equation to eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) in exact terms:
 
-1. `turning_point_equation`: time eliminated, compression measured by the turning point (section 2.2);
+1. `turning_point_equation`: time eliminated, compression measured by the turning point;
 2. `hierarchy`: its perturbation equations, one per order in K, whose end values are G_n = g_n(0);
-3. `lambda_from_G`: the odd function of time reversal, lambda_1, lambda_3, … in the G_n (section 2.4);
-4. `delayed_recovery_series`: the rational series H of the delayed recovery (section 2.3);
+3. `lambda_from_G`: the odd function of time reversal, lambda_1, lambda_3, … in the G_n;
+4. `delayed_recovery_series`: the rational series H of the delayed recovery;
 5. `h_polynomial`: every h_k as a polynomial with rational coefficients in lambda_1, lambda_3, ….
 
 G_1, and with it lambda_1, is known in terms of the Gamma function for every law of contact, G_2, G_3 and lambda_3 for
@@ -46,7 +46,7 @@ def _kappa_scale(law: Law) -> sp.Expr:
 
 
 def turning_point_equation(law: Law | str = VISCOELASTIC) -> sp.Eq:
-    """Return d(g^2)/dr = -n_a r^(n_a-1) - n_a K g r^(n_b-1), the loading phase without time (sections 2.2 and 2.9).
+    """Return d(g^2)/dr = -n_a r^(n_a-1) - n_a K g r^(n_b-1), the loading phase without time.
 
     For the paper's law it is d(g^2)/dr = -5 r^4 - 5 K g r^2. It follows from the scaled equation
     (eq:equationOfMotionNatUnit) by x = x_max r^(n_b/(b+1)), x' = sqrt(2/(a+1)) x_max^((a+1)/2) g(r) and
@@ -71,7 +71,7 @@ def turning_point_equation(law: Law | str = VISCOELASTIC) -> sp.Eq:
 
 
 def g_function(n: SupportsIndex) -> sp.Expr:
-    """Return g_n(r), the coefficient of K^n in g (section 2.2), as an applied SymPy function.
+    """Return g_n(r), the coefficient of K^n in g, as an applied SymPy function.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def g_function(n: SupportsIndex) -> sp.Expr:
 def hierarchy(n: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Eq:
     """Return the equation of order K^n that g = sum K^n g_n(r) gives in the turning point equation.
 
-    It is linear in g_n if n >= 1, and integrates to the recursion of section 2.2. The initial condition is
+    It is linear in g_n if n >= 1, and integrates to a recursion. The initial condition is
     g_n(1) = 0.
 
     Parameters
@@ -115,7 +115,7 @@ def hierarchy(n: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Eq:
 
 
 def delayed_recovery_series(order: SupportsIndex, law: Law | str = VISCOELASTIC) -> tuple[Fraction, ...]:
-    """Return H_0 … H_order of eps = eps0 H(delta), exactly (section 2.3): 1, 0, 0, … if nothing is delayed.
+    """Return H_0 … H_order of eps = eps0 H(delta), exactly: 1, 0, 0, … if nothing is delayed.
 
     delta = 2/(a+1) v*^n_a eps0^((2 n_b - n_a)/d), which is (4/5) v*^5 sqrt(eps0) for the paper's law.
 
@@ -182,7 +182,7 @@ def _next_in_power(base: list[fmpq], power: list[fmpq], exponent: fmpq) -> fmpq:
 
 
 def lambda_symbol(k: SupportsIndex) -> sp.Symbol:
-    """Return the symbol lambda_k, the coefficient of nu^k in the odd function Lambda(nu) (section 2.4).
+    """Return the symbol lambda_k, the coefficient of nu^k in the odd function Lambda(nu).
 
     Raises
     ------
@@ -193,7 +193,7 @@ def lambda_symbol(k: SupportsIndex) -> sp.Symbol:
 
 
 def G_symbol(n: SupportsIndex) -> sp.Symbol:
-    """Return the symbol G_n, the coefficient of K^n in V(K) = g(0) (section 2.2).
+    """Return the symbol G_n, the coefficient of K^n in V(K) = g(0).
 
     Raises
     ------
@@ -204,7 +204,7 @@ def G_symbol(n: SupportsIndex) -> sp.Symbol:
 
 
 def lambda_from_G(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
-    """Return lambda_k as a polynomial in G_1 … G_k, times ((a+1)/2)^(k/nu-k) (sections 2.2, 2.4 and 2.9).
+    """Return lambda_k as a polynomial in G_1 … G_k, times ((a+1)/2)^(k/nu-k).
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def lambda_from_G(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
 
 
 def h_polynomial(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
-    """Return h_k of eq:epsSeriesAdvanced as a polynomial in lambda_1, lambda_3, … (section 2.4).
+    """Return h_k of eq:epsSeriesAdvanced as a polynomial in lambda_1, lambda_3, ….
 
     Parameters
     ----------
@@ -304,7 +304,7 @@ def _odd_partitions(n: int, largest: int) -> Iterator[dict[int, int]]:
 def _odd(k: SupportsIndex) -> int:
     k = arguments.integer("k", k, 1, arguments.MAX_ORDER - 1)
     if k % 2 == 0:
-        raise ValueError(f"k is {k}: expected an odd integer, for Lambda is odd (section 2.4)")
+        raise ValueError(f"k is {k}: expected an odd integer, because Lambda is odd")
     return k
 
 
@@ -312,7 +312,7 @@ def _odd(k: SupportsIndex) -> int:
 
 
 def g_1_at_0(law: Law | str = VISCOELASTIC) -> sp.Expr:
-    """Return G_1 = B(1/nu, 3/2)/2 in terms of the Gamma function (section 2.2)."""
+    """Return G_1 = B(1/nu, 3/2)/2 in terms of the Gamma function."""
     return _beta_1(law_of(law)) / 2
 
 
@@ -340,7 +340,7 @@ def g_3_at_0() -> sp.Expr:
 
 
 def lambda_1(law: Law | str = VISCOELASTIC) -> sp.Expr:
-    """Return lambda_1 = B(1/nu, 3/2) ((a+1)/2)^(1/nu-1) in terms of the Gamma function (sections 2.4 and 2.9).
+    """Return lambda_1 = B(1/nu, 3/2) ((a+1)/2)^(1/nu-1) in terms of the Gamma function.
 
     It is 2 (4/5)^(2/5) G_1 = 1.153… for the paper's law.
     """
