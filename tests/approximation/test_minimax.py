@@ -25,7 +25,7 @@ from viscopade.collision import exact
 DEGREES = [(m, n) for m in range(7) for n in range(10) if max(m, n) >= 2]
 SPEEDS = ("0.1", "0.5", 1, 2, 5, 10, 30, 100, 1000)
 GRID = [(m, n, v, measure) for measure in ("both", "relative") for v in SPEEDS for m, n in DEGREES]
-NO_ANSWER = ("no best approximant exists", "expected degrees and intervals with an error below 1")
+NO_ANSWER = ("no best approximant exists", "expected an error below 1")
 
 
 def polynomial(c, v: Fraction) -> Fraction:

@@ -28,7 +28,7 @@ BAD = [
     (["pade", "3", "--law", "hertz"], "law is 'hertz': expected viscoelastic, linear, tsuji, hunt-crossley[:n]"),
     (
         ["coefficients", "--law", "1.37,0.1"],
-        "the exponents 137/100,1/10 have too large denominators: expected a, b",
+        "the exponents 137/100,1/10 have too large denominators: expected a and b",
     ),
     (["coefficients", "--end", "top"], "'top' is not one of 'force', 'return'"),
     (["epsilon", "--law", "linear", "--end", "return", "--kappa", "2"], "expected a smaller kappa, or end 'force'"),

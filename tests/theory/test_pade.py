@@ -165,7 +165,7 @@ def test_a_false_number_is_never_proven(monkeypatch):
 def test_without_a_good_solution_there_is_no_approximant(monkeypatch):
     """However many digits of the series: nonsense in place of the approximate solution ends in a refusal."""
     monkeypatch.setattr(pade_module, "_nearly", lambda matrix, right: (matrix * 0, right))
-    with pytest.raises(ArithmeticError, match=r"\[1/4\] is not determined"):
+    with pytest.raises(ArithmeticError, match=r"do not determine \[1/4\]"):
         _pade.__wrapped__(1, 4, 3, VISCOELASTIC)
 
 
