@@ -105,7 +105,10 @@ BAD = [
         "expected at least",
     ),
     (["export", "c", "--minimax", "1/40", "--v-star-max", "1"], "n is 40: expected an integer from 0 to 15"),
-    (["export", "c", "--minimax", "2/0", "--v-star-max", "1000"], "100 % is 1): expected an error below 1"),
+    (
+        ["export", "c", "--minimax", "2/0", "--v-star-max", "1000"],
+        "has a relative error of 1.05e+09: expected an error below 1",
+    ),
     (["export", "c", "--accuracy", "1e-17", "--v-star-max", "5"], "expected a number from 1e-15 to 0.99"),
     (["export", "c", "--accuracy", "1e-12", "--v-star-max", "1000"], "or a shorter interval"),
     (["export", "c", "--minimax", "3/6", "--v-star-max", "5", "--measure", "relative"], "expected other degrees"),
