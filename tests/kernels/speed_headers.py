@@ -14,7 +14,7 @@ import pytest
 
 from tests.compiled import WARNINGS
 from tests.kernels import long_double
-from viscopade.kernels import speed_table
+from viscopade.kernels import formulas, speed_table
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 FORMS = {"double": np.float64, "float": np.float32}
@@ -39,7 +39,7 @@ class Header:
         kernel, layout = speed_table.speed_table(self.tier), speed_table.TABLES[self.tier, "fast"]
         native = [form.name for form in speed_table.forms_of(layout)]  # other types are converted to this one
         given = {"kernel": kernel, "layout": layout, "name": kernel.name, "native": native, "first": layout.first}
-        self.__dict__.update(given, end=layout.first + speed_table.OCTAVES, split=layout.split)
+        self.__dict__.update(given, end=layout.first + formulas.OCTAVES, split=layout.split)
 
 
 @cache

@@ -25,9 +25,10 @@ from viscopade.kernels.expressions import (
     prepared,
     read,
 )
+from viscopade.kernels.formulas import OCTAVES
 from viscopade.kernels.machine import TYPES, located, machine_arithmetic
 from viscopade.kernels.rounding_bounds import rounding_of_w
-from viscopade.kernels.speed_table import OCTAVES, TABLES, row_number, speed_table
+from viscopade.kernels.speed_table import TABLES, row_number, speed_table
 from viscopade.kernels.write import languages
 from viscopade.kernels.write.writer import expression_text
 

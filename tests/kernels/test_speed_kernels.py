@@ -24,7 +24,6 @@ from tests.kernels.speed_headers import (
     in_table,
     spacing,
 )
-from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels import catalogue, speed_table
 from viscopade_lab.studies import exhaustive
 
@@ -319,7 +318,7 @@ def allowed_rise(given, form, values, beta, eps, inside):
     both, proven = error[1:] + error[:-1], speed_table.table_bounds(given.layout)
     if "rise" not in proven:
         return both
-    table = speed_table.in_table(given.kernel, "restitution", FORMATS[form])
+    table = given.kernel.in_table("restitution", form)
     rise = float(proven["rise"] * (1 + proven["error"]) + 2 * (table.rounding + table.last))
     return np.where(inside, rise * np.minimum(eps, 1 - eps) + 2 * spacing(eps, FORMS[form]), both)
 

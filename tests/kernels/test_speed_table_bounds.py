@@ -10,7 +10,7 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
-from viscopade.kernels import machine, rounding_bounds, speed_table, truth
+from viscopade.kernels import formulas, machine, rounding_bounds, speed_table, truth
 from viscopade.kernels.catalogue import TIERS
 from viscopade.kernels.expressions import Reading, Run
 from viscopade.kernels.speed_table import TABLES, MantissaPiece, Polynomials
@@ -228,7 +228,7 @@ def test_p_of_1_or_more_is_refused():
 def test_at_the_ends_of_a_table_a_bound_is_that_of_the_branch_taken(tier):
     """The numbers of the type decide which branch it is, and no bound that covers both is needed."""
     kernel, low = speed_table.speed_table(tier), 2.0 ** TABLES[tier, "fast"].first
-    high = low * 2.0**speed_table.OCTAVES
+    high = low * 2.0**formulas.OCTAVES
     for w, branch in ((low, 0), (np.nextafter(high, 0), 0), (np.nextafter(low, 0), 1), (high, 1)):
         assert machine.located(kernel, "restitution", w, 1.0)[1] == branch
         with working(truth.BITS):
@@ -238,7 +238,7 @@ def test_at_the_ends_of_a_table_a_bound_is_that_of_the_branch_taken(tier):
             min(b.allowed(*sizes) for b in bounds if b.holds_at(v_star, sizes[2]))
             for bounds in (kernel.bound("restitution", "host", "double", of) for of in (branch, None))
         )
-        inside = speed_table.in_table(kernel, "restitution", DOUBLE).allowed(*sizes)
+        inside = kernel.in_table("restitution", "double").allowed(*sizes)
         assert known == inside if branch == 0 else known < both
         assert both >= max(known, inside)
 

@@ -20,7 +20,8 @@ from hypothesis.extra import numpy as hnp
 
 import viscopade as vp
 from viscopade.kernels import native
-from viscopade.kernels.speed_table import OCTAVES, SWITCH, TABLES
+from viscopade.kernels.formulas import OCTAVES
+from viscopade.kernels.speed_table import SWITCH, TABLES
 
 try:
     from viscopade.kernels import _native

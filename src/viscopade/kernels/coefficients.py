@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
+from operator import itemgetter
 from typing import Any
 
 from viscopade import arguments
+from viscopade.approximation import remez
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers
+from viscopade.approximation.lawson import LacunaryFit
 from viscopade.arithmetic.decimals import at_most, identifier
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
@@ -159,3 +164,71 @@ def measure_name(measure: str) -> str:
 def relative_to(measure: str) -> RelativeTo:
     """Return what the error of a measure is relative to."""
     return "smaller" if measure == "both" else "value"
+
+
+# --- lacunary quotients -----------------------------------------------------------------------------------------------
+
+
+def powers_text(form: Powers) -> str:
+    """Return N and D as text, the end of a formula's text."""
+    top, bottom = (
+        " + ".join(f"{letter}{k} y" + f"^{k}" * (k > 1) if k else constant for k in exponents)
+        for letter, constant, exponents in (("a", "a0", form.top), ("b", "1", form.bottom))
+    )
+    return f"N = {top}, D = {bottom}"
+
+
+def with_proofs(
+    found: LacunaryQuotient,
+    prove: Callable[[LacunaryQuotient], Certificate],
+    bounds: Callable[[Coefficients], Iterable[ErrorBound]],
+) -> Fitted:
+    """Return a lacunary quotient in its types, given the proof of one, and the bounds with rounding."""
+
+    def proven(form: Format) -> Coefficients:
+        a, b = (tuple(map(form.nearest, part)) for part in (found.a, found.b))
+        proof = prove(LacunaryQuotient(found.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b))))
+        return Coefficients(form, a, b, proof)
+
+    return in_formats(proven, bounds)
+
+
+def first(
+    wanted: Fraction,
+    candidates: Iterable[tuple[float, Powers]],
+    error_of: Callable[[Powers], Fraction],
+    name: str = "accuracy",
+) -> Powers:
+    """Return the first powers whose kernel is proven to be accurate enough, rounding in type double included.
+
+    Candidates come with their sampled errors, from which those that cannot be accurate enough are known.
+    """
+
+    def total(choice: Powers) -> Fraction:
+        with suppress(ArithmeticError):
+            return error_of(choice)
+        return Fraction(1)  # there is no proof
+
+    best, missed = Fraction(1), []
+    for error, choice in candidates:
+        if error > wanted:
+            missed.append((error, choice))
+            continue
+        proven = total(choice)
+        if proven <= wanted:
+            return choice
+        best = min(best, proven)
+    for error, choice in sorted(missed, key=itemgetter(0)):  # the nearest miss that has a proof, for the message
+        if best < 1 or error >= best:
+            break
+        best = min(best, total(choice))
+    raise ValueError(
+        f"{name} is {float(wanted):g}: expected a number >= {at_most(best)}, which the best kernel known reaches"
+    )
+
+
+def levelled(choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]) -> Iterator[tuple[float, Powers]]:
+    """Yield the sampled errors of the choices that have a best quotient, and the choices."""
+    for form in choices:
+        with suppress(remez.NoBest):
+            yield fit(form).error, form

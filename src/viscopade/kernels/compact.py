@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -27,10 +26,8 @@ from operator import itemgetter
 from flint import arb, fmpq_poly
 
 from viscopade.approximation import half_line as approximants
-from viscopade.approximation import remez
 from viscopade.approximation.half_line import BEST, DEGREES_MORE, SHIFT, require_half_line_degrees
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
-from viscopade.approximation.lawson import LacunaryFit
 from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
@@ -44,10 +41,13 @@ from viscopade.kernels.coefficients import (
     Fitted,
     accuracy_name,
     accuracy_of,
-    in_formats,
+    first,
+    levelled,
     measure_name,
     on_machines,
+    powers_text,
     relative_to,
+    with_proofs,
 )
 from viscopade.kernels.enclosure import Formula, exactly
 from viscopade.kernels.expressions import (
@@ -67,7 +67,6 @@ from viscopade.kernels.expressions import (
 )
 from viscopade.kernels.formulas import ONE, W_ACCEPTED, W_CUT, ZERO, constants, half_line_branches, named, within
 from viscopade.kernels.kernel import Function, Kernel
-from viscopade.kernels.quotient import of_computed_v_star, restitution
 from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.kernels.rounding_bounds import (
     BITS,
@@ -84,6 +83,7 @@ from viscopade.kernels.rounding_bounds import (
     refined,
     rounding_of_w,
 )
+from viscopade.kernels.v_star import of_computed_v_star, restitution
 from viscopade.store import recorded
 
 ROOT = 30  # y = w^(1/ROOT)
@@ -204,15 +204,6 @@ def _sizes(variant: Coefficients, result: str) -> dict[str, str]:
     return {"relative": at_most(bound.last / (1 + bound.formula), DIGITS), "underflow": at_most(bound.absolute, DIGITS)}
 
 
-def powers_text(form: Powers) -> str:
-    """Return N and D as text, the end of a formula's text."""
-    top, bottom = (
-        " + ".join(f"{letter}{k} y" + f"^{k}" * (k > 1) if k else constant for k in exponents)
-        for letter, constant, exponents in (("a", "a0", form.top), ("b", "1", form.bottom))
-    )
-    return f"N = {top}, D = {bottom}"
-
-
 # --- fits -------------------------------------------------------------------------------------------------------------
 
 
@@ -235,62 +226,6 @@ def compact_fit(form: Powers, measure: Measure) -> Fitted:
             *_half_line_bounds(form, of),
         ),
     )
-
-
-def with_proofs(
-    found: LacunaryQuotient,
-    prove: Callable[[LacunaryQuotient], certificate.Certificate],
-    bounds: Callable[[Coefficients], Iterable[ErrorBound]],
-) -> Fitted:
-    """Return a lacunary quotient in its types, given the proof of one, and the bounds with rounding."""
-
-    def proven(form: Format) -> Coefficients:
-        a, b = (tuple(map(form.nearest, part)) for part in (found.a, found.b))
-        proof = prove(LacunaryQuotient(found.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b))))
-        return Coefficients(form, a, b, proof)
-
-    return in_formats(proven, bounds)
-
-
-def first(
-    wanted: Fraction,
-    candidates: Iterable[tuple[float, Powers]],
-    error_of: Callable[[Powers], Fraction],
-    name: str = "accuracy",
-) -> Powers:
-    """Return the first powers whose kernel is proven to be accurate enough, rounding in type double included.
-
-    Candidates come with their sampled errors, from which those that cannot be accurate enough are known.
-    """
-
-    def total(choice: Powers) -> Fraction:
-        with suppress(ArithmeticError):
-            return error_of(choice)
-        return Fraction(1)  # there is no proof
-
-    best, missed = Fraction(1), []
-    for error, choice in candidates:
-        if error > wanted:
-            missed.append((error, choice))
-            continue
-        proven = total(choice)
-        if proven <= wanted:
-            return choice
-        best = min(best, proven)
-    for error, choice in sorted(missed, key=itemgetter(0)):  # the nearest miss that has a proof, for the message
-        if best < 1 or error >= best:
-            break
-        best = min(best, total(choice))
-    raise ValueError(
-        f"{name} is {float(wanted):g}: expected a number >= {at_most(best)}, which the best kernel known reaches"
-    )
-
-
-def levelled(choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]) -> Iterator[tuple[float, Powers]]:
-    """Yield the sampled errors of the choices that have a best quotient, and the choices."""
-    for form in choices:
-        with suppress(remez.NoBest):
-            yield fit(form).error, form
 
 
 def half_line_formula(found: LacunaryQuotient) -> Formula:

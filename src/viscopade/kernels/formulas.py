@@ -21,12 +21,13 @@ is N/D, and "limit" is what is left of eps v*^k, or of v* y^(-j), for large v*.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeVar
 
 from viscopade.approximation.inverse import DEGREES_LESS, WHOLE_FORM, InverseForm
 from viscopade.approximation.lacunary import Powers
+from viscopade.arithmetic.formats import Format
 from viscopade.kernels.expressions import (
     Call,
     CodeBranch,
@@ -37,6 +38,7 @@ from viscopade.kernels.expressions import (
     Select,
     Statement,
     Terms,
+    Word,
     both,
     by_horner,
     by_powers,
@@ -270,3 +272,37 @@ W_BEYOND = Name("w") > Name("largest")
 """The condition that w is replaced by `largest`."""
 W_CUT = Select(W_BEYOND, Name("largest"), Name("w"))
 """The w that compact kernels compute with, if it is accepted."""
+
+
+# --- bits of numbers --------------------------------------------------------------------------------------------------
+
+
+def bits(number: Expression) -> Expression:
+    """Return the bits of a number."""
+    return Call("bits", (number,))
+
+
+def from_bits(word: Expression) -> Expression:
+    """Return the number with these bits."""
+    return Call("from_bits", (word,))
+
+
+def octaves(number: int) -> Word:
+    """Return the distance of the bits of 2^(e + number) and of 2^e."""
+    return Word(lambda form: number << (form.precision - 1))
+
+
+def power_of_two(exponent: int) -> Word:
+    """Return the bits of 2^exponent, a normal number."""
+    return Word(lambda form: (form.largest + exponent) << (form.precision - 1))
+
+
+def count(number: int | Callable[[Format], int]) -> Word:
+    """Return a word that counts."""
+    return Word(number, pattern=False)
+
+
+FRACTION = count(lambda form: form.precision - 1)
+"""The bits of a number's fraction."""
+OCTAVES = 128
+"""Of w, in every speed table: a power of 2, so that the range is checked by a shift."""

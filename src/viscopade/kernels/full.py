@@ -12,7 +12,7 @@ The bits of 2^e m, 1 <= m < 2, are those of e and of m; the leading ones are the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise, product
@@ -22,7 +22,7 @@ from flint import arb, arb_poly, fmpq, fmpq_poly
 
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.chebyshev import cut, greatest, to_fmpq, to_fraction
-from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD, HALF_WIDTHS, PANELS, PERIOD
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
@@ -44,7 +44,7 @@ from viscopade.kernels.expressions import (
     Word,
     in_pairs,
 )
-from viscopade.kernels.formulas import NOT_NEGATIVE, ONE, ZERO
+from viscopade.kernels.formulas import FRACTION, NOT_NEGATIVE, ONE, ZERO, bits, count, from_bits, power_of_two
 from viscopade.kernels.kernel import Function, Kernel, Table
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
@@ -196,36 +196,7 @@ def near_constants() -> dict[str, float]:
     }
 
 
-# --- bits of numbers --------------------------------------------------------------------------------------------------
-
-
-def bits(number: Expression) -> Expression:
-    """Return the bits of a number."""
-    return Call("bits", (number,))
-
-
-def from_bits(word: Expression) -> Expression:
-    """Return the number with these bits."""
-    return Call("from_bits", (word,))
-
-
-def octaves(number: int) -> Word:
-    """Return the distance of the bits of 2^(e + number) and of 2^e."""
-    return Word(lambda form: number << (form.precision - 1))
-
-
-def power_of_two(exponent: int) -> Word:
-    """Return the bits of 2^exponent, a normal number."""
-    return Word(lambda form: (form.largest + exponent) << (form.precision - 1))
-
-
-def count(number: int | Callable[[Format], int]) -> Word:
-    """Return a word that counts."""
-    return Word(number, pattern=False)
-
-
-FRACTION = count(lambda form: form.precision - 1)
-"""The bits of a number's fraction."""
+# --- the sequence of operations ---------------------------------------------------------------------------------------
 
 
 def _cleared(number: Expression, last: int) -> Expression:
@@ -235,9 +206,6 @@ def _cleared(number: Expression, last: int) -> Expression:
 
 def _smaller(word: Name, largest: Word) -> Expression:
     return Select(word < largest, word, largest)
-
-
-# --- the sequence of operations ---------------------------------------------------------------------------------------
 
 
 def panel_sums(loss: bool) -> CodeBranch:

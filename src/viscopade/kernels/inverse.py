@@ -19,8 +19,17 @@ from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate, formulas
 from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
-from viscopade.kernels.coefficients import Coefficients, Fitted, accuracy_name, accuracy_of, on_machines
-from viscopade.kernels.compact import first, levelled, powers_text, with_proofs
+from viscopade.kernels.coefficients import (
+    Coefficients,
+    Fitted,
+    accuracy_name,
+    accuracy_of,
+    first,
+    levelled,
+    on_machines,
+    powers_text,
+    with_proofs,
+)
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Expression, Name, Statement, both
 from viscopade.kernels.formulas import ONE, ZERO

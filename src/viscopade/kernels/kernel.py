@@ -15,7 +15,6 @@ from typing import Any
 
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels import expressions
-from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Expression, Item, Program, Statement, names_in
 from viscopade.theory.law import VISCOELASTIC, Law
@@ -234,18 +233,9 @@ class Kernel:
         ]
         return sorted(found, key=lambda b: (b.high - b.low, b.speeds is None))
 
-    def allowed(
-        self,
-        function: str,
-        arithmetic: Arithmetic,
-        v_star: Fraction,
-        value: Fraction,
-        smaller: Fraction,
-        speed: Fraction | None = None,
-    ) -> Fraction | None:
-        """Return the least of the largest errors that bounds allow; None where none holds. See `ErrorBound.allowed`."""
-        found = self.bound(function, arithmetic.place, arithmetic.form.name)
-        return min((b.allowed(value, smaller, speed) for b in found if b.holds_at(v_star, speed)), default=None)
+    def in_table(self, result: str, form: str) -> ErrorBound:
+        """Return the bound for the arguments of a speed table that lead to its table, on a host."""
+        return next(b for b in self.bound(result, "host", form, 0) if b.branch == 0)
 
     @property
     def bytes(self) -> int:

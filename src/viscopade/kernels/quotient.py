@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from decimal import ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple, SupportsIndex, TypeVar
+from typing import SupportsIndex, TypeVar
 
 from flint import arb, arb_poly
 
@@ -27,7 +27,7 @@ from viscopade.collision import exact
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate, formulas
 from viscopade.kernels.arithmetic import Arithmetic
-from viscopade.kernels.bound import INFINITY, ErrorBound
+from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.coefficients import (
     Coefficients,
@@ -40,13 +40,13 @@ from viscopade.kernels.coefficients import (
     relative_to,
 )
 from viscopade.kernels.enclosure import Formula
-from viscopade.kernels.expressions import CodeBranch, Expression, Name, Statement, both, read
-from viscopade.kernels.formulas import W_ACCEPTED, ZERO, within
+from viscopade.kernels.expressions import CodeBranch, Expression, Name, both, read
+from viscopade.kernels.formulas import ZERO, within
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.reference import speeds
 from viscopade.kernels.rounding import Rounded
 from viscopade.kernels.rounding_bounds import BITS, DIGITS, reading
-from viscopade.kernels.v_star import USUAL, of_v_star
+from viscopade.kernels.v_star import Beyond, of_computed_v_star, of_v_star, restitution
 from viscopade.progress import track
 from viscopade.store import recorded
 from viscopade.theory.law import VISCOELASTIC, Law
@@ -461,44 +461,6 @@ def _kernel(
 
 def _terms(coefficients: Mapping[str, object], letter: str) -> list[tuple[int, str]]:
     return [(int(name[1:]), name) for name in coefficients if name[0] == letter]
-
-
-def restitution(branches: tuple[CodeBranch, ...], result: str = "epsilon") -> Function:
-    """Return eps as a function of the speed and beta, from that of v*; NaN for 0 times infinity comes of itself."""
-    v_star = Statement("v_star", formulas.v_star_branch().results["v_star"])
-    return Function("restitution", ("speed", "beta"), "eps", W_ACCEPTED, (v_star,), branches, result)
-
-
-class Beyond(NamedTuple):
-    """What holds of a formula R on V <= v* <= V (1 + change), just beyond the end of a bound."""
-
-    steepness: Fraction
-    """How often |dR/d ln v*| is larger than that of the true function may be (`STEEPEST`); at least 1."""
-    last: Fraction
-    """The part `last` of the bound, for these v* as well."""
-
-
-def of_computed_v_star(bound: ErrorBound, beyond: Beyond | None = None) -> Iterator[ErrorBound]:
-    """Yield the bounds of eps from the speed, given that of eps from v*: v* = sqrt(beta) pow(speed, 0.1) is rounded.
-
-    There is one for the `USUAL` speeds and one for all (in shaders, that are normal numbers). A computed v* may be
-    beyond an end V, and v* not. With what holds there the bound is one up to V. From v* to V the true function
-    changes, from V to the computed v* the formula; both changes together are at most `steepness` times those of the
-    true function. Without, the bound ends just before V, as at the end of a function's domain.
-    """
-    machine = bound.arithmetic
-    every = (machine.least, Fraction(2) ** (machine.form.largest + 1)) if machine.least else None
-    for usual, largest in (((1 / USUAL, USUAL), USUAL), (every, None)):
-        change = of_v_star(machine, largest)  # relative to the smaller one, and more than that of v*
-        low, high, last = bound.low * (1 + change), bound.high, bound.last
-        if beyond is not None:
-            change, last = change * beyond.steepness, beyond.last
-        elif high != INFINITY:
-            high = Fraction(high) / (1 + change)
-        yield replace(
-            bound, result="restitution", low=low, high=high, rounding=bound.rounding + change * (1 + bound.relative),
-            last=last * (1 + change), speeds=usual,
-        )  # fmt: skip
 
 
 def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format) -> int:

@@ -62,15 +62,14 @@ from viscopade.kernels.expressions import (
     both,
     in_pairs,
 )
-from viscopade.kernels.full import bits, count, from_bits, full, octaves, power_of_two, sum_with_error
+from viscopade.kernels.formulas import OCTAVES, bits, count, from_bits, octaves, power_of_two
+from viscopade.kernels.full import full, sum_with_error
 from viscopade.kernels.kernel import Function, Kernel, Table
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.kernels.v_star import USUAL, of_v_star
 from viscopade.progress import track
 from viscopade.store import recorded
 
-OCTAVES = 128
-"""Of w, in every table: a power of 2, so that the range is checked by a shift."""
 FIRSTS = range(-124, -27)
 """Where a table may begin: w and 2^(first + OCTAVES) are normal numbers of type float."""
 SWITCH = -3
@@ -589,11 +588,6 @@ def layout_of(accuracy: str, size: str = "fast") -> Layout:
         known = ", ".join(f"{name} ({which})" for name, which in TABLES)
         raise ValueError(f"the kernel of speed asked for is {accuracy} ({size}): expected {known}")
     return TABLES[accuracy, size]
-
-
-def in_table(kernel: Kernel, result: str, form: Format) -> ErrorBound:
-    """Return the bound that holds in the table of a kernel, on a host."""
-    return next(b for b in kernel.bound(result, HOST.place, form.name) if b.low > 0 and b.high < INFINITY)
 
 
 # --- bounds -----------------------------------------------------------------------------------------------------------

@@ -1,13 +1,20 @@
-"""Rounding error of v* = sqrt(beta) pow(speed, 0.1) in functions of the speed, and its effect on eps."""
+"""Functions of the speed by kernels of v* = sqrt(beta) pow(speed, 0.1), and what the rounding of v* does to eps."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
+from typing import NamedTuple
 
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.collision import panel_proof
 from viscopade.kernels import formulas
 from viscopade.kernels.arithmetic import HOST, Arithmetic
+from viscopade.kernels.bound import INFINITY, ErrorBound
+from viscopade.kernels.expressions import CodeBranch, Statement
+from viscopade.kernels.formulas import W_ACCEPTED
+from viscopade.kernels.kernel import Function
 from viscopade.kernels.rounding_bounds import BITS, of_powers
 from viscopade.store import recorded
 
@@ -33,3 +40,41 @@ def of_v_star(machine: Arithmetic = HOST, largest: Fraction | None = None) -> Fr
         of_ln_v_star = exact_middle((-(1 - relative).log()).abs_upper())
         change = exact_middle((ball_of(of_ln_v_star * slope).exp() - 1).abs_upper())
     return change + 4 * Fraction(panel_proof.proven_error())
+
+
+def restitution(branches: tuple[CodeBranch, ...], result: str = "epsilon") -> Function:
+    """Return eps as a function of the speed and beta, from that of v*; NaN for 0 times infinity comes of itself."""
+    v_star = Statement("v_star", formulas.v_star_branch().results["v_star"])
+    return Function("restitution", ("speed", "beta"), "eps", W_ACCEPTED, (v_star,), branches, result)
+
+
+class Beyond(NamedTuple):
+    """What holds of a formula R on V <= v* <= V (1 + change), just beyond the end of a bound."""
+
+    steepness: Fraction
+    """How often |dR/d ln v*| is larger than that of the true function may be (`STEEPEST`); at least 1."""
+    last: Fraction
+    """The part `last` of the bound, for these v* as well."""
+
+
+def of_computed_v_star(bound: ErrorBound, beyond: Beyond | None = None) -> Iterator[ErrorBound]:
+    """Yield the bounds of eps from the speed, given that of eps from v*: v* = sqrt(beta) pow(speed, 0.1) is rounded.
+
+    There is one for the `USUAL` speeds and one for all (in shaders, that are normal numbers). A computed v* may be
+    beyond an end V, and v* not. With what holds there the bound is one up to V. From v* to V the true function
+    changes, from V to the computed v* the formula; both changes together are at most `steepness` times those of the
+    true function. Without, the bound ends just before V, as at the end of a function's domain.
+    """
+    machine = bound.arithmetic
+    every = (machine.least, Fraction(2) ** (machine.form.largest + 1)) if machine.least else None
+    for usual, largest in (((1 / USUAL, USUAL), USUAL), (every, None)):
+        change = of_v_star(machine, largest)  # relative to the smaller one, and more than that of v*
+        low, high, last = bound.low * (1 + change), bound.high, bound.last
+        if beyond is not None:
+            change, last = change * beyond.steepness, beyond.last
+        elif high != INFINITY:
+            high = Fraction(high) / (1 + change)
+        yield replace(
+            bound, result="restitution", low=low, high=high, rounding=bound.rounding + change * (1 + bound.relative),
+            last=last * (1 + change), speeds=usual,
+        )  # fmt: skip

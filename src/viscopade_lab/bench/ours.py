@@ -12,7 +12,6 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import catalogue
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.speed_table import in_table
 from viscopade_lab.bench.contender import Contender
 from viscopade_lab.bench.rivals import of_expression, tenth_root
 
@@ -54,7 +53,7 @@ def _proven(kernel: Kernel, function: str) -> dict[str, ErrorBound]:
     """Return the errors of a function by format, those in the table of a kernel with a table of speeds."""
     if kernel.argument == "v_star":
         return {form: kernel.bound(function, "host", form)[0] for form in kernel.formats}
-    return {form: in_table(kernel, function, FORMATS[form]) for form in kernel.formats}
+    return {form: kernel.in_table(function, form) for form in kernel.formats}
 
 
 def _of_tier(tier: str) -> Contender:

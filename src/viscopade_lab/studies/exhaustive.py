@@ -30,7 +30,7 @@ from rich.table import Table
 
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import panels
-from viscopade.kernels import full, requests, speed_table
+from viscopade.kernels import formulas, full, requests, speed_table
 
 MODES = {"plain": ("-O3", "-ffp-contract=off"), "fused": ("-O3", "-march=native", "-ffp-contract=fast")}
 """How the kernels are compiled: without fused multiplications, and with those of this machine."""
@@ -136,14 +136,14 @@ def floats(text: str, mode: str, step: int = 1, jobs: int = 1) -> tuple[list[Err
     the last one of eps.
     """
     layout, kernel = speed_table.TABLES["1e-5", "fast"], speed_table.speed_table("1e-5")
-    inside, first = speed_table.in_table(kernel, "restitution", FLOAT).relative, layout.first
+    inside, first = kernel.in_table("restitution", FLOAT.name).relative, layout.first
     # Beyond the table numbers are computed in type double: some roundings in 1e-13 of the result.
     beyond_table = float(max(bound.formula for bound in kernel.bounds) + Fraction(1, 10**13))
     files = {
         "full.h": requests.Request(full=True).render("c"),
         "speed.h": text,
         "bounds.h": f"#define NAME(function) viscopade_##function##_{kernel.name}f\n"
-        f"static const double LOW = 0x1p{first}, HIGH = 0x1p{first + speed_table.OCTAVES};\n"
+        f"static const double LOW = 0x1p{first}, HIGH = 0x1p{first + formulas.OCTAVES};\n"
         f"static const double INSIDE = {float(inside)!r}, OUTSIDE = {beyond_table!r};\n",
     }
     length = -(-LAST_FLOAT // (PIECES * step)) * step

@@ -17,10 +17,9 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels import formulas
 from viscopade.kernels.expressions import Call, CodeBranch, Column, Expression, Literal, Name, TableRow, names_in
-from viscopade.kernels.full import FRACTION, octaves
+from viscopade.kernels.formulas import FRACTION, OCTAVES, octaves
 from viscopade.kernels.kernel import Kernel, Table, needed
 from viscopade.kernels.machine import computed
-from viscopade.kernels.speed_table import OCTAVES, in_table
 from viscopade.kernels.write.language import Language
 from viscopade.kernels.write.writer import expression_text, program_text, table_text
 
@@ -75,9 +74,9 @@ def functions_text(kernel: Kernel, language: Language) -> str:
 
 def _facts(kernel: Kernel) -> dict[str, str]:
     """Return what is computed, and what is proven of it in the table."""
-    eps, rebound = (in_table(kernel, name, DOUBLE) for name in ("restitution", "rebound"))
+    eps, rebound = (kernel.in_table(name, DOUBLE.name) for name in ("restitution", "rebound"))
     if eps.formula:
-        sizes = ((in_table(kernel, "restitution", form).rounding, form.name) for form in (DOUBLE, FLOAT))
+        sizes = ((kernel.in_table("restitution", form.name).rounding, form.name) for form in (DOUBLE, FLOAT))
         adds = " and ".join(f"{at_most(size, 2)} min(eps, 1 - eps) in type {name}" for size, name in sizes)
         proven = (
             f"Proven: |formula - eps| / min(eps, 1 - eps) <= {at_most(eps.formula)} in the table; rounding of "
