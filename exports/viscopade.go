@@ -11,8 +11,8 @@
 // viscopade.Restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // viscopade.Restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // viscopade.Restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
-// E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-// outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+// E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+// NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 //
 // Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps := viscopade.Restitution_compact_1em7(2.0, 1.307)
 // Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.

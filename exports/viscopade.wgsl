@@ -14,8 +14,8 @@
 // viscopade_restitution_compact_1em5(speed, beta)  1.63e-4 <= v* <= 4060  3.4e-6 m + 3.41e-5 r
 // viscopade_rebound_compact_1em5(speed, beta)      1.63e-4 <= v* <= 4060  3.4e-6 m + 3.41e-5 r
 // viscopade_dissipation_compact_1em5(speed, beta)  1.63e-4 <= v* <= 4060  2.35e-5 r
-// E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-// outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+// E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+// NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 //
 // Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): let eps = viscopade_restitution_compact_1em5(2.0, 1.307);
 // Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.

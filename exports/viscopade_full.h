@@ -11,8 +11,8 @@
  * function                                  range   error, double  error, float
  * viscopade_epsilon_full(v_star)            all v*  0.571 ulp      -
  * viscopade_one_minus_epsilon_full(v_star)  all v*  0.528 ulp      -
- * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
- * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+ * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+ * NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example: double eps = viscopade_epsilon_full(0.5);
  * Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -37,7 +37,7 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
- * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * functions of C++, all files must have the same options (-march, -ffast-math). Kernels of one name that differ are
  * in namespaces of their own, as two translation units may have one each.
  */
 #if defined(__cplusplus) && __cplusplus >= 201703L
@@ -688,7 +688,7 @@ VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
 }
 
 /*
- * There are no functions of type float: full accuracy is that of type double.
+ * There are no functions of type float: full accuracy is to the last place of double.
  */
 
 VISCOPADE_KERNEL_END

@@ -15,8 +15,8 @@
  * viscopade_v_star_inverse_1em5(epsilon)                      all v*  3.55e-6 r      9.06e-6 r
  * viscopade_v_star_from_loss_inverse_1em5(one_minus_epsilon)  all v*  3.55e-6 r      9.06e-6 r
  * viscopade_beta_inverse_1em5(epsilon, speed)                 all v*  7.09e-6 r      1.92e-5 r
- * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
- * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+ * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+ * NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (a material whose eps is 0.995 at a speed of 2): double beta = viscopade_beta_inverse_1em5(0.995, 2.0);
  * Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -41,7 +41,7 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
- * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * functions of C++, all files must have the same options (-march, -ffast-math). Kernels of one name that differ are
  * in namespaces of their own, as two translation units may have one each.
  */
 #if defined(__cplusplus) && __cplusplus >= 201703L

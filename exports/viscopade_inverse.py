@@ -14,8 +14,8 @@
 # viscopade.v_star_inverse_1em5(epsilon)                      all v*  3.55e-6 r
 # viscopade.v_star_from_loss_inverse_1em5(one_minus_epsilon)  all v*  3.55e-6 r
 # viscopade.beta_inverse_1em5(epsilon, speed)                 all v*  7.09e-6 r
-# E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-# outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+# E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+# NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (a material whose eps is 0.995 at a speed of 2): beta = viscopade.beta_inverse_1em5(0.995, 2.0)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.

@@ -15,8 +15,8 @@
  * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.74e-15 r  5.2e-6 m + 8.81e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
  * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.5e-15 r   -
  * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.54e-15 r  -
- * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
- * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+ * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+ * NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): double eps = viscopade_restitution_minimax_v5_1em8(2.0, 1.307);
  * Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -41,7 +41,7 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
- * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * functions of C++, all files must have the same options (-march, -ffast-math). Kernels of one name that differ are
  * in namespaces of their own, as two translation units may have one each.
  */
 #if defined(__cplusplus) && __cplusplus >= 201703L
@@ -151,7 +151,8 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, doub
 
 /*
  * eps.
- * Error <= 9.9e-4 m + 4.91e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30.
+ * Error <= 9.9e-4 m + 4.91e-7 r for v* <= 4.99998; 9.9e-4 m + 4.91e-7 r for v* <= 4.99998, 1e-30 <=
+ * speed <= 1e+30.
  */
 #define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 4.91e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)

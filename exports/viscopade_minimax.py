@@ -14,8 +14,8 @@
 # viscopade.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.74e-15 r
 # viscopade.epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.5e-15 r
 # viscopade.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.54e-15 r
-# E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-# outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+# E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+# NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = viscopade.restitution_minimax_v5_1em8(2.0, 1.307)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.

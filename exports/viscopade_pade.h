@@ -17,8 +17,8 @@
  * viscopade_restitution_pade_2_5(speed, beta)  v* <= 5  0.785 m + 1.82e-13 r  0.785 m + 2.83e-5 r
  * viscopade_epsilon_pade_3_6(v_star)           v* <= 5  0.064 m + 2e-15 r     0.064 m + 1.1e-6 r
  * viscopade_restitution_pade_3_6(speed, beta)  v* <= 5  0.064 m + 2.09e-14 r  0.064 m + 3.8e-6 r
- * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
- * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+ * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+ * NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): double eps = viscopade_restitution_pade_3_6(2.0, 1.307);
  * Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -43,7 +43,7 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
- * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * functions of C++, all files must have the same options (-march, -ffast-math). Kernels of one name that differ are
  * in namespaces of their own, as two translation units may have one each.
  */
 #if defined(__cplusplus) && __cplusplus >= 201703L

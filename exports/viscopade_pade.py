@@ -16,8 +16,8 @@
 # viscopade.restitution_pade_2_5(speed, beta)  v* <= 5  0.785 m + 1.82e-13 r
 # viscopade.epsilon_pade_3_6(v_star)           v* <= 5  0.064 m + 2e-15 r
 # viscopade.restitution_pade_3_6(speed, beta)  v* <= 5  0.064 m + 2.09e-14 r
-# E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
-# outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+# E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+# NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): eps = viscopade.restitution_pade_3_6(2.0, 1.307)
 # Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.

@@ -12,8 +12,8 @@
  * viscopade_restitution_1em5(speed, beta)  all v*  6.69e-6 m + 2.36e-14 r + 0.5 ulp  6.87e-6 m + 5.91e-15 r + 0.5 ulp
  * viscopade_rebound_1em5(speed, beta)      all v*  6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
  * viscopade_dissipation_1em5(speed, beta)  all v*  6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
- * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
- * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+ * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+ * NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): double eps = viscopade_restitution_1em5(2.0, 1.307);
  * Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -38,7 +38,7 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
- * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * functions of C++, all files must have the same options (-march, -ffast-math). Kernels of one name that differ are
  * in namespaces of their own, as two translation units may have one each.
  */
 #if defined(__cplusplus) && __cplusplus >= 201703L
@@ -177,7 +177,7 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 
 /*
  * Makes compilers read an array again in the next loop. Values taken over from the loop before would come out of vectors one by one (GCC),
- * or keep the loop from vector instructions (Clang).
+ * or prevent vector instructions (Clang).
  */
 #if defined(__GNUC__)
 #define VISCOPADE_IN_MEMORY(array) __asm__("" : "+m"(array))
@@ -192,7 +192,7 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #define VISCOPADE_ON_ZEN_4 0
 #endif
 
-/* Of the array functions with rows of more than two numbers. GCC takes vectors of 512 bits, but 256 are faster on Zen 4. */
+/* For array functions with rows of more than two numbers. GCC takes vectors of 512 bits, but 256 are faster on Zen 4. */
 #ifndef VISCOPADE_VECTORS
 #if VISCOPADE_ON_ZEN_4 && defined(__GNUC__) && !defined(__clang__)
 #define VISCOPADE_VECTORS __attribute__((target("prefer-vector-width=256")))
@@ -403,44 +403,36 @@ VISCOPADE_KERNEL(0x8014a09e)
  * Error <= 3.36e-6 m + 1.1e-14 r + 0.5 ulp for v* <= 0.00128858, 1e-30 <= speed <= 1e+30; 3.36e-6 m +
  * 2.36e-14 r + 0.5 ulp for v* <= 0.00128858; 6.87e-6 m + 0.5 ulp for 0.00128859 <= v* <= 9.18957,
  * 5.04871e-29 <= speed <= 5.3687e+8; 3.36e-6 m + 1.1e-14 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed
- * <= 1e+30; 6.87e-6 m + 5.91e-15 r + 0.5 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.36e-6 m + 2.36e-14
- * r + 0.5 ulp for 9.1896 <= v*; 6.87e-6 m + 5.91e-15 r + 0.5 ulp for all v*.
+ * <= 1e+30; 3.36e-6 m + 2.36e-14 r + 0.5 ulp for 9.1896 <= v*; 6.87e-6 m + 5.91e-15 r + 0.5 ulp for
+ * all v*.
  */
 #define VISCOPADE_RESTITUTION_1EM5_ERRORF 6.87e-6 /* m + 5.91e-15 r + 0.5 ulp for all v* */
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 3.37e-6 r + 3 ulp for v* <= 0.00128858; 6.69e-6 r + 3 ulp for 0.00128859 <= v* <= 9.18957,
- * 9.55662e-299 <= speed <= 2.83625e+278; 3.37e-6 r + 3 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30;
- * 6.69e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.37e-6 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r
- * + 3 ulp for all v*.
+ * Error <= 3.37e-6 r + 3 ulp for v* <= 0.00128858; 3.37e-6 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r + 3
+ * ulp for all v*.
  */
 #define VISCOPADE_REBOUND_1EM5_ERROR 6.69e-6 /* r + 3 ulp for all v* */
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 3.37e-6 r + 0.5 ulp for v* <= 0.00128858; 6.87e-6 r + 3 ulp for 0.00128859 <= v* <=
- * 9.18957, 5.04871e-29 <= speed <= 5.3687e+8; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed <=
- * 1e+30; 6.87e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*;
- * 6.87e-6 r + 3 ulp for all v*.
+ * Error <= 3.37e-6 r + 0.5 ulp for v* <= 0.00128858; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*; 6.87e-6 r +
+ * 3 ulp for all v*.
  */
 #define VISCOPADE_REBOUND_1EM5_ERRORF 6.87e-6 /* r + 3 ulp for all v* */
 
 /*
  * 1 - eps^2, which loses no digits where eps is near 1.
- * Error <= 3.37e-6 r + 3 ulp for v* <= 0.00128858; 6.69e-6 r + 3 ulp for 0.00128859 <= v* <= 9.18957,
- * 9.55662e-299 <= speed <= 2.83625e+278; 3.37e-6 r + 3 ulp for 9.1896 <= v*, 1e-30 <= speed <= 1e+30;
- * 6.69e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.37e-6 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r
- * + 3 ulp for all v*.
+ * Error <= 3.37e-6 r + 3 ulp for v* <= 0.00128858; 3.37e-6 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r + 3
+ * ulp for all v*.
  */
 #define VISCOPADE_DISSIPATION_1EM5_ERROR 6.69e-6 /* r + 3 ulp for all v* */
 
 /*
  * 1 - eps^2, which loses no digits where eps is near 1.
- * Error <= 3.37e-6 r + 0.5 ulp for v* <= 0.00128858; 6.87e-6 r + 3 ulp for 0.00128859 <= v* <=
- * 9.18957, 5.04871e-29 <= speed <= 5.3687e+8; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*, 1e-30 <= speed <=
- * 1e+30; 6.87e-6 r + 3 ulp for all v*, 1e-30 <= speed <= 1e+30; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*;
- * 6.87e-6 r + 3 ulp for all v*.
+ * Error <= 3.37e-6 r + 0.5 ulp for v* <= 0.00128858; 3.37e-6 r + 0.5 ulp for 9.1896 <= v*; 6.87e-6 r +
+ * 3 ulp for all v*.
  */
 #define VISCOPADE_DISSIPATION_1EM5_ERRORF 6.87e-6 /* r + 3 ulp for all v* */
 
@@ -451,8 +443,8 @@ VISCOPADE_KERNEL(0x8014a09e)
  * from one row to the next it rises by at most 2.57e-7 min(eps, 1 - eps).
  *
  * Proven: |formula - eps| / min(eps, 1 - eps) <= 6.69e-6 in the table; rounding of restitution: adds at most 3.3e-16
- * min(eps, 1 - eps) in type double and 1.8e-7 min(eps, 1 - eps) in type float, that of beta^5 speed included, and half a
- * unit in the last place.
+ * min(eps, 1 - eps) in type double and 1.8e-7 min(eps, 1 - eps) in type float, with the rounding of beta^5 speed, and
+ * half a unit in the last place.
  *
  * For n speeds at once, with restitution, rebound or dissipation for FUNCTION, in double and (names that end in f) in float:
  *
@@ -460,8 +452,8 @@ VISCOPADE_KERNEL(0x8014a09e)
  *     viscopade_FUNCTION_by_pair_1em5(n, speed, pair, beta, out)    beta[pair[i]], one for each pair of materials
  *     viscopade_FUNCTION_each_1em5(n, speed, beta, out)             beta[i], one for each speed
  *
- * out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once. The results are
- * those of the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
+ * out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once. The results equal
+ * the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
  * Clang make vector instructions of them at -O3, for the machine that -march names.
  */
 
@@ -8670,7 +8662,7 @@ VISCOPADE_ALWAYS double viscopade_scale_1em5(double beta)
     return b2 * b2 * beta;
 }
 
-/* How far w's bits are beyond those of the table's first number: less than 128 octaves if w is in the table. */
+/* Distance of w's bits from the bits of the table's first number: less than 128 octaves if w is in the table. */
 VISCOPADE_ALWAYS uint64_t viscopade_place_1em5(double w)
 {
     return viscopade_bits(w) - UINT64_C(0x39f0000000000000);
@@ -8784,7 +8776,7 @@ VISCOPADE_ALWAYS void viscopade_block_1em5(const double *speed, const double *be
     }
 }
 
-/* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
+/* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] belongs to speed i. */
 VISCOPADE_ALWAYS void viscopade_many_1em5(size_t n, const double *speed, const int *pair, const double *beta, int each,
     double *out, int what)
 {
@@ -8883,7 +8875,7 @@ VISCOPADE_ALWAYS float viscopade_scale_1em5f(float beta)
     return b2 * b2 * beta;
 }
 
-/* How far w's bits are beyond those of the table's first number: less than 128 octaves if w is in the table. */
+/* Distance of w's bits from the bits of the table's first number: less than 128 octaves if w is in the table. */
 VISCOPADE_ALWAYS uint32_t viscopade_place_1em5f(float w)
 {
     return viscopade_bitsf(w) - UINT32_C(0xf800000);
@@ -8997,7 +8989,7 @@ VISCOPADE_ALWAYS void viscopade_block_1em5f(const float *speed, const float *bet
     }
 }
 
-/* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
+/* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] belongs to speed i. */
 VISCOPADE_ALWAYS void viscopade_many_1em5f(size_t n, const float *speed, const int *pair, const float *beta, int each,
     float *out, int what)
 {

@@ -12,8 +12,8 @@
  * viscopade_restitution_full(speed, beta)  all v*  1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
  * viscopade_rebound_full(speed, beta)      all v*  1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
  * viscopade_dissipation_full(speed, beta)  all v*  1.85e-14 r + 3 ulp      1.92e-14 r + 0.5 ulp
- * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return NaN
- * outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
+ * E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions return
+ * NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s): double eps = viscopade_restitution_full(2.0, 1.307);
  * Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade 2.0.0.
@@ -38,7 +38,7 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
- * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * functions of C++, all files must have the same options (-march, -ffast-math). Kernels of one name that differ are
  * in namespaces of their own, as two translation units may have one each.
  */
 #if defined(__cplusplus) && __cplusplus >= 201703L
@@ -177,7 +177,7 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 
 /*
  * Makes compilers read an array again in the next loop. Values taken over from the loop before would come out of vectors one by one (GCC),
- * or keep the loop from vector instructions (Clang).
+ * or prevent vector instructions (Clang).
  */
 #if defined(__GNUC__)
 #define VISCOPADE_IN_MEMORY(array) __asm__("" : "+m"(array))
@@ -192,7 +192,7 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #define VISCOPADE_ON_ZEN_4 0
 #endif
 
-/* Of the array functions with rows of more than two numbers. GCC takes vectors of 512 bits, but 256 are faster on Zen 4. */
+/* For array functions with rows of more than two numbers. GCC takes vectors of 512 bits, but 256 are faster on Zen 4. */
 #ifndef VISCOPADE_VECTORS
 #if VISCOPADE_ON_ZEN_4 && defined(__GNUC__) && !defined(__clang__)
 #define VISCOPADE_VECTORS __attribute__((target("prefer-vector-width=256")))
@@ -933,8 +933,8 @@ VISCOPADE_KERNEL(0x231dca25)
  *     viscopade_FUNCTION_by_pair_full(n, speed, pair, beta, out)    beta[pair[i]], one for each pair of materials
  *     viscopade_FUNCTION_each_full(n, speed, beta, out)             beta[i], one for each speed
  *
- * out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once. The results are
- * those of the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
+ * out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once. The results equal
+ * the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
  * Clang make vector instructions of them at -O3, for the machine that -march names.
  */
 
@@ -1975,7 +1975,7 @@ VISCOPADE_ALWAYS double viscopade_scale_full(double beta)
     return b2 * b2 * beta;
 }
 
-/* How far w's bits are beyond those of the table's first number: less than 128 octaves if w is in the table. */
+/* Distance of w's bits from the bits of the table's first number: less than 128 octaves if w is in the table. */
 VISCOPADE_ALWAYS uint64_t viscopade_place_full(double w)
 {
     return viscopade_bits(w) - UINT64_C(0x3bf0000000000000);
@@ -2102,7 +2102,7 @@ VISCOPADE_ALWAYS void viscopade_block_full(const double *speed, const double *be
     }
 }
 
-/* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
+/* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] belongs to speed i. */
 VISCOPADE_ALWAYS void viscopade_many_full(size_t n, const double *speed, const int *pair, const double *beta, int each,
     double *out, int what)
 {

@@ -112,7 +112,7 @@ BAD = [
     (["export", "c", "--accuracy", "1e-17", "--v-star-max", "5"], "expected a number from 1e-15 to 0.99"),
     (["export", "c", "--accuracy", "1e-12", "--v-star-max", "1000"], "or a shorter interval"),
     (["export", "c", "--minimax", "3/6", "--v-star-max", "5", "--measure", "relative"], "expected other degrees"),
-    (["export", "c", "--law", "linear", "--accuracy", "1e-3", "--v-star-max", "2"], "accepted with it is pade alone"),
+    (["export", "c", "--law", "linear", "--accuracy", "1e-3", "--v-star-max", "2"], "expected pade alone with it"),
     (
         ["export", "vectors", "--law", "linear", "--pade", "2/4"],
         "nothing is proven: expected viscoelastic for vectors",

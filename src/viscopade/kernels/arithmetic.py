@@ -34,7 +34,7 @@ class Arithmetic:
     power : Fraction or None
         Largest error of pow; None: pow(x, p) is exp2(p log2(x)).
     log2_absolute : Fraction
-        An absolute error of log2, besides.
+        An additional absolute error of log2.
     exp2_slope : Fraction
         exp2(x) may be off by another exp2_slope |x| ulp.
     least : Fraction

@@ -10,7 +10,7 @@ from typing import Literal
 from viscopade.kernels.arithmetic import HOST, Arithmetic
 
 End = Fraction | float
-"""Of a range; the float is infinity."""
+"""The end of a range; the float is infinity."""
 RelativeTo = Literal["smaller", "value"]
 
 
@@ -23,8 +23,8 @@ class ErrorBound:
         |computed - exact| <= (formula + rounding) * reference + last * |value| + ulps * ulp(value) + absolute * tiny,
 
     where the reference is `smaller` or |value|, and tiny the smallest positive number of the format (for rebound, times
-    a speed above 1). The ulp is that of the result before its last rounding, which may be beyond a power of two that
-    the exact one is below. All numbers are exact; a file rounds them up.
+    a speed above 1). The ulp is taken at the result before its last rounding, which may be beyond a power
+    of two that the exact one is below. All numbers are exact; a file rounds them up.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class ErrorBound:
     relative_to : str
         What `formula` and `rounding` are relative to: "smaller" or "value". (For rebound both are times the speed.)
     formula : Fraction
-        Of the formula with its coefficients, evaluated exactly.
+        The error of the formula with its coefficients, evaluated exactly.
     rounding, last, ulps, absolute : Fraction
         What rounding adds.
     arithmetic : Arithmetic

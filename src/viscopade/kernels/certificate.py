@@ -3,7 +3,7 @@ r"""Sup-norm certificates: proof of a bound of |R(v*) - eps(v*)| in a measure, f
 The exact function is known on panels, as power series with a proven error (`reference`). Each panel is cut into equal
 parts; on a part the deviation is a Taylor polynomial in -1 <= t <= 1 whose last coefficient is enclosed for the whole
 part (Lagrange's remainder), so that the sum of the absolute values is a bound. Parts are halved until the bound is as
-small as wanted. Beyond the panels the kernel's limit is compared with that of eps, in the same way.
+small as wanted. Beyond the panels the kernel's limit is compared with the limit of eps, in the same way.
 
 What is bounded is the kernel's formula (`enclosure.Formula`), evaluated on power series. There is no quotient by a
 series that may vanish, nor a root of one, so a bound is also a proof that there is no pole.
@@ -102,16 +102,14 @@ def prove(formula: Formula, low: Fraction, high: End, measure: AnyMeasure = "bot
         if high != math.inf:
             return proof.on_panels(low, Fraction(high))
         if low >= panel_proof.END:
-            raise ValueError(
-                f"low is {low}: accepted for an interval without an end is a number below {panel_proof.END}"
-            )
+            raise ValueError(f"low is {low}: expected a number below {panel_proof.END} for an interval without an end")
         return proof.and_beyond(proof.on_panels(low, panel_proof.END))
 
 
 def prove_inverse(formula: Formula, epsilon_min: Fraction = Fraction(0)) -> Certificate:
     """Prove a bound of the relative error of v* = y^k N/D for epsilon_min <= eps <= 1 (0: for 0 < eps <= 1).
 
-    Errors as for `prove`. The certificate's interval is one of v*, which covers that of eps.
+    Errors as for `prove`. The certificate's interval is one of v*; it covers the interval of eps.
     """
     proof = _Proof(formula, "speed")
     with working(reference.BITS, ORDER + 1):

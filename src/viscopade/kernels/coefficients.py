@@ -22,7 +22,7 @@ from viscopade.kernels.bound import ErrorBound, RelativeTo
 from viscopade.kernels.certificate import Certificate
 
 LOOSER = 2
-"""A float's bound may exceed that of the double by this factor."""
+"""A bound in float may exceed the bound in double by this factor."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class Coefficients:
     a, b : tuple of float
         Numbers of the format; b_0 = 1.
     certificate : Certificate
-        Of the formula with these coefficients, evaluated exactly.
+        The certificate of the formula with these coefficients, evaluated exactly.
     bounds : tuple of ErrorBound
-        Of the functions that compute it.
+        The bounds of the functions that compute it.
     """
 
     form: Format
@@ -62,7 +62,7 @@ class Coefficients:
         return next(b for b in self.bounds if (b.result, b.arithmetic.place) == (result, "host"))
 
     def error(self, result: str) -> Fraction:
-        """Return the proven error of a function on the host, with that of rounding."""
+        """Return the proven error of a function on the host, with rounding."""
         bound = self.bound(result)
         return bound.relative + bound.last
 
@@ -84,7 +84,7 @@ class Fitted:
     Attributes
     ----------
     variants : tuple of Coefficients
-        That of type double comes first.
+        Double comes first.
     missing : dict
         Why a type is left out, by its name.
     """
@@ -112,7 +112,8 @@ def in_formats(
     bounds : callable
         Gives the bounds of the functions, the first one on the host.
     limit : Fraction or None
-        Of the error of the first function with rounding. None: of the formula, `LOOSER` times that in type double.
+        Largest error of the first function, with rounding. None: the formula's error is at most `LOOSER` times as large
+        as in double.
     """
 
     def with_bounds(bare: Coefficients) -> Coefficients:

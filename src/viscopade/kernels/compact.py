@@ -90,7 +90,7 @@ ROOT = 30  # y = w^(1/ROOT)
 LARGEST = {DOUBLE.name: 900, FLOAT.name: 120}
 """w is cut off at 2 to this power."""
 COMMON = (Fraction(1, 1000), Fraction(10))
-"""The v* for which bounds of type float are given, too, besides those for all: they are smaller there."""
+"""The v* for which bounds of type float are given, too, besides the bounds for all v*: they are smaller there."""
 MEANINGS = {
     "restitution": "eps",
     "rebound": "eps speed, the speed after the collision",
@@ -127,7 +127,7 @@ def compact(accuracy: Exact, measure: Measure = "both") -> Kernel:
     Raises
     ------
     TypeError, ValueError
-        If an argument is not accepted, or none of the known kernels is accurate enough.
+        If an argument is not of this kind, or none of the known kernels is accurate enough.
     """
     name, form, fitted = _chosen(accuracy, measure)
     functions = tuple(
@@ -269,7 +269,7 @@ def body(form: Powers) -> CodeBranch:
     Raises
     ------
     ValueError
-        If the powers are not those of a kernel for all v* >= 0.
+        If a kernel for all v* >= 0 cannot have these powers.
     """
     require_half_line_degrees(form)
     elastic, lost, inverse = Name("elastic"), Name("lost"), Name("inverse")
@@ -332,9 +332,9 @@ def _compact_bounds(form: Powers, of: Coefficients, machine: Arithmetic) -> Iter
     """Yield the bounds in an arithmetic: for all v*, and in type float the smaller ones in `COMMON`.
 
     There are two for eps. In one, what rounding adds is relative to eps. In the other it is relative to the smaller one
-    of eps and 1 - eps, but for the last sum and quotient: those before change lost/elastic by a factor 1 + eta, and so
-    eps by eps (1 - eps) eta. The bound r_0 of eps's relative error holds this below r_0 eps. From the bound r_2 of that
-    of 1 - eps^2 it is below r_2 (1 - eps^2)/(2 eps), which is at most 3/2 r_2 (1 - eps) for eps >= 1/2.
+    of eps and 1 - eps, except for the last sum and quotient: the operations before change lost/elastic by a factor
+    1 + eta, and so eps by eps (1 - eps) eta. This is below r_0 eps, with the bound r_0 of eps's relative error. From
+    the bound r_2 for 1 - eps^2 it is below r_2 (1 - eps^2)/(2 eps), at most 3/2 r_2 (1 - eps) for eps >= 1/2.
     """
     error, relative, kind = of.certificate.bound, relative_to(of.certificate.measure), of.form
     of_loss = error * (1 + error / 2)  # |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), |d eps| <= error smaller
@@ -396,7 +396,7 @@ def _on_part(
 
 
 def _error_of_y(machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
-    """Bound the error of ln y for y from low to high, that of w included.
+    """Bound the error of ln y for y from low to high; the error of w is included.
 
     Raises
     ------
@@ -472,7 +472,7 @@ def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
     """Yield the bounds of eps and 1 - eps, on the host; in the measure "relative" there is none of 1 - eps.
 
     Beyond 2^largest w may be subnormal. There w^3 underflows to 0, eps comes out as 0 and 1 - eps as 1, and both are
-    right but for less than the smallest number.
+    right to less than the smallest number.
     """
     near, far = half_line_branches(form)
     numbers, proof, kind = constants(form, of.a, of.b), of.certificate, of.form

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 # --- expressions ------------------------------------------------------------------------------------------------------
 
 Function = Callable[[Mapping[str, Any]], Any]
-"""Of the values of names."""
+"""A function of the values of names."""
 
 
 def _operator(symbol: str) -> Callable[[Expression, Expression], Operation]:
@@ -206,7 +206,7 @@ def bare(expression: Expression) -> Expression:
 
 
 def names_in(expression: Expression) -> Iterator[str]:
-    """Yield the names that an expression reads; those of tables, too."""
+    """Yield the names that an expression reads; also the names of tables."""
     match bare(expression):
         case Name(name):
             yield name

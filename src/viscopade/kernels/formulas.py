@@ -52,7 +52,7 @@ ZERO, ONE = Literal("0.0"), Literal("1.0")
 
 
 def named(letter: str, exponents: Iterable[int]) -> Terms:
-    """Return a polynomial whose coefficients have the letter and the exponent for a name: a4 is that of y^4."""
+    """Return a polynomial whose coefficients have the letter and the exponent for a name: a4 y^4."""
     return tuple((k, f"{letter}{k}") for k in exponents)
 
 
@@ -271,7 +271,7 @@ W_ACCEPTED = both(Name("speed") >= ZERO, Name("beta") >= ZERO)
 W_BEYOND = Name("w") > Name("largest")
 """The condition that w is replaced by `largest`."""
 W_CUT = Select(W_BEYOND, Name("largest"), Name("w"))
-"""The w that compact kernels compute with, if it is accepted."""
+"""The w that compact kernels compute with."""
 
 
 # --- bits of numbers --------------------------------------------------------------------------------------------------

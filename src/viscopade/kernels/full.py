@@ -1,13 +1,13 @@
 r"""Full accuracy: eps(v*) and 1 - eps(v*) to the last place, by a table of machine numbers, with proven bounds in ulp.
 
 The table holds the smaller of the two functions, p <= 1/2 (nearly); the other is 1 - p. Panels are the halves of the
-panels of `double`, 16 to an octave of v*. Their polynomials are those of `double` in the Chebyshev basis, truncated
+panels of `double`, 16 to an octave of v*. Their polynomials are the ones of `double` in the Chebyshev basis, truncated
 after T_n. With t the distance from the panel's centre, which is exact,
 p = s + (rest), where s = a_0 + a_1 t_1 is exact: a_0, a_1 and t_1 are cut to few bits, and what they lack is in the
 rest. Below v* = 2^-4, 1 - eps = v*^2 (c + v*^2 (…)), with a product c v*^2 in two parts. From 2^FOLD on, v* is
 divided by a power of 8 (`double`). The bounds hold with and without FMA contraction.
 
-The bits of 2^e m, 1 <= m < 2, are those of e and of m; the leading ones are the number of a table's row.
+The bits of 2^e m, 1 <= m < 2, are the bits of e and of m; the leading ones are the number of a table's row.
 """
 
 from __future__ import annotations
@@ -187,7 +187,7 @@ def near_constants() -> dict[str, float]:
     """Return the constants of `near_sums`: 1 - eps = v*^2 (c + v*^2 (d0 + d1 v* + …)), c = c_high + c_low."""
     ratio = _ratio()
     c = to_fraction(ratio[0])
-    rest = fmpq_poly(ratio.coeffs()[2:])  # without z, whose coefficient is 0 but for the table's error
+    rest = fmpq_poly(ratio.coeffs()[2:])  # without z, whose coefficient is 0 except for the table's error
     quotient = _cut_on_unit(rest, NEAR_DEGREE) / to_fmpq(NEAR**2)
     a = map(DOUBLE.nearest, _coefficients(quotient, NEAR, NEAR_DEGREE + 1))
     high = _to_multiple(c, Fraction(2) ** (1 - FACTOR_BITS))
@@ -331,7 +331,7 @@ def full() -> Kernel:
         {DOUBLE.name: near_constants()},
         tuple(bound for function in FUNCTIONS for bound in _bounds(function)),
         (Table("panels", DOUBLE.name, panel_table()),),
-        missing={"float": "full accuracy is that of type double"},
+        missing={"float": "full accuracy is to the last place of double"},
     )
 
 

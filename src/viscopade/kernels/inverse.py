@@ -66,13 +66,13 @@ def inverse(accuracy: Exact, epsilon_min: Exact = 0) -> Kernel:
     accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
         Relative error of v*, from 1e-15 to 0.99, for type double and with rounding.
     epsilon_min : like accuracy
-        0 for all 0 < eps <= 1, or from 2e-4 to 0.99 for a kernel on [epsilon_min, 1]. For such ones the degrees m and
+        0 for all 0 < eps <= 1, or from 2e-4 to 0.99 for a kernel on [epsilon_min, 1]. On an interval the degrees m and
         n of numerator and denominator are tried that differ by at most `FARTHEST`.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not accepted, or no kernel is accurate enough.
+        If an argument is not of this kind, or no kernel is accurate enough.
     """
     wanted = accuracy_of(accuracy, ACCURACY)
     least, most = EPSILON_MIN
@@ -210,7 +210,7 @@ def inverse_formula(found: LacunaryQuotient, form: InverseForm) -> Formula:
 def _bounds(
     powers: Powers, form: InverseForm, epsilon_min: Fraction, of: Coefficients, machine: Arithmetic
 ) -> Iterator[ErrorBound]:
-    """Yield the bounds of v* and beta, which is v*^2 but for a factor."""
+    """Yield the bounds of v* and beta, which is v*^2 times a factor."""
     proof, ends, speeds = of.certificate, (of.certificate.low, of.certificate.high), None
     if machine.least:  # where eps, 1 - eps and the speed are normal numbers
         ends = max(proof.low, IN_SHADERS[0]), min(proof.high, IN_SHADERS[1])
@@ -228,7 +228,7 @@ def inverse_rounding(
     """Bound the rounding errors of v_star and beta, relative to the formula's value; nothing underflows there.
 
     The quotient of 1 - eps and eps has two roundings. (Where it is subnormal, the larger of eps and 1 - eps is
-    rounded to 1, and the quotient is exact but for less than that.)
+    rounded to 1, and the quotient's error is smaller than that.)
 
     Raises
     ------

@@ -221,9 +221,9 @@ class Kernel:
         return next(function for function in self.functions if function.name == name)
 
     def bound(self, result: str, place: str, form: str, branch: int | None = None) -> list[ErrorBound]:
-        """Return the bounds of a result in an arithmetic, those of the narrowest range first.
+        """Return the bounds of a result in an arithmetic, the narrowest range first.
 
-        The bounds of one branch alone are left out, except for those of the given branch.
+        Bounds of one branch alone are left out, except for the given branch.
         """
         wanted = result, place, form
         found = [

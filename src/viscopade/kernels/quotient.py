@@ -61,9 +61,9 @@ USEFUL = tuple(map(Fraction, ("0.5", "1", "2", "5")))
 
 _SAMPLES, _SAMPLE_DIGITS = 8, 30  # of sampled errors
 _ATTEMPTS = 8
-_PARTS_OF_PANEL = (4, 16, 64)  # the more, the less do enclosures of alternating sums exceed what they enclose
+_PARTS_OF_PANEL = (4, 16, 64)  # with more parts, enclosures of alternating sums are tighter
 # How far, in powers of two, sums in Horner's rule stay below the largest number: it leaves room for rounding, and
-# keeps the quotient of two such sums a normal number.
+# makes the quotient of two such sums a normal number.
 _HEADROOM = 8
 _ROOT_TOLERANCE = Fraction(1, 10**12)  # of what is left of the terms; the root may come from more digits, or fewer
 
@@ -93,9 +93,9 @@ class ProvenPade:
     pole, zero : Decimal or None
         The smallest positive ones; None if there are none.
     certificates : tuple of Certificate
-        Of the exact formula.
+        The certificates of the exact formula.
     bounds : tuple of ErrorBound
-        With rounding, that of the coefficients as well, in each format that holds them.
+        The bounds with rounding, also of the coefficients, in each format that holds them.
 
     Raises
     ------
@@ -315,7 +315,7 @@ def _best(m: int, n: int, low: Fraction, high: Fraction, measure: Measure) -> Ke
 def accurate_quotient(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Kernel:
     """Return the cheapest kernel whose proven errors sum to at most `accuracy` in type double.
 
-    (That of the formula is relative to what `measure` says, that of rounding to eps.)
+    (The formula's error is relative to what `measure` says, the rounding error is relative to eps.)
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
     return _accurate(accuracy_of(accuracy), *minimax.interval_of(v_star_min, v_star_max), measure_of(measure))
@@ -626,9 +626,9 @@ def sampled_errors(approximant: Pade, law: Law, v_star_max: Exact = None) -> tup
     Parameters
     ----------
     approximant : Pade
-        Of a law; v* = kappa^(1/law.d).
+        A Padé approximant of the law, in v* = kappa^(1/law.d).
     law : Law
-    v_star_max : like that of `error_up_to`, or None
+    v_star_max : as for `error_up_to`, or None
         The only end. None: the `USEFUL` ones before the first pole or zero, as far as contact ends there.
 
     Raises

@@ -49,15 +49,15 @@ class Request:
     inverse : sequence of str
         Proven relative errors of v*(eps).
     from_speed : sequence of str
-        At most one of `catalogue.TIERS`: a kernel that needs no root, in C.
+        At most one accuracy of `catalogue.TIERS`: a kernel that needs no root, in C.
     size : "fast" or "small"
-        Of its table.
+        The size of its table.
     v_star_min, v_star_max : str or None
         Interval of the best approximants.
     epsilon_min : str
         Where the inverse ends; "0" for all of (0, 1].
     measure : "both" or "relative"
-        Of the error of best approximants.
+        The measure of the error of best approximants.
     law : str
         Law of contact, for Padé approximants in v* = kappa^(1/d); contact ends where the force vanishes.
     digits : int
@@ -87,7 +87,7 @@ class Request:
                 raise ValueError(f"{name} is given without {others}: expected {name} with {others} ({flags})")
         besides = self.minimax, self.accuracy, self.inverse, self.full, self.from_speed
         if law_of(self.law) != VISCOELASTIC and (not self.pade or any(besides)):
-            raise ValueError(f"the law is {self.law}: accepted with it is pade alone (--pade)")
+            raise ValueError(f"the law is {self.law}: expected pade alone with it (--pade)")
         if self.v_star_max is None and self.v_star_min != "0":
             raise ValueError(
                 "v_star_min is given without v_star_max: expected an interval with both ends (--v-star-max)"
@@ -99,7 +99,7 @@ class Request:
 
     @classmethod
     def of(cls, entries: Sequence[Entry]) -> Request:
-        """Return the request for kernels of the catalogue, which have the same options but for the lists of kernels."""
+        """Return the request for kernels of the catalogue, whose options differ in the lists of kernels alone."""
         options = dict[str, Any]()
         for entry in entries:
             for name, value in entry.options.items():

@@ -175,7 +175,7 @@ def refined(
 ) -> list[tuple[arb, Part]]:
     """Return parts with their bounds: the part with the largest bound is halved while that lowers it noticeably.
 
-    On wide parts enclosures, those of slopes above all, exceed what they enclose by far.
+    On wide parts enclosures are far too wide, above all enclosures of slopes.
 
     Parameters
     ----------

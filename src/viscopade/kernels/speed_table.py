@@ -400,7 +400,7 @@ TABLES: Mapping[tuple[str, str], Layout] = {
     ("1e-10", "fast"): Polynomials(4, FIRST, 5, DOUBLE),
     ("full", "fast"): LastPlace(3, -64, 10, DOUBLE),
 }
-"""By accuracy and size, the tables that are exported. That of full accuracy ends at v* = 84."""
+"""By accuracy and size, the tables that are exported. The table of full accuracy ends at v* = 84."""
 
 
 @recorded("speed table rows")
@@ -462,7 +462,7 @@ def _from_speed(program: Program, eps: Expression) -> CodeBranch:
 
 
 def place_program(layout: Layout) -> Program:
-    """Return the assignments of w, and of how far its bits are beyond those of the table's beginning.
+    """Return the assignments of w, and of the distance of its bits from the bits of the table's beginning.
 
     beta^5 comes first, so that a compiler can move it out of loops.
     """
@@ -601,7 +601,8 @@ def _bounds(layout: Layout, elsewhere: Kernel) -> Iterator[ErrorBound]:
 
     In the table and elsewhere there is also one for all arguments that lead there.
     """
-    # Of the exact w and beta^5, by which the computed ones are in the table, and normal, or not; one octave is spare.
+    # Ranges of the exact w and beta^5; they decide, with one octave to spare, whether the computed ones are in the
+    # table, and normal.
     first, end = layout.first, layout.first + OCTAVES
     low, high = _tenth_root(first), _tenth_root(end)
     inner, outer = 1 + Fraction(1, 10**6), 1 - Fraction(1, 10**6)

@@ -32,7 +32,7 @@ def of_v_star(machine: Arithmetic = HOST, largest: Fraction | None = None) -> Fr
     largest : Fraction or None
         The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
     """
-    # The slope of the rows is that of eps but for their errors.
+    # The rows have the slope of eps, except for their errors.
     slope = panel_proof.steepest() * (1 + Fraction(1, 2**20))
     with working(BITS):
         log = None if largest is None else ball_of(largest).log()
@@ -43,7 +43,7 @@ def of_v_star(machine: Arithmetic = HOST, largest: Fraction | None = None) -> Fr
 
 
 def restitution(branches: tuple[CodeBranch, ...], result: str = "epsilon") -> Function:
-    """Return eps as a function of the speed and beta, from that of v*; NaN for 0 times infinity comes of itself."""
+    """Return eps as a function of the speed and beta, given its branches in v*; 0 times infinity gives NaN."""
     v_star = Statement("v_star", formulas.v_star_branch().results["v_star"])
     return Function("restitution", ("speed", "beta"), "eps", W_ACCEPTED, (v_star,), branches, result)
 
@@ -52,23 +52,23 @@ class Beyond(NamedTuple):
     """What holds of a formula R on V <= v* <= V (1 + change), just beyond the end of a bound."""
 
     steepness: Fraction
-    """How often |dR/d ln v*| is larger than that of the true function may be (`STEEPEST`); at least 1."""
+    """|dR/d ln v*| over the largest slope that the true function may have (`STEEPEST`); at least 1."""
     last: Fraction
     """The part `last` of the bound, for these v* as well."""
 
 
 def of_computed_v_star(bound: ErrorBound, beyond: Beyond | None = None) -> Iterator[ErrorBound]:
-    """Yield the bounds of eps from the speed, given that of eps from v*: v* = sqrt(beta) pow(speed, 0.1) is rounded.
+    """Yield the bounds of eps from the speed, given the bound of eps from v*, as v* is rounded.
 
     There is one for the `USUAL` speeds and one for all (in shaders, that are normal numbers). A computed v* may be
     beyond an end V, and v* not. With what holds there the bound is one up to V. From v* to V the true function
-    changes, from V to the computed v* the formula; both changes together are at most `steepness` times those of the
-    true function. Without, the bound ends just before V, as at the end of a function's domain.
+    changes, from V to the computed v* the formula; both changes together are at most `steepness` times as large as
+    the true function's change. Without `beyond` the bound ends just before V, as at the end of a function's domain.
     """
     machine = bound.arithmetic
     every = (machine.least, Fraction(2) ** (machine.form.largest + 1)) if machine.least else None
     for usual, largest in (((1 / USUAL, USUAL), USUAL), (every, None)):
-        change = of_v_star(machine, largest)  # relative to the smaller one, and more than that of v*
+        change = of_v_star(machine, largest)  # relative to the smaller one, and larger than the relative error of v*
         low, high, last = bound.low * (1 + change), bound.high, bound.last
         if beyond is not None:
             change, last = change * beyond.steepness, beyond.last

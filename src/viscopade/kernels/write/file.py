@@ -51,8 +51,8 @@ _SPHERES = (
     "v_star = v* = beta^(1/2) speed^(1/10)."
 )
 _LEGEND = (
-    "E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; of rebound, E times the speed besides. Functions return "
-    f"NaN outside the domain. Assumptions, special values, monotonicity: {PAGE}"
+    "E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions "
+    f"return NaN outside the domain. Assumptions, special values, monotonicity: {PAGE}"
 )
 
 
@@ -69,7 +69,7 @@ def file_text(
     command : str
         The command line that makes the file.
     module : str or None
-        The module's name, where the language has modules; None: that of the language.
+        The module's name, where the language has modules; None: the language's usual name.
     lines : sequence of str
         At the head of the file; none: `head`.
 
@@ -121,7 +121,7 @@ def prelude(name: str) -> str:
 
 
 def _texts(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
-    """Yield the texts of kernels, each after that of the one that serves elsewhere."""
+    """Yield the texts of kernels, each after the text of the kernel that serves elsewhere."""
     if any(kernel.elsewhere for kernel in kernels):
         yield speed_table.once()
     for kernel in kernels:
@@ -198,9 +198,13 @@ def stated(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> list[E
         best[text] = min(best.get(text, bound), bound, key=lambda b: b.relative + b.last)
     kept = list[ErrorBound]()
     for bound in reversed(best.values()):  # a narrower range is of use if its error is a smaller one
-        if not kept or error_text(bound) != error_text(kept[-1]):
+        if not any(_covers(wider, bound) and error_text(wider) == error_text(bound) for wider in kept):
             kept.append(bound)
     return kept[::-1]
+
+
+def _covers(wider: ErrorBound, bound: ErrorBound) -> bool:
+    return wider.on(bound.low, bound.high) and wider.speeds in (None, bound.speeds)
 
 
 def range_text(bound: ErrorBound) -> str:

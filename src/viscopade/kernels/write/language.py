@@ -160,7 +160,7 @@ class Language:
     apart : int
         Lines between functions.
     prelude : str
-        Names of files with what functions need besides, in `preludes`.
+        Names of files in `preludes` with definitions that functions need.
     helpers : str
         Names of files in `preludes` with one function each, of the file's name, for files of functions that call it.
     words : str

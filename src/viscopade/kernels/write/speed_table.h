@@ -52,7 +52,7 @@
 
 /*
  * Makes compilers read an array again in the next loop. Values taken over from the loop before would come out of vectors one by one (GCC),
- * or keep the loop from vector instructions (Clang).
+ * or prevent vector instructions (Clang).
  */
 #if defined(__GNUC__)
 #define VISCOPADE_IN_MEMORY(array) __asm__("" : "+m"(array))
@@ -67,7 +67,7 @@
 #define VISCOPADE_ON_ZEN_4 0
 #endif
 
-/* Of the array functions with rows of more than two numbers. GCC takes vectors of 512 bits, but 256 are faster on Zen 4. */
+/* For array functions with rows of more than two numbers. GCC takes vectors of 512 bits, but 256 are faster on Zen 4. */
 #ifndef VISCOPADE_VECTORS
 #if VISCOPADE_ON_ZEN_4 && defined(__GNUC__) && !defined(__clang__)
 #define VISCOPADE_VECTORS __attribute__((target("prefer-vector-width=256")))
@@ -170,8 +170,8 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
  *     viscopade_FUNCTION_by_pair_KERNEL(n, speed, pair, beta, out)    beta[pair[i]], one for each pair of materials
  *     viscopade_FUNCTION_each_KERNEL(n, speed, beta, out)             beta[i], one for each speed
  *
- * out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once. The results are
- * those of the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
+ * out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once. The results equal
+ * the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
  * Clang make vector instructions of them at -O3, for the machine that -march names.
  */
 
@@ -185,7 +185,7 @@ VISCOPADE_ALWAYS REAL viscopade_scale_NAME(REAL beta)
     return SCALE;
 }
 
-/* How far w's bits are beyond those of the table's first number: less than 128 octaves if w is in the table. */
+/* Distance of w's bits from the bits of the table's first number: less than 128 octaves if w is in the table. */
 VISCOPADE_ALWAYS WORD viscopade_place_NAME(REAL w)
 {
     return PLACE;
@@ -280,7 +280,7 @@ VISCOPADE_ALWAYS void viscopade_block_NAME(const REAL *speed, const REAL *beta, 
     }
 }
 
-/* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
+/* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] belongs to speed i. */
 VISCOPADE_ALWAYS void viscopade_many_NAME(size_t n, const REAL *speed, const int *pair, const REAL *beta, int each,
     REAL *out, int what)
 {

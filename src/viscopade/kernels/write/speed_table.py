@@ -80,7 +80,7 @@ def _facts(kernel: Kernel) -> dict[str, str]:
         adds = " and ".join(f"{at_most(size, 2)} min(eps, 1 - eps) in type {name}" for size, name in sizes)
         proven = (
             f"Proven: |formula - eps| / min(eps, 1 - eps) <= {at_most(eps.formula)} in the table; rounding of "
-            f"restitution: adds at most {adds}, that of beta^5 speed included, and half a unit in the last place."
+            f"restitution: adds at most {adds}, with the rounding of beta^5 speed, and half a unit in the last place."
         )
     else:
         of_w = at_most(eps.rounding * 2**DOUBLE.precision)

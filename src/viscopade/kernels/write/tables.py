@@ -24,8 +24,8 @@ CERTIFICATE_SOURCE = (
     "error) is cut into equal parts, on each of which the deviation is below the bound"
 )
 PROVEN = (
-    "proven by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the rounding is that of "
-    "the order of evaluation in code (to nearest, with or without fused multiply-add), and adds to the error"
+    "proven by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the rounding is proven "
+    "for the order of evaluation in code (to nearest, with or without fused multiply-add), and adds to the error"
 )
 SAMPLED = "sampled: compared with the exact eps at points of the interval; nothing is proven"
 _MAX_DIGITS = 30  # in LaTeX: the records have 40 digits, and a second rounding is right with ten digits to spare

@@ -41,7 +41,7 @@ INEXACT = frozenset(("pow", "cbrt", "log2", "exp2"))
 
 SOURCE = (
     "the exact function, enclosed; a result passes if least <= result <= most, or if both are NaN. least and most are "
-    "the exact value plus and minus the proven error (that of the formula and that of rounding to nearest, with or "
+    "the exact value plus and minus the proven error (of the formula and of rounding to nearest, with or "
     "without FMA contraction), in numbers of the type. bits is what the operations give if no products and sums are "
     "fused, where nothing but +, -, *, / and sqrt is called; '-' stands for what is not stated"
 )

@@ -13,7 +13,7 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
- * functions of C++, one option (-march, -ffast-math) must be that of all files. Kernels of one name that differ are
+ * functions of C++, all files must have the same options (-march, -ffast-math). Kernels of one name that differ are
  * in namespaces of their own, as two translation units may have one each.
  */
 #if defined(__cplusplus) && __cplusplus >= 201703L
