@@ -44,7 +44,7 @@ def claims(names: tuple[str, ...], style: str) -> None:
     show(style, header, rows, {"claims": findings, "unchecked": unchecked, "verdicts": counts})
 
 
-@click.command("figures", epilog=examples("viscopade figures --only localSlope --out pictures"))
+@click.command("figures", epilog=examples("viscopade figures --only local-exponent --out pictures"))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write the figures to.")
 @click.option(
     "--only", "names", multiple=True, type=click.Choice(figures.NAMES),

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from contextlib import ExitStack
+from copy import copy
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -13,7 +14,10 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import pytest
-from matplotlib.text import Annotation
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.text import Annotation, Text
+from matplotlib.transforms import Affine2D
 from mpmath import mp, mpf
 
 from tests.closed_forms import nu_1, nu_2
@@ -21,7 +25,7 @@ from viscopade import restitution
 from viscopade.approximation import minimax
 from viscopade.collision import exact
 from viscopade.collision.spheres import v_star
-from viscopade.generated import MARKER, marker_line
+from viscopade.generated import CITE, MARKER, SPDX, marker_line
 from viscopade.plots.sheet import saved
 from viscopade.theory.law import law_of
 from viscopade.theory.pade import pade
@@ -34,7 +38,7 @@ from viscopade_lab.figures.registry import FIGURES, drawn, render
 
 DIGITS = 25
 NAMES = list(FIGURES)
-NAME = "tryingDifferentPadeLin"  # where one is enough
+NAME = "pade-on-linear-axes"  # where one is enough
 SAVED = [(name, kind) for name in NAMES for kind in FORMATS if kind == "svg" or name == NAME]
 
 
@@ -103,19 +107,19 @@ def test_the_command_names_every_figure():
 
 
 def test_the_captions_numbers_are_those_drawn():
-    caption = FIGURES["expVsAnaVsNum"].caption
+    caption = FIGURES["ice-pade-and-measured-fit"].caption
     assert BETA_ICE_CGS in caption
     assert f"{FIT_FACTOR}\\," in caption
     assert f"^{{{FIT_EXPONENT}}}" in caption
 
 
 CURVES = {
-    "seriesDiverging": ["exact", "pade-1-4", *(f"series-{k}" for k in (5, 10, 15, 20, 40))],
-    "tryingDifferentPade": ["exact", "pade-0-3", "pade-1-4", "pade-2-5", "pade-3-6", "pade-15-18"],
-    "tryingDifferentPadeLin": [
+    "truncated-series-diverge": ["exact", "pade-1-4", *(f"series-{k}" for k in (5, 10, 15, 20, 40))],
+    "pade-at-large-v-star": ["exact", "pade-0-3", "pade-1-4", "pade-2-5", "pade-3-6", "pade-15-18"],
+    "pade-on-linear-axes": [
         name + suffix for suffix in ("", "-inset") for name in ("exact", "pade-0-3", "pade-1-4", "pade-2-5", "pade-3-6")
     ],
-    "expVsAnaVsNum": ["exact", "pade-3-6", "series-40"],
+    "ice-pade-and-measured-fit": ["exact", "pade-3-6", "series-40"],
 }
 
 
@@ -123,14 +127,14 @@ CURVES = {
 def test_curves_of_epsilon(sheets, name, gid):
     points = samples(artist(sheets[name], gid))
     for x, y in points:
-        v_star = of_ice(x) if name == "expVsAnaVsNum" else mpf(x)
+        v_star = of_ice(x) if name == "ice-pade-and-measured-fit" else mpf(x)
         expected = true(v_star) if gid.startswith("exact") else model(gid, v_star)
         assert y == pytest.approx(float(expected), rel=1e-9, abs=0)
     assert len({y for _, y in points}) == len(points)
 
 
 def test_power_laws(sheets):
-    sheet = sheets["tryingDifferentPade"]
+    sheet = sheets["pade-at-large-v-star"]
     for gid, factor, exponent in (
         ("paper-power", 1, mpf("-3.2")),
         ("limit-power", mpf("1.5") ** (mpf(2) / 3), mpf(-10) / 3),
@@ -138,7 +142,7 @@ def test_power_laws(sheets):
         for x, y in samples(artist(sheet, gid)):
             assert y == pytest.approx(float(factor * mpf(x) ** exponent), rel=1e-12, abs=0)
         for suffix in ("", "-inset"):
-            line = artist(sheets["localSlope"], gid + suffix)
+            line = artist(sheets["local-exponent"], gid + suffix)
             np.testing.assert_allclose(line.get_ydata(), float(exponent), rtol=1e-12)
 
 
@@ -149,7 +153,7 @@ def test_slopes(sheets, gid):
         return mp.log(true(v_star) if gid == "exact" else model(gid, v_star))
 
     for suffix in ("", "-inset"):
-        for x, y in samples(artist(sheets["localSlope"], gid + suffix), 2):
+        for x, y in samples(artist(sheets["local-exponent"], gid + suffix), 2):
             with mp.workdps(30):
                 log_v, step = mp.log(mpf(x)), mpf("1e-6")
                 expected = (log_epsilon(log_v + step) - log_epsilon(log_v - step)) / (2 * step)
@@ -158,7 +162,7 @@ def test_slopes(sheets, gid):
 
 def test_errors_of_truncated_series(sheets):
     for order in (5, 10, 20, 40, 80):
-        for x, y in samples(artist(sheets["seriesErrors"], f"series-{order}")):
+        for x, y in samples(artist(sheets["truncated-series-errors"], f"series-{order}")):
             with mp.workdps(30):
                 expected = abs(model(f"series-{order}", mpf(x)) / true(x) - 1)
             assert y == pytest.approx(float(expected), rel=1e-3, abs=0)
@@ -167,7 +171,7 @@ def test_errors_of_truncated_series(sheets):
 @pytest.mark.parametrize("m", [0, 1, 2, 3, 15, 25])
 def test_errors_of_approximants(sheets, m):
     for size in ("epsilon", "loss"):
-        for x, y in samples(artist(sheets["padeErrors"], f"pade-{m}-{m + 3}-{size}")):
+        for x, y in samples(artist(sheets["pade-errors"], f"pade-{m}-{m + 3}-{size}")):
             with mp.workdps(30):
                 deviation = abs(model(f"pade-{m}-{m + 3}", mpf(x)) - true(x))
                 expected = deviation / true(x, "epsilon" if size == "epsilon" else "one_minus_epsilon")
@@ -176,26 +180,26 @@ def test_errors_of_approximants(sheets, m):
 
 def test_errors_for_ice(sheets):
     for gid in ("pade-1-4", "pade-3-6", "series-40", "fit"):
-        for speed, y in samples(artist(sheets["iceErrors"], gid)):
+        for speed, y in samples(artist(sheets["ice-errors"], gid)):
             with mp.workdps(30):
                 value = FIT_FACTOR * mpf(speed) ** FIT_EXPONENT if gid == "fit" else model(gid, of_ice(speed))
                 expected = abs(value / true(of_ice(speed)) - 1)
             assert y == pytest.approx(float(expected), rel=1e-3)
 
 
-@pytest.mark.parametrize("name", ["expVsAnaVsNum", "iceErrors"])
+@pytest.mark.parametrize("name", ["ice-pade-and-measured-fit", "ice-errors"])
 def test_the_fit_is_a_curve_over_the_range_of_its_speeds_and_labelled_so(sheets, name):
     line = artist(sheets[name], "fit")
     assert line.get_marker() == "None"
     assert (line.get_xdata()[0], line.get_xdata()[-1]) == pytest.approx(FIT_SPEEDS, rel=1e-12, abs=0)
     assert any("fit of Bridges et al." in text.get_text() for text in sheets[name].findobj(Annotation))
-    if name == "expVsAnaVsNum":
+    if name == "ice-pade-and-measured-fit":
         np.testing.assert_allclose(line.get_ydata(), FIT_FACTOR * line.get_xdata() ** FIT_EXPONENT, rtol=1e-12)
 
 
 def test_poles_and_zeros(sheets):
     """Each point annihilates its polynomial, and with the mirror images they are all there."""
-    sheet = sheets["polesAndZeros"]
+    sheet = sheets["poles-and-zeros"]
     approximants = [pade(m, m + 3, paper.DIGITS) for m in range(MAX_M + 1)]
     for gid, roots in (("zeros", lambda p: p.zeros), ("poles", lambda p: p.poles)):
         z = [complex(*point) for point in artist(sheet, gid).get_offsets()]
@@ -214,21 +218,21 @@ def test_poles_and_zeros(sheets):
 
 
 def test_the_marked_zero_and_pole(sheets):
-    (zero,) = artist(sheets["tryingDifferentPade"], "zero-pade-2-5").get_xdata()
+    (zero,) = artist(sheets["pade-at-large-v-star"], "zero-pade-2-5").get_xdata()
     assert zero == pytest.approx(5.68012, abs=1e-5)
     for size in ("epsilon", "loss"):
-        (pole,) = artist(sheets["padeErrors"], f"pole-pade-25-28-{size}").get_xdata()
+        (pole,) = artist(sheets["pade-errors"], f"pole-pade-25-28-{size}").get_xdata()
         assert pole == pytest.approx(2.97524, abs=1e-5)
-        assert np.nanmax(artist(sheets["padeErrors"], f"pade-25-28-{size}").get_ydata()) > 100
+        assert np.nanmax(artist(sheets["pade-errors"], f"pade-25-28-{size}").get_ydata()) > 100
 
 
 def test_the_singularity_limits_the_convergence(sheets):
     """The series' root test, slowly, tends to the circle's radius, and nearest poles of [25/28] lie at its end."""
-    sheet = sheets["polesAndZeros"]
+    sheet = sheets["poles-and-zeros"]
     x, y = (data[0] for data in artist(sheet, "singularity").get_data())
     radius = abs(complex(x, y))
     assert np.hypot(*artist(sheet, "circle").get_data()) == pytest.approx(radius)
-    assert artist(sheets["seriesErrors"], "radius").get_xdata()[0] == pytest.approx(radius)
+    assert artist(sheets["truncated-series-errors"], "radius").get_xdata()[0] == pytest.approx(radius)
     h = np.arange(81) * np.abs(series(80, paper.DIGITS).floats())
     assert (np.max(h[40:60]) / np.max(h[60:80])) ** (1 / 20) == pytest.approx(radius, rel=0.01)
     assert min(abs(complex(*p) - complex(x, y)) for p in artist(sheet, "poles").get_offsets()) < 0.01
@@ -243,7 +247,7 @@ def of_best(v_star):
 
 
 def test_errors_of_the_best_approximant_and_of_the_papers(sheets):
-    sheet = sheets["minimaxErrors"]
+    sheet = sheets["minimax-errors"]
     unit = mpf("1e-5")
     assert r"10^{-5}" in artist(sheet, "of-epsilon").axes.get_ylabel()
     for gid, count in (("pade-3-6", 4), ("best", 9), ("larger", 9), ("of-epsilon", 9), ("of-loss", 9)):
@@ -257,10 +261,10 @@ def test_errors_of_the_best_approximant_and_of_the_papers(sheets):
 
 
 def test_the_error_of_the_best_approximant_equioscillates_as_the_caption_says(sheets):
-    line = artist(sheets["minimaxErrors"], "larger")
-    x, y = artist(sheets["minimaxErrors"], "extrema").get_data()
+    line = artist(sheets["minimax-errors"], "larger")
+    x, y = artist(sheets["minimax-errors"], "extrema").get_data()
     assert len(y) == 3 + 6
-    assert "$m + n = 9$ times" in FIGURES["minimaxErrors"].caption
+    assert "$m + n = 9$ times" in FIGURES["minimax-errors"].caption
     assert all(a * b < 0 for a, b in pairwise(y))
     np.testing.assert_allclose(np.abs(y), np.abs(line.get_ydata()).max(), rtol=1e-5)
     np.testing.assert_allclose(np.interp(x, *line.get_data()), y, rtol=1e-3)
@@ -272,7 +276,7 @@ def test_universal_curves_with_closed_forms(sheets):
     """nu = 1 by Lambert's function, nu = 2 by the damped oscillator."""
     for end, nu in (("force", "1"), ("force", "2"), ("return", "2")):
         for axes in ("linear", "logarithmic"):
-            for x, y in samples(artist(sheets["universalCurves"], f"{end}-{nu}-{axes}"), 5):
+            for x, y in samples(artist(sheets["universal-curves"], f"{end}-{nu}-{axes}"), 5):
                 with mp.workdps(30):
                     K = mpf(x)
                     expected = nu_1(K) if nu == "1" else nu_2(K / 2, end)
@@ -296,7 +300,7 @@ def test_what_programs_deliver_with_closed_forms(sheets):
 
 def test_eps_over_the_speed(sheets):
     """Closed forms of two laws; for the viscoelastic law with both ends the digits of the exact function."""
-    sheet, beta = sheets["epsOverSpeed"], exact.invert("0.5", DIGITS, speed="1").mpf()["beta"]
+    sheet, beta = sheets["eps-over-speed"], exact.invert("0.5", DIGITS, speed="1").mpf()["beta"]
     asked = 2 * mp.log(2) / mp.sqrt(mp.pi**2 + mp.log(2) ** 2)
     for gid, kappa in (("hunt-crossley", None), ("hunt-crossley-asked", 0.75)):
         d = mp.findroot(lambda z: nu_1(z) - 0.5, 1.4) if kappa is None else mpf(kappa)
@@ -316,7 +320,7 @@ def test_eps_over_the_speed(sheets):
 
 def test_curves_at_x_0_end_where_contact_ends_no_more(sheets):
     for nu, largest in (("2", 2), ("5-2", 1.128)):
-        x, y = artist(sheets["universalCurves"], f"return-{nu}-linear").get_data()
+        x, y = artist(sheets["universal-curves"], f"return-{nu}-linear").get_data()
         assert 0.95 * largest < x[-1] < largest
         assert 0 < y[-1] < 1e-4
 
@@ -325,12 +329,12 @@ def test_delivered_eps(sheets):
     """Of formulas that are asked for 1 - e = 0.04 … 1, against Lambert's function."""
     formulas = {"hunt-and-crossley": lambda e: 3 * (1 - e) / 2, "gonthier-et-al": lambda e: (1 - e**2) / e}
     for gid, formula in formulas.items():
-        for asked, y in samples(artist(sheets["dampingFormulas"], gid), 4)[:3]:
+        for asked, y in samples(artist(sheets["damping-formulas"], gid), 4)[:3]:
             with mp.workdps(30):
                 z = formula(mpf(asked))
                 expected = nu_1(z)
             assert y == pytest.approx(float(expected), rel=1e-9)
-        line, error = (artist(sheets["dampingFormulas"], gid + suffix) for suffix in ("", "-error"))
+        line, error = (artist(sheets["damping-formulas"], gid + suffix) for suffix in ("", "-error"))
         np.testing.assert_allclose(line.get_ydata() - line.get_xdata(), error.get_ydata())
 
 
@@ -386,6 +390,8 @@ def are_what_their_names_say(files):
         assert data.startswith(MAGIC[kind])
         assert marker_line(f"viscopade figures --only {stem} --format {kind}").encode() in data
         assert 2000 < len(data) < 500_000
+        assert SPDX.encode() in data
+        assert CITE.partition(",")[0].encode() in data
         assert kind == "pdf" or MARKER.encode() in data[:1000]
         assert not re.search(rb"CreationDate|ModDate|dc:date|tIME|/home/", data), name
         assert str(Path(__file__).parents[2]).encode() not in data, name
@@ -457,3 +463,51 @@ def test_weight(sheets):
     shares, _ = artist(sheets["weight"], "viscoelastic-return").get_data()
     assert shares[-2] < 0.255 * law_of("viscoelastic").contact_time
     assert shares[-1] > 0.245 * law_of("viscoelastic").contact_time
+
+
+# --- labels -----------------------------------------------------------------------------------------------------------
+
+
+def boxes(axes):
+    """Yield the words of every label and legend that lets a curve shine through, its box, and what turns it level."""
+    for text in axes.texts:
+        if text.get_bbox_patch() is None:
+            place, turned = text.get_transform().transform(text.get_position()), text.get_rotation()
+            level = copy(text)
+            level.set(rotation=0)
+            yield text.get_text(), Text.get_window_extent(level), Affine2D().rotate_deg_around(*place, -turned)
+    for legend in (axes.get_legend(), *axes.figure.legends):
+        if legend is not None:
+            yield "legend", legend.get_window_extent(), Affine2D()
+
+
+def inside(box, places):
+    return np.all((places > box.min) & (places < box.max), axis=1)
+
+
+def covered(axes):
+    """Yield label and curve for each label that lies on a curve, as far as it is in the frame."""
+    frame = axes.get_window_extent()
+    for words, box, level in boxes(axes):
+        for line in axes.lines:
+            path = line.get_path() if line.get_linestyle() == "None" else line.get_path().interpolated(10)
+            places = line.get_transform().transform(path.vertices)
+            if np.any(inside(frame, places) & inside(box, level.transform(places))):
+                yield words, line.get_gid()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_label_lies_on_a_curve(sheets, name):
+    sheets[name].draw_without_rendering()  # saving it at another resolution has moved its labels
+    assert [pair for axes in sheets[name].findobj(Axes) for pair in covered(axes)] == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_panel_has_an_x_label_and_every_mark_is_in_a_legend(sheets, name):
+    """An inset magnifies a part of a panel with labels."""
+    for axes in sheets[name].axes:
+        assert axes.get_xlabel() or axes.get_label() == "<colorbar>"
+        assert axes.get_ylabel() or axes.get_label() == "<colorbar>"
+        marks = {line.get_marker() for line in axes.lines if line.get_gid()} - {"None"}
+        legends = [legend for legend in (axes.get_legend(), *sheets[name].legends) if legend]
+        assert marks <= {handle.get_marker() for legend in legends for handle in legend.findobj(Line2D)}

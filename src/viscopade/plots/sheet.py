@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.generated import marker_line
+from viscopade.generated import marker_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,8 +73,9 @@ V_STAR = r"$v_\ast$"
 EPSILON = r"$\varepsilon$"
 
 
-def metadata(title: str, made_by: str, kind: str) -> dict[str, str | None]:
-    """Return the metadata in a figure's file: title and origin, without a date."""
+def metadata(title: str, command: str, kind: str) -> dict[str, str | None]:
+    """Return the metadata of a figure's file: title, command, licence and citation, and no date."""
+    made_by = "\n".join(marker_lines(command))
     origin: dict[str, dict[str, str | None]] = {
         "svg": {"Description": made_by, "Date": None},
         "pdf": {"Subject": made_by, "CreationDate": None},
@@ -170,7 +171,7 @@ class Page:
 def saved(sheet: Sheet, title: str, command: str, kind: str) -> bytes:
     """Return a drawn picture as a file's content; to be called within `styled`."""
     buffer = io.BytesIO()
-    sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata(title, marker_line(command), kind))
+    sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata(title, command, kind))
     return buffer.getvalue()
 
 

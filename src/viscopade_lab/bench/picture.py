@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from viscopade.generated import marker_line
 from viscopade.plots import sheet
 from viscopade_lab.bench.contender import Measure
 from viscopade_lab.bench.result import Row
@@ -88,7 +87,7 @@ def draw(rows: Sequence[Row], kind: str) -> bytes:
             _write_labels(axes, panel, line)
         buffer = io.BytesIO()
         title = "Time and error of kernels from speed to eps"
-        data = sheet.metadata(title, marker_line("viscopade bench --picture"), kind)
+        data = sheet.metadata(title, "viscopade bench --picture", kind)
         figure.savefig(buffer, format=kind, dpi=sheet.PNG_DPI, metadata=data)
     return buffer.getvalue()
 

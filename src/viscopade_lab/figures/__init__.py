@@ -3,14 +3,14 @@
 NAMES = (
     *(
         "materials",
-        "seriesDiverging",
-        "seriesErrors",
-        "tryingDifferentPade",
-        "localSlope",
-        "tryingDifferentPadeLin",
-        "padeErrors",
+        "truncated-series-diverge",
+        "truncated-series-errors",
+        "pade-at-large-v-star",
+        "local-exponent",
+        "pade-on-linear-axes",
+        "pade-errors",
     ),
-    *("polesAndZeros", "expVsAnaVsNum", "iceErrors", "minimaxErrors", "cooling"),
-    *("universalCurves", "dampingFormulas", "audit", "epsOverSpeed", "weight"),
+    *("poles-and-zeros", "ice-pade-and-measured-fit", "ice-errors", "minimax-errors", "cooling"),
+    *("universal-curves", "damping-formulas", "audit", "eps-over-speed", "weight"),
 )
 FORMATS = ("svg", "pdf", "png")

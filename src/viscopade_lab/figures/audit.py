@@ -1,4 +1,4 @@
-"""The figure of the audit: what programs deliver, and what their time steps add, with the values measured in them."""
+"""Figures of the audit: the eps that programs give, with time steps, over the speed, and with weight."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ from viscopade.plots.sheet import (
     EPSILON,
     GREY,
     ORANGE,
+    POINT,
+    POINT_SIZE,
     PURPLE,
     VERMILION,
     Look,
@@ -41,15 +43,19 @@ if TYPE_CHECKING:
 
 ASKED = np.linspace(0.05, 1, 20)
 CURVES: Mapping[str, tuple[str, str, str, Look]] = {
-    "other-end": ("made for $x = 0$, ends at force 0", "lammps", "hooke, coeff_restitution, limit_damping", Look(BLUE)),
-    "half-mass": ("half of the mass", "lammps", "hertz, tsuji (22 Jul 2025)", Look(ORANGE, DASHED)),
-    "both": ("both of them", "yade", "ViscElPhys, tc, en, et, at a wall", Look(VERMILION, DASH_DOT)),
-    "reverse": ("made for force 0, ends at $x = 0$", "lammps", "hertz, viscoelastic", Look(PURPLE)),
+    "other-end": (
+        "made for end $x = 0$",
+        "lammps",
+        "hooke, coeff_restitution, limit_damping",
+        Look(BLUE),
+    ),
+    "half-mass": ("made for half the mass", "lammps", "hertz, tsuji (22 Jul 2025)", Look(ORANGE, DASHED)),
+    "both": ("both", "yade", "ViscElPhys, tc, en, et, at a wall", Look(VERMILION, DASH_DOT)),
+    "reverse": ("made for end force 0", "lammps", "hertz, viscoelastic", Look(PURPLE)),
 }
 """For each curve its name, and a formula that stands for others with the same eps."""
 
 MEASURED = ("lammps", "liggghts")
-_CIRCLE = Look(BLACK, width=0, marker="o")
 CHOSEN = 0.5
 STEPS = np.geomspace(0.001, 0.1, 81)
 STEPPED: Mapping[str, tuple[str, Look]] = {
@@ -57,34 +63,39 @@ STEPPED: Mapping[str, tuple[str, Look]] = {
     "hertz, coeff_restitution": ("Tsuji", Look(BLUE)),
     "hertz, viscoelastic, limit_damping": ("viscoelastic", Look(PURPLE)),
 }
-"""Formulas of LAMMPS that deliver eps at fine time steps."""
+"""Formulas of LAMMPS that are correct for fine time steps."""
 
 
 @figure(
-    "the eps that programs deliver against the eps they are asked for, and against the time step",
-    r"""Top: $\varepsilon$ that contacts deliver over the $\varepsilon$ asked for, if the damping is made for another
-    end of contact or for half of the mass; what is right lies on the broad grey line. Circles are measured in LAMMPS
-    and LIGGGHTS with a time step of a thousandth of the contact time. Bottom: $\varepsilon$ over the time step in
-    units of the undamped contact time, where 0.5 is asked for: mean (lines) and range (bands) over where in a step
-    contact begins, and collisions in LAMMPS (circles).""",
+    "the eps that programs give against the eps they are asked for, and against the time step",
+    r"""Top: $\varepsilon$ of contacts over the $\varepsilon$ asked for, if the damping is made for the other end of
+    contact ($x = 0$ or force 0) or for half the mass. A correct contact lies on the broad grey line. Points are
+    measured in LAMMPS and LIGGGHTS with a time step of a thousandth of the contact time. Bottom: $\varepsilon$ over the
+    time step in units of the undamped contact time, where 0.5 is asked for. Lines and bands are mean and range over the
+    moment within a step at which contact begins; points are collisions in LAMMPS.""",
 )
 def _audit() -> Sheet:
     sheet, (top, bottom) = new_sheet(5.6, (1.2, 1))
-    label_axes(top, f"asked {EPSILON}", f"delivered {EPSILON}", (0, 1), (0, 1), "")
-    label_axes(bottom, "time step / contact time", EPSILON, (0.001, 0.1), (0.44, 0.56), "x")
+    label_axes(top, f"{EPSILON} asked for", EPSILON, (0, 1), (0, 1), "")
+    label_axes(bottom, "time step / contact time", EPSILON, (0.001, 0.1), (0.44, 0.58), "x")
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     for gid, (_, program, name, look) in CURVES.items():
-        _draw_delivered(top, simulator_of(program).formula(name), look, gid)
+        _draw_curve(top, simulator_of(program).formula(name), look, gid)
     _mark_measured(top)
     named = [(words, look) for words, _, _, look in CURVES.values()]
-    key_of(top, [*named, ("as asked", Look(GREY, width=3.4)), ("measured", _CIRCLE)], "upper left", 1)
+    key_of(top, [*named, ("as asked for", Look(GREY, width=3.4)), ("measured", POINT)], "upper left", 1)
     for name, (_, look) in STEPPED.items():
         _draw_stepped(bottom, simulator_of("lammps").formula(name), look)
-    key_of(bottom, [*STEPPED.values(), ("measured", _CIRCLE)], "upper left", 2)
+    names = [
+        *((f"{name}: mean", look) for name, look in STEPPED.values()),
+        ("range", Look(GREY, width=5)),
+        ("measured", POINT),
+    ]
+    key_of(bottom, names, "upper left", 2)
     return sheet
 
 
-def _draw_delivered(axes: Axes, formula: DampingFormula, look: Look, gid: str) -> None:
+def _draw_curve(axes: Axes, formula: DampingFormula, look: Look, gid: str) -> None:
     values = [float(formula.delivered(formula.damping(f"{asked:.4g}"))) for asked in ASKED.tolist()]
     draw_look(axes, look, ASKED, np.array(values), gid)
 
@@ -95,9 +106,8 @@ def _mark_measured(axes: Axes) -> None:
         [float(each.asked) for each in found],
         [each.epsilon for each in found],
         "o",
-        color="black",
-        markersize=3,
-        markerfacecolor="none",
+        color=POINT.color,
+        markersize=POINT_SIZE,
         gid="measured",
     )
 
@@ -117,53 +127,67 @@ def _draw_stepped(axes: Axes, formula: DampingFormula, look: Look) -> None:
         if (each.program, each.formula, each.asked) == ("lammps", formula.name, str(CHOSEN))
     ]
     at, epsilon = zip(*run, strict=True)
-    (points,) = axes.plot(at, epsilon, "o", color=look.color, markersize=3, markerfacecolor="none", gid=f"{gid}-points")
+    (points,) = axes.plot(at, epsilon, "o", color=look.color, markersize=POINT_SIZE, gid=f"{gid}-points")
     points.set_clip_on(False)
 
 
 SPEEDS = np.geomspace(0.01, 10, 31)
 OVER_SPEED: Mapping[str, tuple[str, str, str, bool, Look]] = {
-    "constant": ("MuJoCo, Chrono, JaxDEM, …", "mujoco", "solref = -stiffness -damping", True, Look(BLUE)),
+    "constant": (
+        "MuJoCo, Chrono, JaxDEM, …: number from viscopade",
+        "mujoco",
+        "solref = -stiffness -damping",
+        True,
+        Look(BLUE),
+    ),
     "constant-asked": (
-        "… with the manual's number",
+        "MuJoCo, Chrono, JaxDEM, …: number from the manual",
         "mujoco",
         "solref = -stiffness -damping",
         False,
         Look(BLUE, DASHED),
     ),
-    "hunt-crossley": ("Drake, Simbody", "drake", "continuous, d = 3 (1 - e)/(2 v)", True, Look(ORANGE)),
+    "hunt-crossley": (
+        "Drake, Simbody: number from viscopade",
+        "drake",
+        "continuous, d = 3 (1 - e)/(2 v)",
+        True,
+        Look(ORANGE),
+    ),
     "hunt-crossley-asked": (
-        "… with the manual's number",
+        "Drake, Simbody: number from the manual",
         "drake",
         "continuous, d = 3 (1 - e)/(2 v)",
         False,
         Look(ORANGE, DASHED),
     ),
-    "no-limit": ("LAMMPS, no limit_damping", "lammps", "hertz, viscoelastic", False, Look(PURPLE, DASH_DOT)),
+    "no-limit": ("LAMMPS without limit_damping", "lammps", "hertz, viscoelastic", False, Look(PURPLE, DASH_DOT)),
 }
-"""For each curve its name, a formula that stands for others, whether the number to write instead is written."""
+"""For each curve its name, a formula that stands for others, and whether the damping gives 0.5 at 1 m/s."""
 
 
 @figure(
     "eps against speed of contacts that are made for 0.5 at 1 m/s, in programs of three kinds",
     r"""Top: $\varepsilon$ over the impact speed for contacts that are made for 0.5 at 1 m/s. Grey: viscoelastic
     spheres, and the programs that have their law (LAMMPS, LIGGGHTS, MercuryDPM, YADE, REBOUND). Solid: programs with a
-    law of their own, with the number that the command simulators writes. Dashed: with the number that their manuals or
-    formulas have for 0.5. Dash-dotted: the viscoelastic law with contact that ends at $x = 0$. Bottom: relative
-    difference to the viscoelastic $\varepsilon$.""",
+    law of their own, with the number that `viscopade simulators` writes. Dashed: with the number from their manuals or
+    formulas for 0.5. Dash-dotted: the viscoelastic law with contact that ends at $x = 0$. Bottom: relative difference
+    from the viscoelastic $\varepsilon$.""",
 )
 def _over_speed() -> Sheet:
-    sheet, (top, bottom) = new_sheet(5.6, (1.2, 1))
-    label_axes(top, "impact speed in m/s", EPSILON, (0.01, 10), (0, 1), "x")
-    label_axes(bottom, "impact speed in m/s", "relative difference", (0.01, 10), (-1, 1), "x")
+    sheet, (top, bottom) = new_sheet(6.2, (1.2, 1))
+    label_axes(top, "impact speed (m/s)", EPSILON, (0.01, 10), (0, 1), "x")
+    label_axes(bottom, "impact speed (m/s)", "relative difference", (0.01, 10), (-1, 1), "x")
     exact = restitution(SPEEDS, float(beta_from_restitution(1.0, CHOSEN)))
     top.plot(SPEEDS, exact, color=GREY, linewidth=3.4, gid="viscoelastic")
+    bottom.axhline(0, color=GREY, linewidth=3.4, gid="viscoelastic-difference")
     for gid, (_, program, name, instead, look) in OVER_SPEED.items():
         found = _at_speeds(simulator_of(program).formula(name), instead)
         draw_look(top, look, SPEEDS, found, gid)
         draw_look(bottom, look, SPEEDS, found / exact - 1, f"{gid}-difference")
     named = [(words, look) for words, *_, look in OVER_SPEED.values()]
-    key_of(top, [("viscoelastic: LAMMPS, YADE, REBOUND, …", Look(GREY, width=3.4)), *named], "lower left", 1)
+    whole = ("viscoelastic law: LAMMPS, YADE, REBOUND, …", Look(GREY, width=3.4))
+    key_of(sheet, [whole, *named], "outside lower center", 1)
     return sheet
 
 
@@ -187,14 +211,14 @@ WITH_WEIGHT: Mapping[str, tuple[str, str]] = {
 @figure(
     "eps with weight over g t_c/v, of four laws of contact that are made for 0.5 without weight",
     r"""$\varepsilon$ of a body that falls on a plane, over $g t_c/v$: acceleration times duration of the undamped
-    contact over the impact speed. Without weight all contacts deliver 0.5. Solid: contact ends where the force
-    vanishes; dashed: at $x = 0$. A Hunt-Crossley contact has one end. Where a curve meets 0 the body stays down.
+    contact over the impact speed. Without weight $\varepsilon$ is 0.5 for all contacts. Solid: contact ends where the
+    force vanishes; dashed: at $x = 0$. A Hunt-Crossley contact has one end. Where a curve meets 0 the body stays down.
     Dash-dotted: the loss 0.5 times $1 + 0.539 g t_c/v$, the rule of thumb for viscoelastic spheres, which is exact for
     small losses.""",
 )
 def _weight() -> Sheet:
     sheet, (axes,) = new_sheet(3.2)
-    label_axes(axes, "$g t_c / v$", EPSILON, (SHARES[0], SHARES[-1]), (0, CHOSEN + 0.02), "x")
+    label_axes(axes, "weight: $g t_c / v$", EPSILON, (SHARES[0], SHARES[-1]), (0, CHOSEN + 0.02), "x")
     rule = 1 - (1 - CHOSEN) * (1 + loss_slope(law_of("viscoelastic")) * SHARES)
     draw_look(axes, Look(BLACK, DASH_DOT, 0.9), SHARES, rule, "rule")
     for name, (_, color) in WITH_WEIGHT.items():
@@ -210,9 +234,13 @@ def _weight() -> Sheet:
                     break
             draw_look(axes, look, SHARES[: len(values)], np.array(values), f"{name}-{end}")
     named = [(words, Look(color)) for words, color in WITH_WEIGHT.values()]
-    others = [("ends at $x = 0$", Look(BLACK, DASHED)), ("$1 - 0.5 (1 + 0.539 g t_c/v)$", Look(BLACK, DASH_DOT, 0.9))]
+    others = [
+        ("ends at force 0", Look(BLACK)),
+        ("ends at $x = 0$", Look(BLACK, DASHED)),
+        ("$1 - 0.5 (1 + 0.539 g t_c/v)$", Look(BLACK, DASH_DOT, 0.9)),
+    ]
     key_of(axes, [*named, *others], "lower left", 1)
     return sheet
 
 
-FIGURES: Mapping[str, Figure] = {"audit": _audit, "epsOverSpeed": _over_speed, "weight": _weight}
+FIGURES: Mapping[str, Figure] = {"audit": _audit, "eps-over-speed": _over_speed, "weight": _weight}

@@ -29,6 +29,7 @@ END = 1e9
 TIMES = np.geomspace(0.1, END, 201)
 
 # Simulated: one gas to the end, and several pairs of gases with the same seed.
+TIME = "$t$ (mean collision times at the start)"
 PARTICLES, SEEDS = 1000, 8
 MARKED = np.geomspace(1, 1e7, 8)
 COMPARED = np.array([1.0, 10.0, 100.0])
@@ -110,6 +111,8 @@ def _cooling() -> Sheet:
     _errors(bottom, {name: np.abs(temperatures / exactly - 1) for name, temperatures in found.items()})
     for name in ("constant", "[1/4]"):
         _simulated_errors(bottom, name, functions[name])
+    names = ["simulations, constant", "simulations, [1/4]"]
+    bottom.legend(bottom.containers, names, loc="upper right", ncol=2, frameon=False)
     return sheet
 
 
@@ -127,7 +130,7 @@ def _temperatures(axes: Axes, exactly: FloatArray, constantly: FloatArray) -> No
         gid = f"slope{name.replace('/', '-')}"
         draw_curve(axes, "limit-power", late, at_end * (late / END) ** exponent, gid=gid)
         write_text(axes, f"$t^{{{name}}}$", (1e7, at_end * (1e7 / END) ** exponent), (side, side))
-    label_axes(axes, "", "$T$ ((cm/s)$^2$)", (0.3, END), (1e-18, 3), "xy")
+    label_axes(axes, TIME, "$T$ ((cm/s)$^2$)", (0.3, END), (1e-18, 3), "xy")
 
 
 def _simulated_temperatures(axes: Axes, functions: Mapping[str, gas.RestitutionFunction]) -> None:
@@ -135,6 +138,7 @@ def _simulated_temperatures(axes: Axes, functions: Mapping[str, gas.RestitutionF
         run = gas.cool(restitution, particles=PARTICLES, temperature=TEMPERATURE, time=float(MARKED[-1]))
         (points,) = axes.plot(MARKED, run.temperature_at(MARKED), "o", color=BLACK, gid=f"simulated-{name}")
         points.set(**_POINTS)
+    axes.legend([points], [f"simulation, {PARTICLES} particles"], loc="lower left", frameon=False)
 
 
 def _errors(axes: Axes, errors: Mapping[str, FloatArray]) -> None:
@@ -144,7 +148,7 @@ def _errors(axes: Axes, errors: Mapping[str, FloatArray]) -> None:
     for name, error in errors.items():
         beside, text = places.get(name, (1e6, 0, -4)), texts.get(name, name)
         draw_curve(axes, _LIKE.get(name, name), TIMES, error, beside, gid=f"{name}-error", text=text)
-    label_axes(axes, "$t$ (mean collision times at the start)", "relative error of $T$", (0.3, END), (1e-8, 3), "xy")
+    label_axes(axes, TIME, "relative error of $T$", (0.3, END), (1e-8, 50), "xy")
 
 
 def _simulated_errors(axes: Axes, name: str, restitution: gas.RestitutionFunction) -> None:

@@ -1,4 +1,4 @@
-"""Figures of the family of contact laws: the universal curves E_nu(K), and what damping formulas deliver."""
+"""Figures of the family of contact laws: the universal curves E_nu(K), and the eps of damping formulas."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from viscopade.plots.sheet import (
 )
 from viscopade.simulators import textbook
 from viscopade.theory.law import End, Law
-from viscopade_lab.figures.paper import Figure, Floats, figure
+from viscopade_lab.figures.paper import Beside, Figure, Floats, figure, write_along, write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet
@@ -114,7 +114,7 @@ def _approach(law: Law, inside: float, outside: float) -> Iterator[tuple[float, 
 )
 def _universal_curves() -> Sheet:
     sheet, (top, bottom) = new_sheet(5.0, (1, 1.25))
-    label_axes(top, "", EPSILON, (0, 3), (0, 1.02), "")
+    label_axes(top, "$K$", EPSILON, (0, 3), (0, 1.02), "")
     label_axes(bottom, "$K$", EPSILON, (0.05, 100), (LEAST_SHOWN, 1.5), "xy")
     for nu, color in COLORS.items():
         for end, dashes in ENDS.items():
@@ -124,7 +124,12 @@ def _universal_curves() -> Sheet:
                     name = f"{end}-{nu}-{where}".replace("/", "-")
                     draw_look(axes, Look(color, dashes, 1.0 if dashes else 1.2), kappa, value, name)
     key_of(top, [(rf"$\nu = {nu}$", Look(color)) for nu, color in COLORS.items()], "upper right", 2)
-    key_of(bottom, [("end: force 0", Look(BLACK)), ("end: $x = 0$", Look(BLACK, SHORT))], "center left", 1)
+    key_of(
+        bottom,
+        [("ends at force 0", Look(BLACK)), ("ends at $x = 0$", Look(BLACK, SHORT))],
+        "lower left",
+        1,
+    )
     return sheet
 
 
@@ -133,41 +138,47 @@ def _universal_curves() -> Sheet:
 ASKED = np.linspace(0.04, 1, 33)
 LARGEST_SHOWN = 0.07  # of the errors in the lower part
 
-LOOKS: Mapping[str, Look] = {
-    "Lee and Wang": Look(ORANGE, DASHED),
-    "Lankarani and Nikravesh": Look(VERMILION),
-    "Hunt and Crossley": Look(BLUE),
-    "Herbert and McWhannell": Look(GREEN, DASH_DOT),
-    "Qin and Lu": Look(PURPLE),
-    "Safaeifar and Farshidianfar": Look(GREEN, DOTTED),
-    "Gonthier et al.": Look(BLACK, SHORT),
-    "Hu and Guo": Look(BLUE, DASHED),
-    "Ye et al.; Flores et al.": Look(VERMILION, DOTTED),
-    "Gharib and Hurmuzlu": Look(SKY),
+FORMULAS: Mapping[str, tuple[Look, tuple[float, str] | Beside]] = {
+    "Lee and Wang": (Look(ORANGE, DASHED, text="#A87400"), (0.45, "below")),
+    "Lankarani and Nikravesh": (Look(VERMILION, text=VERMILION), (0.25, "below")),
+    "Hunt and Crossley": (Look(BLUE, text=BLUE), (0.45, "below")),
+    "Herbert and McWhannell": (Look(GREEN, DASH_DOT, text=GREEN), (0.25, "below")),
+    "Qin and Lu": (Look(PURPLE, text="#A04578"), (0.3, -4, 0)),
+    "Safaeifar and Farshidianfar": (Look(GREEN, DOTTED, text=GREEN), (0.53, 0, -8)),
+    "Gonthier et al.": (Look(BLACK, SHORT), (0.77, 0, -4)),
+    "Hu and Guo": (Look(BLUE, DASHED, text=BLUE), (0.21, 0, 9)),
+    "Ye et al.; Flores et al.": (Look(VERMILION, DOTTED, text=VERMILION), (0.205, 0, -5)),
+    "Gharib and Hurmuzlu": (Look(SKY, text="#2277AA"), (0.78, "above")),
 }
-"""How the curve of each formula is drawn, from the one that delivers most at small e downward."""
+"""The curve of each formula, and where its name stands: along it in the upper part, or beside it in the lower part."""
 
 
 @figure(
-    "the eps that damping formulas in wide use deliver, against the eps they are asked for",
-    r"""Hunt-Crossley contacts, $F = k x^n (1 + d \dot{x})$ with any $n$: $\varepsilon$ delivered by damping formulas
-    from the literature against the $e$ that they are asked for. Top: delivered $\varepsilon$; a formula that is right
-    would lie on the broad grey line. Bottom: delivered $\varepsilon$ minus $e$, magnified.""",
+    "the eps that damping formulas in wide use give, against the eps they are asked for",
+    r"""Hunt-Crossley contacts, $F = k x^n (1 + d \dot{x})$ with any $n$: $\varepsilon$ that damping formulas from the
+    literature give, against the $e$ that they are asked for. Top: $\varepsilon$; a correct formula would lie on the
+    broad grey line. Bottom: $\varepsilon - e$, magnified. Each curve has its name in one of the two parts.""",
 )
 def _damping_formulas() -> Sheet:
     sheet, (top, bottom) = new_sheet(6.0, (1.2, 1))
-    label_axes(top, "asked $e$", "delivered " + EPSILON, (0, 1), (0, 1), "")
-    label_axes(bottom, "asked $e$", f"delivered {EPSILON} $-$ $e$", (0, 1), (-LARGEST_SHOWN, LARGEST_SHOWN), "")
+    label_axes(top, "$e$ asked for", EPSILON, (0, 1), (0, 1), "")
+    label_axes(bottom, "$e$ asked for", r"$\varepsilon - e$", (0, 1), (-LARGEST_SHOWN, LARGEST_SHOWN), "")
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     bottom.axhline(0, color=GREY, linewidth=3.4, gid="exact-error")
     formulas = {formula.name: formula for formula in textbook.HUNT_CROSSLEY}
-    for name, look in LOOKS.items():
+    write_text(bottom, r"as asked for: $\varepsilon = e$", (0.57, 0), (0, 3))
+    for name, (look, place) in FORMULAS.items():
         given = np.array([float(textbook.delivered_by(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
         gid = re.sub(r"\W+", "-", name.lower()).strip("-")
         draw_look(top, look, ASKED, given, gid)
         draw_look(bottom, look, ASKED, given - ASKED, f"{gid}-error")
-    key_of(sheet, [*LOOKS.items(), ("as asked", Look(GREY, width=3.4))], "outside lower center", 2)
+        if len(place) == 2:
+            write_along(top, name, ASKED, given, *place, look.text)
+        else:
+            at, right, above = place
+            text = name.replace("and F", "and\nF")
+            write_text(bottom, text, (at, np.interp(at, ASKED, given - ASKED)), (right, above), look.text, 6)
     return sheet
 
 
-FIGURES: Mapping[str, Figure] = {"universalCurves": _universal_curves, "dampingFormulas": _damping_formulas}
+FIGURES: Mapping[str, Figure] = {"universal-curves": _universal_curves, "damping-formulas": _damping_formulas}

@@ -235,7 +235,7 @@ def identifier(name: str) -> str:
 
 
 def write_text(
-    axes: Axes, text: str, point: tuple[float, float], shift: tuple[float, float], color: str = BLACK
+    axes: Axes, text: str, point: tuple[float, float], shift: tuple[float, float], color: str = BLACK, size: float = 7
 ) -> None:
     """Write beside a point, with a line to it if that is far; without a shift on it, hiding what is there."""
     from matplotlib.patheffects import withStroke
@@ -248,12 +248,30 @@ def write_text(
         shift,
         textcoords="offset points",
         color=color,
-        fontsize=7,
+        fontsize=size,
         ha=horizontal[int(np.sign(shift[0])) + 1],
         va=vertical[int(np.sign(shift[1])) + 1],
         arrowprops=leader if math.hypot(*shift) > 9 else None,
         path_effects=[withStroke(linewidth=1.8, foreground="white")],
         bbox=None if any(shift) else {"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+    )
+
+
+def write_along(axes: Axes, text: str, x: Floats, y: Floats, at: float, side: str, color: str) -> None:
+    """Write "above" or "below" a curve, turned into its direction at an abscissa."""
+    from matplotlib.transforms import offset_copy
+
+    ends, away = np.interp([at - 0.01, at, at + 0.01], x, y), 1.5 if side == "above" else -1.5
+    axes.text(
+        *(at, ends[1], text),
+        transform=offset_copy(axes.transData, axes.figure, y=away, units="points"),
+        rotation=math.degrees(math.atan((ends[2] - ends[0]) / 0.02)),
+        rotation_mode="anchor",
+        transform_rotates_text=True,
+        ha="center",
+        va="bottom" if side == "above" else "top",
+        color=color,
+        fontsize=6,
     )
 
 
@@ -271,13 +289,16 @@ def _positive(y: Floats) -> Floats:
     return np.where(y > 0, y, np.nan)
 
 
-def _mark(axes: Axes, kind: str, x: Any, y: Any, color: str, gid: str, *, on_frame: bool = False) -> None:
-    """Mark points: `kind` is a key of `MARKS`, and their name in a legend."""
+def _mark(
+    axes: Axes, kind: str, x: Any, y: Any, color: str, gid: str, *, label: str = "", on_frame: bool = False
+) -> Line2D:
+    """Mark points: `kind` is a key of `MARKS`, and their name in a legend if there is no label."""
     marker, size = MARKS[kind]
     face = {"zero": "white", "extremum": "white", "doublet": "none"}.get(kind, color)
     # On the frame a mark is shown whole, beyond it not at all.
-    (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=kind)
+    (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=label or kind)
     points.set(gid=identifier(gid), clip_on=not on_frame)
+    return points
 
 
 # --- the figures ------------------------------------------------------------------------------------------------------
@@ -320,7 +341,7 @@ def _materials() -> Sheet:
     leaves the exact curve near $v_\ast = 1$, and a higher order hardly helps: the series converges no farther.""",
     "fig:seriesDiverging",
 )
-def _series_diverging() -> Sheet:
+def _truncated_series_diverge() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     label_axes(axes, V_STAR, EPSILON, (0, 2), (0, 1.02), "")
     v_star = LINEAR[LINEAR <= 2]
@@ -338,7 +359,7 @@ def _series_diverging() -> Sheet:
     r"""Relative error of $\varepsilon$ of the series cut off at order $k_c$. Left of the radius of convergence (dashed
     line) higher orders are better in the end, right of it they are worse.""",
 )
-def _series_errors() -> Sheet:
+def _truncated_series_errors() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     label_axes(axes, V_STAR, "relative error of " + EPSILON, (0.2, 1.6), (1e-12, 1e2), "y")
     v_star = LINEAR[(LINEAR >= 0.2) & (LINEAR <= 1.6)]
@@ -360,7 +381,7 @@ def _series_errors() -> Sheet:
     beyond it is negative. Bottom: the same curves times $v_\ast^{10/3}$, which tells them apart.""",
     "fig:tryingDifferentPade",
 )
-def _trying_different_pade() -> Sheet:
+def _pade_at_large_v_star() -> Sheet:
     sheet, (axes, scaled) = new_sheet(4.8, (1.5, 1))
     label_axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
     label_axes(scaled, V_STAR, EPSILON + r" $v_\ast^{10/3}$", (0.1, 100), (1e-3, 30), "xy")
@@ -377,11 +398,12 @@ def _trying_different_pade() -> Sheet:
     for name, line in curves.items():
         x, y = map(np.asarray, line.get_data())
         draw_curve(scaled, name, x, y * x**-LIMIT_EXPONENT, gid=f"{name}-scaled")
-    _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", on_frame=True)
+    _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", label="zero of [2/5]", on_frame=True)
     # The others lie too close together to be named where they are: the key has them in the order of their right ends.
     key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": r"$v_\ast^{-3.2}$"}
     key |= {"limit-power": r"$(3/2)^{2/3}\,v_\ast^{-10/3}$", "exact": "exact"}
-    axes.legend([curves[name] for name in key], key.values(), loc="lower left", handlelength=3.6, frameon=False)
+    lines, names = [*(curves[name] for name in key), axes.lines[-1]], [*key.values(), "zero of [2/5]"]
+    axes.legend(lines, names, loc="lower left", handlelength=3.6, frameon=False)
     return sheet
 
 
@@ -391,7 +413,7 @@ def _trying_different_pade() -> Sheet:
     approximants. The paper's $-3.2$ (dotted) is passed on the way to the limit $-10/3$ (thin line), while every
     $[m/m+3]$ shown tends to $-3$. The inset magnifies what happens at large $v_\ast$.""",
 )
-def _local_slope() -> Sheet:
+def _local_exponent() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     inset = axes.inset_axes((0.52, 0.37, 0.42, 0.6))
     places: dict[tuple[int, int], Beside] = {(1, 4): (20, 0, 3), (3, 6): (8, 0, 7), (15, 18): (24, 4, -4)}
@@ -407,6 +429,8 @@ def _local_slope() -> Sheet:
     label_axes(axes, V_STAR, y_label, (0.1, 100), (-3.6, 0.05), "x")
     label_axes(inset, "", "", (2, 100), (-3.43, -2.9), "x")
     inset.set_yticks([LIMIT_EXPONENT, PAPER_EXPONENT, -3], ["$-10/3$", "$-3.2$", "$-3$"])
+    write_text(axes, "limit $-10/3$", (0.12, LIMIT_EXPONENT), (3, -2))
+    write_text(axes, "the paper's $-3.2$", (0.12, PAPER_EXPONENT), (3, 2))
     inset.tick_params(labelsize=6)
     return sheet
 
@@ -414,10 +438,10 @@ def _local_slope() -> Sheet:
 @figure(
     "eps and the first four approximants on linear axes",
     r"""The first four Padé approximants $[m/m+3]$ and the exact $\varepsilon$ (broad grey line) on linear axes. The
-    inset magnifies the frame at the lower right, where the exact curve and $[3/6]$ still cannot be told apart.""",
+    inset magnifies the frame at the lower right. The exact curve and $[3/6]$ cannot be told apart there either.""",
     "fig:tryingDifferentPadeLin",
 )
-def _trying_different_pade_lin() -> Sheet:
+def _pade_on_linear_axes() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     inset = axes.inset_axes((0.49, 0.42, 0.45, 0.55))
     places = {(0, 3): (2.6, 3, 3), (1, 4): (2.4, 4, 3), (2, 5): (2.3, -3, -3), (3, 6): (2.75, -4, -13)}
@@ -457,9 +481,11 @@ def _pade_errors() -> Sheet:
             error = np.where(error < low / 10, np.nan, error)
             draw_curve(plane, _label(degrees), v_star, error, place, gid=_label(degrees) + suffix)
             if degrees == (2, 5):
-                _mark(plane, "zero", zero, np.interp(zero, v_star, error), VERMILION, "zero-[2/5]" + suffix)
-        _mark(plane, "pole", pole, 100, SKY, "pole-[25/28]" + suffix, on_frame=True)
-    label_axes(planes[0], "", "relative error of " + EPSILON, (0.1, 100), (low, high), "xy")
+                at_zero = float(np.interp(zero, v_star, error))
+                mark = _mark(plane, "zero", zero, at_zero, VERMILION, "zero-[2/5]" + suffix, label="zero of [2/5]")
+        other = _mark(plane, "pole", pole, 100, SKY, "pole-[25/28]" + suffix, label="pole of [25/28]", on_frame=True)
+        plane.legend(handles=[mark, other], loc="lower right", frameon=False)
+    label_axes(planes[0], V_STAR, "relative error of " + EPSILON, (0.1, 100), (low, high), "xy")
     label_axes(planes[1], V_STAR, r"relative error of $1-\varepsilon$", (0.1, 100), (low, high), "xy")
     return sheet
 
@@ -476,7 +502,8 @@ def _convergence(axes: Axes) -> None:
     """Draw the upper half of the circle of convergence, and the singularity that limits it."""
     end = _singularity()
     circle = abs(end) * np.exp(1j * np.linspace(0, np.pi, 361))
-    axes.plot(circle.real, circle.imag, color=BLACK, linewidth=0.7, dashes=DASHED, gid="circle")
+    label = "circle of\nconvergence"
+    axes.plot(circle.real, circle.imag, color=BLACK, linewidth=0.7, dashes=DASHED, gid="circle", label=label)
     _mark(axes, "singularity", end.real, end.imag, VERMILION, "singularity")
 
 
@@ -500,7 +527,8 @@ def _poles_and_zeros() -> Sheet:
         roots = [(_complex(root), p.m) for p in approximants for root in _roots(p, kind) if _upper(root)]
         z, m = (np.array(column) for column in zip(*roots, strict=True))
         marker = MarkerStyle(MARKS[kind][0], fillstyle="none")
-        plane.scatter(z.real, z.imag, s=8, marker=marker, linewidth=0.7, color=colors(m), gid=f"{kind}s")
+        points = plane.scatter(z.real, z.imag, s=8, marker=marker, linewidth=0.7, color=colors(m), label=kind)
+        points.set_gid(f"{kind}s")
         positive = (z.imag == 0) & (z.real > 0)
         _mark(line, kind, z.real[positive], m[positive], BLACK, f"{kind}s-positive")
     pairs = np.array([_complex(pair.pole) for p in approximants for pair in p.doublets() if _upper(pair.pole)])
@@ -524,7 +552,7 @@ def _poles_and_zeros() -> Sheet:
     measurements, drawn for roughly the speeds of these. It is a fit and not the measurements, which are not public.""",
     "fig:expVsAnaVsNum",
 )
-def _exp_vs_ana_vs_num() -> Sheet:
+def _ice_pade_and_measured_fit() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     label_axes(axes, "$v$ (cm/s)", EPSILON, (1e-3, 1e2), (0, 1), "x")
     draw_curve(axes, "exact", SPEEDS, double.epsilon(_ice(SPEEDS)), (2e-2, -3, -4))
@@ -608,19 +636,20 @@ def _minimax_errors() -> Sheet:
 
     power = math.floor(math.log10(fit.error))
     unit = 10.0**power
-    _error_axes(bottom, f"error in units of $10^{{{power}}}$", (-1.25 * fit.error / unit, 1.25 * fit.error / unit))
-    bottom.set_xlabel(V_STAR)
+    _error_axes(bottom, f"error in units of $10^{{{power}}}$", (-1.25 * fit.error / unit, 1.6 * fit.error / unit))
     for sign in (-1, 1):
         bottom.axhline(sign * fit.error / unit, color=BLACK, linewidth=0.5)
-    draw_curve(bottom, "larger", v_star, best / smaller / unit)
+    larger = draw_curve(bottom, "larger", v_star, best / smaller / unit)
     draw_curve(bottom, "of-epsilon", v_star, best / epsilon / unit, (2.8, 5, 0), text=r"of $\varepsilon$")
     draw_curve(bottom, "of-loss", v_star, best / loss / unit, (0.115, 5, 0), text=r"of $1-\varepsilon$")
     _mark(bottom, "extremum", fit.points, np.array(fit.deviations) / unit, BLACK, "extrema", on_frame=True)
+    names = "larger of the two", "extrema, $m + n = 9$"
+    bottom.legend([larger, bottom.lines[-1]], names, loc="upper center", ncol=2, frameon=False)
     return sheet
 
 
 def _error_axes(axes: Axes, y_label: str, y: tuple[float, float]) -> None:
-    axes.set(ylabel=y_label, ylim=y)
+    axes.set(xlabel=V_STAR, ylabel=y_label, ylim=y)
     axes.set_xscale("function", functions=(np.sqrt, np.square))
     axes.set(xlim=(0, COMPARED_END), xticks=(0, 0.1, 0.5, *range(1, int(COMPARED_END) + 1)))
     axes.xaxis.set_major_formatter("{x:g}")
@@ -628,14 +657,14 @@ def _error_axes(axes: Axes, y_label: str, y: tuple[float, float]) -> None:
 
 FIGURES: Mapping[str, Figure] = {
     "materials": _materials,
-    "seriesDiverging": _series_diverging,
-    "seriesErrors": _series_errors,
-    "tryingDifferentPade": _trying_different_pade,
-    "localSlope": _local_slope,
-    "tryingDifferentPadeLin": _trying_different_pade_lin,
-    "padeErrors": _pade_errors,
-    "polesAndZeros": _poles_and_zeros,
-    "expVsAnaVsNum": _exp_vs_ana_vs_num,
-    "iceErrors": _ice_errors,
-    "minimaxErrors": _minimax_errors,
+    "truncated-series-diverge": _truncated_series_diverge,
+    "truncated-series-errors": _truncated_series_errors,
+    "pade-at-large-v-star": _pade_at_large_v_star,
+    "local-exponent": _local_exponent,
+    "pade-on-linear-axes": _pade_on_linear_axes,
+    "pade-errors": _pade_errors,
+    "poles-and-zeros": _poles_and_zeros,
+    "ice-pade-and-measured-fit": _ice_pade_and_measured_fit,
+    "ice-errors": _ice_errors,
+    "minimax-errors": _minimax_errors,
 }

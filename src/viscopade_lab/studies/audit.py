@@ -137,7 +137,7 @@ SHARES = (0.02, 0.1, 0.3)  # g t_c/v
 
 BEGIN, END = "<!-- audit -->", "<!-- end of the audit -->"
 SECTION = r"""
-![eps against speed of contacts that are made for 0.5 at 1 m/s](../../figures/epsOverSpeed.svg)
+![eps against speed of contacts that are made for 0.5 at 1 m/s](../../figures/eps-over-speed.svg)
 
 The $\varepsilon$ that the program gives, by its own formulas and with fine time steps
 ([reasons and other programs](../../results/audit.md)):
