@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from viscopade.generated import MARKER
 from viscopade_lab.figures.registry import FIGURES
 
 ROOT = Path(__file__).parents[1]
@@ -127,3 +128,18 @@ def test_all_figures_have_a_caption_and_the_papers_number():
         (caption,) = re.findall(rf"^## {name}\n\n(.+?)\n\n!\[.+?\]\({name}\.svg\)$", text, re.MULTILINE | re.DOTALL)
         assert len(caption) > 100
         assert caption.startswith(f"The paper's figure {number}" if number else "")
+
+
+GENERATED = [
+    path
+    for folder in ("docs", "examples", "exports")
+    for path in sorted((ROOT / folder).rglob("*.*"))
+    if path.is_file() and MARKER.encode() in path.read_bytes()[:1000]
+]
+
+
+@pytest.mark.parametrize("path", GENERATED, ids=ids)
+def test_generated_files_state_their_licence_and_what_to_cite(path):
+    head = " ".join(path.read_text("utf-8")[:4000].split())
+    assert re.search(r'SPDX-License-Identifier"?: "?MIT', head)
+    assert "doi:10.1103/PhysRevE.84.021302" in head

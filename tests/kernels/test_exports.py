@@ -108,13 +108,6 @@ def test_coefficients_do_not_depend_on_the_processor():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_licence_and_what_to_cite_are_at_the_head(name):
-    head = " ".join(committed(name).splitlines()[:25])
-    assert re.search(r'SPDX-License-Identifier"?: "?MIT', head)
-    assert "doi:10.1103/PhysRevE.84.021302" in head
-
-
-@pytest.mark.parametrize("name", NAMES)
 def test_no_error_has_two_terms_of_one_kind(name):
     number = r"\d[\d.e-]*"
     assert not re.search(rf"{number} ([mr]) \+ {number} \1\b", committed(name))

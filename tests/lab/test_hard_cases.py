@@ -45,18 +45,22 @@ def test_every_bound_holds_in_the_quick_run(tmp_path):
 
 
 def assert_page_is_short(folder):
-    """Each case has one paragraph, one picture as wide as a column of a page, and one table of at most 7 rows."""
+    """Each case has a paragraph of short sentences, a picture as wide as a page with legible letters, and a table."""
     text = (folder / "hard-cases.md").read_text()
     sections = text.split('\n<a id="')[1:]
     assert [section.partition('"')[0] for section in sections] == [case.name for case in hard_cases.CASES]
     for case, section in zip(hard_cases.CASES, sections, strict=True):
         assert re.findall(r"!\[.*\]\((.*)\)", section) == [f"{case.name}.svg"]
-        table = [line for line in section.splitlines() if line.startswith("| ")]
-        assert 2 <= len(table) - 1 <= 7
-        assert all(line.endswith("| yes |") for line in table[1:])
-        words = section.split("\n\n")[2].split()
-        assert 40 <= len(words) <= 130
-        assert float(ET.parse(folder / f"{case.name}.svg").getroot().get("width").removesuffix("pt")) == 7.3 * 72
+        table = [line for line in section.splitlines() if line.startswith("| ")][2:]
+        assert 2 <= len(table) <= 10
+        assert all(line.endswith(("| yes |", "| – | – |")) for line in table)
+        sentences = re.split(r"(?<=[.:]) ", " ".join(section.split("\n\n")[2].split()))
+        assert max(len(sentence.split()) for sentence in sentences) <= 25
+        assert 35 <= sum(len(sentence.split()) for sentence in sentences) <= 75
+        picture = ET.parse(folder / f"{case.name}.svg").getroot()
+        assert float(picture.get("width").removesuffix("pt")) == 7.3 * 72
+        sizes = re.findall(r"scale\(([\d.]+) ", (folder / f"{case.name}.svg").read_text())
+        assert min(map(float, sizes)) >= 0.09  # of glyphs of 100 points
 
 
 def test_the_committed_page_is_short():
@@ -103,12 +107,12 @@ def truncated():
 def test_a_place_that_is_off_is_noticed(truncated, factor):
     given, found = truncated
     assert failing(truncated_series.judged(given, found)) == []
-    assert "round-off where the sum leaves / its bound" in failing(truncated_series.judged(given, found * factor))
+    assert "round-off where the sum fails / its bound" in failing(truncated_series.judged(given, found * factor))
 
 
 def test_a_place_far_off_is_noticed_by_the_remainder(truncated):
     given, found = truncated
-    assert any("latest" in what for what in failing(truncated_series.judged(given, found * 1.2)))
+    assert any("upper bound" in what for what in failing(truncated_series.judged(given, found * 1.2)))
 
 
 # --- Padé -------------------------------------------------------------------------------------------------------------

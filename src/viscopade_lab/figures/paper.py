@@ -259,12 +259,12 @@ def write_text(
 
 def write_along(axes: Axes, text: str, x: Floats, y: Floats, at: float, side: str, color: str) -> None:
     """Write "above" or "below" a curve, turned into its direction at an abscissa."""
-    from matplotlib.transforms import offset_copy
+    from matplotlib.transforms import ScaledTranslation
 
     ends, away = np.interp([at - 0.01, at, at + 0.01], x, y), 1.5 if side == "above" else -1.5
     axes.text(
         *(at, ends[1], text),
-        transform=offset_copy(axes.transData, axes.figure, y=away, units="points"),
+        transform=axes.transData + ScaledTranslation(0, away / 72, axes.figure.dpi_scale_trans),
         rotation=math.degrees(math.atan((ends[2] - ends[0]) / 0.02)),
         rotation_mode="anchor",
         transform_rotates_text=True,

@@ -1,11 +1,12 @@
-"""Hard cases: scripts that measure viscopade at its numerically hardest inputs, and hold it to bounds."""
+"""Hard cases: scripts that measure viscopade at its numerically hardest inputs and compare with bounds."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from textwrap import fill
 
-from viscopade.generated import marker_line
+from viscopade.generated import marker_lines
 from viscopade.progress import quietly, track
 from viscopade_lab.hard_cases import compilers, extremes, pade_systems, rounded_data, rounding, truncated_series
 from viscopade_lab.hard_cases.case import Case, Finding, Row, number, svg
@@ -16,9 +17,9 @@ CASES = tuple(
     Case.of(module.__name__, module.__doc__ or "", module.measure)
     for module in (truncated_series, pade_systems, rounded_data, rounding, extremes, compilers)
 )
-HEADER = ("case", "question", "nearest to its bound", "measured", "bound", "holds")
+HEADER = ("case", "question", "closest to its bound", "measured", "bound", "holds")
 PAGE = "hard-cases.md"
-_SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]#~$"}  # Markdown takes them for commands
+_SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]#~$"}  # commands of Markdown
 
 
 def named(names: Iterable[str]) -> tuple[Case, ...]:
@@ -47,7 +48,7 @@ def measured(cases: Sequence[Case], thorough: bool) -> list[Finding]:
 
 
 def rows(cases: Sequence[Case], findings: Sequence[Finding]) -> list[tuple[str, ...]]:
-    """Return the one table, for `HEADER`: of each case the row that is nearest to its bound."""
+    """Return the rows of the table with `HEADER`: for each case the number closest to its bound."""
     return [
         (case.name, case.question, *_cells(finding.worst)[:3], "yes" if finding.holds else "NO")
         for case, finding in zip(cases, findings, strict=True)
@@ -63,25 +64,36 @@ def files(cases: Sequence[Case], findings: Sequence[Finding], command: str) -> d
         Without Matplotlib.
     """
     pairs = list(zip(cases, findings, strict=True))
+    broken = sum(not finding.holds for finding in findings)
     parts = [
-        f"<!-- {marker_line(command)} -->\n\n# Hard cases\n\n" + _text(
-            "Each section tests a part of viscopade at its numerically hardest inputs. A row of a table has a measured "
-            "number, and the bound that it must not exceed."
-        ) + f"\n`{command}` measures everything again, and fails if a bound does not hold.\n"
+        "<!-- " + "\n".join(marker_lines(command)) + " -->\n\n# Hard cases\n",
+        _text(
+            f"{'No bound fails' if not broken else f'{broken} of {len(cases)} cases fail'} where the numerics of "
+            f"viscopade are hardest. `{command}` measures everything again and fails if a number exceeds its bound."
+        ) + "\n",
+        _table(
+            ("question", "closest to its bound", "measured", "bound", "holds"),
+            ((f"[{_escaped(case.question)}](#{case.name})", *map(_escaped, row[2:]))
+             for case, row in zip(cases, rows(cases, findings), strict=True)),
+        ),
     ]  # fmt: skip
     for case, finding in pairs:
         parts += [
             f'<a id="{case.name}"></a>\n\n## {_escaped(case.title)}\n',
-            _text(f"{case.question} {finding.summary}") + "\n",
+            _text(finding.summary) + "\n",
             f"![{_escaped(case.title)}]({case.name}.svg)\n",
-            "| measured | value | bound | holds |\n|---|---|---|---|\n"
-            + "".join(f"| {' | '.join(map(_escaped, _cells(row)))} |\n" for row in finding.rows),
+            _table(("measured", "value", "bound", "holds"), (map(_escaped, _cells(row)) for row in finding.rows)),
         ]
     return {PAGE: "\n".join(parts)} | {f"{case.name}.svg": svg(case, finding) for case, finding in pairs}
 
 
 def _cells(row: Row) -> tuple[str, str, str, str]:
-    return row.what, number(row.measured), number(row.bound), "yes" if row.holds else "NO"
+    bound, holds = ("–", "–") if row.bound == math.inf else (number(row.bound), "yes" if row.holds else "NO")
+    return row.what, number(row.measured), bound, holds
+
+
+def _table(head: Sequence[str], lines: Iterable[Iterable[str]]) -> str:
+    return "".join(f"| {' | '.join(line)} |\n" for line in (head, ["---"] * len(head), *lines))
 
 
 def _escaped(text: str) -> str:

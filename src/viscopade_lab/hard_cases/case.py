@@ -1,4 +1,4 @@
-"""Hard case: a question, what was measured, bounds that have to hold, and one picture."""
+"""Hard case: a question, measured numbers with their bounds, the result in words, and one picture."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SIZE = (7.3, 3.1)  # inches: 730 pixels of a page, at a hundred to the inch
-STYLE: Any = {"font.size": 9, "axes.labelsize": 9, "axes.titlesize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8}
+SIZE = (7.3, 3.6)  # inches: the width of a page is 730 pixels, 100 to the inch
+STYLE: Any = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize", "legend.fontsize"), 10)
+STYLE |= {"xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.frameon": False}
 
 
 class Row(NamedTuple):
-    """A measured number with the bound that it must not exceed."""
+    """A measured number, with the bound that it must not exceed if there is one."""
 
     what: str
     measured: float
-    bound: float
+    bound: float = math.inf
 
     @property
     def holds(self) -> bool:
@@ -34,7 +35,7 @@ class Row(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """What running a case gave: its rows, a summary with numbers, and how the picture is drawn."""
+    """The result of a case: its rows, a summary in words, and a function that draws the picture."""
 
     rows: tuple[Row, ...]
     summary: str
@@ -42,7 +43,7 @@ class Finding(NamedTuple):
 
     @property
     def worst(self) -> Row:
-        """The row that comes nearest to its bound, or exceeds it most."""
+        """The row closest to its bound, or farthest above it."""
         return max(self.rows, key=lambda row: row.part)
 
     @property
@@ -52,7 +53,7 @@ class Finding(NamedTuple):
 
 
 class Case(NamedTuple):
-    """A hard case; `measure` takes whether to be thorough, which needs minutes instead of seconds."""
+    """A hard case; its function `measure` takes minutes if thorough, else seconds."""
 
     name: str
     title: str
@@ -61,7 +62,7 @@ class Case(NamedTuple):
 
     @classmethod
     def of(cls, module: str, text: str, measure: Callable[[bool], Finding]) -> Case:
-        """Return the case of a module, whose docstring has the title, and then the question as a paragraph."""
+        """Return the case of a module; its docstring begins with the title and a paragraph with the question."""
         title, question = text.split("\n\n")[:2]
         name = module.rpartition(".")[2].replace("_", "-")
         return cls(name, title.strip().removesuffix("."), " ".join(question.split()), measure)

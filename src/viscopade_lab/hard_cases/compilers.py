@@ -1,11 +1,11 @@
 """Exported headers through compilers.
 
-Does a compiler, a flag, a rounding mode or a processor make an error of an exported header exceed its proven bound?
+Does any compiler, flag, rounding mode or processor make an exported header exceed its proven error?
 
-The test vectors (`exports/vectors_*.json`) have the exact value and the proven error of every exported function, at
-special arguments, at borders of tables, and where round-off is worst. Each header is compiled with each compiler that
-is installed, without warnings, and run at all of them. Rounding to nearest is off by half a unit, the other modes by up
-to one: that doubles the bound of rounding, to first order. Other processors are emulated.
+The test vectors (`exports/vectors_*.json`) have the exact value and the proven error of every exported function: at
+special arguments, at borders of tables, and where round-off is worst. Each header is compiled with each installed
+compiler, without warnings, and run at all of them. Rounding to nearest has an error of half a unit, the other modes of
+up to one, which doubles the bound of rounding to first order. Other processors are emulated.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ KINDS = {
     "rounding toward zero, upward, downward": (2.0, PURPLE),
     "other processors and C libraries": (1.0, GREEN),
 }
-"""Kinds of builds: the limit of an error in parts of the proven one, and the colour in the picture."""
+"""Kinds of builds: the bound of error / proven error, and the colour in the picture."""
 
 
 class Build(NamedTuple):
@@ -59,7 +59,7 @@ class Build(NamedTuple):
 
 
 def builds(thorough: bool) -> list[Build]:
-    """Return what is there, of each compiler with its flags and each processor."""
+    """Return the builds that this machine can run: compilers with flags, and processors."""
     nearest, others, processors = KINDS
     off, native = ("-O2", "-ffp-contract=off"), ("-O3", "-march=native", "-ffp-contract=fast")
     found = [Build(nearest, ("tcc", "-std=c99"), "tcc")]
@@ -83,7 +83,7 @@ def builds(thorough: bool) -> list[Build]:
 
 
 class Vector(NamedTuple):
-    """A function of a header with its arguments in C, the exact value, and the error that is proven."""
+    """A function of a header with its arguments in C, the exact value, and the proven error."""
 
     function: str
     form: str
@@ -93,14 +93,14 @@ class Vector(NamedTuple):
 
 
 def exported(name: str) -> str:
-    """Return an exported file as it lies in a source tree, or made anew."""
+    """Return an exported file from the source tree, or a new one."""
     path = EXPORTS / name
     return path.read_text(encoding="utf-8") if path.exists() else requests.file(name)
 
 
 @lru_cache(maxsize=16)
 def vectors(file: str) -> tuple[Vector, ...]:
-    """Return what is known of the functions of a header, from the file of its test vectors."""
+    """Return the test vectors of the functions of a header."""
     header = set(re.findall(r"\bviscopade_(\w+)\(", exported(header_of(file))))
     found = []
     for name, form, x, y, exact, nearest, error, *_ in json.loads(exported(file))["vectors"]:
@@ -130,7 +130,7 @@ def _exact(name: str, given: Sequence[float]) -> Fraction:
 
 
 def header_of(file: str) -> str:
-    """Return the header that test vectors are for."""
+    """Return the name of the header of test vectors."""
     return file.replace("vectors_", "viscopade_").replace(".json", ".h")
 
 
@@ -152,12 +152,12 @@ def program(file: str, mode: str) -> str:
 
 
 def run(build: Build, file: str, header: str) -> float:
-    """Compile and run a header, and return the largest error in parts of the proven one.
+    """Compile and run a header, and return the largest error / proven error.
 
     Raises
     ------
     ToolchainError
-        If the compiler refuses the header or warns of it, or the program fails.
+        If the compiler rejects the header or warns, or the program fails.
     """
     pairs = "\n".join(" ".join(map(repr, (*one.given, 0.0)[:2])) for one in vectors(file))
     with TemporaryDirectory() as directory:
@@ -175,7 +175,7 @@ def run(build: Build, file: str, header: str) -> float:
 
 
 def error_part(vector: Vector, value: float, build: Build) -> float:
-    """Return the error in parts of the proven one."""
+    """Return error / proven error."""
     if not math.isfinite(vector.exact):
         return 0.0 if value == vector.exact or (math.isnan(value) and math.isnan(vector.exact)) else math.inf
     if not math.isfinite(value):
@@ -188,7 +188,7 @@ def error_part(vector: Vector, value: float, build: Build) -> float:
 
 
 def measure(thorough: bool) -> Finding:
-    """Build with everything that is there."""
+    """Build with every compiler of this machine."""
     files = [name for name in requests.NAMES if name.startswith("vectors_") and header_of(name) in requests.NAMES]
     jobs = [(build, file) for build in builds(thorough) for file in (files if thorough else QUICK)]
     largest: dict[Build, float] = {}
@@ -199,7 +199,7 @@ def measure(thorough: bool) -> Finding:
 
 
 def judged(largest: Mapping[Build, float]) -> Finding:
-    """Hold the largest error of every build to what is proven.
+    """Compare the largest error of every build with the proven error.
 
     Raises
     ------
@@ -210,22 +210,21 @@ def judged(largest: Mapping[Build, float]) -> Finding:
         raise ToolchainError("there is no C compiler: expected gcc, clang or tcc")
     measured = {kind: [e for build, e in largest.items() if build.kind == kind] for kind in KINDS}
     rows = tuple(Row(f"{kind}: error / proven error", max(e), KINDS[kind][0]) for kind, e in measured.items() if e)
-    nearest, others, processors = (max(e, default=0.0) for e in measured.values())
     summary = (
-        f"Built and run without a warning: {', '.join(build.label for build in largest if not build.mode)}. With "
-        f"rounding to nearest the largest error is {max(nearest, processors):.4f} of what is proven; in the other "
-        f"rounding modes, for which nothing is proven, {others:.3f} of it."
+        "With rounding to nearest every build meets the proven error. In the other rounding modes nothing is proven; "
+        "there the error is at most twice the proven one. No build gives a warning. "
+        f"Builds: {', '.join(build.label for build in largest if not build.mode)}."
     )
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
         for kind, (_, color) in KINDS.items():
             chosen = {build.label: e for build, e in largest.items() if build.kind == kind}
-            axes.plot(list(chosen), list(chosen.values()), "o", color=color, markersize=5, label=kind)
-        axes.axhline(1, color=BLACK, linewidth=0.8, label="proven, to nearest")
-        axes.axhline(2, color=ORANGE, linewidth=0.8, label="limit of other modes")
-        axes.tick_params(axis="x", rotation=40)
-        axes.set(ylabel="error / proven error", ylim=(0, 4))
-        axes.legend(loc="upper right", ncols=2, frameon=False, fontsize=8)
+            axes.plot(list(chosen.values()), list(chosen), "o", color=color, markersize=5, label=kind)
+        axes.axvline(1, color=BLACK, linewidth=0.8, label="bound, to nearest")
+        axes.axvline(2, color=ORANGE, linewidth=0.8, label="bound, other modes")
+        axes.invert_yaxis()
+        axes.set(xlabel="error / proven error", xlim=(0, 5))
+        axes.legend(loc="upper right")
 
     return Finding(rows, summary, draw)

@@ -3,9 +3,9 @@
 Does the exact function agree with asymptotic expansions from v* = 1e-1000 to 1e100, and to 1,000 digits?
 
 The expansions for v* -> 0 and v* -> infinity share nothing with the exact function. With S_n the sum of the first n
-terms, (exact - S_n)/t_(n+1) = 1 + t_(n+2)/t_(n+1) + … . At v* <= 1e-3 and v* >= 1e3 the terms that follow are small, so
-that the quotient lies between 1/2 and 2, and over a range of v* the difference has the power and the logarithms of the
-first omitted term. After the last term the digits asked for are the limit.
+terms, (exact - S_n)/t_(n+1) = 1 + t_(n+2)/t_(n+1) + … . At v* <= 1e-3 and v* >= 1e3 the following terms are small. So
+the quotient lies between 1/2 and 2, and over a range of v* the difference has the power and the logarithms of the
+first omitted term. After the last term the requested digits are the limit.
 """
 
 from __future__ import annotations
@@ -72,7 +72,10 @@ def expansions(plan: Plan) -> dict[str, Mapping[str, Expansion]]:
 
 
 class Difference(NamedTuple):
-    """The exact value less the first n terms at a place: log10 of it, and it in units of term n + 1, either way."""
+    """The exact value minus the first n terms.
+
+    `size` is its log10, relative to the value; `factor` its quotient by term n + 1, or the inverse if that is larger.
+    """
 
     at: float
     terms: int
@@ -81,7 +84,7 @@ class Difference(NamedTuple):
 
 
 def differences(value: arb, at: str, digits: int, expansion: Expansion) -> tuple[list[Difference], float]:
-    """Return what is resolved after each number of terms, and the last in units of what it may be."""
+    """Return the resolved differences after each number of terms, and the last difference divided by its bound."""
     with working(bits_for(digits) + 128):
         terms = expansion.terms(ball_of(Fraction(at)))
         total, found = arb(0), []
@@ -113,20 +116,23 @@ def measure(thorough: bool) -> Finding:
 
 
 def judged(found: Mapping[tuple[str, str], Sequence[Difference]], excess: float) -> Finding:
-    """Hold all differences to the first omitted terms; `found` is by the end and the name of the function."""
+    """Compare all differences with the first omitted terms; keys of `found` are end and name of the function."""
     worst = {
         end: max(one.factor for (there, _), differences in found.items() if there == end for one in differences)
         for end in dict.fromkeys(end for end, _ in found)
     }
     rows = (
-        *(Row(f"{end}: difference after n terms / term n + 1, either way", factor, 2) for end, factor in worst.items()),
-        Row("last difference / twice the last term and a unit of the last digit", excess, 1),
+        *(
+            Row(f"{end}: difference after n terms / term n + 1, or its inverse", factor, 2)
+            for end, factor in worst.items()
+        ),
+        Row("last difference / (twice the last term + a unit of the last digit)", excess, 1),
     )
     summary = (
-        "In all digits that both have, eps or 1 - eps, the duration and the largest compression agree with expansions "
-        "that share nothing with them. After n = 1 to 4 terms the difference is the next term, within a factor of "
-        f"{max(worst.values()):.4g}: relatively, it falls like v*^2, v*^3, … for v* -> 0, and like v*^(-10/3) and a "
-        "logarithm for each term for v* -> infinity."
+        "The exact function agrees with independent asymptotic expansions in all digits that both have. This holds for "
+        "eps or 1 - eps, the duration and the largest compression. After one to four terms the difference is the next "
+        "term. It falls with the right power: by v* a term for v* -> 0, by v*^(-10/3) and a logarithm for v* -> "
+        "infinity."
     )
 
     def draw(figure: Figure) -> None:
@@ -134,13 +140,13 @@ def judged(found: Mapping[tuple[str, str], Sequence[Difference]], excess: float)
         for n, color, mark in zip((1, 2, 3), (BLUE, VERMILION, GREEN), "os^", strict=True):
             for end, name in ((NEAR, "one_minus_epsilon"), (FAR, "epsilon")):
                 points = sorted((o.at, o.size) for o in found[end, name] if o.terms == n and abs(o.at) <= 30)
-                label = f"{n} terms" if end == NEAR else None
+                label = f"after {n} term{'s' * (n > 1)}" if end == NEAR else None
                 axes.plot(*zip(*points, strict=True), color=color, marker=mark, markersize=4, label=label)
         axes.set(
             title=r"$1 - \varepsilon$ for $v_\ast \to 0$, $\varepsilon$ for $v_\ast \to \infty$",
             xlabel=rf"$\log_{{10}}$ {V_STAR}",
             ylabel=r"$\log_{10}$ of the relative difference",
         )
-        axes.legend(frameon=False, fontsize=9)
+        axes.legend()
 
     return Finding(rows, summary, draw)

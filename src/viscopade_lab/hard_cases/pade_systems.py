@@ -2,9 +2,9 @@
 
 Does the working precision cover the digits that the linear system of [m/m+3] loses?
 
-The denominator b solves a linear system in the h_k that becomes ill-conditioned as m grows. Its condition number says
-how many digits rounding the h_k can cost, by any algorithm. LU decomposition is run in floating point at the precision
-that `pade` chose, against the solution in fractions.
+The denominator b solves a linear system in the h_k that becomes ill-conditioned as m grows. Its condition number bounds
+the digits that rounding the h_k can cost, with any algorithm. LU decomposition runs in floating point at the precision
+that `pade` chose, and is compared with the solution in fractions.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ LU_EXTRA_BITS = 10  # mpmath's lu_solve works with so many more than its context
 
 
 class Lost(NamedTuple):
-    """Decimal digits of [m/m+3] in its worst coefficient of b: chosen by `pade` to derive, and lost in several ways.
+    """Decimal digits of the worst coefficient b_i of [m/m+3]: those that `pade` derives, and those lost.
 
-    `stated` is what the enclosures of `pade` lost, `last` the error of its printed coefficients in units of
+    `stated` is the loss of the enclosures of `pade`, `last` the error of its printed coefficients in units of
     10^-DIGITS.
     """
 
@@ -46,7 +46,7 @@ class Lost(NamedTuple):
 
     @property
     def spare(self) -> int:
-        """The digits that may be lost."""
+        """The digits that can be lost."""
         return self.chosen - DIGITS
 
 
@@ -111,7 +111,7 @@ def measure(thorough: bool) -> Finding:
 
 
 def judged(found: Sequence[Lost]) -> Finding:
-    """Hold what is lost to what `pade` has to spare."""
+    """Compare the digits lost with the digits that `pade` has to spare."""
     ways = {
         "condition": "condition number of the system",
         "lu": "LU decomposition, in floating point",
@@ -124,20 +124,21 @@ def judged(found: Sequence[Lost]) -> Finding:
     last = max(one.last for one in found)
     rows.append(Row(f"error of the printed b_i, in units of 1e-{DIGITS} (correct rounding: 5)", last, 5))
     m, lost_digits = [one.m for one in found], [one.condition for one in found]
-    slope, start = np.polyfit(m, lost_digits, 1)
-    end = found[-1]
+    slope, end = np.polyfit(m, lost_digits, 1)[0], found[-1]
+    rows.append(Row("digits lost for each m (line through the condition numbers)", slope))
+    rows.append(Row(f"digits of the series that `pade` derives at m = {end.m}, for {DIGITS} requested", end.chosen))
     summary = (
-        f"The system of [m/m+3] can lose about {slope:.2f} m {'-' if start < 0 else '+'} {abs(start):.1f} digits, "
-        f"{end.condition:.1f} at m = {end.m}. There `pade` derives the series to {end.chosen} digits for {DIGITS} that "
-        f"are asked for. LU decomposition loses {end.lu:.1f} digits."
+        "`pade` always has digits to spare. The linear system loses digits in proportion to m, as its condition number "
+        "predicts. `pade` therefore derives the series with more digits than it prints. LU decomposition in floating "
+        "point loses about as many digits, so no other algorithm would help."
     )
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
-        axes.plot(m, [one.spare for one in found], color=BLACK, label=f"digits to spare, beyond {DIGITS}")
-        axes.plot(m, lost_digits, color=VERMILION, label="condition number")
-        axes.plot(m, [one.lu for one in found], "o", color=BLUE, markersize=4, label="lost by LU")
+        axes.plot(m, [one.spare for one in found], color=BLACK, label=f"digits to spare, beyond the {DIGITS} requested")
+        axes.plot(m, lost_digits, color=VERMILION, label="digits lost by the condition number")
+        axes.plot(m, [one.lu for one in found], "o", color=BLUE, markersize=4, label="digits lost by LU decomposition")
         axes.set(xlabel="$m$ of $[m/m+3]$", ylabel="decimal digits")
-        axes.legend(loc="upper left", frameon=False, fontsize=9)
+        axes.legend(loc="upper left")
 
     return Finding(tuple(rows), summary, draw)

@@ -1,10 +1,10 @@
 """Round-off of exported functions.
 
-Is any exported function farther off than is proven, where round-off is worst, overflow threatens, or eps is nearly 1?
+Does any exported function exceed its proven error where round-off is worst, at overflow, or near eps = 1?
 
-A search finds the arguments with the largest round-off (`worst`). N(v*)/D(v*), written down plainly, becomes 0 where D
-overflows, long before eps does, and NaN where N overflows too; exported code changes to powers of 1/v*. And 1 - eps,
-computed as a difference, loses its digits near v* = 0: functions that give 1 - eps do not use that difference.
+A search finds the arguments with the largest round-off (`worst`). The plain quotient N(v*)/D(v*) becomes 0 where D
+overflows, long before eps does, and NaN where N overflows too; exported code changes to powers of 1/v*. The difference
+1 - eps loses its digits near v* = 0: functions that return 1 - eps do not use that difference.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ ELASTIC = 10.0 ** -np.arange(1.0, 151.0)  # v* where 1 - eps is a normal number
 
 
 class FarQuotient(NamedTuple):
-    """A quotient at v* of all sizes, in a type.
+    """A quotient at v* of all sizes, in one format.
 
-    `error` is the largest one at large v*, relative to the bound of the leading terms' rounding, and infinite if any
-    result is no finite number; `plain` is the v* from which N/D as written down is 0 or NaN.
+    `error` is the largest error at large v*, relative to the bound of the leading terms' rounding; it is infinite if
+    any result is not finite. `plain` is the v* from which the plain quotient N/D is 0 or NaN.
     """
 
     name: str
@@ -52,7 +52,7 @@ class FarQuotient(NamedTuple):
 
 
 def far_quotients() -> list[FarQuotient]:
-    """Evaluate the quotients without an end at every power of two of their types, and at the ends."""
+    """Evaluate the quotients of unbounded range at every power of two of their formats, and at the ends."""
     found = []
     for kernel in (entry.kernel for entry in catalogue.group("pade")):
         for form in (FORMATS[name] for name in kernel.formats if "high" not in kernel.constants[name]):
@@ -66,7 +66,7 @@ def far_quotients() -> list[FarQuotient]:
             plain = float(x[(~np.isfinite(near) | (near == 0)) & np.isfinite(x)].min(initial=np.inf))
             m, n = (max(int(name[1:]) for name in constants if name[0] == letter) for letter in "ab")
             lead, power = Fraction(constants[f"a{m}"]) / Fraction(constants[f"b{n}"]), n - m
-            # Rounded are 1/v*, each of its powers, two sums that are nearly their first terms (3/2 u), the quotient.
+            # Roundings: 1/v*, each of its powers, two sums that are nearly their first terms (3/2 u), the quotient.
             allowed = (2 * power + 8) * 2.0**-form.precision * 1.001
             error = 0.0 if np.isfinite(values).all() else math.inf
             for y, v in zip(values.tolist(), x.tolist(), strict=True):
@@ -77,7 +77,7 @@ def far_quotients() -> list[FarQuotient]:
 
 
 def losses() -> tuple[list[float], list[float]]:
-    """Return the relative errors of 1 - eps of full accuracy at `ELASTIC`: as a difference, and by its own function."""
+    """Return the relative errors of 1 - eps at `ELASTIC`: as a difference of full accuracy, and by its own function."""
     ways = (
         1 - np.asarray(evaluated(full.full(), "epsilon", ELASTIC)),
         np.asarray(evaluated(full.full(), "one_minus_epsilon", ELASTIC)),
@@ -91,7 +91,7 @@ def losses() -> tuple[list[float], list[float]]:
 
 
 def measure(thorough: bool) -> Finding:
-    """Search all functions, and look at both ends."""
+    """Search all functions, and evaluate them at both ends."""
     rows, number, rounds = (16, 2000, 12) if thorough else (2, 60, 1)
     chosen = list(functions(rows))
     errors: dict[str, list[float]] = {family: [] for family in FAMILIES}
@@ -107,7 +107,9 @@ def judged(
     difference: Sequence[float],
     direct: Sequence[float],
 ) -> Finding:
-    """Hold all errors to their bounds."""
+    """Compare all errors with their bounds."""
+    first = min(far, key=lambda one: one.plain)
+    at = int(np.argmin(abs(ELASTIC - 1e-8)))
     rows = (
         *(Row(f"{FAMILIES[family]}: largest round-off / proven bound", max(e), 1) for family, e in errors.items()),
         Row("quotients at large v*: error / bound of leading terms", max(one.error for one in far), 1),
@@ -116,16 +118,15 @@ def judged(
             max(direct) / (float(full.largest_ulp("one_minus_epsilon")) * 2.0**-52),
             1,
         ),
+        Row(f"v* from which {first.name}, as the plain quotient N/D, is 0 or NaN", first.plain),
+        Row("relative error of the difference 1 - eps at v* = 1e-8", difference[at]),
+        Row("relative error of one_minus_epsilon at v* = 1e-8", direct[at]),
     )
-    first = min(far, key=lambda one: one.plain)
-    at = int(np.argmin(abs(ELASTIC - 1e-8)))
     summary = (
-        f"The search covered {sum(map(len, errors.values()))} functions, branches and rows of tables, in float and "
-        f"double. It finds from {min(map(max, errors.values())):.2f} ({min(errors, key=lambda f: max(errors[f]))}) to "
-        f"{max(map(max, errors.values())):.3f} ({max(errors, key=lambda f: max(errors[f]))}) of the proven bounds. "
-        f"Written down plainly, {first.name} would be 0 or NaN from v* = {first.plain:.2g} on; as exported, every "
-        f"quotient stays a number. At v* = 1e-8 a difference 1 minus eps is off by {difference[at]:.0%}, and "
-        f"one_minus_epsilon by {direct[at]:.1e}."
+        f"No exported function exceeds its proven error. The search covered {sum(map(len, errors.values()))} "
+        "functions, branches and rows of tables, in float and double. At large v* every exported quotient remains "
+        "finite, where the plain quotient overflows. Near v* = 0 one_minus_epsilon keeps all digits, which the "
+        "difference 1 - eps loses."
     )
 
     def draw(figure: Figure) -> None:
@@ -136,8 +137,8 @@ def judged(
         ):
             axes.plot(range(start, start + len(values)), values, mark, color=color, markersize=3, label=family)
             start += len(values)
-        axes.axhline(1, color=BLACK, linewidth=0.8)
-        axes.set(ylabel="round-off / proven bound", xlabel="function, branch or row", ylim=(0, 1.3))
-        axes.legend(loc="upper center", ncols=5, frameon=False, fontsize=9)
+        axes.axhline(1, color=BLACK, linewidth=0.8, label="bound")
+        axes.set(ylabel="round-off / proven bound", xlabel="function, branch or row of a table", ylim=(0, 1.25))
+        axes.legend(loc="upper center", ncols=6, columnspacing=1.2, handletextpad=0.4)
 
     return Finding(rows, summary, draw)

@@ -1,10 +1,10 @@
 r"""Truncated series.
 
-Up to which v* is the sum of the first terms within 1e-3 of eps, at every order, and does round-off matter?
+Up to which v* is the truncated series within 1e-3 of eps, and does round-off matter?
 
 With S_k = h_0 + … + h_k v*^k, S_k - S_(k-1) = h_k v*^k. Where both sums are within 1e-3 of eps, |h_k| v*^k <= 2e-3 eps:
-the earlier one of two neighbouring orders leaves before equality. The sum in double precision leaves where the exact
-sum does, but for the bound of Horner's rule.
+the smaller v* of two neighbouring orders lies below equality. The sum in double precision fails where the exact sum
+does, within the error bound of Horner's rule.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def coefficients(order: int) -> Coefficients:
 
 
 def bisected(beyond: Callable[[FloatArray], Any], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return for every order (first axis) where `beyond` becomes true between low and high."""
+    """Return for every order (first axis) the v* between low and high at which `beyond` becomes true."""
     low, high = low[:, None], high[:, None]
     for _ in range(56):
         middle = (low + high) / 2
@@ -69,7 +69,7 @@ def places(given: Coefficients) -> FloatArray:
 
 
 def distance(given: Coefficients, k: int, place: float) -> float:
-    """Return how far the exact S_k is from leaving at a place, relative to the bound of what rounding does there.
+    """Return the distance of the exact |S_k/eps - 1| from the tolerance at a v*, relative to the bound of round-off.
 
     Errors: of Horner's rule and the coefficients, of eps in double precision, of three operations, and of the place.
     """
@@ -84,7 +84,7 @@ def distance(given: Coefficients, k: int, place: float) -> float:
 
 
 def latest(given: Coefficients) -> FloatArray:
-    """Return the limit that the earlier one of the orders k - 1 and k must not exceed; infinite where h_k = 0."""
+    """Return the upper bound for the smaller v* of the orders k - 1 and k; infinite where h_k = 0."""
     h, k = abs(given.h[:, None]), np.arange(len(given.h))[:, None]
     low, high = np.full(len(h), GRID[0]), np.full(len(h), 2.0)
     place = bisected(lambda v: h * v**k > 2 * TOLERANCE * double.epsilon(v), low, high)
@@ -92,38 +92,46 @@ def latest(given: Coefficients) -> FloatArray:
 
 
 def measure(thorough: bool) -> Finding:
-    """Find where every sum leaves eps, and compare with what is known of the remainder."""
+    """Find the v* at which every sum fails, and compare with the bound of the remainder."""
     return judged(given := coefficients(160 if thorough else 80), places(given))
 
 
 def judged(given: Coefficients, found: FloatArray) -> Finding:
-    """Hold the v* where sums leave to what is known of the remainder."""
+    """Compare the v* at which sums fail with the bound of the remainder."""
     order, limits, best = len(found) - 1, latest(given), int(np.argmax(found))
     radius = abs(complex(singularity.from_flow(10).v_star))
     rows = (
         Row(
-            "earlier one of two neighbouring orders / its latest v*",
+            "smaller v* of two neighbouring orders / its upper bound",
             max(np.minimum(found[1:], found[:-1]) / limits[1:]),
             1,
         ),
-        Row("round-off where the sum leaves / its bound", max(distance(given, k, v) for k, v in enumerate(found)), 1),
+        Row("round-off where the sum fails / its bound", max(distance(given, k, v) for k, v in enumerate(found)), 1),
+        Row(f"S_20 is within {TOLERANCE:g} of eps up to v*", found[20]),
+        Row(f"S_{order} is within {TOLERANCE:g} of eps up to v*", found[order]),
+        Row(f"S_{best}, the best sum up to order {order}: up to v*", found[best]),
+        Row("radius of convergence R of the series", radius),
+        Row(f"k (1 - v*/R) at k = {order}", order * (1 - found[order] / radius)),
     )
     summary = (
-        f"S_20 is within {TOLERANCE:g} of eps up to v* = {found[20]:.4f}, S_{order} up to {found[order]:.4f}; the best "
-        f"of all orders up to {order} is S_{best} with {found[best]:.4f}. None reaches the radius of convergence R = "
-        f"{radius:.6f}, which is approached like 1/k: k (1 - v*/R) = {order * (1 - found[order] / radius):.1f} at k = "
-        f"{order}. Higher precision does not help: the sums in double precision leave where the exact ones do."
+        "The series is accurate up to about v* = 0.8; near v* = 1 it fails at every order. No sum reaches the "
+        "radius of convergence R, which the limit approaches only like 1/k. More digits do not help: sums in double"
+        " precision fail at the same v* as exact sums. S_k is the sum of the terms up to v*^k."
     )
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
         k = np.arange(order + 1)
-        axes.plot(k, found, "o", color=BLUE, markersize=3, label="$S_k$ is off by $10^{-3}$")
+        axes.plot(k, found, "o", color=BLUE, markersize=3, label=r"$v_\ast$ from which $S_k$ is off by $10^{-3}$")
         axes.plot(
-            k, np.where(np.isfinite(limits), limits, np.nan), "_", color=VERMILION, label="latest, of $k-1$ and $k$"
+            k,
+            np.where(np.isfinite(limits), limits, np.nan),
+            "_",
+            color=VERMILION,
+            label="upper bound for the smaller of $k-1$ and $k$",
         )
-        axes.axhline(radius, color="black", linewidth=0.8, label="radius of convergence")
-        axes.set(xlabel="order $k$", ylabel=V_STAR, ylim=(0, 1.3))
-        axes.legend(loc="lower right", frameon=False, fontsize=9)
+        axes.axhline(radius, color="black", linewidth=0.8, label="radius of convergence $R$")
+        axes.set(xlabel="order $k$", ylabel=V_STAR, ylim=(0, 1.2))
+        axes.legend(loc="lower right")
 
     return Finding(rows, summary, draw)
