@@ -61,7 +61,7 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
     need("figures", "matplotlib")
     pictures = registry.render(names or figures.NAMES, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
-    click.echo(f"wrote {', '.join(pictures)} to {out}")
+    say(f"wrote {', '.join(pictures)} to {out}")
 
 
 @click.command("bench", epilog=examples("viscopade bench --only pow --rounds 2"))

@@ -50,6 +50,11 @@ def printed(*words):
     return result.stdout
 
 
+def said(*words):
+    """Return what a command prints, on one line."""
+    return " ".join(printed(*words).split())
+
+
 def json_of(*words):
     """Return the JSON that a command prints."""
     return json.loads(printed(*words, "--format", "json"))

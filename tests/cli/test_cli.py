@@ -11,7 +11,7 @@ import re
 import click
 import pytest
 
-from tests.cli import called, json_of, printed
+from tests.cli import called, json_of, printed, said
 from viscopade import Pair, Sphere, pade, series
 from viscopade.cli.main import command
 from viscopade.collision import exact
@@ -178,7 +178,7 @@ def test_where_the_model_does_not_hold():
     for first in (("epsilon", "--dissipative-constant", 1e-6), ("invert", "--epsilon", "0.9")):
         found = json_of(*first, *words)
         assert [text.split()[1] for text in found["warnings"]] == ["overlap", "1"]
-        assert all(f"Warning: {text}." in called(*first, *words).stdout for text in found["warnings"])
+        assert all(f"Warning: {text}." in said(*first, *words) for text in found["warnings"])
     hard = ("--radius", "1 cm", "--density", 2500, "--young-modulus", "70 GPa", "--poisson-ratio", 0.22)
     hard = ("epsilon", *hard, "--dissipative-constant", "1 us", "--speed", "1 m/s")
     assert json_of(*hard)["warnings"] == []
@@ -187,7 +187,7 @@ def test_where_the_model_does_not_hold():
     assert warning.startswith("1 m/s is beyond the ")
     across = ("table", *hard[1:-2], "--to", "1 m/s", "--yield-strength", "1 MPa")
     assert json_of(*across)["warnings"] == [warning]
-    assert f"Warning: {warning}." in called(*across).stdout
+    assert f"Warning: {warning}." in said(*across)
 
 
 def test_invert_with_and_without_a_material():

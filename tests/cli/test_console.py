@@ -18,7 +18,7 @@ from tests.cli import printed as run
 from viscopade import arguments
 from viscopade.cli import console
 
-NUMBER = re.compile(r"\S*[0-9]\S*")
+NUMBER = re.compile(r"\S*[0-9][^\s:]*")
 ROOT = Path(__file__).parents[2]
 SCENE = ("scene", ROOT / "examples" / "ice_rings.toml", "--no-check")
 MATERIAL = ("--radius", "0.01", "--density", "2500", "--young-modulus", "1e7", "--poisson-ratio", "0.3")
@@ -59,7 +59,7 @@ def test_no_number_is_cut(words, monkeypatch):
 
 
 def test_a_table_too_wide_has_heads_and_sentences_on_several_lines(monkeypatch, capsys):
-    monkeypatch.setattr(console, "terminal_width", lambda: 30)
+    monkeypatch.setattr(console, "text_width", lambda: 30)
     rows = [("1.2345", "a sentence of words"), ("1" * 20, "")]
     console.show("text", ("a long head of a column", "why"), rows, {}, "A title of several words")
     lines = [line.rstrip() for line in capsys.readouterr().out.split("\n")]
@@ -68,6 +68,30 @@ def test_a_table_too_wide_has_heads_and_sentences_on_several_lines(monkeypatch, 
     assert max(map(len, lines)) <= 36  # a number of 20 digits beside words of 8 letters
     console.show("text", ("a", "b"), [], {})
     assert "a   b" in capsys.readouterr().out
+
+
+def test_a_table_far_too_wide_has_a_line_for_each_cell(capsys):
+    sentence = "The damping lacks a factor. " * 4
+    rows = [("A", *("-1.23456789e-10" for _ in range(5)), "", sentence), ("B", *("1" for _ in range(6)), "")]
+    console.show("text", ("program", *(f"number{i}" for i in range(6)), "why"), rows, {}, "Title")
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:4] == ["Title", "", "program: A", "  number0: -1.23456789e-10"]
+    assert lines[8:11] == [
+        "  why: The damping lacks a factor. The damping lacks a factor. The damping lacks a factor. The",
+        "    damping lacks a factor.",
+        "",
+    ]
+    assert lines[11:] == ["program: B", *(f"  number{i}: 1" for i in range(6)), ""]
+
+
+@pytest.mark.parametrize("words", [("audit",), ("audit", "mercurydpm", "--epsilon", "0.5", "--time-step", "0.02")])
+def test_what_a_pipe_gets_has_at_most_100_columns(words):
+    assert 90 < max(map(len, run(*words).splitlines())) <= 100
+
+
+def test_lines_do_not_break_inside_a_formula(capsys):
+    console.say("word " * 19 + "x = 1 - eps^2 <= 3")
+    assert capsys.readouterr().out.splitlines()[1] == "x = 1 - eps^2 <= 3"
 
 
 def test_two_columns_of_all_digits_stay_together_in_a_pipe(monkeypatch, capsys):

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.cli import called, json_of, printed
+from tests.cli import called, json_of, printed, said
 from tests.fitting.test_contacts import REPORTED, fallen
 from viscopade import Pair, Sphere
 from viscopade.arrays import double
@@ -80,7 +80,7 @@ def test_a_tolerance_finer_than_the_data_is_called_needless(data, tmp_path):
     scene = tmp_path / "ball.toml"
     printed("fit", data, *MATERIAL, "--scene", scene)
     scene.write_text(re.sub("absolute = .*", "epsilon = 1e-6", scene.read_text()))
-    text = printed("scene", scene, "--no-check")
+    text = said("scene", scene, "--no-check")
     assert re.search(r"times larger; absolute = 0\.000\d+ is enough", text)
 
 
@@ -104,7 +104,7 @@ def test_a_law_that_does_not_hold_is_named_in_every_file(data, tmp_path):
 def test_the_best_law_goes_on_to_other_commands(data, tmp_path):
     file, scene = tmp_path / "constant.csv", tmp_path / "ball.toml"
     file.write_text("speed,epsilon,sigma_epsilon\n" + "\n".join(f"{v!r},0.9,0.003" for v in SPEED.tolist()))
-    text = printed("fit", file, *MATERIAL, "--scene", scene)
+    text = said("fit", file, *MATERIAL, "--scene", scene)
     assert "ball.toml has the viscoelastic law: a scene takes no other one" in text
     options = re.search(r"`viscopade simulators`: (--law linear --epsilon \S+ --speed \S+)", text)[1].split()
     assert json_of("fit", file)["contact_law"] == pytest.approx({"law": "linear", "epsilon": 0.9, "speed": 0.387298})

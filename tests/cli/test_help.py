@@ -10,6 +10,7 @@ import click
 import pytest
 
 from viscopade.cli.main import SECTIONS, command
+from viscopade.generated import MARKER
 
 ROOT = Path(__file__).parents[2]
 COLUMNS = 80
@@ -53,12 +54,14 @@ def test_help_fits_into_80_columns_and_ends_with_an_example(name):
         for i, line in enumerate(examples(name))
     ],
 )
-def test_examples_run(tmp_path, line):
+def test_examples_run_and_print_at_most_100_columns(tmp_path, line):
+    """Files that are printed may have longer lines."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     words = [sys.executable, "-m", *shlex.split(line)]
     ran = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout or len(list(tmp_path.iterdir())) > 1  # a file was written
+    assert MARKER in ran.stdout or max(map(len, ran.stdout.splitlines()), default=0) <= 100
 
 
 @pytest.mark.parametrize(

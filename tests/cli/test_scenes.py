@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import viscopade as vp
-from tests.cli import json_of, printed
+from tests.cli import json_of, printed, said
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -75,7 +75,7 @@ def test_a_scene_is_answered_in_words(small):
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 def test_a_scene_becomes_a_checked_file(small, tmp_path):
-    text = printed("scene", small, "--out", tmp_path / "new")
+    text = said("scene", small, "--out", tmp_path / "new")
     assert re.search(r"Checked: .* at 20,000 collisions", text)
     assert "wrote small_scene.h to" in text
     header = (tmp_path / "new" / "small_scene.h").read_text()

@@ -170,7 +170,8 @@ class Degree(_Pair):
 
 PICTURES = ("svg", "png", "pdf")
 _ENDLESS = 1_000_000  # columns: wider than any table
-_IN_A_PIPE = 100  # columns of a table that no terminal shows
+_IN_A_PIPE = 100  # columns of text that no terminal shows
+_READABLE = 24  # columns that are enough for a sentence on several lines, and for a name that is no number
 _NARROWEST = 20  # columns of a terminal; what is narrower gets lines of this length
 
 ORDER = Whole("order", 0, arguments.MAX_ORDER)
@@ -366,7 +367,7 @@ def show(
 
 
 def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
-    """Print a table whose heads and sentences take several lines if it is too wide; no number is ever cut."""
+    """Print a table. If it is too wide, heads and sentences take several lines, or each cell one; no number is cut."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -375,31 +376,54 @@ def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: s
     for row in cells:
         table.add_row(*row)
     console = Console(width=_ENDLESS, color_system=None, force_terminal=False, markup=False, highlight=False)
-    width = terminal_width() or _IN_A_PIPE
+    width = text_width()
     if console.measure(table).maximum > width:
-        table.pad_edge = False
-        for column, *texts in zip(table.columns, header, *cells, strict=True):
-            column.min_width = max(len(word) for text in texts for word in [*text.split(), ""])
-            if not any(" " in text for text in texts[1:]):
-                column.width = column.min_width
+        columns = list(zip(header, *cells, strict=True))
+        least = [max(map(_least_width, texts)) for texts in columns]
+        widths = [max(map(len, texts)) for texts in columns]
+        while sum(widths) + 2 * len(columns) > width and widths != least:
+            _, widest = max((have, i) for i, have in enumerate(widths) if have > least[i])
+            widths[widest] -= 1
+        table.padding, table.pad_edge = (0, 1, 0, 0), False
+        for column, wanted in zip(table.columns, widths, strict=True):
+            column.width, column.overflow = wanted, "fold"
+        in_rows = max(len(columns[i][0]) + have for i, have in enumerate(least))
+        if sum(widths) + 2 * len(columns) > width > in_rows:
+            _print_rows(header, cells, title)
+            return
     with console.capture() as capture:
-        console.print(table, width=max(width, console.measure(table).minimum))
+        console.print(table)
     click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
 
 
+def _least_width(text: str) -> int:
+    """Return the columns that a text needs: for a sentence more than its longest word; long names may be broken."""
+    whole = (len(word) if re.search("[0-9]", word) else min(len(word), _READABLE) for word in text.split())
+    return max([*whole, min(len(text) // 4, _READABLE)])
+
+
+def _print_rows(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
+    """Print each cell of a table on a line of its own, if it is not empty, after its head."""
+    say(title or "")
+    for row in cells:
+        click.echo()
+        for i, (head, text) in enumerate(zip(header, row, strict=True)):
+            if text:
+                say(f"{'  ' * (i > 0)}{head}: {text}", 4)
+    click.echo()
+
+
 def say(text: str, indent: int = 0) -> None:
-    """Print a text; on a terminal, lines break at spaces, and all lines but the first are indented."""
-    width = terminal_width()
-    if width is not None:  # a word longer than a line, such as a number, stays whole
-        lines = wrap(text, width, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
-        text = "\n".join(lines)
-    click.echo(text)
+    """Print a text; lines break at spaces, but not inside a formula, and all lines but the first are indented."""
+    joined = re.sub(r" ([-+<>=]+) ", "\N{NO-BREAK SPACE}\\1\N{NO-BREAK SPACE}", text)
+    lines = wrap(joined, text_width(), subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
+    click.echo("\n".join(lines).replace("\N{NO-BREAK SPACE}", " "))
 
 
-def terminal_width() -> int | None:
-    """Return the width of the terminal on standard output; None for a pipe or a file, whose lines have no limit."""
+def text_width() -> int:
+    """Return the width of the terminal on standard output; that of a pipe or a file is 100 columns."""
     if not _is_terminal(sys.stdout):
-        return None
+        return _IN_A_PIPE
     from rich.console import Console
 
     return max(Console().width, _NARROWEST)

@@ -170,9 +170,9 @@ def fit(
         write_all(written)
     _show(recording, found, constants, left, style)
     if style == "text" and written:
-        click.echo(f"wrote {', '.join(map(str, written))}")
+        say(f"wrote {', '.join(map(str, written))}")
         if scene_file is not None and found.contact_law.law != "viscoelastic":
-            click.echo(f"{scene_file} has the viscoelastic law: a scene takes no other one")
+            say(f"{scene_file} has the viscoelastic law: a scene takes no other one")
 
 
 def _language(code: Path) -> str:

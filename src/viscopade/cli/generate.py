@@ -197,7 +197,7 @@ def scene_command(
     if verdict is not None:
         say(tables.checked(verdict))
     if out is not None:
-        click.echo(f"wrote {render.file_name(scene)} to {out}")
+        say(f"wrote {render.file_name(scene)} to {out}")
 
 
 def read_scene(file: Path) -> Scene:

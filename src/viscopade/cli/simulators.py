@@ -9,7 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import OUTPUT, OneOf, Quantity, Real, deliver, double, examples, limits_of, material, pair_of
+from viscopade.cli.console import (
+    OUTPUT,
+    OneOf,
+    Quantity,
+    Real,
+    deliver,
+    double,
+    examples,
+    limits_of,
+    material,
+    pair_of,
+    say,
+)
 from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import write_all
 from viscopade.kernels.catalogue import TIERS
@@ -265,7 +277,7 @@ def verification(program: str, out: Path) -> None:
 
     texts = verification_files(f"viscopade verification {program}")
     write_all({out / name: text for name, text in texts.items()}, parents=True)
-    click.echo(f"wrote {len(texts)} files to {out}")
+    say(f"wrote {len(texts)} files to {out}")
 
 
 COMMANDS = (simulators_command, verification)

@@ -114,9 +114,9 @@ def plot(
     number = _DRAWN if options["gravity"] is None else _DRAWN_WITH_WEIGHT
     draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, number), points, **over)
     write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind, page)})
-    click.echo(f"wrote {output}")
+    say(f"wrote {output}")
     for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"]):
-        click.echo(f"Warning: {text}.")
+        say(f"Warning: {text}.")
 
 
 def _inches(size: tuple[str, str] | None) -> tuple[float, float] | None:
