@@ -182,13 +182,13 @@ def test_weight_of_a_soft_ball_is_in_the_fit_or_said_to_be_left_out(tmp_path):
     assert found["warnings"] == []
     assert found["weight"]["fitted"]
     assert found["weight"]["g_t_c_over_v"] == pytest.approx([0.0414, 0.498], abs=1e-3)
-    assert "Weight in contacts is in the fit: g t_c/v is 0.041 to 0.5." in printed(*words, *SOFT, "--wall")
+    assert "Weight in contacts is in the fit: g t_c/v is 0.041 to 0.5." in said(*words, *SOFT, "--wall")
     two = json_of(*words, *SOFT)
     assert not two["weight"]["fitted"]
     assert two["warnings"] == [
         "weight in contacts is neglected: g t_c/v is 0.036 to 0.41; --wall, for a sphere on a plane, includes it"
     ]
-    text = printed(*words)
+    text = said(*words)
     assert (
         "Weight in contacts is neglected: it matters if the contact of the slowest bounce lasts 0.43 ms or more" in text
     )
