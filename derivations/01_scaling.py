@@ -3,7 +3,7 @@
 #
 # Two viscoelastic spheres collide: eq:newton with the force of eq:viscoelastic. The problem has four
 # parameters: m_eff, rho, A and the impact speed v. We choose the units of length and time so that all but one
-# disappear. What is left is kappa = v*^2 = beta v^(1/5), and beta of eq:betadef comes out.
+# disappear. The remaining one is kappa = v*^2 = beta v^(1/5), with beta of eq:betadef.
 
 # %%
 import random
@@ -14,7 +14,7 @@ from viscopade.collision import spheres
 from viscopade.theory import equation
 
 m, rho, A, v = sp.symbols("m_eff rho A v", positive=True)
-X, T = sp.symbols("X T", positive=True)  # the units of length and time, to be chosen
+X, T = sp.symbols("X T", positive=True)  # the units of length and time, chosen below
 scaled = equation.scaled_equation()  # only its symbols are used until the end
 x, tau = scaled.x, scaled.tau
 
@@ -59,7 +59,7 @@ assert sp.simplify(length / ((rho / m) ** sp.Rational(-2, 5) * v ** sp.Rational(
 assert sp.simplify(time / ((rho / m) ** sp.Rational(-2, 5) * v ** sp.Rational(-1, 5))) == 1
 
 # %% [markdown]
-# ## What is left
+# ## The remaining parameter
 #
 # The coefficient of x' sqrt(x) is a pure number, and it is the only parameter: kappa. It grows like v^(1/5),
 # and beta is what remains when the speed is divided out. This is eq:betadef, and v* = sqrt(kappa).
@@ -78,14 +78,14 @@ assert sp.simplify(lhs.subs({X: length, T: time}) - scaled_lhs.subs(scaled.kappa
 # %% [markdown]
 # ## When the contact ends
 #
-# Spheres without adhesion never pull: the force is min(0, ...), and in scaled units what stands behind the
-# comma is -sqrt(x) (x + kappa y) with y = x'. It pushes while x + kappa y > 0. On the way in y > 0, and at
+# Spheres without adhesion never attract each other: the force is min(0, ...), and in scaled units its second
+# argument is -sqrt(x) (x + kappa y) with y = x'. It is repulsive while x + kappa y > 0. On the way in y > 0, and at
 # the turning point y = 0 with x > 0. On the way out y < 0, and at x = 0 the sum would be kappa y < 0. So the
 # force vanishes before the compression does, where x = -kappa y. That is x'' = 0, eq:tEndAdvanced.
 #
 # From there on the min keeps y constant, x decreases, and x + kappa y stays negative: the contact is over,
-# and eps = -y. The spheres part still compressed, at x_c = kappa eps > 0, and relax by themselves. (To stop
-# at x = 0 instead means to let them attract each other at the end: another, older model.)
+# and eps = -y. The spheres separate still compressed, at x_c = kappa eps > 0, and relax later. (An
+# older model stops at x = 0 instead, so the spheres attract each other at the end.)
 
 # %%
 eps, x_c = sp.symbols("epsilon x_c", positive=True)
@@ -96,8 +96,8 @@ on_the_way_out = acceleration.subs(x.diff(tau), -eps).subs(x, x_c)
 (compression,) = sp.solve(on_the_way_out, x_c)
 print("x'' = 0 at x_c =", compression)
 assert compression == scaled.kappa * eps
-assert on_the_way_out.subs(x_c, 2 * compression).is_negative  # before: it pushes
-assert sp.simplify(on_the_way_out.subs(x_c, compression / 2)).is_positive  # after: it would pull
+assert on_the_way_out.subs(x_c, 2 * compression).is_negative  # before: repulsion
+assert sp.simplify(on_the_way_out.subs(x_c, compression / 2)).is_positive  # after: attraction
 
 # %% [markdown]
 # ## The same in `viscopade.collision.spheres`
@@ -135,7 +135,7 @@ for name, symbolic, number in (
 # %% [markdown]
 # ## A direct check
 #
-# Integrate Newton's equation as it stands, in physical units, and the scaled equation, and compare. The
+# Integrate Newton's equation in physical units, and the scaled equation, and compare. The
 # square root makes both singular at the first touch. A new time s with dt = 2 sqrt(xi) ds removes that: for q
 # = sqrt(xi) and u = xi' the equations dq/ds = u and du/ds = 2 q xi'' are smooth. The last Runge-Kutta step is
 # bisected until it ends where the force vanishes.

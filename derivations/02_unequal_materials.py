@@ -2,16 +2,16 @@
 # # 2. Two different materials
 #
 # eq:viscoelastic and eq:paramEl hold for two spheres of one material. Here the two bodies differ: Young
-# moduli Y_1, Y_2, Poisson ratios nu_1, nu_2, dissipative constants A_1, A_2. What rho and what A has the
-# pair?
+# moduli Y_1, Y_2, Poisson ratios nu_1, nu_2, dissipative constants A_1, A_2. We look for rho and A of the
+# pair.
 #
 # The answer: with the compliances D_i = (1 - nu_i^2)/Y_i,
 #
 #     rho = 4/3 sqrt(R_eff)/(D_1 + D_2),    A = (D_1 A_1 + D_2 A_2)/(D_1 + D_2).
 #
 # rho is Hertz's result. A is derived here from the power that the two bodies dissipate, in the quasi-static
-# approximation behind eq:viscoelastic: the deformation is at each moment nearly that of a static contact. What
-# happens within a body need not be known: its A_i says what it dissipates in a contact with its like. To first
+# approximation behind eq:viscoelastic: the deformation is at each moment nearly that of a static contact. The
+# processes within a body do not matter: A_i gives its dissipation in a contact with an equal body. To first
 # order in A_1 and A_2 the two powers add up to the A above. Other generalisations exist, see the end.
 
 # %%
@@ -73,30 +73,30 @@ assert sp.simplify(equal - 2 * Y * sp.sqrt(R) / (3 * (1 - nu**2))) == 0  # eq:pa
 # Now xi changes in time. The force F does work on both bodies, which store it as elastic energy U or dissipate
 # it: F dxi/dt = dU/dt + P. Two facts give both terms to first order in the A_i:
 #
-# - For given xi the static deformation makes U least. The true one differs from it by something of first order,
-#   so U differs from Hertz's energy by something of second order only: F is Hertz's force plus P/(dxi/dt).
-# - P is quadratic in the rates of strain: P = P_1 + P_2, and to first order P_i is what body i dissipates while
-#   its deformation is Hertz's.
+# - For given xi the static deformation minimises U. The true deformation differs from it in first order,
+#   so U differs from Hertz's energy only in second order: F is Hertz's force plus P/(dxi/dt).
+# - P is quadratic in the rates of strain: P = P_1 + P_2, and to first order P_i is the dissipation of body i with
+#   Hertz's deformation.
 #
-# In the contact of body i with its like, of the same R_eff and at the same xi(t), each of the two bodies
+# In the contact of body i with an equal body, of the same R_eff and at the same xi(t), each of the two bodies
 # dissipates half of the power of eq:viscoelastic. The radius of the contact does not depend on the materials,
 # a^2 = R_eff xi. So the pressure on body i, hence its strains and their rates, are those of that contact times
 # one number, the ratio of the peak pressures, and P_i is that power times the number's square. How the body's
 # viscous stress depends on the rates (two viscosities, in any ratio) does not matter.
 #
-# First the two peaks, and what each body dissipates in either contact.
+# First the two peaks, and the dissipation of each body in either contact.
 
 # %%
 rate = sp.Symbol("xi_dot", real=True)
 
 
 def power(A, compliances):
-    """Return what a contact dissipates by eq:viscoelastic."""
+    """Return the power that a contact dissipates by eq:viscoelastic."""
     return sp.Rational(3, 2) * A * rho_pair.subs(D1 + D2, compliances) * sp.sqrt(xi) * rate**2
 
 
 def dissipated_by(A, D):
-    """Return what one body dissipates, from the contact with its like."""
+    """Return the power that one body dissipates, from the contact with an equal body."""
     magnified = sp.simplify(peak / peak.subs(D1 + D2, 2 * D))
     return magnified**2 * power(A, 2 * D) / 2
 
@@ -110,8 +110,8 @@ assert sp.simplify(viscous_force - sp.Rational(3, 2) * A_pair * rho_pair * sp.sq
 # %% [markdown]
 # That U is stationary, in the contact at hand: let the bodies' shares u_i of w = xi - r^2/(2 R_eff) = u_1 + u_2,
 # where they touch, be off by epsilon. The pressure that holds u_i is q_i/K, q_i = u_i/D_i, and the energy is the
-# integral of u_i (q_i/K)/2. K is linear, symmetric and the same for both, so u_i q_i/2 tells what is to be known.
-# (Where they touch, they go on touching; at the edge, which may move, the pressure vanishes.)
+# integral of u_i (q_i/K)/2. K is linear, symmetric and the same for both, so u_i q_i/2 is sufficient.
+# (Points in contact stay in contact; at the edge, which may move, the pressure vanishes.)
 
 # %%
 w, epsilon = sp.symbols("w epsilon")
@@ -127,8 +127,8 @@ assert sp.simplify(energy.subs(epsilon, 0) - w**2 / (2 * (D1 + D2))) == 0
 #
 #     K p = (1 + A_1 d/dt) u_1/D_1 = (1 + A_2 d/dt) u_2/D_2,    u_1 + u_2 = w,
 #
-# where w = xi - r^2/(2 R_eff) is imposed from outside. All is linear, so write z for d/dt and q for K p. The
-# two u_i are eliminated, and what is left is expanded in the A_i, marked by lambda.
+# where w = xi - r^2/(2 R_eff) is imposed from outside. All is linear, so write z for d/dt and q for K p. We
+# eliminate the two u_i, and expand the result in the A_i, marked by lambda.
 
 # %%
 q, z, lam = sp.symbols("q z lambda")
@@ -158,8 +158,8 @@ assert sp.simplify(viscoelastic - paper) == 0  # eq:viscoelastic, with its facto
 # %% [markdown]
 # ## Limits
 #
-# A rigid partner (D_2 -> 0) leaves the constant of the soft body, whatever its own. Two equal constants leave
-# that constant, whatever the moduli. The arithmetic mean is right only for equal compliances (or equal A).
+# With a rigid partner (D_2 -> 0) the pair has the constant of the soft body. Two equal constants give
+# that constant for all moduli. The arithmetic mean is right only for equal compliances (or equal A).
 
 # %%
 assert sp.limit(A_pair, D2, 0) == A1
@@ -170,10 +170,10 @@ print("A - (A_1 + A_2)/2 =", mistake)
 assert sp.simplify(mistake - (A1 - A2) * (D1 - D2) / (2 * (D1 + D2))) == 0
 
 # %% [markdown]
-# ## What is neglected
+# ## Neglected terms
 #
-# For the special bodies, the first term left out is of second order and proportional to (A_1 - A_2)^2: two
-# different viscoelastic bodies in series are no longer one such body. It is small where the constants differ by
+# For the special bodies, the first neglected term is of second order and proportional to (A_1 - A_2)^2: two
+# different viscoelastic bodies in series are not equivalent to one such body. It is small if the constants differ
 # little compared with the duration of the collision, and zero for equal constants or a rigid partner.
 # eq:viscoelastic itself is of first order in A.
 
@@ -189,7 +189,7 @@ assert sp.simplify(second + D1 * D2 * (A1 - A2) ** 2 / (D1 + D2) ** 2) == 0
 # of the deformation too, but takes the shares from the 2/3 powers of the moduli. Goldobin, Susloparov,
 # Pimenova and Brilliantov ("Collision of viscoelastic bodies: Rigorous derivation of dissipative force", Eur.
 # Phys. J. E) go beyond the quasi-static approximation, for different materials too; their result is not used
-# here. Whoever has an A for the pair, from theory or experiment, gives both spheres that A.
+# here. If you know A of the pair, from theory or experiment, give both spheres that A.
 #
 # ## The same in `viscopade.collision.spheres`
 

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # 4. The hierarchy of perturbation equations
 #
-# d(g^2)/dr = -5 r^4 - 5 K g r^2, g(1) = 0 (section 2.2) is solved by g = sum K^n g_n(r). We let SymPy write
-# down the equation of each order, bring it to the form of a recursion, show that no order is singular
+# d(g^2)/dr = -5 r^4 - 5 K g r^2, g(1) = 0 (section 2.2) is solved by g = sum K^n g_n(r). SymPy writes
+# the equation of each order. We bring it to the form of a recursion, show that no order is singular
 # anywhere on 0 <= r <= 1, and compute G_n = g_n(0), the coefficients of V(K) = g(0), in three ways.
 
 # %%
@@ -41,7 +41,7 @@ for n in range(HIGHEST + 1):
 #
 #     g_0 = sqrt(1 - r^5),    2 g_0 g_n = P_n - sum_(0<i<n) g_i g_(n-i).
 #
-# Each order is one integration of the order before, then a division by g_0.
+# Each order is one integration of the previous order, then a division by g_0.
 
 # %%
 g_0 = sp.sqrt(sp.integrate(5 * r**4, (r, r, 1)))
@@ -51,7 +51,7 @@ assert sp.simplify(symbolic.hierarchy(0).subs(g(0), g_0).doit()) == sp.true
 # %% [markdown]
 # ## Why it is regular: the turning point
 #
-# g_0 vanishes at r = 1, and every order divides by it. Nothing goes wrong. Let t = 1 - r. Then
+# g_0 vanishes at r = 1, and every order divides by it. This is harmless. Let t = 1 - r. Then
 #
 #     g_n = t^((n+1)/2) f_n(t),   f_n analytic for |t| < 2 sin(pi/5) = 1.1756.
 #
@@ -71,9 +71,9 @@ assert abs(radius - float(2 * sp.sin(sp.pi / 5))) < 1e-12
 
 # %% [markdown]
 # n >= 1, by induction. All terms of the recursion have the same power of t: the product g_i g_(n-i) has
-# t^((i+1)/2 + (n-i+1)/2) = t^(n/2+1), so has g_0 g_n, and so has P_n, for a power t^(n/2+j) in the integrand
+# t^((i+1)/2 + (n-i+1)/2) = t^(n/2+1), so has g_0 g_n, and so has P_n, because a power t^(n/2+j) in the integrand
 # becomes t^(n/2+1+j)/(n/2+1+j). This divides the coefficient j of an analytic function by n/2 + 1 + j, which
-# leaves its disc of convergence as it is. Without the common power,
+# does not change its disc of convergence. Without the common power,
 #
 #     2 f_0 f_n = p_n - sum_(0<i<n) f_i f_(n-i),
 #     coefficient j of p_n = 5/(n/2+1+j) * coefficient j of (1-t)^2 f_(n-1),
@@ -91,9 +91,9 @@ assert sp.simplify(sp.integrate(s ** (n / 2 + j), (s, 0, t)) - t ** (power + j) 
 # %% [markdown]
 # ## Why it is regular: first contact
 #
-# Around r = 0, g_0 = sqrt(1 - r^5) is analytic and not zero for |r| < 1, and integrals and products keep
-# that. So every g_n is analytic for |r| < 1; the only singularities in reach are the fifth roots of unity,
-# and of these r = 1 is the one that the other series resolves. The two discs overlap: at r = 1/2 both
+# Around r = 0, g_0 = sqrt(1 - r^5) is analytic and not zero for |r| < 1, and so are integrals and
+# products. So every g_n is analytic for |r| < 1; the nearest singularities are the fifth roots of unity,
+# and the other series resolves r = 1. The two discs overlap: at r = 1/2 both
 # converge, the one around r = 0 like 2^-j and the one around r = 1 like (1/2 / 1.1756)^j = 2.35^-j.
 #
 # ## First way to the numbers: this file, in plain floating point
@@ -161,7 +161,7 @@ with mp.workdps(DIGITS + 15):
 # ## Third way: quadrature for G_1 and G_2
 #
 # 2 G_1 = 5 int_0^1 g_0 s^2 ds is a Beta function of u = s^5. Then 2 G_2 = 5 int_0^1 g_1 s^2 ds - G_1^2, where
-# 2 g_0 g_1 = P_1 is the same integral from r on. Near r = 1 all is smooth in y = sqrt(1 - r^5), dr =
+# 2 g_0 g_1 = P_1 is the same integral from r on. Near r = 1 the integrands are smooth in y = sqrt(1 - r^5), dr =
 # -2 y dy / (5 r^4), and near r = 0 in r itself.
 
 # %%

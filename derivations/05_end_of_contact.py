@@ -2,7 +2,7 @@
 # # 5. The end of contact: a universal rational series
 #
 # Contact ends where the force vanishes, x'' = 0 (eq:tEndAdvanced), before x = 0 is reached. The difference
-# between eps there and eps0 at x = 0 depends on one number only, and its series has rational coefficients:
+# between eps there and eps0 at x = 0 depends on only one number, and its series has rational coefficients:
 # eps = eps0 H((4/5) v*^5 sqrt(eps0)) (section 2.3). H is computed in two ways.
 
 # %%
@@ -24,7 +24,7 @@ k = sp.Function("k")
 # %% [markdown]
 # ## Units of the end
 #
-# On the way out g -> U at r = 0, and the viscous force compares with the elastic one where r^4 = K g r^2.
+# On the way out g -> U at r = 0, and the viscous force is comparable with the elastic one where r^4 = K g r^2.
 # Hence g = U h(s), r = sqrt(K U) s with h(0) = 1.
 
 # %%
@@ -37,8 +37,8 @@ assert sp.simplify(slope - delta_of_K * (-5 * s**4 + 5 * h(s) * s**2)) == 0
 print("d(h^2)/ds = 5 delta (h s^2 - s^4), delta =", delta_of_K)
 
 # %% [markdown]
-# Integrated: h^2 = 1 - delta s^5 + 5 delta int_0^s h q^2 dq. This is an initial value problem with nothing
-# singular in it; with h = sum delta^j h_j(s), every h_j is a polynomial.
+# Integrated: h^2 = 1 - delta s^5 + 5 delta int_0^s h q^2 dq. This is a regular initial value problem;
+# with h = sum delta^j h_j(s), every h_j is a polynomial.
 #
 # The force vanishes where x^(3/2) = -kappa x' sqrt(x), that is x = kappa |x'|. In the present units:
 
@@ -83,7 +83,7 @@ _, d = sp.ring("delta", sp.QQ)
 H = d**0
 for n in range(1, ORDER + 1):
     terms = [(j, m, c) for j in range(1, n + 1) for (m,), c in sp.Poly(h_j[j], s).terms()]
-    # s^m = H^(m/2) is needed to one order less, for delta^j stands before it.
+    # s^m = H^(m/2) is needed to one order less, because its factor is delta^j.
     H = 1 + rs_trunc(sum(c * d**j * rs_pow(H, sp.Rational(m, 2), d, n) for j, m, c in terms), d, n + 1)
 first = [H.coeff(d**n) for n in range(ORDER + 1)]
 print("H =", H)

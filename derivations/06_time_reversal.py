@@ -1,7 +1,7 @@
 # %% [markdown]
 # # 6. Time reversal: half of the coefficients of eps0 vanish
 #
-# A film of a collision, run backwards, shows a collision with negative damping. This maps the pair (kappa,
+# A time-reversed collision is a collision with negative damping. This maps the pair (kappa,
 # eps0) to another one, and in the right variable nu the logarithm of eps0 is odd:
 #
 #     ln eps0 = -Lambda(nu),   nu = kappa eps0^(1/10),   Lambda(nu) = lambda_1 nu + lambda_3 nu^3 + …
@@ -22,11 +22,11 @@ x, tau, kappa = scaled.x, scaled.tau, scaled.kappa
 eps0, a, b, z_value, z_rate = sp.symbols("epsilon_0 a b z z_rate", positive=True)
 
 # %% [markdown]
-# ## The film run backwards
+# ## Time reversal
 #
 # Let y(t) = x(tau_end - t). Then y' = -x', y'' = x'': the damping changes its sign. It starts at y = 0 with
 # the speed eps0 and ends at y = 0 with the speed 1. In units a of length and b of time, y(t) = a z(t/b), it
-# starts with the speed 1, as the scaled problem has to, and the elastic coefficient has to be 1 again.
+# starts with the speed 1, as in the scaled problem, and the elastic coefficient must be 1 again.
 
 # %%
 z = sp.Function("z", nonnegative=True)
@@ -92,7 +92,7 @@ assert sp.simplify(nu_of_V.subs(parts) / (c * K * sp.exp(E / 5))) == 1
 # %% [markdown]
 # ## lambda_k in terms of the G_n
 #
-# Straightforwardly: expand ln V = ln(1 + G_1 K + G_2 K^2 + …), split it, and determine lambda_1, lambda_3, …
+# The direct way is: expand ln V = ln(1 + G_1 K + G_2 K^2 + …), split it, and determine lambda_1, lambda_3, …
 # one after the other so that Lambda(nu(K)) = 2 O(K). `symbolic.lambda_from_G` takes a shorter way, by
 # Lagrange's inversion.
 
@@ -116,13 +116,13 @@ for k in range(1, HIGHEST + 1, 2):
     remaining = truncated(remaining - leading * nu_of_K**k)
     print(f"lambda_{k} =", found[k])
     assert sp.expand(found[k] - symbolic.lambda_from_G(k)) == 0
-assert remaining == 0  # no even power is left over
+assert remaining == 0  # no even power remains
 
 # %% [markdown]
 # ## Numbers
 #
-# lambda_1 has a closed form, as G_1 has. The others come from the enclosures of G_n; those that section 2.4
-# quotes are compared digit by digit.
+# lambda_1 has a closed form, as G_1 has. The others come from the enclosures of G_n; the values in section 2.4
+# are compared digit by digit.
 
 # %%
 lambda_1 = found[1].subs(symbolic.G_symbol(1), symbolic.g_1_at_0())
@@ -146,10 +146,10 @@ for k, ball in zip(found, lambda_coefficients(len(found), DIGITS), strict=True):
     assert str(sp.N(number, 15)) == quoted.get(k, str(sp.N(number, 15)))
 
 # %% [markdown]
-# ## A collision and its film, integrated in time
+# ## A collision and its mirror image, integrated in time
 #
 # With x = q^2 and dtau = 2 q ds, q' = w, w' = -2 q^4 - 2 kappa q^2 w is smooth. The collision at kappa = 1/2
-# gives eps0; its mirror image, with negative damping, has to give 1/eps0.
+# gives eps0; its mirror image, with negative damping, must give 1/eps0.
 
 
 # %%
@@ -162,7 +162,7 @@ with mp.workdps(20):
     half = mp.mpf(1) / 2
     film = eps0_in_time(half, 2.2)
     mirrored = eps0_in_time(-half * film ** (mp.mpf(1) / 5), 2.2)
-    print("eps0 =", mp.nstr(film, 15), "  of the film:", mp.nstr(mirrored, 15))
+    print("eps0 =", mp.nstr(film, 15), "  of its mirror image:", mp.nstr(mirrored, 15))
     assert abs(film * mirrored - 1) < mp.mpf(10) ** -15
 
 print("derived: Lambda is odd, and lambda_k is a polynomial in G_1 … G_k times (4/5)^(2k/5)")

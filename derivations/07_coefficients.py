@@ -3,7 +3,7 @@
 #
 # eps = eps0 H((4/5) v*^5 sqrt(eps0)) with a rational series H (section 2.3), and ln eps0 = -Lambda(nu) with
 # nu = kappa eps0^(1/10), kappa = v*^2, Lambda odd (section 2.4). So eps = 1 + sum h_k v*^k
-# (eq:epsSeriesAdvanced) follows without any further integral. We derive a formula for h_k by Lagrange's
+# (eq:epsSeriesAdvanced) follows without further integrals. We derive a formula for h_k by Lagrange's
 # inversion, compute the coefficients a second time by brute force, and compare with proven numbers.
 
 # %%
@@ -73,8 +73,8 @@ assert h[:4] == [1, 0, -symbolic.lambda_symbol(1), 0]
 # %% [markdown]
 # ## Brute force
 #
-# No inversion: start with ln eps0 = 0 and repeat ln eps0 = -Lambda(kappa exp(ln eps0/10)), which makes one
-# more order in kappa right each time. Then insert into H. All in powers of v*, the t of the ring.
+# No inversion: start with ln eps0 = 0 and repeat ln eps0 = -Lambda(kappa exp(ln eps0/10)), which gives one
+# more correct order in kappa each time. Then insert the result into H. All in powers of v*, the t of the ring.
 
 # %%
 ORDER = 15
@@ -107,8 +107,8 @@ print(f"brute force agrees to k = {ORDER}")
 # %% [markdown]
 # ## Numbers
 #
-# The polynomials at the proven lambda_k, against the proven h_k, which `viscopade.theory.series` computes without
-# the lambdas.
+# The polynomials at the proven lambda_k are compared with the proven h_k, which `viscopade.theory.series` computes
+# without the lambdas.
 
 # %%
 DIGITS = 30

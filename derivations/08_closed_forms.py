@@ -1,16 +1,16 @@
 # %% [markdown]
 # # 8. Closed forms
 #
-# Which of the numbers G_n (section 2.2) and lambda_k (section 2.4) are values of known functions? Found and
-# proven here:
+# Which of the numbers G_n (section 2.2) and lambda_k (section 2.4) are values of known functions? This file derives and
+# proves:
 #
 #     G_1 = B(3/5, 3/2)/2,   lambda_1 = 2 (4/5)^(2/5) G_1
 #     G_2 = 3/5 G_1^2 - 25/132
 #     G_3 = 7/25 G_1^3 - 5/22 G_1 + 125/2904 B(9/5, 1/2)
 #     lambda_3 = (4/5)^(6/5) 125/1452 B(9/5, 1/2) - lambda_1^3/600
 #
-# G_4 and lambda_5 contain one new number each, a single integral, which is not a combination of Gamma
-# functions that we can find; the search is at the end, with the bound that it proves.
+# G_4 and lambda_5 contain one new number each, a single integral, for which we found no combination of Gamma
+# functions; the search is at the end, with the bound that it proves.
 
 # %%
 import sympy as sp
@@ -25,8 +25,8 @@ from viscopade.theory.series import g_coefficients, lambda_coefficients
 #
 # Each order of the hierarchy, 2 g_0 g_n = P_n - sum_(0<i<n) g_i g_(n-i) with r P_n' = -5 r^3 g_(n-1), is one
 # integration. Let X = r^3 and y = g_0 = sqrt(1 - r^5). With theta = r d/dr, theta X = 3 X and theta y =
-# 5/2 (y - 1/y): powers of X and y go over into each other. What cannot be integrated within them becomes a
-# new function, an incomplete Beta function F_i of u = r^5 or an integral over some of them:
+# 5/2 (y - 1/y): powers of X and y transform into each other. Other integrals become
+# new functions: an incomplete Beta function F_i of u = r^5 or an integral over some of them:
 #
 #     theta F_i = 5 X^i/y (i = 1, 3, 5),   theta D = F_1 theta F_3,   theta T = F_1^2 theta F_3.
 #
@@ -83,7 +83,7 @@ def antiderivative(f, n, weights):
 
 
 def solve_hierarchy(orders, weights, constant):
-    """g_0 … g_orders; `constant` is what has to be subtracted from an antiderivative."""
+    """g_0 … g_orders; `constant` returns the integration constant to subtract."""
     orders_so_far = [y]
     for n in range(1, orders + 1):
         P_n = antiderivative(-5 * X * orders_so_far[n - 1], n, weights(n))
@@ -158,8 +158,8 @@ assert sp.gammasimp(G[3].subs(gamma_forms) - symbolic.g_3_at_0()) == 0
 
 # %% [markdown]
 # G_2 is a consequence of one integration by parts, with (y r^3)' = 11/2 y r^2 - 5/2 r^2/y. Written as a
-# hypergeometric series, 2 G_2 + G_1^2 = 5/6 B(6/5, 3/2) 3F2(1/2, 3/5, 6/5; 8/5, 27/10; 1), which is next to
-# Dixon's well-poised sum: with 17/10 for 27/10 it would be one.
+# hypergeometric series, 2 G_2 + G_1^2 = 5/6 B(6/5, 3/2) 3F2(1/2, 3/5, 6/5; 8/5, 27/10; 1), which is contiguous to
+# Dixon's well-poised sum (with 17/10 instead of 27/10).
 
 # %%
 with mp.workdps(25):
@@ -173,16 +173,16 @@ with mp.workdps(25):
 # %% [markdown]
 # ## lambda_1, lambda_3, lambda_5: around the turning point
 #
-# The lambdas have a shorter way, which also shows which numbers belong to them. Measure the compression not
-# by the turning point but by that of the undamped motion with the same initial speed: r = 0, g = 1 is the
+# There is a shorter way to the lambdas, which also shows their numbers. Measure the compression
+# by the turning point of the undamped motion with the same initial speed: r = 0, g = 1 is the
 # start, and K becomes k = (4/5)^(2/5) kappa, because kappa = (5/4)^(2/5) K V^(1/5) with V = 1. The hierarchy is
 # the same; its initial condition is g_n(0) = 0 for n >= 1.
 #
-# Now the orders are singular at r = 1, near the true turning point. But a path for the complex r that leads
-# from 0 around r = 1 at a distance and back to 0 is never near it, so that there the expansion converges for
+# Now the orders are singular at r = 1, near the true turning point. But a path of complex r
+# from 0 around r = 1 and back to 0 stays away from it, so that there the expansion converges for
 # small k. The true g, an analytic function of r with a square root's branch point at its own turning point,
-# arrives with the other sign: unloading. At the end y = -1 and g = -eps0. All is exactly homogeneous now,
-# weight n in order n.
+# arrives with the other sign: unloading. At the end y = -1 and g = -eps0. Now order n is exactly homogeneous,
+# of weight n.
 
 # %%
 g_loop = solve_hierarchy(5, lambda n: [n], lambda P_n: P_n.subs(dict.fromkeys((X, F_1, F_3, F_5, D, T), 0)))
@@ -216,8 +216,8 @@ print("eps0 =", " + ".join(f"({c}) k^{n}" for n, c in enumerate(eps0)))
 
 # %% [markdown]
 # On the other hand the coefficients of eps0 are polynomials in the lambdas (`07_coefficients.py`; the factors
-# 4/5 go into l_i = (5/4)^(2i/5) lambda_i). Orders 1, 3 and 5 determine l_1, l_3 and l_5. Orders 2 and 4 have to
-# agree by themselves: time reversal, seen in the integrals.
+# 4/5 go into l_i = (5/4)^(2i/5) lambda_i). Orders 1, 3 and 5 determine l_1, l_3 and l_5. Orders 2 and 4 must
+# agree without a new number, by time reversal.
 
 # %%
 l_1, l_3, l_5, t = sp.symbols("l_1 l_3 l_5 t")
@@ -242,7 +242,7 @@ for n, unknown, closed in ((1, l_1, symbolic.lambda_1()), (3, l_3, symbolic.lamb
     assert sp.expand(in_the_G / scale**n - found[unknown]) == 0
 
 # %% [markdown]
-# So lambda_5 is the first to contain more than Gamma functions, and with it h_10. In h_6 the cubes combine.
+# So lambda_5 and h_10 are the first to contain more than Gamma functions. In h_6 the cubes combine.
 
 # %%
 lambda_1, lambda_3 = symbolic.lambda_symbol(1), symbolic.lambda_symbol(3)
@@ -303,9 +303,9 @@ with mp.workdps(30):
         assert abs(integral - number) < mp.mpf(10) ** -25
 
 # %% [markdown]
-# ## What PSLQ finds
+# ## Relations found by PSLQ
 #
-# Integer relations between numbers, at 60 digits, without the derivation: they are the proven ones.
+# Integer relations between numbers, at 60 digits, without the derivation. They are the proven relations.
 
 # %%
 with mp.workdps(60):
@@ -319,17 +319,17 @@ with mp.workdps(60):
         assert [sp.Rational(c, relation[0]) for c in relation] == proven
 
 # %% [markdown]
-# ## What is not found
+# ## Relations not found
 #
 # a and M are iterated integrals of r^2 dr/y and r^8 dr/y on the curve y^2 = 1 - r^5. Turning r by a fifth root
 # of unity multiplies these forms, the integrals W_e = B(e/5, 1/2) and products of them by roots of unity: W_e
-# by the e-th power. Candidates that go with a have e = 2 mod 5 in sum, those that go with M have 0, and the
+# by the e-th power. Candidates for a have a sum of e = 2 mod 5, those for M have 0, and the
 # numbers of the real field that sqrt(5), sin(pi/5) and sin(2 pi/5) generate may occur as factors.
 #
 # For numbers x_1 … x_n and a large S the lattice of all (m_1, …, m_n, sum m_i round(S x_i)) has a vector of
 # about the length of m if m is a relation. The shortest Gram-Schmidt vector of any basis is a lower bound for
-# the length of all lattice vectors; a basis reduced by LLL makes it useful. So to find nothing proves
-# something: no relation has length (m_1^2 + … + m_n^2)^(1/2) below the bound.
+# the length of all lattice vectors; a basis reduced by LLL makes it useful. So an empty search is also a
+# proof: no relation has length (m_1^2 + … + m_n^2)^(1/2) below the bound.
 
 
 # %%

@@ -1,12 +1,12 @@
 # %% [markdown]
-# # 9. How far the series converges, and what stops it
+# # 9. The radius of convergence, and the singularity that limits it
 #
 # The paper says that the series eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) "diverges for any finite
-# truncation", which is true of every polynomial. The question behind it is for which v* the infinite series
-# converges. Answer: for |v*| < R = 1.0470243122…, and what stops it is a pair of logarithmic branch points at
+# truncation", which is true of every polynomial. The infinite series
+# converges for |v*| < R = 1.0470243122…. The limit is a pair of logarithmic branch points at
 # v* = R exp(+-0.4288846… pi i), where eps becomes infinite. The positive real axis is free of singularities.
 #
-# The number is found in two ways that share nothing: from the equation of motion in complex time, and from
+# Two independent ways give this number: the equation of motion in complex time, and
 # the coefficients h_k and H_j.
 
 # %%
@@ -24,8 +24,8 @@ from viscopade.theory.series import end_series, series
 # %% [markdown]
 # ## All collisions are orbits of one flow without any parameter
 #
-# Up to now the impact speed was the unit of speed, and the damping kappa = v*^2 the parameter. Let us make
-# the damping the unit: x = X/kappa^4, tau = kappa T. Then kappa disappears from the equation and the impact
+# So far the impact speed was the unit of speed, and the damping kappa = v*^2 the parameter. Now the
+# damping is the unit: x = X/kappa^4, tau = kappa T. Then kappa disappears from the equation and the impact
 # speed becomes w = v*^10. (That is why v*^10 is proportional to the impact speed v.)
 #
 # With z = 2 sqrt(X), g = -4 dX/dT and a time sigma that runs backwards, dT = -2 z dsigma, the equation becomes
@@ -58,11 +58,11 @@ print("z' = g, g' = z^2 (g - z^2): a collision starts at z = 0, g = -4 w, w = v*
 # %% [markdown]
 # A collision starts at (0, -4w) and goes against sigma: z grows until g = 0, where the compression is largest;
 # then it shrinks with g > 0. The force X'' = g'/(8z) vanishes at g = z^2: that is the end of contact, at (z_e,
-# z_e^2), with the speed z_e^2/4. If the tail is not cut off, the orbit arrives at z = 0 with some g = g_0. So
+# z_e^2), with the speed z_e^2/4. If contact goes on, the orbit arrives at z = 0 with some g = g_0. So
 #
 #     eps = z_e^2/(4 w) = z_e^2/(4 v*^10),   eps0 = g_0/(4 w),   delta = (4/5) v*^5 sqrt(eps0) = (2/5) sqrt(g_0).
 #
-# delta, the argument of H (`05_end_of_contact.py`), knows about w only through the curve on which the orbit runs.
+# delta, the argument of H (`05_end_of_contact.py`), depends on w only through the curve of the orbit.
 
 # %%
 assert sp.simplify(along(X_rate).subs(g, z**2)) == 0
@@ -71,7 +71,7 @@ delta = sp.Rational(4, 5) * v_star**5 * sp.sqrt(g_0 / (4 * v_star**10))
 assert sp.simplify(delta - sp.Rational(2, 5) * sp.sqrt(g_0)) == 0
 
 # %% [markdown]
-# ## What cannot make eps singular
+# ## Where eps is analytic
 #
 # Let w be complex, and follow z_e(w) along a path of w. The flow is polynomial; so its solution is analytic in
 # sigma and w where it is finite, and the end of contact, the zero of g - z^2, moves analytically as long as
@@ -103,15 +103,15 @@ assert sp.solve(area((dz_e, 2 * z * dz_e), {g: z**2}) - start_area, dz_e) == [8 
 assert sp.solve(area((dz_0, 0), {g: 0}) - start_area, dz_0) == [16 * dw * w / z**4]
 
 # %% [markdown]
-# **On the positive real axis eps is analytic, which is a proof:** for w > 0 first z and g grow, g ever
-# faster than z^4, so g = 0 is reached. Then g keeps growing and z shrinks while g < z^2, so that the two must meet,
-# at z_e > 0. All is finite, and the statement above applies.
+# **On the positive real axis eps is analytic (proof):** for w > 0 first z and g grow, g ever
+# faster than z^4, so g = 0 is reached. Then g keeps growing and z shrinks while g < z^2, so that g = z^2 is reached
+# at z_e > 0. All values are finite, and the statement above applies.
 #
-# Left over is only that z_e goes to infinity, or to the single point of rest z = g = 0, when w goes to a finite
-# value.
+# The only other possibility is that z_e goes to infinity, or to the single fixed point z = g = 0, when w goes to a
+# finite value.
 
 # %% [markdown]
-# ## What does: the end of contact escapes to infinity
+# ## The singularity: the end of contact escapes to infinity
 #
 # For large z, g - z^2 must stay small compared with z^2 on the way to the end. The series
 # g = z^2 (1 + c_1/z + c_2/z^2 + …) solves dg/dz = z^2 - z^4/g; it has integer coefficients, c_j = (5-j)/2
@@ -133,7 +133,7 @@ assert all(slow_equation.coeff(t, j) == 0 for j in range(10))
 assert (1 / y**2).series(t, 0, 3).removeO() == 1 - 4 * t
 
 # %% [markdown]
-# To follow u not only where it is small, we look for the first integral that begins with C: with rho = z^4/G^2,
+# To follow u also where it is not small, we look for the first integral that begins with C: with rho = z^4/G^2,
 #
 #     I = exp(-int rho dz) (u + b_2 u^2 + b_3 u^3 + …),   u' = z^4 u/(G (G + u)) = rho u (1 - u/G + u^2/G^2 - …)
 #
@@ -169,8 +169,8 @@ assert sp.expand(C_end / -2 - (1 + t + 2 * t**2 - sp.Rational(34, 3) * t**3)) ==
 
 # %% [markdown]
 # For z_e -> infinity in the right half plane, and only there, C goes to 0. The orbit with C = 0 is one orbit, g =
-# G(z): the creeping orbit. It comes from infinite compression (X' = -X, elastic against viscous force), and in
-# real life it is the limit of ever more violent collisions. Let G_0 = G(0), where it arrives at z = 0. As g_0 - G_0
+# G(z): the creeping orbit. It comes from infinite compression (X' = -X: the elastic force balances the viscous one).
+# It is the limit of ever faster collisions. Let G_0 = G(0), where it arrives at z = 0. Because g_0 - G_0
 # is an analytic function of C,
 #
 #     1 - delta/delta_s = const z_e^5 e^(-z_e) (1 + 1/z_e + 2/z_e^2 - …) + second power of this + …,
@@ -178,10 +178,10 @@ assert sp.expand(C_end / -2 - (1 + t + 2 * t**2 - sp.Rational(34, 3) * t**3)) ==
 #
 # So H is singular at delta_s. H = (4/25) z_e^2/delta^2 goes to infinity there like (4/25) L^2/delta_s^2 with L =
 # ln(const/(delta_s - delta)) + 5 ln L + …, or z_e = -5 W(-Y^(1/5)/5) for z_e^5 e^(-z_e) = Y with Lambert's W on its
-# branch -1. It is a logarithmic branch point with infinitely many sheets; not a pole, not a power.
+# branch -1. It is a logarithmic branch point with infinitely many sheets, neither a pole nor a power.
 #
-# On the real axis delta_s is the limit of delta for v* -> infinity, since the orbits then merge with the creeping
-# orbit: eps0 -> (G_0/4)/v*^10. If it is not cut off before x = 0, every violent collision ends with the same speed.
+# On the real axis delta_s is the limit of delta for v* -> infinity, because the orbits then merge with the creeping
+# orbit: eps0 -> (G_0/4)/v*^10. If contact goes on to x = 0, all fast collisions end with the same speed.
 # But delta_s may be reached for a complex, finite v* as well, and there eps = z_e^2/(4 v*^10) becomes infinite.
 
 # %%
@@ -194,11 +194,11 @@ assert abs(z_lambert**5 * mp.exp(-z_lambert) / Y - 1) < 1e-10
 #
 # An orbit that ends by creeping started at z = 0 with g = -4 w_s. So let the creeping orbit start at z = 0, g =
 # G_0, sigma = 0, and integrate to complex sigma: **the singular impact speeds are w_s = -z'(sigma_s)/4, one for
-# each zero sigma_s of this one function z(sigma).** No end of contact, no turning point and no parameter is left
-# in the problem.
+# each zero sigma_s of this one function z(sigma).** The problem has no end of contact, no turning point and
+# no parameter.
 #
-# G_0 itself: start at z = 120 with the series (its terms have become smaller than 10^-60 there, and what is
-# missing has died out like e^-120 at z = 0), and integrate. All by Taylor series of 50 terms, 50 digits.
+# For G_0, start at z = 120 with the series (there its terms become smaller than 10^-60, and its error
+# decays like e^-120 to z = 0), and integrate by Taylor series of 50 terms, with 50 digits.
 
 # %%
 DIGITS = 50
@@ -289,13 +289,13 @@ for v in (v_s, v_i, v_2):
     print("v* =", mp.nstr(v, 30), "  |v*| =", mp.nstr(abs(v), 33), "  arg/pi =", mp.nstr(mp.arg(v) / mp.pi, 33))
 
 # %% [markdown]
-# A zero gives w_s, and v* is one of its ten tenth roots: those are chosen here that poles of Padé approximants
-# cluster at. sigma = 0 is a zero, too: w = -G_0/4, v* = +-i (G_0/4)^(1/10). This is the mirror image of v* = infinity
+# A zero gives w_s, and v* is one of its ten tenth roots: we choose the one near which poles of Padé approximants
+# cluster. sigma = 0 is also a zero: w = -G_0/4, v* = +-i (G_0/4)^(1/10). This is the mirror image of v* = infinity
 # under time reversal (`06_time_reversal.py`), and already a singularity of eps0.
 #
-# Whether such a root is on the sheet on which the collisions are has to be found by continuation. On a straight
-# line from v* = 0 to v_s we follow the end of contact: it runs away at v_s. (At the mirror image -v_s, where w is
-# the same, delta is -delta_s, where H is finite; see below.) For small |v*| the collision is nearly elastic, with
+# Continuation shows whether such a root is on the sheet of the collisions. On a straight
+# line from v* = 0 to v_s we follow the end of contact: it goes to infinity at v_s. (At the mirror image -v_s, where w
+# is the same, delta is -delta_s, where H is finite; see below.) For small |v*| the collision is nearly elastic, with a
 # known duration.
 
 
@@ -318,7 +318,7 @@ def runge_kutta(z, g, sigma, steps):
 
 def ends_of_contact(values):
     """z_e for neighbouring values of v*, the first of them small."""
-    half = float(mp.beta(mp.mpf(1) / 5, 0.5)) * 40**0.2 / 20 / values[0] ** 6  # the elastic way in
+    half = float(mp.beta(mp.mpf(1) / 5, 0.5)) * 40**0.2 / 20 / values[0] ** 6  # the elastic approach
     sigma = previous = -2 * half + 1 / (2 * values[0] ** 5)
     ends = []
     for v in values:
@@ -344,11 +344,11 @@ assert abs(ends[0] ** 2 / (4 * path[0] ** 10) - 1.1085 + 0.0554j) < 1e-4  # the 
 assert all(abs(b) > abs(a) for a, b in pairwise(ends))
 
 # %% [markdown]
-# ## The kind of the singularity, in numbers
+# ## The type of the singularity, in numbers
 #
 # Put the end of contact at z_e = 10, 20, 40, 80, g = z_e^2, go back to z = 0 and from there to the start, and
 # compare v* with v_s. 1 - v*/v_s should be a constant times z_e^5 e^(-z_e) (1 + 1/z_e + 2/z_e^2 - 34/3/z_e^3 +
-# O(1/z_e^4)), as v* is an analytic function of g_0 with a slope that is not 0.
+# O(1/z_e^4)), because v* is an analytic function of g_0 with a slope that is not 0.
 
 # %%
 constants = []
@@ -365,23 +365,23 @@ print("its changes", [mp.nstr(step, 3) for step in steps], "should become 16 tim
 assert 12 < steps[1] / steps[2] < 25
 
 # %% [markdown]
-# Over 30 orders of magnitude of the distance the exponential, the power 5 and the corrections are confirmed: eps grows
+# Over 30 orders of magnitude of the distance this confirms the exponential, the power 5 and the corrections: eps grows
 # like (ln distance)^2 to infinity. A square root would have z_e finite, a pole would have z_e^-2 linear.
 #
 # ## Second way: the coefficients
 #
-# No equation of motion is used from here on, only the exact H_0 … H_100 and the proven h_0 … h_120.
+# From here on we do not use the equation of motion, only the exact H_0 … H_100 and the proven h_0 … h_120.
 #
-# Ratios or Dlog-Padé approximants do not get far, since a logarithm inside L changes by nothing from order 100 to
+# Ratios or Dlog-Padé approximants are not accurate, because a logarithm inside L hardly changes from order 100 to
 # order 200. But mu = delta sqrt(H(delta)) = (2/5) z_e goes to infinity at delta_s, so that delta as a function of
 # mu goes to delta_s exponentially. Hence:
 #
 # 1. Invert the series mu(delta). Padé approximants of (delta/mu)^2 in mu continue it to mu = 4 … 6.
-# 2. As delta_s - delta is e^(-z) times powers of z, plus its second power and so on, it is, as one function of z,
+# 2. Because delta_s - delta is e^(-z) times powers of z, plus its second power and so on, it is, as one function of z,
 #    delta' (1 + 5/z + a_2/z^2 + …) + delta'^2 (b_0 + b_1/z + …) + …. Values at several z determine
-#    delta_s and the first coefficients; the result must not depend on where, and how many.
+#    delta_s and the first coefficients; the result must not depend on their positions and number.
 # 3. eps0 = eps (delta/mu)^2 with mu = (4/5) v*^5 sqrt(eps) turns the series of eps into that of eps0 = exp(kappa
-#    L(kappa)), whose odd powers of v* have to vanish. v_s is where (4/5) v*^5 sqrt(eps0) = delta_s.
+#    L(kappa)), whose odd powers of v* must vanish. v_s is where (4/5) v*^5 sqrt(eps0) = delta_s.
 
 # %%
 N_END, N_SERIES = 100, 120
@@ -421,7 +421,7 @@ def delta_and_slope(approximant, z):
 
 
 def extrapolated(approximant, first, last, powers):
-    """delta_s from Chebyshev points of first < z < last, with so many unknowns at each power of delta'."""
+    """delta_s from Chebyshev points of first < z < last, with a number of unknowns for each power of delta'."""
     count = 1 + sum(powers)
     rows, right = [], []
     for i in range(count):
@@ -442,9 +442,9 @@ print("  from the flow:     ", mp.nstr(delta_s, 13), " difference", mp.nstr(delt
 assert abs(delta_series - delta_s) < spread < 1e-9
 
 # %% [markdown]
-# Is delta_s the nearest singularity of H, and the only one at this distance? As far as computed all H_j are
-# positive, which would put the nearest one on the positive real axis (Pringsheim), where H is analytic below
-# delta_s (above). H_j/H_(j+1) goes to delta_s smoothly, without the oscillations of a second one. And at -delta_s
+# Is delta_s the nearest singularity of H, and the only one at this distance? All computed H_j are
+# positive, so the nearest one should be on the positive real axis (Pringsheim), where H is analytic below
+# delta_s (above). H_j/H_(j+1) goes to delta_s smoothly, without the oscillations of a second one. At -delta_s
 # Padé approximants give a finite H.
 
 # %%
@@ -483,17 +483,17 @@ print("arg/pi from both:", *(mp.nstr(mp.arg(v) / mp.pi, 12) for v in (v_series[0
 assert abs(v_series[0] - v_s) < 1e-9
 
 # %% [markdown]
-# ## The pair accounts for the coefficients
+# ## The pair determines the coefficients
 #
 # With eps = z_e^2/(4 v*^10) Cauchy's formula for h_k becomes, integrated by parts, an integral over the end of contact,
 #
 #     h_k = 1/(2 pi i) 1/(2 (k+10)) int z_e v*(z_e)^-(k+10) dz_e,
 #
 # where z_e comes from Im z_e < 0 and goes to Im z_e > 0 round the right end of the z_e plane, from one valley of
-# v*^-(k+10) to the next: this is the share of v_s, and the complex conjugate belongs to conj(v_s). With v*(z_e) by
-# numerical integration along the flow it has to give the proven h_k up to what belongs to the next singularities,
-# which is smaller by (R/1.178)^k. (What lies beyond the ends of the path is estimated by the first term of an
-# integration by parts.) The leading term is Darboux's for a squared logarithm: h_k ~ Re(const v_s^-k (ln k + …))/k.
+# v*^-(k+10) to the next: this is the contribution of v_s, and its complex conjugate is that of conj(v_s). With v*(z_e)
+# by numerical integration along the flow it must give the proven h_k, except for the contribution of the next
+# singularities, which is smaller by (R/1.178)^k. (The first term of an integration by parts estimates the rest beyond
+# the ends of the path.) The leading term is Darboux's for a squared logarithm: h_k ~ Re(const v_s^-k (ln k + …))/k.
 
 # %%
 side = np.linspace(-1, 1, 241)
@@ -527,12 +527,12 @@ for k in (60, 80, 100, 120):
 
 # %% [markdown]
 # So the series of the paper converges, for |v*| < R. In impact speeds R^10 = |w_s| = 1.58, which is v = 1.58/beta^5
-# = 0.415 cm/s for the paper's ice: beyond that, more terms make it worse, and the paper's k_c = 20 and 40 begin to
-# deviate a little below, at 0.26 and 0.3 cm/s.
+# = 0.415 cm/s for the paper's ice: beyond that, more terms increase the error. The paper's k_c = 20 and 40 deviate
+# already at 0.26 and 0.3 cm/s.
 #
-# What is proven here, and what is not: eps is analytic for v* > 0, and no fold exists (proven); v_s is a
-# singularity of the kind described (derived by formal series, confirmed to 30 orders of magnitude); that nothing is
-# nearer to 0 is seen in the coefficients, but not proven.
+# Proven: eps is analytic for v* > 0, and no fold exists. Derived by formal series, and confirmed over 30 orders of
+# magnitude: v_s is a singularity of this type. Not proven, but visible in the coefficients: no singularity is nearer
+# to 0.
 
 # %%
 beta, speed = mp.mpf("1.307"), abs(to_mpc(g_s)) / 4

@@ -9,11 +9,11 @@
 #     A = (ln 3)/2 - pi/(2 sqrt(3)) - 3/2,   B = 7/2 (ln 3 + pi/sqrt(3)) - 93/4.
 #
 # It is derived here by matched expansions, together with the maximal compression and the duration, and compared
-# with numerical integration. The last section says where the slope -3.2 comes from.
+# with numerical integration. The last section explains the slope -3.2.
 #
 # We use the flow of `09_singularity.py`: z = 2 sqrt(X), g = -4 dX/dT, z' = g, g' = z^2 (g - z^2), dT = -2 z dsigma,
 # x = X/kappa^4, tau = kappa T, w = v*^10. A collision starts at (0, -4w), turns at (Z, 0) and ends at (z_e, z_e^2),
-# with eps = z_e^2/(4w). Large v* is large Z. What we need is w(Z) and z_e(Z), two independent problems.
+# with eps = z_e^2/(4w). Large v* is large Z. We need w(Z) and z_e(Z), two independent problems.
 
 # %%
 from itertools import pairwise
@@ -31,8 +31,8 @@ z, g, Z = sp.symbols("z g Z", positive=True)
 slope = z**2 - z**4 / g  # dg/dz
 
 # %% [markdown]
-# In the units of the turning point (section 2.2) the way in is z = Z r, g = -(25/4) K^5 g(r), with Z = 5/2 K^2 =
-# k^2/2, k = sqrt(5) K. So this will be an expansion in 1/k^2, with ln k.
+# In the units of the turning point (section 2.2) loading is z = Z r, g = -(25/4) K^5 g(r), with Z = 5/2 K^2 =
+# k^2/2, k = sqrt(5) K. So this is an expansion in 1/k^2, with ln k.
 
 # %%
 K, g_r = symbolic.K, symbolic.g
@@ -41,7 +41,7 @@ flow_slope = slope.subs({z: Z_of_K * symbolic.r, g: unit * g_r}, simultaneous=Tr
 assert sp.simplify(2 * g_r * flow_slope - symbolic.turning_point_equation().rhs) == 0
 
 # %% [markdown]
-# ## Near the turning point, and all the way out: a first integral
+# ## Near the turning point, and unloading: a first integral
 #
 # Near the turning point g is of the order Z^2 while z hardly changes. With g = z^2 (1 + s), t = 1/z, an exact
 # constant of the motion is expanded as
@@ -70,7 +70,7 @@ for order in range(1, 6):
         Q[-1], right = sp.expand(Q[-1].subs(c, c_value)), sp.expand(right.subs(c, c_value))
     assert right.coeff(s, 1) == 0
     Q.append(c * s + sum(factor / (m - 1) * s**m for (m,), factor in sp.Poly(right, s).terms() if m != 1))
-Q = Q[:-1]  # the last one has its c still free
+Q = Q[:-1]  # the c of the last one is still free
 turning, end = ([Q_n.subs(s, value) for Q_n in Q] for value in (-1, 0))
 for order, Q_n in enumerate(Q[:3]):
     print(f"Q_{order} =", Q_n)
@@ -98,14 +98,14 @@ assert sp.expand(l_0_value - (L - sp.log(2) - 1)) == 0
 assert sp.expand(l_1_value - 5 * l_0_value) == 0
 
 # %% [markdown]
-# ## The way in
+# ## Loading
 #
 # Far from the turning point g is of the order Z^3: g = -Z^3 P(r), P' = -r^2 - r^4/(Z P). In powers of 1/Z
 #
 #     P_0 = (1 - r^3)/3,   P_1' = -r^4/P_0,   P_2' = r^4 P_1/P_0^2,
 #
 # and w = Z^3 P(0)/4. With a(r) = int_0^r 3 q^4/(1-q^3) dq: P_1 = P_1(0) - a(r), and P_2 = P_2(0) + int r^4 P_1/P_0^2.
-# Both are singular at r = 1, where they have to be matched with the layer. There, with r = 1 - xi/Z, P = phi/Z:
+# Both are singular at r = 1, where they must match the layer. There, with r = 1 - xi/Z, P = phi/Z:
 # dphi/dxi = (1 - xi/Z)^2 (1 + (1 - xi/Z)^2/phi), phi = phi_0 + phi_1/Z + …,
 #
 #     phi_0 - ln(1 + phi_0) = xi,   phi_1 = (1 + phi_0)/phi_0 y,   dy/dphi_0 = -2 xi phi_0 (phi_0 + 2)/(1 + phi_0)^2.
@@ -210,7 +210,7 @@ print("   A =", sp.N(A, 20), "  B =", sp.N(B, 20))
 #     x_max = (3/2)^(2/3) v*^(-4/3) (1 - 2 (lambda + A)/W + ((lambda + A)^2 + 2 (A - 6 lambda - B))/W^2 + …).
 #
 # Duration, tau = v*^2 T, T = int 2z dz/|g|: with int 3 q/(1-q^3) dq = -ln(1-r) + (A + 3/2) + … at r = 1 outside and
-# int dxi/phi_0 = ln(1 + phi_0) in the layer, the way in takes T = (2/Z) (ln Z + A + 3/2). On the way out g =
+# int dxi/phi_0 = ln(1 + phi_0) in the layer, loading takes T = (2/Z) (ln Z + A + 3/2). In unloading g =
 # -Z^2 phi_0 with phi_0 < 0, which takes (2/Z) (-ln(1 + phi_0)) = (2/Z) (xi - phi_0) = (2/Z) (l_0 + 1). Together, to
 # leading order with its constant,
 #
@@ -299,8 +299,8 @@ def number(expression, **values):
 
 
 # %% [markdown]
-# Relative errors of the truncated expansions (of z_e the absolute ones; in "z_e, all" the error of the equation for
-# z_e with five terms on both sides), and divided by the order which they should have:
+# The table has relative errors of the truncated expansions, also divided by their expected order. For z_e the errors
+# are absolute; "z_e, all" is the error of the equation for z_e with five terms on both sides:
 
 # %%
 ORDERS = {  # name: (n, m), the error is of the order (ln Z)^m/Z^n
@@ -349,15 +349,15 @@ for name, errors in table.items():
         error * mp.mpf(Z_start) ** n / mp.log(Z_start) ** m for error, Z_start in zip(errors, POINTS, strict=True)
     ]
     print(f"{name}:", *(mp.nstr(error, 2) for error in errors), "  in its order", *(mp.nstr(c, 3) for c in scaled))
-    # A wrong coefficient would let it grow, by a factor of 10/(ln Z growth) at least from one point to the next.
+    # With a wrong coefficient it would grow at least by a factor of 10/(ln Z growth) from one point to the next.
     assert max(abs(c) for c in scaled[2:]) < 2 * max(abs(c) for c in scaled[:2])
 
 # %% [markdown]
 # ## Where the slope is -3.2
 #
 # By the expansion d ln eps/d ln v* = -10/3 (1 - (2/W) (S - 2) + …), and S > 2 for W > 16: the slope comes to -10/3 from
-# above, slowly, like ln W/W. In numbers it falls from 0 to -10/3 without a minimum or an overshoot on the whole
-# way. -3.2 is passed once.
+# above, slowly, like ln W/W. In numbers it falls from 0 to -10/3 without a minimum or an overshoot, and passes -3.2
+# once.
 
 # %%
 grid = [collision(10.0 ** (i / 4)) for i in range(-8, 25)]
@@ -389,8 +389,8 @@ for wanted in ("-3.0", "-3.1", "-3.15", "-3.2", "-3.25", "-3.3"):
 
 # %% [markdown]
 # So eq:asymp is the tangent of the log-log plot at v* = 4.395. Within 0.05 its slope holds between 3.84 and 5.3, a
-# seventh of a decade of v*, one and a half decades of impact speed. The curve touches 1.02 v*^-3.2 there, by chance so
-# close to 1 that no factor was missed; for v* -> infinity eps v*^3.2 goes to 0 like v*^(-2/15).
+# seventh of a decade of v*, one and a half decades of impact speed. The curve touches 1.02 v*^-3.2 there; the factor is
+# close to 1 by chance. For v* -> infinity eps v*^3.2 goes to 0 like v*^(-2/15).
 
 # %%
 print("derived: eps = (3/2)^(2/3) v*^(-10/3) (1 - 2 S/W + (S^2 + 2 U)/W^2 + …); the slope -3.2 is local")

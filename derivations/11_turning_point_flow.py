@@ -1,11 +1,11 @@
 # %% [markdown]
 # # 11. The collision as a polynomial flow from the turning point
 #
-# `viscopade.collision.exact` integrates a polynomial flow without roots or singular points, and covers the difference
-# between the parameter it found and the one it wanted with bounds of derivatives. The flow, the formulas for
+# `viscopade.collision.exact` integrates a polynomial flow without roots or singular points, and bounds the difference
+# between the computed and the wanted parameter by derivatives. The flow, the formulas for
 # kappa, eps, x_max and tau_c, the balance of energy and the equations behind those bounds are derived here from
-# the scaled equation of motion. The proofs that use them are in docs/theory/exact-function.md, whose numbers (1) to (3)
-# and steps are quoted. Contact ends where the force vanishes (eq:tEndAdvanced).
+# the scaled equation of motion. The proofs that use them are in docs/theory/exact-function.md, with its numbers (1) to
+# (3) and steps. Contact ends where the force vanishes (eq:tEndAdvanced).
 
 # %%
 import sympy as sp
@@ -205,7 +205,7 @@ assert sp.simplify(rate(D * sp.exp(sigma)) + 4 * Q * sp.exp(sigma) / (k**2 * r))
 print("d(y q^2 e^sigma)/d sigma = 2 D q e^sigma,  d(D e^sigma)/d sigma = -4 q e^sigma/(k^2 r)")
 
 # %% [markdown]
-# ## For the inverse: how fast F grows
+# ## For the inverse: the growth of F
 #
 # The derivative of p^2/2 with respect to k at constant r grows, in the time s, like r^2 p^2 + k r^2 times itself; so
 # it is at least the integral of r^2 p^2 ds, which is half of W_l, since du = 2 p ds.

@@ -1,12 +1,12 @@
 # %% [markdown]
 # # 12. Damping with x^(1/4): one coefficient of restitution for all speeds
 #
-# Many programs do not have the viscoelastic law. They damp Hertz's force with x^(1/4),
+# Many programs do not use the viscoelastic law, but damp Hertz's force with x^(1/4),
 #
 #     m x'' = -k x^(3/2) - alpha sqrt(m k) x^(1/4) x',
 #
-# because eps is then independent of the speed. This file derives eps as a function of alpha, for the two ways in which
-# such programs end a contact, and its inverse.
+# because eps is then independent of the speed. This file derives eps as a function of alpha, for the two ends of
+# contact in such programs, and its inverse.
 
 # %%
 import math
@@ -20,10 +20,10 @@ m, k, alpha, x, u = sp.symbols("m k alpha x u", positive=True)
 force = -k * x ** sp.Rational(3, 2) - alpha * sp.sqrt(m * k) * x ** sp.Rational(1, 4) * u
 
 # %% [markdown]
-# ## A linear oscillator in disguise
+# ## Transformation to a linear oscillator
 #
 # Let q = x^(5/4), and let a new time s run with ds = omega x^(1/4) dt. A derivative with respect to s is one with
-# respect to t, divided by omega x^(1/4). Of a function f(x, u) with x' = u and u' = force/m:
+# respect to t, divided by omega x^(1/4). For a function f(x, u) with x' = u and u' = force/m:
 
 # %%
 omega = sp.symbols("omega", positive=True)
@@ -39,7 +39,7 @@ first = rate(q)
 second = sp.expand(rate(first))
 print("q'  =", first)
 print("q'' =", second)
-assert sp.simplify(first - sp.Rational(5, 4) * u / omega) == 0  # q' is the speed, but for a factor
+assert sp.simplify(first - sp.Rational(5, 4) * u / omega) == 0  # q' is the speed, except for a factor
 
 # q'' + 2 zeta q' + q = 0 needs the coefficient of q to be 1, which sets omega, and zeta follows.
 stiffness = -second.subs(u, 0) / q
@@ -85,9 +85,9 @@ assert sp.simplify(inverse - L / sp.sqrt(L**2 + sp.pi**2)) == 0
 # ## The end at zero force
 #
 # The force is x^(1/4) times q'', up to a positive factor, and q'' = -(2 zeta q' + q) is proportional to
-# -sin(2 psi - theta): it pushes from the first touch to theta = 2 psi, after the turning point, which is at
-# theta = psi. As 2 psi < pi, the force vanishes before x does. A program that clips it, max(0, F), keeps q' constant
-# from there on, so that 2 zeta q' + q goes on falling below zero: the contact is over.
+# -sin(2 psi - theta): it is repulsive from first contact to theta = 2 psi, after the turning point at
+# theta = psi. Because 2 psi < pi, the force vanishes before x does. A program that clips it, max(0, F), has a constant
+# q' from there on, so that 2 zeta q' + q falls below zero: the contact has ended.
 
 # %%
 push = 2 * zeta * speed + motion
@@ -102,7 +102,7 @@ assert sp.simplify(sp.expand_trig(at_force - sp.exp(-2 * psi * sp.cot(psi)))) ==
 # %% [markdown]
 # ## Beyond critical damping
 #
-# There psi is imaginary: with psi = i chi, zeta = cosh(chi), and cos and sin become cosh and i sinh. The same force
+# Here psi is imaginary: with psi = i chi, zeta = cosh(chi), and cos and sin become cosh and i sinh. The same force
 # vanishes at theta = 2 i chi. At critical damping both branches give exp(-2), and -ln eps is analytic in zeta there.
 # The function rises with zeta, so the inverse is unique; for strong damping eps -> 1/(4 zeta^2).
 

@@ -4,8 +4,8 @@
 # A gas of equal, smooth spheres loses energy in its collisions. If eps is a constant, its temperature follows Haff's
 # law, T = T_0 (1 + t/tau)^-2. For viscoelastic spheres slow impacts are nearly elastic, eps = 1 + h_2 v*^2 + …, and
 # the gas cools more slowly: T ~ t^(-5/3). Both are derived here, with their factors and, for the second one, with the
-# next terms, for velocities that are Maxwellian at all times. (They are nearly so; `viscopade_lab.gas.cool`,
-# which assumes nothing of the kind, shows how nearly.)
+# next terms, for velocities that are Maxwellian at all times. (This is an approximation;
+# `viscopade_lab.gas.cool` works without it and shows its error.)
 #
 # T is the variance of one component of the velocities, the granular temperature over the mass of a particle.
 
@@ -21,10 +21,10 @@ T, T_0, v, u, x = sp.symbols("T T_0 v u x", positive=True)
 m, n, d, eps, t, k = sp.symbols("m n d epsilon t k", positive=True)
 
 # %% [markdown]
-# ## What a collision costs
+# ## The energy loss in a collision
 #
-# The component v of the relative velocity along the line of centres becomes -eps v. The centre of mass does not
-# notice.
+# The component v of the relative velocity along the line of centres becomes -eps v. The motion of the centre of
+# mass does not change.
 
 # %%
 before = sp.Matrix([sp.Symbol("c_1"), sp.Symbol("c_2")])  # normal components of two velocities, of a frontal pair
@@ -38,11 +38,12 @@ print("energy lost in a collision:", sp.factor(per_collision))
 assert sp.simplify(per_collision - m / 4 * (1 - eps**2) * v**2) == 0
 
 # %% [markdown]
-# ## How often, and how fast
+# ## Frequency and speeds of collisions
 #
 # The difference of two Maxwellian velocities is normal with the variance 2 T in every component, so along any
 # direction e. Partners that approach with v along e within a time dt come from a slanted cylinder, with the volume
-# v dt d^2 per solid angle of e. With n partners per volume and 4 pi directions, counting approach only (v > 0):
+# v dt d^2 per solid angle of e. With n partners per volume and 4 pi directions, counting only pairs that approach (v >
+# 0):
 
 # %%
 component = sp.exp(-(v**2) / (4 * T)) / sp.sqrt(4 * sp.pi * T)
@@ -58,11 +59,11 @@ of_u = sp.simplify(impact.subs(v, 2 * sp.sqrt(T * u)) * sp.diff(2 * sp.sqrt(T * 
 assert of_u == sp.exp(-u)  # u = v^2/(4 T) is exponentially distributed
 
 # %% [markdown]
-# A particle has the energy 3/2 m T, and two share a collision. With L = int (1 - eps^2) u e^(-u) du:
+# A particle has the energy 3/2 m T, and a collision has two particles. With L = int (1 - eps^2) u e^(-u) du:
 #
 #     3/2 m dT/dt = -(1/2) frequency <m/4 (1 - eps^2) 4 T u>,   d ln T/dt = -frequency L/3.
 #
-# From now on time is measured in mean collision times of the start, where frequency = sqrt(T/T_0).
+# From now on the unit of time is the initial mean collision time, so frequency = sqrt(T/T_0).
 
 # %%
 L = sp.Symbol("L", positive=True)
@@ -73,7 +74,7 @@ assert sp.simplify(rate + frequency * L / 3) == 0
 # %% [markdown]
 # ## Constant eps: Haff's law
 #
-# L = 1 - eps^2 takes the same share of T in every collision.
+# Every collision removes the same fraction L = 1 - eps^2 of T.
 
 # %%
 assert sp.integrate(u * sp.exp(-u), (u, 0, sp.oo)) == 1
@@ -121,7 +122,7 @@ assert sp.limit(sp.simplify(t * law.diff(t) / law), t, sp.oo) == sp.Rational(-5,
 
 # %% [markdown]
 # The collisions per particle, dC/dt = sqrt(T/T_0), then grow like t^(1/6): a gas that has cooled by many decades has
-# hardly collided, which makes it cheap to simulate. (For constant eps they grow like ln t.)
+# had few collisions, which makes its simulation cheap. (For constant eps they grow like ln t.)
 
 # %%
 C = 30 / L_0 * ((1 + t * L_0 / 5) ** sp.Rational(1, 6) - 1)
@@ -129,13 +130,13 @@ assert sp.simplify(C.diff(t) - sp.sqrt(law / T_0)) == 0
 assert C.subs(t, 0) == 0
 
 # %% [markdown]
-# ## How -5/3 is reached
+# ## The approach to -5/3
 #
 # T = (x/beta)^10/4 turns the equation into dt ~ -dx/(x^6 L), and L ~ x (1 - a x - b x^(3/2) - …) into
 #
 #     t ~ int dx x^-7 (1 + a x + b x^(3/2) + …),   d ln T/d ln t = 10 t/(x dt/dx).
 #
-# What was at the beginning adds a constant to t, which counts as x^6.
+# The initial state adds a constant to t, which is of order x^6.
 
 # %%
 a, b, Y = sp.symbols("a b Y", positive=True)  # Y = sqrt(x)

@@ -1,12 +1,12 @@
 # %% [markdown]
 # # 14. Both ends to any order: expansions for v* -> 0 and v* -> infinity
 #
-# `viscopade_lab.asymptotics` gives eps, x_max and tau_c as asymptotic expansions to any order, without anything of
-# what computes the exact function, so that they can check it. Its recursions are derived here.
+# `viscopade_lab.asymptotics` gives eps, x_max and tau_c as asymptotic expansions to any order. It is independent
+# of the exact function, so it can check it. Its recursions are derived here.
 #
-# v* -> infinity: `10_large_v_star.py` has three terms, by matched expansions with integrals in closed form. To any
-# order it becomes simpler if not the orbit is expanded but a constant of the motion and the time, as functions on
-# the plane: their equations are linear, and what is left to match are rational numbers. v* -> 0: the perturbation
+# v* -> infinity: `10_large_v_star.py` has three terms, by matched expansions with integrals in closed form. For any
+# order it is simpler to expand a constant of the motion and the time, as functions on the plane, instead of the
+# orbit: their equations are linear, and only rational numbers remain to be matched. v* -> 0: the perturbation
 # series of section 2.2, also for the time.
 
 # %%
@@ -45,8 +45,8 @@ def polynomial(p, variable):
 # ## v* -> infinity: near the turning point
 #
 # The flow is z' = g, g' = z^2 (g - z^2), dT = -2 z dtheta, with ' = d/dtheta (`09_singularity.py`). With
-# g = z^2 (1 - sigma) the turning point is sigma = 1, the end of contact, g = z^2, is sigma = 0, and the way in has
-# sigma > 1. We look for large z.
+# g = z^2 (1 - sigma) the turning point is sigma = 1, the end of contact, g = z^2, is sigma = 0, and loading has
+# sigma > 1. We expand for large z.
 
 # %%
 z_rate = g.subs(g, z**2 * (1 - s))
@@ -92,8 +92,8 @@ assert all(sp.expand(q_k - sum(rational(c) * s**i for i, c in near.q[k].items())
 print("q_1 =", q[0], "  q_2 =", q[1])
 
 # %% [markdown]
-# At the turning point Lambda = 6 ln Z - Z - 1 + sum q_n(1)/Z^n. At the end sigma = 0 this has no meaning, but J = sigma
-# exp(sum q_n/z^n) has: its coefficients are polynomials, -Q_n(-sigma) of derivation 10.
+# At the turning point Lambda = 6 ln Z - Z - 1 + sum q_n(1)/Z^n. At the end sigma = 0 it is singular, but J = sigma
+# exp(sum q_n/z^n) is regular: its coefficients are polynomials, -Q_n(-sigma) of derivation 10.
 
 # %%
 J = [s]
@@ -107,12 +107,12 @@ assert [at_end.coeff(t, k) for k in range(1, ORDER)] == [rational(c) for c in ne
 assert [q_k.subs(s, 1) for q_k in q] == [rational(c) for c in near.turning[1:]]
 
 # %% [markdown]
-# The time, too: T = sum z^-n R_n(sigma, l), l = ln J = Lambda - 6 ln z + z + sigma, whose derivative is a polynomial.
+# The time is T = sum z^-n R_n(sigma, l), l = ln J = Lambda - 6 ln z + z + sigma, whose derivative is a polynomial.
 #
 #     (sigma d/dsigma + d/dl) R_n = (n-1) (1-sigma) R_(n-1) - 2 (1-sigma)^2 dR_(n-1)/dsigma
 #                                   + 2 (1-sigma) (2+sigma) dR_(n-1)/dl,   R_1 = -2 l,
 #
-# has polynomials as solutions: in powers of sigma it is triangular, and without sigma it is integrated over l.
+# has polynomial solutions: it is triangular in powers of sigma, and an integral over l at sigma = 0.
 
 # %%
 log_rate = sp.expand(along(-6 * sp.log(z) + z + s))
@@ -126,7 +126,7 @@ assert all(sp.expand(T_rate.coeff(z, power)) == 0 for power in (2, *range(0, 2 -
 print("R_2 =", R[2])
 
 # %% [markdown]
-# ## The way in
+# ## Loading
 #
 # Far from the turning point g is nearly (z^3 - C^3)/3 with a constant C: at the start, z = 0, C^3 = -3 g = 12 w = W^3.
 # So let C(z, g) = (z^3 - 3 g)^(1/3) everywhere. Along the orbit dC/dz = z^4/(g C^2), and dT/dz = -2 z/g. With
@@ -176,11 +176,11 @@ T_source = (-2 * z / g_of_C).subs(z, C * (1 - x))
 assert sp.simplify(T_source * C**2 * x - 2 * (1 - x) / (1 - x + x**2 / 3)) == 0
 
 # %% [markdown]
-# In powers of x the equations are solved one by one, but for the coefficient of x^(n-1) without L, which is free. The
+# The powers of x determine the coefficients one by one, except for that of x^(n-1) without L, which is free. The
 # only singularities are those of 1 - x + x^2/3, at |x| = sqrt(3): the series converge at the start, x = 1, where L =
 # ln C = ln W. (Derivation 10 has these sums in closed form, for n = 1, 2.)
 #
-# The free coefficient, of C^(p-n) (C x)^0, is what the expansions near the turning point say: put z = C (1-x) and
+# The expansions near the turning point determine the free coefficient, of C^(p-n) (C x)^0: put z = C (1-x) and
 # sigma = 1 + omega h(x), omega = C x, and expand in 1/C at fixed large omega. For Lambda and n = 2:
 
 # %%
@@ -236,7 +236,7 @@ same(time[0], -2 * (lam + A + sp.Rational(3, 2)))
 #
 #     y = 1 + u (6 ln y + ln J - sigma - sum u^(n-1) f_n(1)),
 #
-# which every iteration makes right to one order more. Then eps = 3 u (z_e/W)^2, x_max = Z^2/(4 v*^8) and tau_c =
+# which gains one order in every iteration. Then eps = 3 u (z_e/W)^2, x_max = Z^2/(4 v*^8) and tau_c =
 # v*^2 T, v*^10 = w = W^3/12. The first terms are those of derivation 10:
 
 # %%
@@ -251,8 +251,9 @@ W = sp.Symbol("W", positive=True)
 assert sp.simplify((W**3 / 12) ** sp.Rational(1, 3) * 12 ** sp.Rational(1, 3) - W) == 0
 
 # %% [markdown]
-# What is left out after n terms: the powers of the logarithm in the coefficients of W^-n, and the factors of the
-# highest. For eps and x_max there is one logarithm less from n = 3 on; three terms are right to lambda^2/W^3.
+# The first omitted terms: powers of the logarithm in the coefficients of W^-n, and the factors of the
+# highest power. For eps and x_max the power is one less from n = 3 on; the error of three terms is of order
+# lambda^2/W^3.
 
 # %%
 for name, expansion in viscous(6, 30).items():
@@ -286,8 +287,8 @@ for name in ("epsilon", "x_max", "tau_c"):
 # ## v* -> 0: the duration
 #
 # In the units of the turning point (section 2.2) x = x_max r^2, |x'| = sqrt(4/5) x_max^(5/4) g, so dtau = dx/|x'| =
-# sqrt(5) x_max^(-1/4) r dr/g. The way in takes D(K) = int_0^1 r dr/g, the way out D(-K) up to r = 0, but contact ends
-# before. In the units of the end (derivation 5, r = sqrt(K U H) p, g = U H k(p)) what is missing is K int_0^1 p dp/k:
+# sqrt(5) x_max^(-1/4) r dr/g. Loading takes D(K) = int_0^1 r dr/g, unloading D(-K) up to r = 0, but contact ends
+# earlier. In the units of the end (derivation 5, r = sqrt(K U H) p, g = U H k(p)) the difference is K int_0^1 p dp/k:
 #
 #     tau_c = sqrt(5) x_max^(-1/4) (D(K) + D(-K) - K R(mu)),    R = int_0^1 p dp/k,   mu = (4/5) v*^5 sqrt(eps).
 
@@ -320,8 +321,8 @@ with mp.workdps(30):
 
 # %% [markdown]
 # D_1 and D_2 by quadrature, 2 g_0 g_1 = P_1, 2 g_0 g_2 = P_2 - g_1^2, P_n = 5 int_r^1 g_(n-1) s^2 ds (P_1 is an
-# incomplete beta function); D_1 = -int r g_1/g_0^2, D_2 = int r (g_1^2/g_0^3 - g_2/g_0^2), with r = 1 - q^2, so that
-# there is no root at r = 1:
+# incomplete beta function); D_1 = -int r g_1/g_0^2, D_2 = int r (g_1^2/g_0^3 - g_2/g_0^2), with r = 1 - q^2 to
+# remove the root at r = 1:
 
 # %%
 
@@ -386,7 +387,7 @@ for name, formulas in wanted.items():
             assert abs(to_mpf(expansion[name].coefficients[i][1]) / number - 1) < mp.mpf(10) ** -14
 
 # %% [markdown]
-# The rest against the series (section 2.4 and derivation 7), and numerically, as above:
+# The other coefficients are compared with the series (section 2.4 and derivation 7), and with numbers, as above:
 
 # %%
 h_k = series(12, 30).h

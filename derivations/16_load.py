@@ -1,12 +1,12 @@
 # %% [markdown]
 # # 16. A constant load: weight during the contact
 #
-# A body that falls on a plane is pressed against it by its weight F0 while it is in contact:
+# The weight F0 presses a body that falls on a plane down during contact:
 #
 #     m xi'' + k xi^a + c xi^b xi' = F0.
 #
-# This file derives the load G of the scaled equation, the loss of slow damping with a load, lambda(G), and its slope
-# lambda'(0). It checks the numbers of design section 2.11 with one collision after another
+# This file derives the load G of the scaled equation, the loss for small damping with a load, lambda(G), and its slope
+# lambda'(0). It checks the numbers of design section 2.11 with computed collisions
 # (`viscopade.collision.contact`).
 
 # %%
@@ -39,11 +39,11 @@ assert 6 * of_kappa + (-2 * a / (a + 1)).subs(viscoelastic) == 0
 print("G =", claimed)
 
 # %% [markdown]
-# ## The loss of slow damping
+# ## The loss for small damping
 #
-# Without damping E = w^2/2 + x^(a+1)/(a+1) - G x is constant, 1/2 in the beginning. So eps = 1 for every load: the
-# speed at x = 0 is the same on the way back. Damping takes dE/dt = -kappa x^b w^2, that is dE/dx = -kappa x^b w on the
-# way in and +kappa x^b |w| on the way out. To first order w is that without damping, and both ways have the same loss:
+# Without damping E = w^2/2 + x^(a+1)/(a+1) - G x is constant, 1/2 at first contact. So eps = 1 for every load: the
+# speed at x = 0 is the same on return. With damping dE/dt = -kappa x^b w^2, that is dE/dx = -kappa x^b w in loading
+# and +kappa x^b |w| in unloading. To first order w is that without damping, and both halves have the same loss:
 
 # %%
 w2 = 1 + 2 * G * x - 2 * x ** (a + 1) / (a + 1)
@@ -52,15 +52,15 @@ assert sp.simplify(energy - sp.Rational(1, 2)) == 0
 lost = sp.Symbol("lambda", positive=True)  # over kappa: 2 int_0^(x_m) x^b w dx
 eps = sp.sqrt(1 - 2 * kappa * lost)
 assert sp.series(eps, kappa, 0, 2).removeO() == 1 - kappa * lost
-# Where contact ends makes no difference to this order. At the end "force" x^a = kappa x^b |w|, so x_c^(a-b) = kappa
+# The end condition makes no difference to this order. At the end "force" x^a = kappa x^b |w|, so x_c^(a-b) = kappa
 # |w|. Between x_c and x = 0 the work of both forces is below kappa x_c^(b+1), which is o(kappa).
 print("1 - eps = kappa lambda(G),  lambda(G) = 2 int_0^(x_m) x^b sqrt(1 + 2 G x - 2 x^(a+1)/(a+1)) dx")
 
 # %% [markdown]
 # ## The slope
 #
-# The radicand vanishes at x_m, so x_m adds nothing to the derivative: lambda'(0) = 2 int_0^(x_m) x^(b+1)/w dx at G = 0.
-# With y = 2 x^(a+1)/(a+1) from 0 to 1 it is a beta function, as lambda(0) is.
+# The radicand vanishes at x_m, so x_m does not contribute to the derivative: lambda'(0) = 2 int_0^(x_m) x^(b+1)/w dx
+# at G = 0. With y = 2 x^(a+1)/(a+1) from 0 to 1 it is a beta function, as lambda(0) is.
 
 # %%
 y = sp.Symbol("y", positive=True)
@@ -111,8 +111,8 @@ for name, (elastic, damping) in NAMES.items():
 # %% [markdown]
 # ## Against whole collisions
 #
-# lambda(G) by quadrature, and 1 - eps of collisions with little damping, both ends. Viscoelastic spheres at G = 0.1 and
-# 0.3: 1.369959 and 1.908500. A linear dashpot: 1.787170 and 2.329856.
+# lambda(G) by quadrature is compared with 1 - eps of collisions with small damping, for both ends. Viscoelastic
+# spheres at G = 0.1 and 0.3: 1.369959 and 1.908500. A linear dashpot: 1.787170 and 2.329856.
 
 
 # %%
@@ -149,7 +149,7 @@ for name, (elastic, damping) in NAMES.items():
     difference = (quadrature(elastic, damping, h) - quadrature(elastic, damping, -h)) / (2 * h)
     assert abs(difference - mpf(str(sp.N(slope.subs({a: elastic, b: damping}), 25)))) < mpf("1e-9")
 
-# For any kappa: what a body with eps = 0.5 without a load does at G = 0.01, 0.03 and 0.1.
+# For any kappa: eps at G = 0.01, 0.03 and 0.1 of a body with eps = 0.5 without a load.
 for name, end, values in (
     ("linear", "force", (0.492, 0.476, 0.411)),
     ("linear", "return", (0.494, 0.480, 0.427)),
@@ -162,4 +162,4 @@ for name, end, values in (
     assert all(abs(one - other) < 6e-4 for one, other in zip(found, values, strict=True))
     print(f"{name}, end {end}: 0.5 becomes", *(f"{value:.4f}" for value in found))
 
-print("derived: the scaled load, the loss of slow damping with a load and its slope")
+print("derived: the scaled load, the loss for small damping with a load and its slope")
