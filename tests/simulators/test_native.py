@@ -316,12 +316,12 @@ def test_parameters_of_dem_programs_mean_what_they_say():
         (
             "lammps",
             {"normal": "hertz", "coefficients": "1e5 1 0.3"},
-            "coefficients is 3 numbers: accepted for hertz is k_n",
+            "coefficients is 3 numbers: expected for hertz k_n",
         ),
         (
             "lammps",
             {"normal": "hertz/material", "coefficients": "1 1"},
-            "hertz/material is E, damping coefficient and nu",
+            "hertz/material E, damping coefficient and nu",
         ),
         ("lammps", {"normal": "hooke", "coefficients": "1e5 1.5", "damping": "tsuji"}, "an eps > 0 and <= 1"),
         ("lammps", {"normal": "hertz/material", "coefficients": "1e5 1 0.6"}, "a nu up to 1/2"),
@@ -413,7 +413,7 @@ def test_stiff_contacts_of_drake_are_warned_of():
     stiff = {"point_stiffness": "1e9", "discrete_contact_approximation": "sap", "relaxation_time": "0"}
     (text,) = delivered("drake", stiff, mass=1.0, gravity=EARTH, step=3e-4).warnings[:1]
     assert "softened by Drake's approximation sap" in text
-    with pytest.raises(ValueError, match="continuous chooses its own steps; accepted with one is --scheme lagged"):
+    with pytest.raises(ValueError, match="continuous chooses its own steps; expected with one --scheme lagged"):
         delivered("drake", {"discrete_contact_approximation": "continuous"}, mass=1.0, step=1e-3)
 
 

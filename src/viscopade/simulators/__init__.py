@@ -1,4 +1,4 @@
-"""Simulators: the eps that other programs deliver, and our answer in their own parameters; one module for each.
+"""Simulators: the eps that other programs give, and our answer in their own parameters; one module for each.
 
 To add one is to write its module here, with one object SIMULATOR, and to list it.
 """

@@ -1,4 +1,4 @@
-"""The eps that a formula's contact delivers, why it is not the one asked for, and what to write instead."""
+"""The eps that a formula's contact gives, why it is not the one asked for, and what to write instead."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _OFFSET = 5  # prime to _NUMBERS: phases move on in another order than numbers o
 
 @dataclass(frozen=True)
 class Audit:
-    """The eps that a formula delivers, and what to write instead.
+    """The eps that a formula gives, and what to write instead.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Audit:
     stepped : SampledCollision or None
         Eps at that time step.
     instead : float or None
-        The parameter that delivers eps: in the continuum, or on average at the time step. None if there is none.
+        The parameter that gives eps: in the continuum, or on average at the time step. None if there is none.
     reasons : tuple of str
         Why the delivered eps is not the one asked for, and why there is no parameter instead; sentences.
     advice : Advice or None
@@ -70,7 +70,7 @@ class Advice:
     error : float
         The wanted relative error of eps.
     largest_step : float
-        The largest time step that keeps it, wherever in a step contact begins.
+        The largest time step with at most this error, wherever in a step contact begins.
     slope : float
         The mean eps is that of the continuum plus slope times the time step, to first order.
     """
@@ -87,7 +87,7 @@ def audited(
     time_step: float | None = None,
     step_error: float | None = None,
 ) -> Audit:
-    """Return what a formula delivers for a wanted eps, in the continuum and at a time step.
+    """Return what a formula gives for a wanted eps, in the continuum and at a time step.
 
     Parameters
     ----------
@@ -118,10 +118,10 @@ def audited(
             wanted = compensated(formula.law, float(asked), step, formula.scheme)
         except ValueError as error:
             wanted = None
-            reasons.append(f"No damping delivers it: {error}.")
+            reasons.append(f"No damping gives it: {error}.")
     instead = None if wanted is None else formula.parameter_of(wanted)
     if instead is None and wanted is not None:
-        reasons.append(f"No accepted {formula.parameter} delivers it.")
+        reasons.append(f"No {formula.parameter} in its range gives it.")
     with mp.workdps(DIGITS):
         written = float(formula.written(mp.mpf(asked)))
     number = None if instead is None else float(instead)
@@ -167,11 +167,11 @@ def largest_step(law: Law, kappa: float, error: float, epsilon: float, scheme: S
     The error is the largest relative one over the phases, looked at for steps in a geometric sequence. Below the finest
     of them it is taken to be in proportion to the step.
     """
-    kept = 0.0
+    longest = 0.0
     for step in np.geomspace(4 / _SMALL, 0.5, _LOOKED_AT).tolist():
         found = stepped_collision(law, kappa, step, scheme)
         worst = max(abs(found.least / epsilon - 1), abs(found.largest / epsilon - 1))
         if worst > error:
-            return kept or step * error / worst
-        kept = step
-    return kept
+            return longest or step * error / worst
+        longest = step
+    return longest

@@ -4,7 +4,7 @@ A formula has two halves. `DampingFormula.written` is what people write for a wa
 asks for it, else the number that a manual tells them. `DampingFormula.kappa` is what the program makes of that number:
 the damping of the scaled equation x'' + x^a + kappa x^b x' = 0, with the law and the end of contact that it has.
 
-The number to write instead is the one whose kappa delivers the wanted eps: the program's own formula, inverted.
+The number to write instead is the one whose kappa gives the wanted eps: the program's own formula, inverted.
 
 Behind most programs is the damping ratio. The contact m x'' + 2 zeta sqrt(k m) x' + k x = 0 has
 eps = exp(-pi zeta/sqrt(1 - zeta^2)) if it ends at x = 0, and a larger one if it ends where the force vanishes. Hertz'
@@ -74,7 +74,7 @@ class DampingFormula:
     accepted : tuple of str
         Least and largest value of the parameter.
     reason : str
-        Why the contact delivers another eps than asked for: a key of `REASONS`.
+        Why the contact gives a different eps than asked for: a key of `REASONS`.
     source : str
         File of the program, or citation.
     written : callable
@@ -122,7 +122,7 @@ class DampingFormula:
             raise
 
     def parameter_of(self, kappa: Any) -> Any:
-        """Return the parameter that gives the contact a kappa, an mpmath number; None if no accepted one does."""
+        """Return the parameter that gives the contact a kappa, an mpmath number; None if none in its range does."""
         with mp.workdps(DIGITS + _GUARD):
             low, high = map(mp.mpf, self.accepted)
             at_low, at_high = self.kappa(low), self.kappa(high)
@@ -134,7 +134,7 @@ class DampingFormula:
             return high
 
     def instead(self, asked: str) -> Any:
-        """Return the parameter that delivers `asked` in the continuum, an mpmath number; None if none does."""
+        """Return the parameter that gives `asked` in the continuum, an mpmath number; None if none does."""
         return self.parameter_of(wanted_kappa(self.law, asked))
 
 
@@ -178,7 +178,7 @@ def viscoelastic_formula(
 
 @cache
 def epsilon_of(law: Law, kappa: Any) -> Any:
-    """Return the eps that a law delivers with a kappa, to `DIGITS` digits, an mpmath number."""
+    """Return the eps that a law gives with a kappa, to `DIGITS` digits, an mpmath number."""
     same_epsilon, factor = _simplest(law)
     with mp.workdps(DIGITS + _GUARD):
         damping = kappa * factor
@@ -203,7 +203,7 @@ def _scale(law: Law) -> Any:
 
 @cache
 def wanted_kappa(law: Law, asked: str) -> Any:
-    """Return the kappa with which a law delivers eps = `asked`, an mpmath number."""
+    """Return the kappa with which a law gives eps = `asked`, an mpmath number."""
     if mp.mpf(asked) == 1:
         return mp.mpf(0)
     with mp.workdps(DIGITS + _GUARD):

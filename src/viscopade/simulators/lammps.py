@@ -299,7 +299,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     normal, damping, numbers = values["normal"], values["damping"], values["coefficients"]
     words = "E, damping coefficient and nu" if normal == "hertz/material" else "k_n and damping coefficient"
     if len(numbers) != words.count(",") + 2:
-        raise ValueError(f"coefficients is {len(numbers)} numbers: accepted for {normal} is {words}")
+        raise ValueError(f"coefficients is {len(numbers)} numbers: expected for {normal} {words}")
     k, coefficient = numbers[:2]
     if k <= 0 or numbers[2:] > (0.5,) or (damping in _OF_EPSILON and not 0 < coefficient <= 1):
         accepted = "a stiffness > 0, a nu up to 1/2 and for tsuji and coeff_restitution an eps > 0 and <= 1"

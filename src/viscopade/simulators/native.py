@@ -41,7 +41,7 @@ class Parameter:
     default : str or None
         The program's; None if the parameter may be missing.
     accepted : str
-        What is accepted, in words; of words the list.
+        What is expected, in words.
     allowed : callable
         Whether numbers, a tuple, are accepted.
     most : int
@@ -352,7 +352,7 @@ class Native:
 
 @dataclass(frozen=True)
 class Delivery:
-    """What the contact of a user's file delivers.
+    """What the contact of a user's file gives.
 
     Attributes
     ----------
@@ -362,7 +362,7 @@ class Delivery:
         The program's name of its integrator.
     collision : SampledCollision
     instead : mapping of str to str or None
-        What to write for the wanted eps, by parameter; None if no eps is wanted, or nothing delivers it.
+        What to write for the wanted eps, by parameter; None if no eps is wanted, or nothing gives it.
     warnings : tuple of str
         Sentences.
     units : FileUnits
@@ -378,7 +378,7 @@ class Delivery:
 
 
 def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilon: float | None = None) -> Delivery:
-    """Return what the contact of a user's file delivers, and what to write for a wanted eps.
+    """Return what the contact of a user's file gives, and what to write for a wanted eps.
 
     Parameters
     ----------
@@ -400,7 +400,7 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
     hit, scheme = impact.in_units(units), native.schemes[values[native.integrator]]
     if scheme is None and hit.step is not None:
         with_steps = [each for each, of in native.schemes.items() if of is not None]
-        others = f"; accepted with one is --scheme {', '.join(with_steps)}" if with_steps else ""
+        others = f"; expected with one --scheme {', '.join(with_steps)}" if with_steps else ""
         raise ValueError(f"time-step is given: {name} chooses its own steps{others}")
     stepping: Any = {"step": hit.step, "scheme": scheme or SEMI_IMPLICIT}
     warnings = [*native.warnings(values, hit), *_of_step(native, values, hit), *_of_weight(native, values, hit, units)]
@@ -417,7 +417,7 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
             c = damping_factor(contact, epsilon, 1.0, speed=hit.speed, **stepping)
             instead = native.written(native.with_damping(values, c, hit))
         except ValueError as error:
-            warnings.append(f"No damping delivers {epsilon:g}: {error}")
+            warnings.append(f"No damping gives {epsilon:g}: {error}")
     return Delivery(values, name, collision, instead, tuple(warnings), units)
 
 

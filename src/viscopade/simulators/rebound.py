@@ -79,7 +79,7 @@ def contacts(setup: Setup) -> dict[str, NamedContact]:
             found[_unused(re.sub(r"\W+", "_", contact.name, flags=re.ASCII), found)] = contact
     if not found:
         raise ValueError(
-            f"{setup.title}: all contacts are with walls: accepted for REBOUND are contacts of two spheres"
+            f"{setup.title}: all contacts are with walls: expected contacts of two spheres, as REBOUND has no walls"
         )
     return found
 

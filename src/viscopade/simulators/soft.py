@@ -198,11 +198,11 @@ class SoftContact:
                 f"{1 / _SLOWEST:g}, and at most {_WIDEST:g} times the slowest"
             )
         if self.wanted.with_weight is not None and self.stiffness_over_mass is None:
-            raise ValueError("gravity needs the contact's duration: accepted with it is a contact time")
+            raise ValueError("gravity needs the contact's duration: expected a contact time with it")
         if self.time_step is not None and self.formula.scheme is None:
             raise ValueError("a time step is given: expected none, as the program chooses its own")
         if self.time_step is not None and self.stiffness_over_mass is None:
-            raise ValueError("a time step needs the contact's duration: accepted with it is a contact time")
+            raise ValueError("a time step needs the contact's duration: expected a contact time with it")
         step = self._step(self.wanted.typical)
         if step is not None and not _LEAST_STEP <= step <= 1:
             raise ValueError(
@@ -213,7 +213,7 @@ class SoftContact:
             least, most = sorted(float(epsilon_of(self.formula.law, kappa)) for kappa in dampings)
             raise ValueError(
                 f"epsilon is {self.epsilon:.6g}: expected {least:.4g} to {most:.4g}, which {self.formula.parameter} "
-                f"from {self.formula.accepted[0]} to {self.formula.accepted[1]} delivers"
+                f"from {self.formula.accepted[0]} to {self.formula.accepted[1]} gives"
             )
 
     @property

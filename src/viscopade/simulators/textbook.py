@@ -6,7 +6,7 @@ lambda = chi(e) k/v, so its z is chi(e). Almost all are approximations of the sa
 
     ln((1 + z)/(1 - z eps)) = z (1 + eps),
 
-and therefore deliver another eps than they are asked for. For small losses the exact z is 3 (1 - eps)/2.
+and therefore give a different eps from the one asked for. For small losses the exact z is 3 (1 - eps)/2.
 
 docs/results/laws.md names formulas that are left out, and says why.
 """
@@ -144,14 +144,14 @@ HUNT_CROSSLEY = (
 
 
 def delivered_by(formula: HuntCrossleyFormula, e: str, digits: int = DIGITS) -> Any:
-    """Return the eps that a Hunt-Crossley contact delivers if a formula is asked for e, a decimal."""
+    """Return the eps that a Hunt-Crossley contact gives if a formula is asked for e, a decimal."""
     with mp.workdps(digits + 10):
         z = formula.z(mp.mpf(e))
     return exact.collision(kappa=z, law=LAW, digits=digits).mpf()["epsilon"]
 
 
 def exact_z(e: str) -> Any:
-    """Return the z that delivers e, to `DIGITS` digits."""
+    """Return the z that gives e, to `DIGITS` digits."""
     return exact.invert(e, law=LAW, digits=DIGITS).mpf()["kappa"]
 
 

@@ -47,7 +47,7 @@ _DIGITS = 15
 
 @dataclass(frozen=True)
 class Expected:
-    """A number that a program should deliver, and its largest relative error."""
+    """A number that a program should give, and its largest relative error."""
 
     value: str
     tolerance: str

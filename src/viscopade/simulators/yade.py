@@ -13,7 +13,7 @@ for the end at x = 0 and are off by more). `betan` from here needs no fit.
 After 2023.02a (merge request 977): with `en` and `vn` together c = A kn and A = 2/3 beta (kno/m_eff)^(-2/5), which is
 eq:viscoelastic, with this package's end condition. beta = v*^2 vn^(-1/5), and v* solves [3/6](v*) = en with the paper's
 printed coefficients. So `en` is not given as eps but as the value of the printed [3/6] at the exact v*: then beta is
-exact. The program keeps beta, not A, for all sizes of one pair of materials.
+exact. The program has the same beta, not A, for all sizes of one pair of materials.
 
 At a wall R_eff is R/2, and at a facet 2/3 R, instead of R: `Ig2_Wall_Sphere_ScGeom` and `Ig2_Facet_Sphere_ScGeom` give
 them the sphere's radius and twice that. eps does not feel it in either law, as betan and beta fix it; the duration of
