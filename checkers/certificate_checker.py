@@ -31,7 +31,7 @@ DEEPEST = 12  # times that a part may be halved
 
 
 class Wrong(Exception):
-    """The certificate does not prove what it says."""
+    """The certificate does not prove its bound."""
 
 
 def rows(name: str) -> dict[tuple[str, int], Coefficients]:
@@ -173,7 +173,7 @@ class Checker:
                 self.part(panel, z + side * width / 2, width / 2, depth + 1)
 
     def functions(self, panel: int, z: Fraction, width: Fraction) -> list[str]:
-        """Return what the deviation is relative to: "epsilon" unless certainly larger than 1 - eps, or vice versa."""
+        """Return the reference of the relative deviation: "epsilon" unless certainly the larger, or vice versa."""
         if self.measure == "relative":
             return ["epsilon"]
         slack = Fraction(1, 10**6)
@@ -213,7 +213,7 @@ def check_file(path: Path) -> list[str]:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Check files, and print what was found."""
+    """Check files, and print the results."""
     for argument in arguments:
         print("\n".join(check_file(Path(argument))))
 

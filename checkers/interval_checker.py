@@ -195,7 +195,7 @@ def check_file(path: Path, every: int = 1) -> list[str]:
 
 
 def main(arguments: list[str]) -> None:
-    """Check files, and print what was found."""
+    """Check files, and print the results."""
     every = int(arguments.pop(arguments.index("--every") + 1)) if "--every" in arguments else 1
     for argument in arguments:
         if argument != "--every":

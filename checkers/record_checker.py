@@ -2,13 +2,13 @@
 
     python checkers/record_checker.py src/viscopade/data/kernels [--every N --start K]
 
-Each record is what one function of the package found; its key begins with a name, and `CHECKS` has a check for each
+Each record is the result of a function of the package; its key begins with a name, and `CHECKS` has a check for each
 name. With `--every N`, each N-th row, panel or part is checked, from number K on.
 
-Proven again are: the certificates of formulas, that tables fall, how far they rise, and the choice of powers. Sampled
-are the errors of table rows and the errors by rounding: every operation is rounded to nearest in fractions, roots are
-moved by the units in the last place that they may be off, and the result is compared with the exact formula. The
-reference is a text file with polynomials for eps and 1 - eps and a bound of their relative errors, taken for granted.
+The program proves again the certificates of formulas, the monotonicity of tables, and the choice of powers. It samples
+the errors of table rows and rounding errors: every operation is rounded to nearest in fractions, roots are changed by
+their largest error in units in the last place, and the result is compared with the exact formula. The reference is a
+text file with polynomials for eps and 1 - eps and a bound of their relative errors, which is assumed to be right.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from certificate_checker import DATA, ERROR, LAST, REFERENCE, Wrong, number, pan
 from table_checker import PRECISION, Header, Point, exponent_of, falls, rises, rounded, share_of_formula, ulp
 
 SLOPE = Fraction(10, 3)  # the largest |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*|
-LARGEST = {"double": 1024, "float": 128}  # exponent of what is beyond the largest number
+LARGEST = {"double": 1024, "float": 128}  # exponent of the power of 2 beyond the largest number
 ROOTS = 4  # units in the last place that cbrt, pow, log2 and exp2 may be off
 PLACES = {
     "host double": {},
@@ -51,7 +51,6 @@ PLACES = {
 }
 """By name of an arithmetic: units in the last place that log2 and exp2, and quotients, may be off; an absolute error of
 log2; and the further units of exp2(x) in |x|."""
-NARROW = Fraction(1, 2**100)
 LIKE = Fraction(21, 20)  # by which a bound may exceed the same bound with a slope that is rounded up
 Item = TypeVar("Item")
 
@@ -209,7 +208,7 @@ Bounds = Sequence[Mapping[str, str]]
 
 
 def bounds_of(bounds: Bounds, result: str, place: str | None = None) -> Bounds:
-    """Return the bounds of a result, in one arithmetic or in all; what is not said of a bound is 0, on the host."""
+    """Return the bounds of a result, in one arithmetic or in all; omitted parts of a bound are 0."""
     return [b for b in bounds if b["result"] == result and place in (None, b.get("arithmetic", "host double"))]
 
 
@@ -231,7 +230,7 @@ def check_best(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a best approximant: its certificates, rounding, and that it is accurate enough."""
     accuracy, *of = key
     (first,) = bounds_of(value["variants"][0]["bounds"], "epsilon", "host double")
-    claim(part(first, "formula") + part(first, "last") <= Fraction(accuracy), "it is not as accurate as was asked for")
+    claim(part(first, "formula") + part(first, "last") <= Fraction(accuracy), "the error exceeds the wanted accuracy")
     for variant in sample.of(value["variants"]):
         proof = variant["certificate"]
         claim([proof["low"], proof["high"], proof["measure"]] == of, "another interval or measure")
@@ -240,7 +239,7 @@ def check_best(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 
 def places(sample: Sample, low: Fraction, high: Fraction, count: int = 12) -> Iterator[Fraction]:
-    """Yield numbers of type float, one from each part of an interval that is cut evenly by logarithms."""
+    """Yield floats, one from each part of an interval that is cut evenly by logarithms."""
     random = sample.random
     for share in (real(Fraction(i + Fraction(random.random()))) / count for i in range(count)):
         yield rounded(fraction(real(low) * (real(high) / real(low)) ** share), PRECISION["float"])
@@ -371,7 +370,7 @@ def check_in_powers(head: Mapping[str, Any], powers: Any, value: Value, sample: 
 
 
 def check_choice(maker: str, result: str) -> Callable[[Sequence[Any], Value, Sample], None]:
-    """Return the check of a choice of powers: a record has the kernel, and its error is what was asked for."""
+    """Return the check of a choice of powers: a record has the kernel, and its error is within the wanted accuracy."""
 
     def check(key: Sequence[Any], value: Value, sample: Sample) -> None:
         accuracy, *measure = key
@@ -379,7 +378,7 @@ def check_choice(maker: str, result: str) -> Callable[[Sequence[Any], Value, Sam
         claim(len(found) == 1, "there is no record of the kernel that was chosen")
         first = bounds_of(found[0]["value"]["variants"][0]["bounds"], result)[0]
         total = sum(part(first, name) for name in ("formula", "rounding", "last"))
-        claim(total <= Fraction(accuracy), "it is not as accurate as was asked for")
+        claim(total <= Fraction(accuracy), "the error exceeds the wanted accuracy")
 
     return check
 
@@ -396,7 +395,7 @@ def records() -> list[dict[str, Any]]:
 
 
 def check_speeds(variant: Value, powers: Any, place: str, sample: Sample) -> None:
-    """Check the rounding of functions of the speed, y = exp2(log2(w)/30), with what the machine's functions may do."""
+    """Check the rounding of functions of the speed, y = exp2(log2(w)/30), with errors of the machine's functions."""
     machine = Machine(place, sample.random)
     absolute, slope = machine.off.get("log2", Fraction(0)), machine.off.get("exp2", Fraction(0))
     top, bottom = given(powers["top"], variant["a"]), given(powers["bottom"], variant["b"])
@@ -444,7 +443,7 @@ def table_of(key: Mapping[str, Any], value: Value) -> Header:
     kind = key["form"]
     octaves, left = divmod(len(rows), 1 << key["split"])
     claim((octaves, left) == (128, 0), "the table has not 128 octaves")
-    claim(all(rounded(c, PRECISION[kind]) == c for row in rows for c in row), f"a number is none of type {kind}")
+    claim(all(rounded(c, PRECISION[kind]) == c for row in rows for c in row), f"a number is not a {kind}")
     full = "ulp" in stated
     return Header(f"table {key}", full, kind, key["first"], octaves, 1 << key["split"], rows, stated)
 
@@ -472,7 +471,7 @@ def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
 def check_sums(
     row: Sequence[Fraction], m: Fraction, smaller: Fraction, stated: Sequence[tuple[str, Fraction]], what: str
 ) -> None:
-    """Check what rounding does to a row's sum near m, in each type."""
+    """Check the effect of rounding on a row's sum near m, in each type."""
     for kind, bound in stated:
         machine = Machine(kind, Random(0))
         near = machine(m)
@@ -505,14 +504,14 @@ def in_pairs(machine: Machine, c: Sequence[Fraction], t: Fraction) -> Fraction:
 
 
 def full_value(function: str, v: Fraction) -> Fraction:
-    """Return what the code of full accuracy returns for 2^-4 <= v* < 2^20, by the rows in the records."""
+    """Return the result of the code of full accuracy for 2^-4 <= v* < 2^20, by the rows in the records."""
     machine, loss = Machine("double", Random(0)), function == "one_minus_epsilon"
     exponent = exponent_of(v)
     panel = 16 * (exponent + 4) + int((v / Fraction(2) ** exponent - 1) * 16)
     centre, high, slope, low, second, *a = map(number, record_of("full rows")[1 + panel])
     cleared = Fraction(int(v / Fraction(2) ** (exponent - 26))) * Fraction(2) ** (exponent - 26)
     t, t_1, t_2 = v - centre, cleared - centre, v - cleared
-    claim(machine(t) == t and machine(high + slope * t_1) == high + slope * t_1, "what must be exact is not")
+    claim(machine(t) == t and machine(high + slope * t_1) == high + slope * t_1, "a step that must be exact is not")
     more = machine(second + machine(t * in_pairs(machine, a, t)))
     rest = machine(machine(low + machine(slope * t_2)) + machine(t * more))
     head_part = high + slope * t_1
@@ -540,10 +539,10 @@ def check_ulps(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 
 def check_full_rows(key: Sequence[Any], value: Value, sample: Sample) -> None:
-    """Check that rows of full accuracy are numbers of type double and nearly the function, at three places of each."""
+    """Check that rows of full accuracy are doubles and nearly the function, at three places of each."""
     claim(
         all(rounded(number(text), 53) == number(text) for row in value for text in row),
-        "a number is none of type double",
+        "a number is not a double",
     )
     claim(len(value) == 1 + 16 * 27, "the panels end too early")
     for panel in sample.of(range(16 * 24)):
@@ -559,7 +558,7 @@ def check_full_rows(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 
 def check_of_v_star(key: Sequence[Any], value: Value, sample: Sample) -> None:
-    """Check what the rounding of v* = sqrt(beta) pow(speed, 0.1) does to eps: the sum of its parts times the slope."""
+    """Check the effect on eps of rounding v* = sqrt(beta) pow(speed, 0.1): the sum of its parts times the slope."""
     place, largest = (key[0] if key else "host double"), (key[1] if len(key) > 1 else None)  # defaults are no part
     kind = place.split()[-1]
     unit, tenth = Fraction(1, 2 ** PRECISION[kind]), Fraction(1, 10)
@@ -577,7 +576,7 @@ def check_of_v_star(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 
 def check_of_w(key: Sequence[Any], value: Value, sample: Sample) -> None:
-    """Check what the rounding of w = beta^5 speed does to eps: five roundings times a tenth of the slope."""
+    """Check the effect of the rounding of w = beta^5 speed on eps: five roundings times a tenth of the slope."""
     like(Fraction(value), 5 * Fraction(1, 2 ** PRECISION[key[0]]) * SLOPE / 10)
 
 
@@ -618,7 +617,7 @@ def check(record: Mapping[str, Any], sample: Sample) -> str:
 
 
 def main(arguments: list[str]) -> None:
-    """Check all records in a folder, and print what was found."""
+    """Check all records in a folder, and print the results."""
     options = {}
     for name in ("--every", "--start"):
         if name in arguments:

@@ -2,13 +2,13 @@
 
     python checkers/table_checker.py HEADER.h … [--points POINTS.json]
 
-The table and the bounds are read from the header's text. Nothing is known of how they were made:
+The table and the bounds are read from the header's text, without knowledge of their origin:
 
 - a row's polynomial is evaluated exactly at a point w, and compared with an enclosure of eps there;
-- what the code in C does is done again, every operation being rounded to nearest, with and without fused ones, and the
-  results are compared with the bounds that count rounding;
-- polynomials must fall (the derivative's coefficients of Bernstein's polynomials are negative), and how far eps rises
-  from one row to the next is computed exactly, for all rows.
+- the operations of the C code are repeated with rounding to nearest, with and without fused ones, and the results are
+  compared with the bounds that include rounding;
+- polynomials must decrease (the Bernstein coefficients of the derivative are negative), and any increase of eps from
+  one row to the next is computed exactly, for all rows.
 
 The JSON file has a list of {"w": …, "epsilon": …, "one_minus_epsilon": …}: w a fraction, the others correctly rounded
 decimals (`viscopade.collision.exact` or an integration with mpmath).
@@ -34,10 +34,10 @@ Row = tuple[Fraction, ...]
 
 
 class Wrong(Exception):
-    """The header does not keep what it says."""
+    """The header violates its own statements."""
 
 
-# --- what the header says ---------------------------------------------------------------------------------------------
+# --- statements of the header -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Header:
         return self.first + octave, 1 + Fraction(place, self.to_an_octave), 1 + Fraction(place + 1, self.to_an_octave)
 
     def base(self, index: int) -> int:
-        """Return what a row's polynomial is counted from: 1 where its values are those of eps - 1, else 0."""
+        """Return the offset of a row's polynomial: 1 if its values are those of eps - 1, else 0."""
         exponent, low, _ = self.interval(index)
         return int(low * Fraction(2) ** exponent < SWITCH)
 
@@ -207,7 +207,7 @@ class Machine(NamedTuple):
 
 
 class Results(NamedTuple):
-    """What the three functions return, and the w they use."""
+    """Results of the three functions, and the w that they use."""
 
     w: Fraction
     restitution: Fraction
@@ -216,7 +216,7 @@ class Results(NamedTuple):
 
 
 def evaluate(header: Header, machine: Machine, speed: Fraction, beta: Fraction) -> Results:
-    """Do what the code in C does, for w in the table."""
+    """Repeat the operations of the C code, for w in the table."""
     r = machine.round
     b2 = r(beta * beta)
     w = r(r(r(b2 * b2) * beta) * speed)
@@ -372,7 +372,7 @@ def check_points(header: Header, points: Sequence[Point]) -> Fraction:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Check files and print what was found."""
+    """Check files, and print the results."""
     names = list(arguments)
     points: list[Point] = []
     if "--points" in names:

@@ -30,7 +30,7 @@ def made(law: Law) -> tables.Table:
 
 
 def _shortened(coefficients: Sequence[float]) -> list[float]:
-    """Return the leading coefficients of a Chebyshev series; what is left out sums up to `_DROPPED` at most."""
+    """Return the leading coefficients of a Chebyshev series; the others add up to at most `_DROPPED`."""
     number, left = len(coefficients), 0.0
     while number > 1 and left + abs(coefficients[number - 1]) <= _DROPPED:
         number -= 1

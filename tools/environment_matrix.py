@@ -6,12 +6,12 @@ The sets:
 
     oldest          the lower bounds of pyproject.toml; where a package has no wheel of that version for a Python, the
                     oldest version that has one
-    newest          what pip takes of its own accord
+    newest          the versions that pip chooses
     newest mpmath   the newest mpmath; SymPy from 1.12.1 on refuses it, so pip takes an older SymPy
 
-Needs the package index. Run as `python -m tools.environment_matrix`: it replaces the rows of the same Python, set and
-tests in the record and keeps the others, and writes the page from it. The whole suite (`--scope all`) takes half an
-hour in each environment.
+Needs the package index. `python -m tools.environment_matrix` replaces the rows of the same Python, set and tests in the
+record, keeps the other rows, and writes the page from it. The whole suite (`--scope all`) takes half an hour in each
+environment.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class MatrixError(RuntimeError):
 
 
 def run(words: Sequence[str], directory: Path, **variables: str) -> subprocess.CompletedProcess[str]:
-    """Run a command in a directory, without what the calling environment says of Python."""
+    """Run a command in a directory, without the Python settings of the calling environment."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
     return subprocess.run(
         list(words), cwd=directory, capture_output=True, text=True, errors="replace", env=kept | variables
@@ -83,7 +83,7 @@ def run(words: Sequence[str], directory: Path, **variables: str) -> subprocess.C
 
 
 def succeed(words: Sequence[str], directory: Path) -> str:
-    """Run a command that has to succeed; return what it prints."""
+    """Run a command that has to succeed; return its output."""
     done = run(words, directory)
     if done.returncode:
         last = (done.stderr.strip() or done.stdout.strip()).splitlines()[-1:]
@@ -119,7 +119,7 @@ def oldest(pip: Sequence[str], name: str, bound: str, directory: Path) -> str:
 
 
 def requirements(pip: Sequence[str], chosen: str, directory: Path) -> list[str]:
-    """Return what pip is asked for besides the project."""
+    """Return the packages that pip installs besides the project."""
     if chosen == "oldest":
         stated = bounds(PACKAGES)
         pinned = [f"{name}=={oldest(pip, name, bound, directory)}" for name, bound in stated.items()]
@@ -185,7 +185,7 @@ def environment(interpreter: str, chosen: str, scope: str, workers: int) -> dict
 
 
 def copy(source: Path, target: Path) -> None:
-    """Copy a part of the tree without what was built or cached there."""
+    """Copy a part of the tree without built and cached files."""
     if source.is_dir():
         shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__", "*.so", "*.egg-info", "*_cache"))
     else:

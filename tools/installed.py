@@ -18,14 +18,14 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 
 
 def printed(*words: str) -> str:
-    """Return what a command of viscopade prints, started in an empty folder."""
+    """Return the output of a viscopade command, started in an empty folder."""
     with tempfile.TemporaryDirectory() as folder:
         words = (sys.executable, "-m", "viscopade", *words)
         return subprocess.run(words, cwd=folder, check=True, capture_output=True, text=True, encoding="utf-8").stdout
 
 
 def main() -> None:
-    """Compare what was installed with the exact function and with what its own commands make."""
+    """Compare the installed package with the exact function and with the files that its commands make."""
     place = Path(vp.__file__).resolve()
     assert not place.is_relative_to(CHECKOUT / "src"), f"{place} is a checkout: it is to be installed first"
     assert vp.backend() == "compiled" or "numpy" in sys.argv[1:], "the wheel has no extension"

@@ -1,4 +1,4 @@
-"""Write what is generated on the page of the ready kernels, from the catalogue:  python -m tools.kernel_page ."""
+"""Write the generated parts of the page of ready kernels, from the catalogue:  python -m tools.kernel_page ."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COSTLY = {"/": "divisions", "divide": "divisions", **{name: name for name in ("s
 
 
 def page() -> str:
-    """Return the page: its prose as it stands, and what is generated."""
+    """Return the page with its generated parts."""
     prose = PAGE.read_text(encoding="utf-8").partition(BEGIN)[0]
     head = ["", "| name | log2, exp2, cbrt, pow | additional error | quotient |", "|---|---|---|---|"]
     parts = ["\n".join([*head, *map(_arithmetic, ARITHMETICS.values()), ""]), *map(_kernel, CATALOGUE.values())]
@@ -69,7 +69,7 @@ def _rows(kernel: Kernel, function: Function, names: list[str]) -> Iterator[str]
 
 @click.command()
 def main() -> None:
-    """Write what is generated on docs/reference/kernels.md."""
+    """Write the generated parts of docs/reference/kernels.md."""
     PAGE.write_text(page(), encoding="utf-8")
 
 

@@ -154,15 +154,15 @@ class _Grid:
 def _candidates(grid: _Grid, large_move: float) -> set[tuple[int, ...]]:
     """Return steps of the coefficients with small errors, as far as errors are linear in the steps.
 
-    Errors are those at sampled points, in units of the least possible error. A reduced basis of the lattice of steps
-    comes from their effects on the errors, and from relative changes of the coefficients, times what a large one may
-    cost. Descents begin at the rounded coefficients and at two points near the best ones. To be used within `working`.
+    Errors are sampled, in units of the smallest possible error. The reduced basis of the lattice of steps depends on
+    their effects on the errors, and on relative changes of the coefficients, weighted with the cost of a large one.
+    Descents begin at the rounded coefficients and at two points near the best ones. To be used within `working`.
     """
     optimum, rows = _linearised(grid)
     effects = arb_mat(rows)
     offsets = [(r - c) / step for r, c, step in zip(grid.centre, grid.exact, grid.steps, strict=True)]
     start = optimum + _doubles(arb_mat([[ball_of(x) for x in offsets]]) * effects)[0]
-    # Some combinations of coefficients hardly change the error: they must not leave where all is linear.
+    # Some combinations of coefficients hardly change the error: they must not leave the region where it is linear.
     price = max(abs(start).max(), 1.0) / large_move
     prices = [price * float(step / abs(c)) for c, step in zip(grid.centre, grid.steps, strict=True)]
     moves = arb_mat([[arb(p if i == j else 0) for j in range(len(prices))] for i, p in enumerate(prices)])
@@ -203,7 +203,7 @@ def _descended(steps: FloatArray, start: FloatArray, basis: FloatArray) -> npt.N
 
 
 def _linearised(grid: _Grid) -> tuple[FloatArray, list[list[arb]]]:
-    """Return the fit's errors at points, and what a step of each coefficient adds, in units of the largest one."""
+    """Return the fit's errors at points and their changes by a step of each coefficient, over the largest error."""
     task = grid.task
     s, d = task.pair(*([ball_of(c) for c in values] for values in grid.best.exact))
     optimum, rows = [], [[] for _ in grid.places]  # type: tuple[list[float], list[list[arb]]]

@@ -3,10 +3,10 @@
 from typing import Literal, get_args
 
 Measure = Literal["both", "relative"]
-"""The smaller of eps and 1 - eps, so that slow and fast collisions come out right; or eps."""
+"""The smaller of eps and 1 - eps, so that slow and fast collisions are accurate; or eps."""
 MEASURES: tuple[Measure, ...] = get_args(Measure)
 RELATIVE_TO = {"both": "min(eps, 1 - eps)", "relative": "eps"}
-"""By measure, what the error is relative to, as text."""
+"""The quantity to which the error is relative, as text, by measure."""
 
 
 def measure_of(measure: str) -> Measure:
@@ -15,7 +15,7 @@ def measure_of(measure: str) -> Measure:
     Raises
     ------
     ValueError
-        If there is no such measure.
+        If the measure is not known.
     """
     if measure not in MEASURES:
         raise ValueError(f"measure is {measure!r}: expected 'both' or 'relative'")

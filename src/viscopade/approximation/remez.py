@@ -270,7 +270,7 @@ def sup_error(problem: Problem, a: Sequence[arb], b: Sequence[arb], near: Sequen
 
 
 def _first(problem: Problem, references: Iterable[list[float]]) -> Approximation:
-    """Return what the first good points of reference lead to."""
+    """Return the result from the first points of reference that succeed."""
     reasons = Counter[str]()
     for reference in references:
         try:
@@ -401,7 +401,7 @@ def _inside(problem: Problem, points: FloatArray) -> list[float]:
 
 
 def between(problem: Problem, points: Sequence[float], parts: int) -> list[float]:
-    """Return the ends of the interval and some points, and those that cut what is between two of them into parts."""
+    """Return the ends of the interval and some points, with points that cut the intervals between them into parts."""
     ends = np.unique([*problem.interval, *points])
     t = problem.coordinate.t(ends)
     finer = problem.coordinate.v((t[:-1, None] + np.diff(t)[:, None] * np.arange(1, parts) / parts).ravel())

@@ -1,7 +1,7 @@
-"""What the calculator's page writes for each simulator: a line or two in the program's words, in SI units.
+"""The calculator's lines for each simulator: one or two in the program's syntax, in SI units.
 
-`viscopade simulators` writes whole files, with comments, errors and time steps. The page has those parts of them that
-follow from a few numbers; of the other programs it has the command only. Tests compare its numbers with the files'.
+`viscopade simulators` writes whole files, with comments, errors and time steps. The page has the parts that follow from
+a few numbers; for the other programs it has only the command. Tests compare its numbers with those of the files.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def programs() -> list[dict[str, Any]]:
 
 
 def _kappa(formula: DampingFormula, text: OwnLaw) -> dict[str, Any]:
-    """Return the kappa that the program makes of its parameter: a multiple of it, or of eps's handbook damping ratio.
+    """Return the factor from the program's parameter, or from the handbook damping ratio of its eps, to kappa.
 
     The ratio is -ln e/sqrt(pi^2 + ln^2 e), which is 1/sqrt(2) for e = exp(-pi).
     """

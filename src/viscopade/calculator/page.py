@@ -1,4 +1,4 @@
-"""The page of `viscopade calculator`: its text, and the facts that other packages give it."""
+"""The page of `viscopade calculator`: its text, and the data from other packages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _UNITS = {
     "time": ("s", "ms", "us", "ns", "h"),
     "acceleration": ("m/s^2", "cm/s^2", "mm/s^2", "um/us^2"),
 }
-"""The units that the page's fields accept, a few of those that the command line does."""
+"""The units of the page's fields; the command line accepts more."""
 _SYSTEMS = {
     "SI (m, kg, s)": ("m", "m/s", "Pa", "kg/m^3", "s", "m/s^2"),
     "CGS (cm, g, s)": ("cm", "cm/s", "dyn/cm^2", "g/cm^3", "s", "cm/s^2"),
@@ -85,13 +85,13 @@ def _kernels() -> list[Kernel]:
 
 
 def _bound(kernel: Kernel) -> str:
-    """Return the error of eps relative to the smaller one of eps and 1 - eps, but for half an ulp or two of eps."""
+    """Return the error of eps relative to the smaller of eps and 1 - eps, without half an ulp or two of eps."""
     bound = min(kernel.bound("restitution", "host", "double"), key=lambda bound: bound.last)
     return at_most(bound.relative, 3)
 
 
 def _facts() -> dict[str, Any]:
-    """Return what the page is told."""
+    """Return the data of the page."""
     return {
         "kernels": [{"name": kernel.name, "bound": _bound(kernel)} for kernel in _kernels()],
         "tablesError": tables.ERROR,
@@ -154,7 +154,7 @@ def _pade(m: int, n: int) -> dict[str, Any]:
 
 
 def snippets() -> list[str]:
-    """Return the languages that the page has code to copy for."""
+    """Return the languages for which the page has code to copy."""
     written = generated.environment(__name__).list_templates()
     return [name for name in NAMES if f"snippets/{name}.jinja" in written]
 

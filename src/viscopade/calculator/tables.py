@@ -1,6 +1,6 @@
-"""Tables of the ready laws for the calculator's page: those of `viscopade.collision.curve` with fewer digits.
+"""Tables of the ready laws for the calculator's page: the tables of `viscopade.collision.curve` with fewer digits.
 
-They are package data, made by  python -m tools.calculator_tables > src/viscopade/data/calculator.json  in a minute.
+`python -m tools.calculator_tables > src/viscopade/data/calculator.json` makes this file of the package in a minute.
 """
 
 from __future__ import annotations

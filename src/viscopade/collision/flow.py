@@ -43,8 +43,8 @@ MAX_SLOW_PIECES = 4_000  # of unloading to x = 0 close below the damping that ho
 STRONGEST_DAMPING = 25_000
 # Largest |h k|: p grows like exp(h k), and is zero again at |h k| = 2 pi, which Newton's iteration must avoid.
 LARGEST_GROWTH = 6.0
-SPARE_BITS = 4  # the last coefficients may exceed what the accuracy asks for by so much
-AIM_BITS = 3  # new steps aim lower by so much, so that few must be shortened
+SPARE_BITS = 4  # excess of the last coefficients over the accuracy, in bits, that is tolerated
+AIM_BITS = 3  # by which new steps aim at a higher accuracy, so that few must be shortened
 
 
 class NoEndError(ArithmeticError):
@@ -52,7 +52,7 @@ class NoEndError(ArithmeticError):
 
 
 class Motion(NamedTuple):
-    """What the flow knows of a law of contact."""
+    """The parameters of a law of contact in the flow."""
 
     n_a: int
     n_b: int
@@ -158,7 +158,7 @@ class Branch:
     bits : int
         Coefficients are in units of 2^-bits.
     pieces : tuple of Piece
-        At the joints u is continuous, and so is p but for less than three units of du/dz.
+        At the joints u is continuous, and p to within three units of du/dz.
     root : int
         Approximate z of the end in the last piece, in units of 2^-bits.
     motion : Motion
@@ -244,8 +244,8 @@ def _horner(coefficients: Sequence[int | fmpz], z: int, bits: int) -> int:
 def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
     """Integrate from the turning point to the end of loading (k >= 0) or of unloading (k < 0).
 
-    `accuracy` is about the number of bits that p has, relatively, at the end; `validation.ends` tells what it has. In
-    unloading r^d - |k| p, whose zero is the end, has about as many, although it is of order 1/k^2 long before.
+    `accuracy` is roughly the relative accuracy of p at the end in bits; `validation.ends` proves it. In unloading
+    r^d - |k| p, whose zero is the end, has about the same accuracy, although it is of order 1/k^2 long before.
 
     Raises
     ------

@@ -1,14 +1,13 @@
 r"""Proof of the table of panels: eps(v*) and 1 - eps(v*) as polynomials on panels of v*, with bounds of their errors.
 
-The polynomials are the rows of `double`'s table. Nothing is assumed of where they come from: `prove_panel` compares
+The polynomials are the rows of `double`'s table. The proof assumes nothing about their origin: `prove_panel` compares
 them, on a whole panel at once, with a `parametric_flow` of collisions whose error is proven
 (docs/theory/exact-function.md, step 7).
 
-`data/proven.txt` records what was proven of each panel, with the digest of the table that it was proven of;
-`proven_error` is read from there.
+`data/proven.txt` records the proven errors of each panel, with the digest of the table; `proven_error` reads them.
 
-Two ends are left. Below `ELASTIC` a few lines of estimates suffice (`elastic_error`), and beyond the panels, where eps
-is close to its limit, as well (`tail`; step 8).
+For the two ends a few lines of estimates suffice: below `ELASTIC` (`elastic_error`), and beyond the panels, where eps
+is close to its limit (`tail`; step 8).
 """
 
 from __future__ import annotations

@@ -250,7 +250,7 @@ class _Growth:
     def _coefficients(self, start: fmpz_poly, slope: fmpz_poly, step: Dyadic) -> list[fmpz_poly]:
         """Compare coefficients of y^j: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
         elastic, viscous = _factors(self.k, self.scale, step)
-        kept = self.degree + 1  # coefficients: `_floor` drops the others
+        length = self.degree + 1  # of coefficients; `_floor` drops the others
         u, r = [start, slope], [(1 << self.bits) - start, -slope]
         needed = powers_needed(self.motion.factors)
         powers: dict[int, list[fmpz_poly]] = {0: [], 1: r} | {power: [] for power, _, _ in needed}
@@ -259,9 +259,9 @@ class _Growth:
 
         def product(a: list[fmpz_poly], b: list[fmpz_poly], j: int) -> fmpz_poly:
             if a is b:
-                total = 2 * sum((a[i].mul_low(a[j - i], kept) for i in range((j + 1) // 2)), fmpz_poly())
-                return total if j % 2 else total + a[j // 2].mul_low(a[j // 2], kept)
-            return sum((a[i].mul_low(b[j - i], kept) for i in range(j + 1)), fmpz_poly())
+                total = 2 * sum((a[i].mul_low(a[j - i], length) for i in range((j + 1) // 2)), fmpz_poly())
+                return total if j % 2 else total + a[j // 2].mul_low(a[j // 2], length)
+            return sum((a[i].mul_low(b[j - i], length) for i in range(j + 1)), fmpz_poly())
 
         y = [slope]
         for j in range(self.terms - 2):
@@ -460,7 +460,7 @@ class _Proof:
             raise ArithmeticError("the residual is too large")
 
     def _require_motion(self, piece: ParametricPiece) -> None:
-        """Show that u_y > 0 up to the end, but for y = 0 at the turning point: so r falls, and p is a function of u.
+        """Show that u_y > 0 up to the end, except for y = 0 at the turning point, so that p is a function of falling r.
 
         The speed, or that divided by y, is first bounded by its coefficients at y = 0. If that is not enough, it is
         expanded around the middle of each part of the piece.
@@ -554,7 +554,7 @@ def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
     """Bound |u_yy - S V|, V = 2 H^2 c^2 r^elastic + H c k r^viscous u_y, for 0 <= y <= 1, |z| <= 1.
 
     A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker). Products are cut like elements of
-    `Wiener`: what they are off by, in the norm, is added to that of u_yy - S V.
+    `Wiener`: the norm of their errors is added to that of u_yy - S V.
     """
     k = Scaled(-branch.k.polynomial, branch.k.exponent) if branch.unloading else branch.k
     elastic, viscous = _factors(k, branch.scale, piece.step)
@@ -608,7 +608,7 @@ class _Packing(NamedTuple):
         return shifted_up(a.bound * b.error + a.error * b.norm, self.bits)
 
     def cut(self, polynomial: fmpz_poly, shift: int) -> tuple[fmpz_poly, int]:
-        """Return polynomial/2^shift, rounded down and cut, and a bound of the norm of what is missing."""
+        """Return polynomial/2^shift, rounded down and cut, and a bound of the norm of the difference."""
         coefficients = polynomial.coeffs()
         beyond: list[fmpz] = coefficients[self.length :]
         kept: list[fmpz | int] = [*coefficients[: self.length]]

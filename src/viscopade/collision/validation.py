@@ -126,10 +126,10 @@ def _residual(k: Dyadic, f: _Functions) -> arb:
 
 
 def _require_motion(f: _Functions, end: arb) -> None:
-    """Show that Y > 0 up to z = end, but for z = 0 at the turning point: so r falls, and p is a function of u.
+    """Show that Y > 0 up to z = end, except for z = 0 at the turning point, so that r falls and p is a function of u.
 
     Y, or Y/z, is first bounded by its coefficients at z = 0. If that is not enough, it is expanded around the middle of
-    each part; what stands behind its first coefficients is added up.
+    each part; its higher coefficients are added up.
     """
     coefficients = f.y.coeffs()[1 if f.y[0] == 0 else 0 :]
     with working(64):
@@ -173,14 +173,14 @@ def _shares(branch: Branch, functions: list[_Functions], residuals: list[arb]) -
         slope = f.y[0]
         if not slope > 100 * unit:
             raise ArithmeticError("too few bits for the speed")
-        shares.append((2 * residual + 8 * unit) / slope)  # 8: u' is continuous but for less than three units
+        shares.append((2 * residual + 8 * unit) / slope)  # 8: u' is continuous to within three units
     return shares
 
 
 def _first_piece(branch: Branch, f: _Functions) -> arb:
     """Return the factor of the residual for the piece that starts with p = 0, where eta is at most max|rho|/r^(n_a-1).
 
-    In unloading it is twice that, but for what the factor 5/4 covers.
+    In unloading it is twice that, up to an error that the factor 5/4 covers.
     """
     least_r = 1 - (1 - f.r)(arb(0, 1)).abs_upper()
     if not least_r > 0:
@@ -216,7 +216,7 @@ def _last(branch: Branch, is_before: Callable[[arb], bool]) -> arb:
 def _is_before(f: _Functions, z: arb, k: arb, eta: arb, residual: arb) -> bool:
     """Whether z is certainly not behind the end, if the start of the piece is not.
 
-    As r falls, r >= 0 says so for an end at r = 0. With delayed recovery r^d - |k| p must be larger than what it can
+    Because r falls, r >= 0 shows this for an end at r = 0. With delayed recovery r^d - |k| p must be larger than it can
     be behind the end.
     """
     if not (0 <= f.r(z) <= 2 and f.y(z) > 0):
@@ -228,7 +228,7 @@ def _is_before(f: _Functions, z: arb, k: arb, eta: arb, residual: arb) -> bool:
 
 
 def _completed(branch: Branch, before: Ends, r: arb) -> Ends:
-    """Add what is missing between r, just before the end, and the end itself: step 4 of the proof."""
+    """Add the piece from r, just before the end, to the end itself: step 4 of the proof."""
     motion, p, k = branch.motion, before.p, abs(branch.k.ball())
     n_a, n_b, d = motion.n_a, motion.n_b, motion.d
     if branch.k.mantissa < 0 and motion.delayed:
@@ -252,15 +252,15 @@ def _completed(branch: Branch, before: Ends, r: arb) -> Ends:
 
 
 def _least(bound: arb, r: arb) -> arb:
-    """Return the smaller of two bounds of what is missing of r; the first is none where r may be 0."""
+    """Return the smaller of two bounds of the missing part of r; the first one is infinite if r may be 0."""
     return bound.abs_upper().min(r.abs_upper()) if bound.is_finite() else r.abs_upper()
 
 
 def _absolute(branch: Branch, functions: list[_Functions], residuals: list[arb], z: arb) -> arb:
     """Bound the relative error of p^2 in unloading up to z in the last of the pieces, also where the force attracts.
 
-    d(p^2 - p_true^2)/du has the sign that makes the difference smaller, but for the residual: at any u it is at most
-    the integral of |rho| du so far, to which every joint adds what p^2 jumps there.
+    d(p^2 - p_true^2)/du has the sign that makes the difference smaller, except for the residual: the difference at any
+    u is at most the integral of |rho| du so far, plus the jump of p^2 at every joint.
     """
     unit = arb(2) ** -branch.bits
     total, least = arb(0), arb(1)

@@ -368,7 +368,7 @@ def exact_solution(h: Sequence[fmpq], m: int, n: int) -> tuple[list[fmpq], list[
 
 
 def _exact_contact(b: Sequence[fmpq], h: Sequence[fmpq], conditions: int) -> tuple[int, arb]:
-    """Return the result of `_contact` from exact numbers, of which one can tell whether they are 0."""
+    """Return the result of `_contact` from exact numbers, for which it is decidable whether they are 0."""
     product = fmpq_poly(list(b)) * fmpq_poly(list(h))
     for k in range(conditions + 1, len(h)):
         if product[k] != 0:

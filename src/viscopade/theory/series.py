@@ -239,7 +239,7 @@ class Effort:
         return cls(int(needed + (1.1 + 0.25 * falling) * orders) + 22, terms)
 
     def memory(self, orders: int) -> float:
-        """Return about how many bytes the orders take: those of both sides, and what a product of two needs."""
+        """Return the approximate number of bytes of the orders: those of both sides, and of a product of two."""
         return (2 * orders + 40) * self.terms * self.bits / 8
 
     def raised(self, missing_bits: int, bits_per_term: float) -> Effort:

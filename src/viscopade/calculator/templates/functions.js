@@ -219,7 +219,7 @@ function pairOf(first, second) {
 
 // --- the answer --------------------------------------------------------------------------------------------------
 
-// kappa at the impact speed, from what is known of the damping.
+// kappa at the impact speed, from the damping as it is given.
 function kappaOf(input, law, pair) {
   const { by, damping, speed, at } = input;
   const paper = law === FACTS.laws[0];

@@ -1,4 +1,4 @@
-// The page: reads the fields, shows the answer, draws the curves, and keeps its state in the address.
+// The page: reads the fields, shows the answer, draws the curves, and stores its state in the address.
 
 const $ = (id) => document.getElementById(id);
 const STATE = [
@@ -436,7 +436,7 @@ function changeUnits() {
   system = next;
 }
 
-// Another law, or another way to give the damping: eps at the impact speed stays what it is.
+// With another law, or another way to give the damping, eps at the impact speed stays the same.
 function changeWay(by) {
   const possible = ways(lawOf($("law").value));
   choose($("by"), Object.entries(possible).map(([value, [text]]) => [value, text]));
