@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -40,104 +40,68 @@ MARGIN = 1.5
 """Tolerance over the error of the time step."""
 JSON = "viscoelastic.json"
 
-_DENSITY, _YOUNG_MODULUS, _POISSON_RATIO, _SPEED = 2700.0, 1e8, 0.33, 1.0
+_MATERIAL, _SPEED = {"density": 2700.0, "young_modulus": 1e8, "poisson_ratio": 0.33}, 1.0
+_DAMPING = "damping viscoelastic, contact that ends at"
+_ENDS = {"force": "zero force", "return": "x = 0"}
 _GAP = 10.5  # steps before contact
 _DIGITS = 15
 
 
-@dataclass(frozen=True)
-class Expected:
-    """A number that a program should give, and its largest relative error."""
-
-    value: str
-    tolerance: str
-
-
-@dataclass(frozen=True)
-class VerificationCase:
-    """A head-on collision of two spheres, in SI units; the fields of the JSON file.
-
-    Attributes
-    ----------
-    name, title : str
-    end : str
-        "force": a force that would attract is 0. "return": contact ends at overlap 0.
-    diameters, masses, speeds, places : tuple of float
-        Of both spheres; the distances from the origin on both sides, at rest in the centre of mass's frame.
-    density, young_modulus, poisson_ratio : float
-    dissipative_constant, eta_n0 : float
-        A of eq:viscoelastic, and what LAMMPS takes for it.
-    half_speed : float
-        Half of the impact speed.
-    time_step : float
-    steps : int
-        After so many the spheres have parted.
-    epsilon, peak_overlap, contact_time : Expected
-        Contact time is from overlap 0 to the end of contact.
-    """
-
-    name: str
-    title: str
-    end: str
-    diameters: tuple[float, float]
-    masses: tuple[float, float]
-    speeds: tuple[float, float]
-    places: tuple[float, float]
-    density: float
-    young_modulus: float
-    poisson_ratio: float
-    dissipative_constant: float
-    eta_n0: float
-    half_speed: float
-    time_step: float
-    steps: int
-    epsilon: Expected
-    peak_overlap: Expected
-    contact_time: Expected
-
-
-def cases() -> Iterator[VerificationCase]:
-    """Yield the cases: each eps, with both ends of contact, for equal and for unequal spheres."""
+def cases() -> Iterator[dict[str, Any]]:
+    """Yield the collisions of two spheres: each eps, with both ends of contact, for equal and for unequal spheres."""
     for size, radii in RADII.items():
         for end in ("force", "return"):
             for epsilon in EPSILONS:
                 yield _case(f"{size}-e{epsilon.replace('.', '')}-{end}", radii, epsilon, law_of(VISCOELASTIC, end))
 
 
-def _case(name: str, radii: tuple[float, float], epsilon: str, law: Law) -> VerificationCase:
-    material = {"density": _DENSITY, "young_modulus": _YOUNG_MODULUS, "poisson_ratio": _POISSON_RATIO}
-    first, second = (Sphere(radius=radius, dissipative_constant=0.0, **material) for radius in radii)
-    elastic = Pair(first, second)
+def _case(name: str, radii: tuple[float, float], epsilon: str, law: Law) -> dict[str, Any]:
+    """Return a head-on collision of two spheres, in SI units, as the JSON file has it.
+
+    Places are the distances from the origin on both sides, at rest in the centre of mass's frame. After `steps` the
+    spheres have parted. Contact time is from overlap 0 to the end of contact.
+    """
+    elastic = Pair(*(Sphere(radius=radius, **_MATERIAL, dissipative_constant=0.0) for radius in radii))
+    pair, kappa, scaled = _calibrated(elastic, law, epsilon, _SPEED)
+    length, time = float(pair.length_scale(_SPEED)), float(pair.time_scale(_SPEED))
+    h = law.contact_time / STEPS
+    errors, contact = _errors(law, kappa, h, scaled)
+    values = epsilon, repr(scaled["x_max"] * length), repr(scaled["tau_c"] * time)
+    masses = pair.first.mass, pair.second.mass
+    shares = masses[1] / sum(masses), masses[0] / sum(masses)
+    gap = _GAP * h * time * _SPEED
+    return {
+        "name": f"dem01-viscoelastic-{name}-3d-si",
+        "title": f"two spheres, {_DAMPING} {_ENDS[law.end]}",
+        "end": law.end,
+        "diameters": (2 * radii[0], 2 * radii[1]),
+        "masses": masses,
+        "speeds": tuple(_SPEED * share for share in shares),
+        "places": tuple(radius + gap * share for radius, share in zip(radii, shares, strict=True)),
+        **_MATERIAL,
+        "dissipative_constant": pair.A,
+        "eta_n0": hertz_material(pair).eta_n0,
+        "half_speed": _SPEED / 2,
+        "time_step": h * time,
+        "steps": math.ceil(_GAP + 1.2 * contact / h),
+        **_expected(("epsilon", "peak_overlap", "contact_time"), values, errors),
+    }
+
+
+def _calibrated(elastic: Pair, law: Law, epsilon: str, speed: float) -> tuple[Pair, float, dict[str, float]]:
+    """Return bodies with an eps at a speed, by proven digits, their kappa and the numbers of the scaled equation."""
     proven = exact.invert(epsilon, _DIGITS, law=law)
     kappa = float(proven.mpf()["v_star"] ** law.d)
     # kappa = beta v^(1/5), for both ends of contact
-    pair = elastic.damped(float(elastic.dissipative_constant(kappa * _SPEED**-0.2)))
-    length, time = float(pair.length_scale(_SPEED)), float(pair.time_scale(_SPEED))
-    h = law.contact_time / STEPS
-    errors, contact = _errors(law, kappa, h, proven.floats())
-    scaled = proven.floats()
-    values = epsilon, repr(scaled["x_max"] * length), repr(scaled["tau_c"] * time)
-    expected = [Expected(value, f"{MARGIN * error:.1e}") for value, error in zip(values, errors, strict=True)]
-    shares = second.mass / (first.mass + second.mass), first.mass / (first.mass + second.mass)
-    gap = _GAP * h * time * _SPEED
-    return VerificationCase(
-        f"dem01-viscoelastic-{name}-3d-si",
-        f"two spheres, damping viscoelastic, contact that ends {'at zero force' if law.end == 'force' else 'at x = 0'}",
-        law.end,
-        (2 * radii[0], 2 * radii[1]),
-        (first.mass, second.mass),
-        (_SPEED * shares[0], _SPEED * shares[1]),
-        (radii[0] + gap * shares[0], radii[1] + gap * shares[1]),
-        _DENSITY,
-        _YOUNG_MODULUS,
-        _POISSON_RATIO,
-        pair.A,
-        hertz_material(pair).eta_n0,
-        _SPEED / 2,
-        h * time,
-        math.ceil(_GAP + 1.2 * contact / h),
-        *expected,
-    )
+    return elastic.damped(float(elastic.dissipative_constant(kappa * speed**-0.2))), kappa, proven.floats()
+
+
+def _expected(names: Iterable[str], values: Iterable[str], errors: Iterable[float]) -> dict[str, dict[str, str]]:
+    """Return numbers that a program should give, each with its largest relative error."""
+    return {
+        name: {"value": value, "tolerance": f"{MARGIN * error:.1e}"}
+        for name, value, error in zip(names, values, errors, strict=True)
+    }
 
 
 # --- a sphere and a plane ---------------------------------------------------------------------------------------------
@@ -149,58 +113,8 @@ SLIDES = (("0.95", 0.1), ("0.5", 0.3), ("0.1", 0.5))
 _SLOW, _ALONG = 0.02, 5.0  # m/s: speed of the falls, and speed along the plane that no friction here uses up
 
 
-@dataclass(frozen=True)
-class PlaneCase:
-    """A sphere that hits a plane of its material at z = 0, in SI units; the fields of the JSON file.
-
-    Attributes
-    ----------
-    name, title, end : str
-        As in `VerificationCase`.
-    diameter, mass, density, young_modulus, poisson_ratio, dissipative_constant, eta_n0 : float
-    gravity, friction : float
-        Acceleration towards the plane, and the coefficient of Coulomb's friction.
-    speed, speed_along : float
-        Velocity at first contact, towards the plane and along it.
-    height, start_speed : float
-        Of the centre at the beginning, and the speed towards the plane there.
-    time_step : float
-    steps : int
-        After so many the sphere has left.
-    epsilon, peak_overlap, contact_time : Expected
-        Eps is the speed at which the sphere is back at the height of first contact, over `speed`; contact time is from
-        overlap 0 to the last moment of a force.
-    change_along, surface_spin : Expected
-        The speed along the plane that is lost, and the radius times the angular velocity that is gained.
-    """
-
-    name: str
-    title: str
-    end: str
-    diameter: float
-    mass: float
-    density: float
-    young_modulus: float
-    poisson_ratio: float
-    dissipative_constant: float
-    eta_n0: float
-    gravity: float
-    friction: float
-    speed: float
-    speed_along: float
-    height: float
-    start_speed: float
-    time_step: float
-    steps: int
-    epsilon: Expected
-    peak_overlap: Expected
-    contact_time: Expected
-    change_along: Expected
-    surface_spin: Expected
-
-
-def plane_cases() -> Iterator[PlaneCase]:
-    """Yield the cases of a sphere and a plane: those that fall, and those that slide."""
+def plane_cases() -> Iterator[dict[str, Any]]:
+    """Yield the collisions of a sphere and a plane: those that fall, and those that slide."""
     for epsilon, end in FALLS:
         name = f"fall-e{epsilon.replace('.', '')}-{end}"
         yield _plane_case(name, "a sphere falls on a plane", epsilon, law_of(VISCOELASTIC, end), _SLOW, EARTH, 0.0)
@@ -211,16 +125,21 @@ def plane_cases() -> Iterator[PlaneCase]:
 
 def _plane_case(
     name: str, title: str, epsilon: str, law: Law, speed: float, gravity: float, friction: float
-) -> PlaneCase:
-    material = {"young_modulus": _YOUNG_MODULUS, "poisson_ratio": _POISSON_RATIO, "dissipative_constant": 0.0}
+) -> dict[str, Any]:
+    """Return a collision of a sphere with a plane of its material at z = 0, in SI units, as the JSON file has it.
+
+    `height` is that of the centre at the beginning. Eps is the speed at which the sphere is back at the height of first
+    contact, over `speed`; contact time is from overlap 0 to the last moment of a force. Expected are also the speed
+    along the plane that is lost, and the radius times the angular velocity that is gained.
+    """
     radius, along = RADII["twosphere"][0], _ALONG if friction else 0.0
-    elastic = Pair(Sphere(radius=radius, density=_DENSITY, **material), Sphere.wall(**material))
-    length, time = float(elastic.length_scale(speed)), float(elastic.time_scale(speed))
-    proven = exact.invert(epsilon, _DIGITS, law=law)
-    kappa = float(proven.mpf()["v_star"] ** law.d)
-    pair = elastic.damped(float(elastic.dissipative_constant(kappa * speed**-0.2)))
+    of_plane = {key: value for key, value in _MATERIAL.items() if key != "density"}
+    sphere = Sphere(radius=radius, **_MATERIAL, dissipative_constant=0.0)
+    pair, kappa, scaled = _calibrated(
+        Pair(sphere, Sphere.wall(**of_plane, dissipative_constant=0.0)), law, epsilon, speed
+    )
+    length, time = float(pair.length_scale(speed)), float(pair.time_scale(speed))
     load = gravity * time / speed
-    scaled = proven.floats()
     if load:
         fall = Contact.of_law(law, kappa, load).collide()
         scaled = {"epsilon": fall.epsilon, "x_max": fall.depth, "tau_c": fall.duration}
@@ -229,29 +148,27 @@ def _plane_case(
     change = friction * (1 + scaled["epsilon"]) * speed
     values = scaled["epsilon"], scaled["x_max"] * length, scaled["tau_c"] * time, change, 2.5 * change
     errors += [errors[0] * scaled["epsilon"] / (1 + scaled["epsilon"])] * 2
-    expected = [Expected(f"{value:.12g}", f"{MARGIN * error:.1e}") for value, error in zip(values, errors, strict=True)]
+    names = ("epsilon", "peak_overlap", "contact_time", "change_along", "surface_spin")
     gap = _GAP * h * time * speed
-    return PlaneCase(
-        name,
-        f"{title}, damping viscoelastic, contact that ends {'at zero force' if law.end == 'force' else 'at x = 0'}",
-        law.end,
-        2 * radius,
-        pair.first.mass,
-        _DENSITY,
-        _YOUNG_MODULUS,
-        _POISSON_RATIO,
-        pair.A,
-        hertz_material(pair).eta_n0,
-        gravity,
-        friction,
-        speed,
-        along,
-        radius + gap,
-        math.sqrt(speed**2 - 2 * gravity * gap),
-        h * time,
-        math.ceil(_GAP + 1.2 * contact / h),
-        *expected,
-    )
+    return {
+        "name": name,
+        "title": f"{title}, {_DAMPING} {_ENDS[law.end]}",
+        "end": law.end,
+        "diameter": 2 * radius,
+        "mass": pair.first.mass,
+        **_MATERIAL,
+        "dissipative_constant": pair.A,
+        "eta_n0": hertz_material(pair).eta_n0,
+        "gravity": gravity,
+        "friction": friction,
+        "speed": speed,
+        "speed_along": along,
+        "height": radius + gap,
+        "start_speed": math.sqrt(speed**2 - 2 * gravity * gap),
+        "time_step": h * time,
+        "steps": math.ceil(_GAP + 1.2 * contact / h),
+        **_expected(names, (f"{value:.12g}" for value in values), errors),
+    }
 
 
 def _errors(law: Law, kappa: float, h: float, scaled: dict[str, float], load: float = 0.0) -> tuple[list[float], float]:
@@ -383,16 +300,16 @@ print "spin times radius $(v_spin:%.12g) expected {{ case.surface_spin.value }}"
 def verification_files(command: str) -> dict[str, str]:
     """Return file names and texts: a YAML file or an input for each case, and all of them in one JSON file."""
     made, yaml = list(cases()), written_template(_YAML)
-    texts = {f"{case.name}.yaml": yaml.render(marker=marker_lines(command), case=case) for case in made}
+    texts = {f"{case['name']}.yaml": yaml.render(marker=marker_lines(command), case=case) for case in made}
     on_plane, script = list(plane_cases()), written_template(_PLANE)
-    texts |= {f"in.{case.name}": script.render(marker=marker_lines(command), case=case) for case in on_plane}
+    texts |= {f"in.{case['name']}": script.render(marker=marker_lines(command), case=case) for case in on_plane}
     whole = {
         "generated_by": marker_line(command),
         "licence": SPDX,
         "cite": CITE,
         "law": "m x'' = -k x^(3/2) - c x^(1/2) x', k = 4/3 E_eff sqrt(R_eff), c = 3/2 A k; m, R_eff effective",
         "units": "SI",
-        "cases": [asdict(case) for case in made],
-        "on_a_plane": [asdict(case) for case in on_plane],
+        "cases": made,
+        "on_a_plane": on_plane,
     }
     return {**texts, JSON: json.dumps(whole, indent=2) + "\n"}
