@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
-from tests.simulators.two_balls import flowing, need
+from tests.simulators.two_balls import flowing, integrated, need
 from tests.titles import HARD
 from viscopade import Pair, Sphere
 from viscopade.arrays import double
@@ -72,35 +71,6 @@ def lines(text):
     return found
 
 
-def law_of_lammps(e, eta, nu, r_eff, m_eff, speed):
-    """Integrate the motion that LAMMPS's documentation gives for these numbers, until the force vanishes."""
-    k = 4 / 3 * e / (2 * (1 - nu**2))
-
-    def force(d, rate):
-        a = math.sqrt(r_eff * max(d, 0.0))
-        return k * a * d + eta * m_eff * a * rate
-
-    def ends(t, y):
-        return force(*y) if t else 1.0
-
-    ends.terminal, ends.direction = True, -1
-    time = (m_eff**2 / (k**2 * r_eff * speed)) ** 0.2
-    done = solve_ivp(
-        lambda t, y: (y[1], -force(*y) / m_eff),
-        (0, 100 * time),
-        (0.0, speed),
-        method="DOP853",
-        events=ends,
-        rtol=1e-12,
-        atol=1e-16 * speed,
-    )
-    return -done.y_events[0][0][1] / speed
-
-
-def reduced(a, b):
-    return a if math.isinf(b) else a * b / (a + b)
-
-
 # The text, without LAMMPS.
 
 
@@ -118,9 +88,16 @@ def reduced(a, b):
 )
 @pytest.mark.parametrize("speed", [0.01, 2.0])
 def test_the_numbers_in_the_text_give_the_exact_eps(key, first, second, speed):
-    r_eff, m_eff = reduced(first.radius, second.radius), reduced(first.mass, second.mass)
-    found = law_of_lammps(*lines(TEXT)[key], r_eff, m_eff, speed)
-    assert found == pytest.approx(Pair(first, second).epsilon(speed), rel=1e-8)
+    """The force of LAMMPS's documentation, integrated in time."""
+    e, eta, nu = lines(TEXT)[key]
+    pair, k = Pair(first, second), 4 / 3 * e / (2 * (1 - nu**2))
+    found = integrated(
+        lambda d, rate: math.sqrt(pair.R_eff * d) * (k * d + eta * pair.m_eff * rate),
+        uniform(first, second),
+        speed,
+        "force",
+    )
+    assert found == pytest.approx(pair.epsilon(speed), rel=1e-7)
 
 
 def test_there_is_a_line_for_every_pair_of_types_and_every_type_and_wall():
