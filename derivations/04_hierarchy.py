@@ -1,7 +1,7 @@
 # %% [markdown]
 # # 4. The hierarchy of perturbation equations
 #
-# d(g^2)/dr = -5 r^4 - 5 K g r^2, g(1) = 0 (section 2.2) is solved by g = sum K^n g_n(r). SymPy writes
+# d(g^2)/dr = -5 r^4 - 5 K g r^2, g(1) = 0 (derivation 3) is solved by g = sum K^n g_n(r). SymPy writes
 # the equation of each order. We bring it to the form of a recursion, show that no order is singular
 # anywhere on 0 <= r <= 1, and compute G_n = g_n(0), the coefficients of V(K) = g(0), in three ways.
 

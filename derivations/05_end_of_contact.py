@@ -3,7 +3,7 @@
 #
 # Contact ends where the force vanishes, x'' = 0 (eq:tEndAdvanced), before x = 0 is reached. The difference
 # between eps there and eps0 at x = 0 depends on only one number, and its series has rational coefficients:
-# eps = eps0 H((4/5) v*^5 sqrt(eps0)) (section 2.3). H is computed in two ways.
+# eps = eps0 H((4/5) v*^5 sqrt(eps0)). H is computed in two ways.
 
 # %%
 from fractions import Fraction

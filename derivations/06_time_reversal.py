@@ -6,7 +6,7 @@
 #
 #     ln eps0 = -Lambda(nu),   nu = kappa eps0^(1/10),   Lambda(nu) = lambda_1 nu + lambda_3 nu^3 + …
 #
-# (section 2.4). Here eps0 ends at x = 0, the two half collisions of section 2.2, and kappa may have any sign:
+# Here eps0 ends at x = 0, the two half collisions of derivation 3, and kappa may have any sign:
 # near kappa = 0 eps0 is an analytic function of kappa, by the hierarchy.
 
 # %%
@@ -121,8 +121,8 @@ assert remaining == 0  # no even power remains
 # %% [markdown]
 # ## Numbers
 #
-# lambda_1 has a closed form, as G_1 has. The others come from the enclosures of G_n; the values in section 2.4
-# are compared digit by digit.
+# lambda_1 has a closed form, as G_1 has. The others come from the enclosures of G_n, and are compared digit by
+# digit with known values.
 
 # %%
 lambda_1 = found[1].subs(symbolic.G_symbol(1), symbolic.g_1_at_0())

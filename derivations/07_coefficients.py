@@ -1,8 +1,8 @@
 # %% [markdown]
 # # 7. Every h_k as a polynomial in lambda_1, lambda_3, …
 #
-# eps = eps0 H((4/5) v*^5 sqrt(eps0)) with a rational series H (section 2.3), and ln eps0 = -Lambda(nu) with
-# nu = kappa eps0^(1/10), kappa = v*^2, Lambda odd (section 2.4). So eps = 1 + sum h_k v*^k
+# eps = eps0 H((4/5) v*^5 sqrt(eps0)) with a rational series H (derivation 5), and ln eps0 = -Lambda(nu) with
+# nu = kappa eps0^(1/10), kappa = v*^2, Lambda odd (derivation 6). So eps = 1 + sum h_k v*^k
 # (eq:epsSeriesAdvanced) follows without further integrals. We derive a formula for h_k by Lagrange's
 # inversion, compute the coefficients a second time by brute force, and compare with proven numbers.
 

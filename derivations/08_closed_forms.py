@@ -1,8 +1,8 @@
 # %% [markdown]
 # # 8. Closed forms
 #
-# Which of the numbers G_n (section 2.2) and lambda_k (section 2.4) are values of known functions? This file derives and
-# proves:
+# Which of the numbers G_n (derivation 3) and lambda_k (derivation 6) are values of known functions?
+# This file derives and proves:
 #
 #     G_1 = B(3/5, 3/2)/2,   lambda_1 = 2 (4/5)^(2/5) G_1
 #     G_2 = 3/5 G_1^2 - 25/132

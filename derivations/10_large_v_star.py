@@ -31,7 +31,7 @@ z, g, Z = sp.symbols("z g Z", positive=True)
 slope = z**2 - z**4 / g  # dg/dz
 
 # %% [markdown]
-# In the units of the turning point (section 2.2) loading is z = Z r, g = -(25/4) K^5 g(r), with Z = 5/2 K^2 =
+# In the units of the turning point (derivation 3) loading is z = Z r, g = -(25/4) K^5 g(r), with Z = 5/2 K^2 =
 # k^2/2, k = sqrt(5) K. So this is an expansion in 1/k^2, with ln k.
 
 # %%

@@ -7,7 +7,7 @@
 # v* -> infinity: `10_large_v_star.py` has three terms, by matched expansions with integrals in closed form. For any
 # order it is simpler to expand a constant of the motion and the time, as functions on the plane, instead of the
 # orbit: their equations are linear, and only rational numbers remain to be matched. v* -> 0: the perturbation
-# series of section 2.2, also for the time.
+# series of derivation 3, also for the time.
 
 # %%
 from itertools import pairwise
@@ -286,7 +286,7 @@ for name in ("epsilon", "x_max", "tau_c"):
 # %% [markdown]
 # ## v* -> 0: the duration
 #
-# In the units of the turning point (section 2.2) x = x_max r^2, |x'| = sqrt(4/5) x_max^(5/4) g, so dtau = dx/|x'| =
+# In the units of the turning point (derivation 3) x = x_max r^2, |x'| = sqrt(4/5) x_max^(5/4) g, so dtau = dx/|x'| =
 # sqrt(5) x_max^(-1/4) r dr/g. Loading takes D(K) = int_0^1 r dr/g, unloading D(-K) up to r = 0, but contact ends
 # earlier. In the units of the end (derivation 5, r = sqrt(K U H) p, g = U H k(p)) the difference is K int_0^1 p dp/k:
 #
@@ -387,7 +387,7 @@ for name, formulas in wanted.items():
             assert abs(to_mpf(expansion[name].coefficients[i][1]) / number - 1) < mp.mpf(10) ** -14
 
 # %% [markdown]
-# The other coefficients are compared with the series (section 2.4 and derivation 7), and with numbers, as above:
+# The other coefficients are compared with the series (derivations 6 and 7), and with numbers, as above:
 
 # %%
 h_k = series(12, 30).h

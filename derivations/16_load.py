@@ -6,8 +6,8 @@
 #     m xi'' + k xi^a + c xi^b xi' = F0.
 #
 # This file derives the load G of the scaled equation, the loss for small damping with a load, lambda(G), and its slope
-# lambda'(0). It checks the numbers of design section 2.11 with computed collisions
-# (`viscopade.collision.contact`).
+# lambda'(0). It checks the numbers of docs/theory/mathematics.md, section 12, with
+# computed collisions (`viscopade.collision.contact`).
 
 # %%
 import sympy as sp
@@ -91,7 +91,7 @@ print("lambda(0) =", at_0)
 print("lambda'(0) =", slope)
 
 NAMES = {"viscoelastic": (sp.Rational(3, 2), sp.Rational(1, 2)), "linear": (1, 0), "hunt-crossley:1": (1, 1)}
-STATED = {  # design section 2.11: lambda(0), lambda'(0), the factor of g t_c/v
+STATED = {  # docs/theory/mathematics.md, section 12: lambda(0), lambda'(0), the factor of g t_c/v
     "viscoelastic": ("1.153449", 2, "0.539"),
     "linear": (sp.pi / 2, 2, "0.405"),
     "hunt-crossley:1": (sp.Rational(2, 3), sp.pi / 2, None),
