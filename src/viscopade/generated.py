@@ -104,7 +104,7 @@ def environment(module: str | None = None) -> Environment:
         keep_trailing_newline=True,
     )
     made.globals |= {"version": __version__, "version_number": version_number()}
-    made.filters |= {"lines": _lines, "xml_comment": xml_comment, "string": string}
+    made.filters |= {"lines": _lines, "string": string}
     return made
 
 

@@ -13,7 +13,7 @@ from tests.cli import called
 from tests.devtools import opened
 from viscopade.calculator import page
 
-COMMAND = "viscopade calculator --out calculator.html"
+COMMAND = "viscopade calculator"
 MOST_BYTES = 400_000
 TAB, ENTER, SPACE, RIGHT, DOWN, END, SHIFT = 9, 13, 32, 39, 40, 35, 8
 

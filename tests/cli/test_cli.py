@@ -7,6 +7,9 @@ import csv
 import io
 import math
 import re
+import shlex
+from pathlib import Path
+from xml.etree import ElementTree
 
 import click
 import pytest
@@ -291,6 +294,45 @@ def test_pade_states_its_error_up_to_a_v_star():
     text = called("pade", "2", "--law", "hunt-crossley", "--digits", "8").stdout
     assert f"sampled, not proven: |[2/3] - eps| <= {sampled['error']} min(eps, 1 - eps) for 0 <= v* <= 1\n" in text
     assert "for 0 <= v* <= 5" in text
+
+
+BODY = ("--radius", "1 cm", "--density", "2500", "--young-modulus", "10 MPa", "--poisson-ratio", "0.3")
+WRITING = (
+    ("simulators", "mujoco", "--epsilon", "0.5", "--speed", "1 m/s", "--contact-time", "10 ms", "-o", "folder/out"),
+    ("simulators", "lammps", "--epsilon", "0.5", "--speed", "50 cm/s", *BODY, "--wall", "-o", "folder/out"),
+    ("simulators", "yade", "a scene.toml", "-o", "folder/out"),
+    ("scene", "a scene.toml", "--no-check", "--out", "folder"),
+    ("fit", "examples/collisions.csv", *BODY, "--no-scatter", "--law", "linear", "--scene", "folder/ball.toml"),
+    ("fit", "examples/collisions.csv", "--empirical", "folder/ball.py", "--form", "table"),
+    ("plot", "a scene.toml", "--law", "tsuji", "--size", "8 cm", "6 cm", "-o", "folder/picture.svg"),
+    ("export", "latex", "--digits", "5", "-o", "folder/out"),
+    ("calculator", "--out", "folder/out"),
+)
+
+
+@pytest.mark.parametrize("words", WRITING, ids=" ".join)
+def test_the_command_in_a_file_makes_the_same_file(words, tmp_path, monkeypatch):
+    """It is found in the file as a reader finds it, and pasted into a shell, beside the files that it reads."""
+    examples = Path(__file__).parents[2] / "examples"
+    (tmp_path / "examples").symlink_to(examples)
+    (tmp_path / "folder").mkdir()
+    for place in (tmp_path, tmp_path / "folder"):
+        (place / "a scene.toml").write_text((examples / "glass_beads.toml").read_text())
+    (tmp_path / "folder" / "collisions.csv").write_text((examples / "collisions.csv").read_text())
+    monkeypatch.chdir(tmp_path)
+    printed(*words)
+    monkeypatch.chdir("folder")
+    for path, text in [(path, path.read_text()) for path in Path().iterdir() if path.is_file()]:
+        if path.suffix == ".svg":
+            (written,) = ElementTree.fromstring(text).iterfind(".//{http://purl.org/dc/elements/1.1/}description")
+            found = written.text
+        else:
+            found = text
+        pasted = re.search(r"(?:viscopade [\d.]+: |^<\?)(viscopade .*?)(?:\?>)?$", found, re.MULTILINE)
+        if pasted and path.suffix != ".json":
+            path.unlink()
+            shown = printed(*shlex.split(pasted[1])[1:])
+            assert text == (shown if path.name == "out" else path.read_text())
 
 
 SOFT = ["simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1000", "--mass", "1"]

@@ -58,7 +58,7 @@ def code(target, text):
     if target in ("lammps", "liggghts"):
         return commands(text)
     if text.startswith(("<", "\n<")):
-        return ElementTree.canonicalize(text)
+        return ElementTree.tostring(ElementTree.fromstring(text))
     if text.startswith("#"):
         return ast.dump(ast.parse(text.encode()))
     joined = re.sub(r"(\\|\?\?/)\n", "", text)

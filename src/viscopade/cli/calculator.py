@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 
 import click
 
-from viscopade.cli.console import deliver, examples, to_file
+from viscopade.cli.console import command_line, deliver, examples, to_file
 
 
 @click.command("calculator", epilog=examples("viscopade calculator --out calculator.html"))
@@ -20,9 +19,7 @@ def calculator_command(out: Path | None) -> None:
     """
     from viscopade.calculator import page
 
-    words = ["viscopade", "calculator", *([] if out is None else ["--out", out.name])]
-    text = page.page(shlex.join(words))
-    deliver(text, out)
+    deliver(page.page(command_line()), out)
 
 
 COMMANDS = (calculator_command,)

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import re
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -207,6 +208,33 @@ def to_file(*flags: str) -> Callable[..., Any]:
 
 
 OUTPUT = to_file("-o", "--output")
+
+
+WORDS = "viscopade.words"
+"""Where a context has the words of the command line."""
+
+
+def command_line() -> str:
+    """Return the command that runs, for the files that it writes: it can be pasted into a shell and makes them again.
+
+    Files are named without their folders. An option of `to_file` is left out: what is in a file depends on no name.
+    """
+    context = click.get_current_context()
+    name, *words = context.meta[WORDS]
+    values, _, order = context.command.make_parser(context).parse_args(list(words))
+    given = {param: values[str(param.name)] for param in order}
+    found = ["viscopade", name]
+    for param in sorted(order, key=lambda param: isinstance(param, click.Option)):  # arguments come first
+        value = given[param]
+        if param.multiple:
+            value, given[param] = value[0], value[1:]
+        if param.callback is _checked_output or not isinstance(value, (str, bool, tuple)):
+            continue
+        texts = [value] if isinstance(value, str) else [] if isinstance(value, bool) else value
+        if isinstance(param, click.Option):
+            found.append(max(param.secondary_opts if value is False else param.opts, key=len))
+        found += (Path(text).name or text if isinstance(param.type, click.Path) else text for text in texts)
+    return shlex.join(found)
 
 
 def deliver(text: str, output: Path | None) -> None:

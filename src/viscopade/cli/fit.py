@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -16,6 +15,7 @@ from viscopade.cli.console import (
     STYLE,
     Quantity,
     Real,
+    command_line,
     double,
     examples,
     material,
@@ -145,7 +145,7 @@ def fit(
     check_targets(targets)
     language = None if code is None else _language(code)
     names = ", ".join(each.name for each in data)
-    words = shlex.join(["viscopade", "fit", *(each.name for each in data)])
+    words = command_line()
     recording, found, sphere, constants, left = _fitted(data, laws, robust, scene_file is not None, **options)
     written: dict[Any, str | bytes] = {}
     if scene_file is not None:
@@ -164,8 +164,7 @@ def fit(
         from viscopade.fitting import empirical
 
         stem = re.sub(r"\W", "_", code.stem.lower(), flags=re.ASCII)
-        command = f"{words} --empirical {shlex.quote(code.name)}{f' --form {form}' * (form != 'power')}"
-        written[code] = empirical.of_points(found.points, form).text(language, stem, command)
+        written[code] = empirical.of_points(found.points, form).text(language, stem, words)
     if written:
         write_all(written)
     _show(recording, found, constants, left, style)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -181,7 +182,7 @@ def scene_command(
     found = choice.choose(scene)
     verdict = text = None
     if out is not None or checking:
-        text = render.render(found, f"viscopade scene {words}{example or source.name}")
+        text = render.render(found, f"viscopade scene {words}{example or shlex.quote(source.name)} --out .")
     if checking and text is not None:
         verdict = run.check_code(found, text, cc)
     if out is not None and text is not None:

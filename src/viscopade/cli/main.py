@@ -17,7 +17,7 @@ import click
 
 from viscopade import shipped
 from viscopade.cli import audit, calculator, derive, fit, generate, simulators, speeds
-from viscopade.cli.console import examples, keep_printing, meant, tracker
+from viscopade.cli.console import WORDS, examples, keep_printing, meant, tracker
 from viscopade.progress import shown_by
 
 EVIDENCE = "viscopade_lab.commands"
@@ -56,6 +56,7 @@ class Commands(click.Group):
         """Return the command that is asked for; for a name that is nearly one, the refusal names it."""
         if not args[0].startswith("-") and self.get_command(context, args[0]) is None:
             raise click.UsageError(f"there is no command {args[0]!r}{meant(args[0], self.list_commands(context))}")
+        context.meta[WORDS] = args
         return super().resolve_command(context, args)
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from viscopade.cli.console import (
     OneOf,
     Quantity,
     Real,
+    command_line,
     deliver,
     double,
     examples,
@@ -96,7 +96,7 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
     from viscopade.simulators.simulator import OwnLaw
     from viscopade.simulators.text import render
 
-    words = f"viscopade simulators {target} {_words(file, tier=tier, **options)}"
+    words = command_line()
     soft = {name: options.pop(name) for name in _SOFT}
     of_soft = [each for each in TARGETS if isinstance(simulator_with(each).texts[each], OwnLaw)]
     if target not in of_soft and any(value is not None for value in soft.values()):
@@ -246,22 +246,6 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     )
 
 
-def _words(file: Path | None, **options: Any) -> str:
-    """Return the file's name and the options as the words of a command line."""
-    words = [] if file is None else [file.name]
-    for name, value in options.items():
-        flag = "--" + {"radii": "radius"}.get(name, name).replace("_", "-")
-        if value is True:
-            words.append(flag)
-        elif name == "speeds" and value is not None:
-            words += [flag, ":".join(value)]
-        elif isinstance(value, tuple):
-            words += (word for item in value for word in (flag, item))
-        elif value is not None and value is not False:
-            words += [flag, f"{value:.12g}" if isinstance(value, float) else value]
-    return shlex.join(words)
-
-
 @click.command(epilog=examples("viscopade verification lammps --out lammps_cases"))
 @click.argument("program", type=OneOf(["lammps"]))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Directory to write the cases to.")
@@ -275,7 +259,7 @@ def verification(program: str, out: Path) -> None:
     """
     from viscopade.simulators.verification import verification_files
 
-    texts = verification_files(f"viscopade verification {program}")
+    texts = verification_files(command_line())
     write_all({out / name: text for name, text in texts.items()}, parents=True)
     say(f"wrote {len(texts)} files to {out}")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -17,6 +16,7 @@ from viscopade.cli.console import (
     Quantity,
     Real,
     Whole,
+    command_line,
     double,
     examples,
     limits_of,
@@ -109,11 +109,10 @@ def plot(
         from viscopade.fitting import read
 
         points = read.recording([(files.content(data, "CSV or a spreadsheet"), str(data))]).points
-    words = shlex.join(["viscopade", "plot", *([] if file is None else [file.name])])
     over = {"over": sheet.V_STAR} if of_v_star else {}
     number = _DRAWN if options["gravity"] is None else _DRAWN_WITH_WEIGHT
     draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, number), points, **over)
-    write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind, page)})
+    write_all({output: sheet.picture(draw, "eps against the impact speed", command_line(), kind, page)})
     say(f"wrote {output}")
     for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"]):
         say(f"Warning: {text}.")

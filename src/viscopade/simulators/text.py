@@ -128,6 +128,9 @@ def _written(file: InputFile | OwnLaw, command: str, opening: Sequence[str], val
         [*_paragraphs(use)][:-1],
         [line for contact in values["contacts"] for text in contact["lines"] for line in _wrapped(text)],
     ]
+    if file.comment == "<!--":  # a comment of XML has no "--", but a processing instruction may
+        before = f"<?{harmless(command).replace('?>', '? >')}?>\n{before}"
+        command = "the command is in the first line"
     lines = [harmless(line) for line in [*marker_lines(command), *(line for part in parts for line in ["", *part])]]
     if file.comment == "<!--":
         lines = [xml_comment(line) for line in lines]
