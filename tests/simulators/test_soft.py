@@ -1,9 +1,7 @@
 """Programs with contacts of their own law: what `viscopade simulators` writes for them, run in them where they are."""
 
 import math
-import shlex
 from dataclasses import replace
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
