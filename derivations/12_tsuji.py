@@ -12,9 +12,11 @@
 import math
 
 import sympy as sp
+from mpmath import mpf
 
-from viscopade.collision import tsuji
-from viscopade.simulators.formula import ratio_for_return, tsuji_kappa
+from viscopade.collision import exact
+from viscopade.simulators.formula import ratio_at_force_end, ratio_for_return, tsuji_kappa
+from viscopade.theory.law import law_of
 
 m, k, alpha, x, u = sp.symbols("m k alpha x u", positive=True)
 force = -k * x ** sp.Rational(3, 2) - alpha * sp.sqrt(m * k) * x ** sp.Rational(1, 4) * u
@@ -120,23 +122,23 @@ assert rise == 0  # -ln eps falls with psi, as sin(2 psi) < 2 psi: it rises with
 assert sp.limit(beyond * 4 * sp.cosh(chi) ** 2, chi, sp.oo) == 1
 
 # %% [markdown]
-# ## The same in `viscopade.collision.tsuji`
+# ## The same by the exact function of the law, and in the formulas of programs
+#
+# In scaled units kappa = alpha = sqrt(5) zeta. The exact function integrates the motion and knows no closed form.
 
 # %%
-for number in (1e-9, 0.2, 1.0, 1.4, sp.Rational(157, 100)):
+for number in (0.5, 1.0, 1.4, 1.57):
     ratio = sp.cos(sp.Float(number, 40))
-    for end, formula in (("force", at_force), ("position", at_position)):
-        exact = formula.subs(psi, sp.Float(number, 40)).evalf(40)
-        if end == "position" and float(ratio) == 1:
-            continue  # eps is below the range of double precision
-        print(f"zeta {float(ratio):.6f}, end {end:8}: eps {float(exact):.15g}")
-        assert abs(tsuji.epsilon(float(ratio), end) / exact - 1) < 1e-11
+    for end, formula in (("force", at_force), ("return", at_position)):
+        closed = formula.subs(psi, sp.Float(number, 40)).evalf(40)
+        proven = exact.collision(kappa=str(sp.sqrt(5).evalf(40) * ratio), law=law_of("tsuji", end), digits=20)
+        print(f"zeta {float(ratio):.6f}, end {end:8}: eps {float(closed):.15g}")
+        assert abs(sp.Float(proven.decimals()["epsilon"], 20) / closed - 1) < 1e-18
 for number in (1e-6, 0.1, 1.0, 10.0):
-    exact = beyond.subs(chi, sp.Float(number, 40)).evalf(40)
-    assert abs(tsuji.epsilon(math.cosh(number)) / exact - 1) < 1e-13
-for wanted in (0.999999, 0.9, 0.5, 0.2, math.exp(-2), 0.1, 1e-6):
-    assert abs(tsuji.epsilon(tsuji.damping_ratio(wanted)) / wanted - 1) < 1e-14
+    closed = beyond.subs(chi, sp.Float(number, 40)).evalf(40)
+    assert abs(ratio_at_force_end(mpf(str(closed))) / math.cosh(number) - 1) < 1e-13
+for wanted in (0.999999, 0.9, 0.5, 0.2, 0.1, 1e-6):
     found = float(inverse.subs(L, -math.log(wanted)))
-    assert abs(tsuji.damping_ratio(wanted, end="position") / found - 1) < 1e-14
+    assert abs(ratio_for_return(wanted) / found - 1) < 1e-14
 assert abs(tsuji_kappa(0.5) / ratio_for_return(0.5) - float(sp.solve(zeta_of_alpha - 1, alpha)[0])) < 1e-15
 print("derived: eps of the x^(1/4) damping for both ends of contact, and zeta = alpha/sqrt(5)")

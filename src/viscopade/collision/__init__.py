@@ -8,7 +8,6 @@ __all__ = [
     "panel_proof",
     "schemes",
     "spheres",
-    "tsuji",
     "weight",
     "weight_table",
 ]

@@ -8,7 +8,7 @@ The number to write instead is the one whose kappa gives the wanted eps: the pro
 
 Behind most programs is the damping ratio. The contact m x'' + 2 zeta sqrt(k m) x' + k x = 0 has
 eps = exp(-pi zeta/sqrt(1 - zeta^2)) if it ends at x = 0, and a larger one if it ends where the force vanishes. Hertz'
-spring with Tsuji's damping has the same two functions of zeta (`viscopade.collision.tsuji`). kappa is 2 zeta for the
+spring with Tsuji's damping has the same two functions of zeta (`derivations/12_tsuji.py`). kappa is 2 zeta for the
 first, sqrt(5) zeta for the second.
 """
 
@@ -21,7 +21,7 @@ from typing import Any, Literal
 
 from mpmath import mp
 
-from viscopade.collision import exact, tsuji
+from viscopade.collision import exact
 from viscopade.collision.contact import SampledCollision, damping_factor
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import loaded
@@ -254,8 +254,8 @@ def tsuji_kappa(e: Any) -> Any:
 
 
 def ratio_at_force_end(e: Any) -> Any:
-    """Return zeta for eps = e at the end where the force vanishes, to 15 digits."""
-    return mp.mpf(tsuji.damping_ratio(float(e)))
+    """Return zeta for eps = e at the end where the force vanishes."""
+    return force_end_kappa(e) / 2
 
 
 def viscoelastic_kappa(e: Any) -> Any:
@@ -272,8 +272,8 @@ def thornton_kappa(en: Any) -> Any:
 
 
 def force_end_kappa(e: Any) -> Any:
-    """Return kappa of the linear spring with the damping ratio for the end where the force vanishes."""
-    return twice(ratio_at_force_end(e))
+    """Return kappa of the linear spring for eps = e at the end where the force vanishes."""
+    return wanted_kappa(LINEAR, mp.nstr(e, 40))
 
 
 def half_mass_kappa(e: Any) -> Any:

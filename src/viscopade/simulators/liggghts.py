@@ -11,8 +11,8 @@ speed of compression, and E_eff, R_eff, m_eff as in `Pair` (at a wall R_eff and 
 `normal_model_hertz.h`, `surfacesIntersect`, with `createBetaEff` of `global_properties.cpp`:
     F = 4/3 E_eff sqrt(R_eff d) d - 2 sqrt(5/6) b sqrt(S m_eff) v_n, S = 2 E_eff sqrt(R_eff d) and
     b = ln e/sqrt(ln^2 e + pi^2) < 0, e being `coefficientRestitution`.
-    As S = 3/2 k sqrt(d) with Hertz's k, this is `viscopade.collision.tsuji` with alpha = sqrt(5) |b|: |b| is the
-    damping ratio, and e is its eps for the end at x = 0.
+    As S = 3/2 k sqrt(d) with Hertz's k, this is Tsuji's damping (`derivations/12_tsuji.py`) with alpha = sqrt(5) |b|:
+    |b| is the damping ratio, and e is its eps for the end at x = 0.
 `normal_model_hooke.h`, `surfacesIntersect`:
     c = sqrt(4 m_eff k/(1 + (pi/ln e)^2)), a linear dashpot with that ratio.
 

@@ -9,7 +9,8 @@ and E_eff, R_eff, m_eff as in `Pair` (`BaseInteraction::getEffectiveRadius` and 
     `setDissipation` takes A.
 `HertzianViscoelasticInteraction::computeNormalForce`:
     F = k d + D sqrt(m_eff k) v_n, not clipped.
-    This is `viscopade.collision.tsuji` with alpha = D, `setDissipation`'s argument, for contact that ends at x = 0.
+    This is Tsuji's damping (`derivations/12_tsuji.py`) with alpha = D, `setDissipation`'s argument, for contact that
+    ends at x = 0.
     `setEffectiveElasticModulusAndRestitutionCoefficient` inverts that correctly.
 
 A pair of different species has a mixed species. Its E_eff is right by itself, as the program's harmonic mean of the two

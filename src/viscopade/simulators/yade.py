@@ -5,10 +5,10 @@ Read in `pkg/dem/HertzMindlin.cpp` of YADE, `Ip2_FrictMat_FrictMat_MindlinPhys::
 
     F = kno u^(3/2) + c v_n, clipped at 0 (without adhesion), kno = 4/3 E_eff sqrt(R_eff), kn = 3/2 kno sqrt(u).
 
-In all versions: c = 2 betan sqrt(m_eff kn). This is `viscopade.collision.tsuji` with alpha = sqrt(6) betan, a damping
-ratio of zeta = sqrt(6/5) betan: eps does not depend on the speed. `betan` may be given, or `en`, from which the program
-takes betan by a fit of Thornton, Cummins and Cleary for the clipped force (2023.02a; older versions use Tsuji's formula
-for the end at x = 0 and are off by more). `betan` from here needs no fit.
+In all versions: c = 2 betan sqrt(m_eff kn). This is Tsuji's damping (`derivations/12_tsuji.py`) with alpha = sqrt(6)
+betan, a damping ratio of zeta = sqrt(6/5) betan: eps does not depend on the speed. `betan` may be given, or `en`, from
+which the program takes betan by a fit of Thornton, Cummins and Cleary for the clipped force (2023.02a; older versions
+use Tsuji's formula for the end at x = 0 and are off by more). `betan` from here needs no fit.
 
 After 2023.02a (merge request 977): with `en` and `vn` together c = A kn and A = 2/3 beta (kno/m_eff)^(-2/5), which is
 eq:viscoelastic, with this package's end condition. beta = v*^2 vn^(-1/5), and v* solves [3/6](v*) = en with the paper's
