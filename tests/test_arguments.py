@@ -9,7 +9,7 @@ import pytest
 
 import viscopade as vp
 from viscopade.arguments import UNITS
-from viscopade.collision import spheres, tsuji
+from viscopade.collision import spheres
 from viscopade.fitting import bounces
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.tracks import of_track
@@ -123,7 +123,6 @@ NUMBERS = {
     "Contact.of_law, load": (lambda x: vp.Contact.of_law("linear", 0.5, x).collide().epsilon, "load", 0.1),
     "contact.damping_factor": (lambda x: vp.contact.damping_factor(damped, x, near=100.0), "epsilon", 0.5),
     "contact.damping_factor, near": (lambda x: vp.contact.damping_factor(damped, 0.5, near=x), "near", 100.0),
-    "tsuji.epsilon": (tsuji.epsilon, "damping_ratio", 0.5),
 }
 DROP, NAMES = np.array([0.0, 0.6, 1.1, 1.5]), ["1", "2", "3", "4"]
 HIGH = np.array([1.0, 0.8, 0.6])

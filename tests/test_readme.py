@@ -10,7 +10,9 @@ from pathlib import Path
 
 import click
 import pytest
+from mpmath import mpf
 
+from tests.closed_forms import nu_2
 from tests.patience import HANGS
 from tests.test_citation import verdicts
 from tools import readme
@@ -18,6 +20,7 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.cli.main import command as viscopade
 from viscopade.collision.spheres import beta_si_from_cgs
 from viscopade.kernels import catalogue, compact
+from viscopade.simulators.formula import ratio_at_force_end, ratio_for_return
 from viscopade_lab.bench import picture
 from viscopade_lab.bench.result import from_csv
 
@@ -186,27 +189,23 @@ def page(name):
 
 
 def test_the_number_to_write_into_liggghts():
-    from viscopade.collision import tsuji
-
     sentence = r"`coefficientRestitution 0.3` with.*?gives eps = ([0-9.]+); the number to write is ([0-9.]+)"
     naive, right = re.search(sentence, page("usage/simulators"), re.DOTALL).groups()
-    assert naive == f"{tsuji.epsilon(tsuji.damping_ratio(0.3, end='position'), end='force'):.3f}"
-    assert right == f"{tsuji.epsilon(tsuji.damping_ratio(0.3, end='force'), end='position'):.6f}"
+    assert naive == f"{float(nu_2(ratio_for_return(mpf('0.3')), 'force')):.3f}"
+    assert right == f"{float(nu_2(ratio_at_force_end(mpf('0.3')), 'return')):.6f}"
 
 
 def test_the_restitutions_of_the_tsuji_damping():
     """Wanted eps, e to write, eps if e = eps is written, betan."""
-    from viscopade.collision import tsuji
-
     rows = re.findall(
         r"^\| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \|$", page("usage/simulators/liggghts"), re.MULTILINE
     )
     assert len(rows) == 7
     for wanted, write, naive, betan in rows:
-        ratio = tsuji.damping_ratio(float(wanted), end="force")
-        assert write == f"{tsuji.epsilon(ratio, end='position'):.6f}"
-        assert naive == f"{tsuji.epsilon(tsuji.damping_ratio(float(wanted), end='position'), end='force'):.6f}"
-        assert betan == f"{ratio * (5 / 6) ** 0.5:.6f}"
+        ratio = ratio_at_force_end(mpf(wanted))
+        assert write == f"{float(nu_2(ratio, 'return')):.6f}"
+        assert naive == f"{float(nu_2(ratio_for_return(mpf(wanted)), 'force')):.6f}"
+        assert betan == f"{float(ratio) * (5 / 6) ** 0.5:.6f}"
 
 
 def test_ice_in_si_units():

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from viscopade.collision import tsuji
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.simulators import simulator_of
-from viscopade.simulators.formula import tsuji_kappa
+from viscopade.simulators.formula import force_end_kappa, tsuji_kappa
 from viscopade.simulators.native import Impact, Native, Parameter, delivery
 from viscopade.simulators.typed_force import force
 from viscopade.simulators.typed_force import native as typed
@@ -250,7 +249,8 @@ AT_WALL = np.exp(-np.pi * ZETA / np.sqrt(2 - ZETA**2))
         ("chrono", MATERIAL | {"fixed_body_mass": "0.01"}, LIGHTER),  # c knows half of the mass
         (
             "chrono",
-            WITHOUT | {"contact_force_model": "Hooke", "kn": "100", "gn": repr(200 * tsuji.damping_ratio(0.5))},
+            WITHOUT
+            | {"contact_force_model": "Hooke", "kn": "100", "gn": repr(100 * float(force_end_kappa(mp.mpf("0.5"))))},
             0.5,
         ),
         ("jaxdem", {"young": "1e6 3e6", "e": "0.5 0.7"}, FORCE),
