@@ -1,9 +1,9 @@
 r"""Asymptotic expansions of eps, x_max and tau_c for v* -> 0 and v* -> infinity.
 
-They use nothing of what finds the exact function (`flow`, `validation`, `exact`) or the series (`series`), so that they
+They share no code with the exact function (`flow`, `validation`, `exact`) or the series (`series`), so that they
 can check it. `derivations/14_expansions.py` derives every recursion.
 
-v* -> 0 (`elastic`): power series in v*. With the perturbation series g = sum K^n g_n of section 2.2, G_n = g_n(0) and
+v* -> 0 (`elastic`): power series in v*. With the perturbation series g = sum K^n g_n of derivation 4, G_n = g_n(0) and
 D_n = integral of r [1/g]_n dr over 0 <= r <= 1, all by Taylor series around the turning point r = 1, which converge up
 to r = 0.
 
@@ -141,7 +141,7 @@ def _mirrored(series: arb_series, order: int) -> arb_series:
 def _end_of_contact(eps0: arb_series, order: int) -> tuple[arb_series, arb_series]:
     """Return k_0 = eps0/eps, and the time that is missing, in units of K.
 
-    In units of the end (section 2.3, derivation 5), with mu = (4/5) v*^5 sqrt(eps), k^2 = 1 + mu (1 - p^5 - 5 integral
+    In units of the end (derivation 5), with mu = (4/5) v*^5 sqrt(eps), k^2 = 1 + mu (1 - p^5 - 5 integral
     of k q^2 from p to 1), k_0 = k(0), and the time from there to x = 0 is the integral of p/k from 0 to 1. mu itself
     follows from delta = (4/5) v*^5 sqrt(eps0) = mu sqrt(k_0(mu)).
     """

@@ -3,8 +3,8 @@ r"""Proof that eps(v*) is analytic for |v*| <= 1.04: its series converges there 
 A collision is an orbit of R' = W, W' = -2 R^2 (R^2 + v*^2 W) from R = 0, W = 1 (R = sqrt(x), W = x', d tau = 2 R ds).
 Contact ends where R = v* sqrt(-W), with eps = -W. All of this makes sense for complex v* and complex time s. Squares
 cover the upper half of the disc; a panel is a disc v* = c + d z, |z| <= 1, around a square. NumPy drafts the orbits of
-a panel as polynomials in z and in the time. Nothing is assumed of them: from a bound of their residual follow the
-existence of the orbits, the end of contact, and that panels which touch have the same eps.
+a panel as polynomials in z and in the time. The proof assumes nothing about these drafts. A bound of their residual
+implies that the orbits exist, that contact ends, and that touching panels have the same eps.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from viscopade.arithmetic.balls import ball_of, fixed_point, working
 
 RADIUS = Fraction(26, 25)
 LARGEST, SMALLEST = Fraction(1, 8), Fraction(1, 2**12)  # half widths of squares
-# A piece of an orbit holds on the disc |y| <= 1 of times s_0 + h(z) y; the next piece starts at y = ADVANCE.
+# A piece of an orbit is valid on the disc |y| <= 1 of times s_0 + h(z) y; the next piece starts at y = ADVANCE.
 ADVANCE = Fraction(15, 16)
 PARTS = 16  # of 0 <= y <= 1, for the growth of errors; ADVANCE is one of their ends
 REACH = Fraction(1, 128)  # Paths may differ by this part of |h|; at most 1 - ADVANCE.
-TUBE = arb(2) ** -10  # No orbit may be farther from its draft.
+TUBE = arb(2) ** -10  # Largest distance of an orbit from its draft.
 BITS = 60  # Coefficients of drafts are integers in units of 2^-BITS.
-# Drafts: highest power of y, terms in z, and of h(z); the size of the last coefficients in y and z; Newton's method.
+# Drafts: highest power of y, terms in z, terms of h(z); size of the last coefficients in y and z; Newton's method.
 ORDER, TERMS, STEP_TERMS = 20, 24, 8
 LAST_IN_Y, LAST_IN_Z = 1e-10, 1e-7
 DRAFT_STEPS, MAX_STEPS = 12, 60
@@ -91,7 +91,7 @@ class Square:
         return point[0], point[1]
 
 
-# --- drafts: NumPy; nothing is assumed of them ------------------------------------------------------------------------
+# --- drafts by NumPy, which the proof does not trust ------------------------------------------------------------------
 
 
 class _Times(NamedTuple):
@@ -168,7 +168,7 @@ def _coefficients(values: Array) -> Array:
 
 
 def _steps(r: Array, w: Array, kappa: Array, duration: Array) -> int:
-    """Return how many pieces have last coefficients in y as small as they should be."""
+    """Return the number of pieces whose last coefficients in y are small enough."""
     largest = 0.0
     for _ in range(DRAFT_STEPS):
         coefficients = _taylor(r, w, kappa, duration / DRAFT_STEPS)
@@ -201,7 +201,7 @@ class _Leg:
 
 
 class _Draft(NamedTuple):
-    """The orbits of a panel, to about the turning point and to about the end of contact, and there sqrt(-W)."""
+    """The approximate orbits of a panel up to the turning point and to the end of contact, and sqrt(-W) there."""
 
     legs: list[_Leg]
     root: BivariateBall
@@ -231,7 +231,7 @@ def _draft(square: Square) -> _Draft:
 
 @dataclass(frozen=True)
 class BivariateBall:
-    """Ball of functions: all that differ from a polynomial in y and z by at most `error` on |y| <= 1, |z| <= 1.
+    """Ball of functions: all functions within `error` of a polynomial in y and z on |y| <= 1, |z| <= 1.
 
     It is `function_balls.FunctionBall` with two variables and complex integers; those of z^i y^j stand at i + STRIDE j
     of `re` and `im`. Everything is in units of 2^-BITS. There are at most TERMS powers of z and ORDER + 1 powers of
@@ -267,7 +267,7 @@ class BivariateBall:
         return self + other.times(-1)
 
     def __mul__(self, other: BivariateBall) -> BivariateBall:
-        """Return the product; what is cut off and rounded is added to the error."""
+        """Return the product; truncation and rounding are added to the error."""
         a, b = self.re * other.re, self.im * other.im
         (re, re_cut), (im, im_cut) = map(_cut, (a - b, (self.re + self.im) * (other.re + other.im) - a - b))
         error = re_cut + im_cut + self.error * other.error
@@ -328,7 +328,7 @@ def _unit(number: int) -> arb:
 
 
 def _rows(part: fmpz_poly, length: int = 0) -> list[list[fmpz]]:
-    """Return the coefficients of each power of y, as many as a polynomial of this length has at least."""
+    """Return the coefficients of each power of y, at least as many as a polynomial of this length has."""
     coefficients = part.coeffs()
     rows = -(-max(len(coefficients), length, 1) // STRIDE)
     coefficients += [fmpz(0)] * (rows * STRIDE - len(coefficients))
@@ -336,7 +336,7 @@ def _rows(part: fmpz_poly, length: int = 0) -> list[list[fmpz]]:
 
 
 def _cut(part: fmpz_poly) -> tuple[fmpz_poly, int]:
-    """Return half of a product in units of 2^-BITS, rounded and without its high powers; and the sum of those."""
+    """Return half of a product in units of 2^-BITS, rounded and without its high powers, and the sum of the latter."""
     rows, blank = _rows(part), [fmpz(0)] * (STRIDE - TERMS)
     kept = [c for row in rows[: ORDER + 1] for c in [c >> BITS for c in row[:TERMS]] + blank]
     dropped = [row[TERMS:] for row in rows[: ORDER + 1]] + rows[ORDER + 1 :]
@@ -384,7 +384,7 @@ class ProvenDisc:
 def _grown(h: BivariateBall, piece: _Piece, kappa: BivariateBall, errors: arb_mat) -> tuple[arb_mat, arb]:
     """Return the errors of R and W at y = ADVANCE, given those at y = 0, and a bound of |R^2 (R^2 + kappa W)|.
 
-    The bound is for all orbits that are not farther than TUBE from the piece; that no orbit is, is proven here.
+    The bound is for all orbits within TUBE of the piece; this function proves that all orbits are.
     """
     square, damping = piece.R * piece.R, kappa * piece.W
     force = square * (square + damping)
@@ -409,7 +409,7 @@ def _grown(h: BivariateBall, piece: _Piece, kappa: BivariateBall, errors: arb_ma
 def _distance_of_end(
     draft: _Draft, v: BivariateBall, r: BivariateBall, w: BivariateBall, errors: arb_mat, acceleration: arb, reach: arb
 ) -> arb:
-    """Bound how far the end of contact is from the draft's last point.
+    """Bound the distance of the end of contact from the draft's last point.
 
     `r` and `w` are R(z) and W(z) there up to `errors`; `acceleration` bounds |W'| within `reach` of there.
     """
@@ -438,7 +438,7 @@ def prove_disc(square: Square) -> ProvenDisc:
     Raises
     ------
     ArithmeticError
-        If no draft is close enough to the orbits, as is the case near a singularity of eps.
+        If no draft is close enough to the orbits, as near a singularity of eps.
     """
     with working(BITS + 20), np.errstate(all="ignore"):
         return _proven(square, _draft(square))

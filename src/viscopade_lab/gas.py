@@ -1,7 +1,7 @@
 r"""Cooling of a granular gas of equal, smooth spheres, by simulation (DSMC) and by quadrature.
 
-`cool` simulates a homogeneous gas with random numbers; `maxwellian` has no noise, but takes the velocities as
-Maxwellian at all times, which they are only nearly. In both, eps is any function of an array of impact speeds, the
+`cool` simulates a homogeneous gas with random numbers; `maxwellian` has no noise, but assumes that the velocities are
+Maxwellian at all times, which is nearly true. In both, eps is any function of an array of impact speeds, the
 normal components v = |g . e| of the relative velocities g.
 
 Temperature. T = <c^2>/3, the variance of one component of the velocities, a (length/time)^2.
@@ -11,13 +11,13 @@ neither density nor diameter occur. With u = v^2/(4 T)
 
     d ln T/dt = -(L/3) sqrt(T/T_0),   L = integral_0^infinity (1 - eps^2) u e^(-u) du.
 
-`derivations/13_haff.py` derives that, and Haff's laws: T ~ t^(-2) for constant eps, T ~ t^(-5/3) for viscoelastic
+`derivations/13_haff.py` derives this, and Haff's laws: T ~ t^(-2) for constant eps, T ~ t^(-5/3) for viscoelastic
 spheres.
 
 DSMC. At a steady rate a pair of particles and a direction e, uniform on the sphere, are drawn, and collide with the
 probability |g . e|/V, where V is above any |g . e|: Bird's method without a time counter, in one cell. Events only
-depend on earlier ones with which they share a particle. So those of a batch are computed together in a few waves, with
-the same results as one after the other: there is no time step whose size is an error.
+depend on earlier events that share a particle with them. So the events of a batch are computed in a few waves, with
+the same results as one after the other: no time step causes an error.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Cooling:
         In units of the mean collision time at the start.
     temperatures : array
     collisions : array
-        Collisions that a particle has taken part in, on average: twice the number of collisions over that of particles.
+        Mean number of collisions of a particle: twice the number of collisions / number of particles.
     sonine : array
         a_2 = <c^4>/(15 T^2) - 1, the first sign that velocities are not Maxwellian.
     impact_speeds : array
@@ -87,7 +87,7 @@ def cool(
     c = random.normal(size=(3, particles))
     c -= c.mean(axis=1)[:, None]
     velocities = c * math.sqrt(temperature / np.mean(c**2))
-    thermal = math.sqrt(temperature)  # at the start: what the unit of time is made of
+    thermal = math.sqrt(temperature)  # at the start; it defines the unit of time
     candidates = particles  # in a batch; some 12 % of them collide
     now, number = 0.0, 0
     impacts: list[FloatArray] = [np.empty(0)]

@@ -1,4 +1,4 @@
-r"""The singularity of eps(v*) nearest to v* = 0, which ends the convergence of the series, by two independent routes.
+r"""The singularity of eps(v*) nearest to v* = 0, which limits the convergence of the series, by two independent routes.
 
 `derivations/09_singularity.py` derives it. With the damping as unit of speed every collision is an orbit of
 
@@ -7,8 +7,8 @@ r"""The singularity of eps(v*) nearest to v* = 0, which ends the convergence of 
 and eps becomes infinite where the end of contact does: on the creeping orbit g = z^2 + 2 z + 6 + 16/z + …. So a
 singular v* is a complex point where the creeping orbit, followed in complex time, passes z = 0 (`from_flow`).
 The other way uses no equation of motion, only the proven h_k (`from_coefficients`). The two agree, but their digits
-are not proven. That no singularity has |v*| <= 1.04 is proven (`viscopade_lab.convergence`); that no other one lies
-between there and R is seen in the coefficients only.
+are not proven. It is proven that no singularity has |v*| <= 1.04 (`viscopade_lab.convergence`). Between there and R
+only the coefficients show that there is no other one.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ CARRIED_DIGITS = 50
 
 @dataclass(frozen=True)
 class Singularity:
-    """The singularity of eps(v*) nearest to v* = 0, in the upper half plane; its mirror image is one, too.
+    """The singularity of eps(v*) nearest to v* = 0 in the upper half plane; its mirror image is also a singularity.
 
     Attributes
     ----------
@@ -157,10 +157,10 @@ def _at(coefficients: Sequence[acb], x: acb) -> acb:
 def from_coefficients(order: int = SERIES_ORDER) -> Singularity:
     """Compute the singularity from h_0 … h_order alone, order 60 to 1000; 5 digits come from order 120.
 
-    Four successive h_k give it to 3 digits: h_{k+1} = 2 cos(arg)/R h_k - h_{k-1}/R^2 were it a pair of simple poles of
-    v* eps'. In truth it is logarithmic, eps ~ (ln(1 - v*/v_s))^2, and what is nearly analytic, with a simple zero at
-    v_s, is z^5 e^(-z) for z = 2 v*^5 sqrt(eps). That zero is taken from a Padé approximant of its series, and its
-    uncertainty from what three quarters of the orders would have given.
+    Four successive h_k give it to 3 digits: h_{k+1} = 2 cos(arg)/R h_k - h_{k-1}/R^2 would hold for a pair of simple
+    poles of v* eps'. In fact it is logarithmic, eps ~ (ln(1 - v*/v_s))^2, and the nearly analytic function with a
+    simple zero at v_s is z^5 e^(-z) for z = 2 v*^5 sqrt(eps). That zero is taken from a Padé approximant of its
+    series; its uncertainty is the difference from the result of three quarters of the orders.
     """
     h = series(order, order // 2).h
     guess = from_four([float(h_k.mid()) for h_k in h])
@@ -184,7 +184,7 @@ def from_four(h: Sequence[float]) -> complex:
 def _pade_zero(f: Sequence[arb], n: int, guess: complex) -> mp.mpc:
     """Return the zero of [n/n] of a series that Newton's method finds from `guess`."""
     matrix, right = order_system(f, n, n, arb(0))
-    # By FLINT alone: from order 1000 come 487 unknowns, for which mpmath's elimination takes minutes.
+    # FLINT only: order 1000 means 487 unknowns, for which mpmath's elimination takes minutes.
     b = [arb(1), *arb_mat(n, n, matrix).solve(arb_mat(n, 1, right), algorithm="precond").entries()]
     ctx = _context(3 * len(f))
     product = arb_poly(b) * arb_poly(f[: n + 1])

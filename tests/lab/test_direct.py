@@ -80,7 +80,7 @@ def test_against_the_proven_series(v_star: str, digits: int):
 
 
 def test_against_the_odd_series_of_ln_eps0():
-    """At x = 0, ln eps0 = -Lambda(kappa eps0^(1/10)) (design, section 2.4)."""
+    """At x = 0, ln eps0 = -Lambda(kappa eps0^(1/10)) (derivation 6)."""
     eps0 = collide("0.1", 40, end="position").epsilon
     coefficients = [to_mpf(ball) for ball in lambda_coefficients(12, 60)]
     with mp.workdps(WORK):

@@ -449,7 +449,7 @@ def test_settings_of_matplotlib_are_left_as_they_were():
 
 
 def test_weight(sheets):
-    """At G = 0.03 and 0.1 the values of section 2.11; and where viscoelastic bodies stay down."""
+    """At G = 0.03 and 0.1 the values of an own integration; and the weight from which viscoelastic bodies stay down."""
     known = {
         ("linear", "force"): (0.476, 0.411),
         ("linear", "return"): (0.480, 0.427),

@@ -1,6 +1,6 @@
-"""Measure all kernels and their rivals in one run, on the same speeds, in C that is compiled on the spot.
+"""Benchmark: all kernels and their rivals in one run, on the same speeds, in C compiled for this machine.
 
-The numbers are those of one machine and one compiler; what carries over are the ratios.
+The times belong to one machine and one compiler; the ratios carry over.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from viscopade_lab.bench.speeds import BETA, SPEED_MAX, SPEED_MIN
 __all__ = ["QUICK", "BenchError", "Sizes", "contenders", "run"]
 
 QUICK = Sizes(memory=1 << 14, scalar=1 << 9, duration=2e4, sampled=1 << 12)
-"""Too few elements for numbers that mean something: to see whether it runs."""
+"""Few elements, to see whether the benchmark runs; the times have no meaning."""
 
 
 def contenders(only: Sequence[str] = ()) -> list[Contender]:
-    """Return kernels and rivals: all, or those whose ids, or beginnings of ids, are asked for.
+    """Return kernels and rivals: all, or those with one of these ids or beginnings of ids.
 
-    The scaled copy and pow + [3/6], to which all are compared, are always among them.
+    The scaled copy and pow + [3/6] are always included, because all others are compared with them.
 
     Raises
     ------
     ValueError
-        If there is none of a name.
+        If a name matches no kernel and no rival.
     """
     known = [*ours.contenders(), *rivals.contenders()]
     chosen = {COPY, PADE}
@@ -85,7 +85,7 @@ def run(
     errors = [harness.errors(*cases[i]) for i in track(range(len(cases)), "checking the results")]
     times = in_rounds(harness.tasks(), rounds)
     rows = [row for case, error in zip(cases, errors, strict=True) for row in _rows(times, *case, error)]
-    # Where and how it was measured, without names of hosts or paths.
+    # The machine and the settings, without names of hosts or paths.
     system = " ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip()
     flags = (" ".join(compiler.flags(library)) for library in ("scalar", "array"))
     comments = [
@@ -104,7 +104,7 @@ def run(
 def _rows(
     times: Mapping[Key, FloatArray], contender: Contender, form: Format, errors: tuple[float, float] | None
 ) -> Iterator[Row]:
-    """Yield the statistics of a contender's times in a type."""
+    """Yield the rows of a contender in one format."""
     relative, loss = errors or (None, None)
     bound, proof = None, contender.proven.get(form.name)
     if proof is not None:  # the file has four digits

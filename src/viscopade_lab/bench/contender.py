@@ -1,4 +1,4 @@
-"""A function from speed to eps in C, as the benchmark builds, checks and times it."""
+"""Contender: a C function from speed to eps that the benchmark builds, checks and times."""
 
 from __future__ import annotations
 
@@ -20,39 +20,39 @@ ARRAY: tuple[Measure, ...] = ("cache", "memory")
 
 @dataclass(frozen=True)
 class Contender:
-    """A function, its forms in C, and what its results must be.
+    """A function, its forms in C, and its expected results.
 
     Attributes
     ----------
     id : str
         Short name; letters, digits and _ + - / [ ].
     label : str
-        What it is, for the reader.
+        Description for the reader.
     group : "ours", "rival" or "limit"
-        "limit" is a yardstick that is no coefficient of restitution.
+        "limit" is a yardstick that does not compute eps.
     source : str
         C code that defines the functions.
     header : str
         Exported file that it includes.
     scalar, array : str
-        Names of the C functions (of speed and beta; of n, speed, beta, out) without the type's suffix. Without `array`
-        the array is a loop over `scalar`.
+        Names of the C functions (of speed and beta; of n, speed, beta, out) without the suffix of the format. Without
+        `array` the array is a loop over `scalar`.
     takes_root : bool
         The functions take sqrt(beta), computed once before the loop, for beta.
     formats : tuple of Format
     measures : tuple of Measure
     expected : callable or None
-        What the C code should compute, from speeds and a beta, by another way. None: eps, within what is proven.
+        From speeds and a beta to the expected results, computed in another way. None: eps, within its bound.
     slack : float
-        Tolerance of that comparison, in units of the type's epsilon, relative to the larger of the result and 1.
+        Tolerance of that comparison, in units of the format's epsilon, relative to the larger of the result and 1.
     proven : mapping of str to ErrorBound
-        By type; of a function of v* (its result is "epsilon") the rounding of v* comes on top.
+        By format; for a function of v* (its result is "epsilon") without the rounding of v*.
     fast_math : bool
         Build the array function with -ffast-math, too.
     valid : (float, float) or None
         Speeds for which an error makes sense, if not all.
     most : int
-        Run on so many elements at most: slow ones.
+        Largest number of elements, for slow functions.
     python : callable or None
         Instead of C: from speeds and a beta to the nanoseconds taken and the results.
     """
@@ -76,7 +76,7 @@ class Contender:
     python: Callable[[FloatArray, float], tuple[float, FloatArray]] | None = None
 
     def library(self, measure: Measure) -> Library:
-        """Return which of the libraries, built with different flags, holds the function of a measure."""
+        """Return the library (they differ in flags) that contains the function of a measure."""
         if measure in SCALAR:
             return "scalar"
         return "vector" if self.fast_math else "array"
@@ -100,5 +100,5 @@ class Contender:
 
 
 def identifier(ident: str) -> str:
-    """Return an id as a part of a name in C."""
+    """Return an id in letters that a name in C may have."""
     return "".join(character if character.isalnum() else "_" for character in ident)

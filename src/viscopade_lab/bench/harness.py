@@ -1,4 +1,4 @@
-"""Run the compiled contenders on the same speeds: what they return, and how long they take."""
+"""Run the compiled contenders on the same speeds, check their results, and time them."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ from viscopade_lab.bench.contender import Contender, Measure
 from viscopade_lab.bench.speeds import BETA, DISTRIBUTIONS, SPEED_MAX, SPEED_MIN, Distribution, speeds
 
 CACHE = 2048  # elements of an array in the cache
-SLOW = 10.0  # ns per collision beyond which the memory's speed does not matter
-MOST_OF_SLOW = 1 << 20  # elements of these from memory
-RUNS = 3  # of which the fastest counts
+SLOW = 10.0  # ns per collision from which the speed of the memory does not matter
+MOST_OF_SLOW = 1 << 20  # largest number of elements from memory for such functions
+RUNS = 3  # the fastest one counts
 _PROBE = 64
 _SEED = 1
 
 DTYPE: Mapping[Format, type[np.float64] | type[np.float32]] = {DOUBLE: np.float64, FLOAT: np.float32}
-"""NumPy's names of the types."""
+"""NumPy's names of the formats."""
 
 Array = npt.NDArray[np.floating]
 
 
 class BenchError(RuntimeError):
-    """Error: the benchmark's result is not reliable; the message is one line."""
+    """Unreliable result of the benchmark; the message is one line."""
 
 
 class _Work(ctypes.Structure):
@@ -58,14 +58,14 @@ class _Work(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Sizes:
-    """How much is measured at once.
+    """Sizes of one measurement.
 
     Attributes
     ----------
     memory, scalar : int
         Elements of an array.
     duration : float
-        Nanoseconds that a measurement should take at least; shorter ones are repeated.
+        Shortest time of a measurement in nanoseconds; shorter runs are repeated.
     sampled : int
         Speeds at which results are checked and errors are sampled.
     """
@@ -77,7 +77,7 @@ class Sizes:
 
 
 class Key(NamedTuple):
-    """What is measured: a contender, in a type, on some speeds, by a measure."""
+    """Key of a measurement: contender, format, kind of speeds, and measure."""
 
     id: str
     format: str
@@ -95,9 +95,9 @@ class Task:
     passes: int
 
     def measure(self) -> float:
-        """Return nanoseconds per collision, the least of several runs: others may need the processor in one.
+        """Return nanoseconds per collision, the least of several runs, because other work may disturb one of them.
 
-        All but arrays from memory are in the cache when it starts.
+        At the start all arrays are in the cache, except those from memory.
         """
         if self.key.measure != "memory":
             self.run(1)
@@ -137,7 +137,7 @@ class Harness:
     def run(
         self, contender: Contender, form: Format, kind: Distribution, measure: Measure, elements: int, passes: int = 1
     ) -> float:
-        """Run a contender; return the nanoseconds it took. Its results are in the array of its type then."""
+        """Run a contender and return its nanoseconds; its results are then in the array of its format."""
         speed, out = self._speed[form.name, kind], self._out[form.name]
         if contender.python is not None:
             taken = 0.0
@@ -153,7 +153,7 @@ class Harness:
     # --- what they return ---------------------------------------------------------------------------------------------
 
     def errors(self, contender: Contender, form: Format) -> tuple[float, float] | None:
-        """Check the results of every function of a contender that is measured, in one type.
+        """Check the results of every measured function of a contender, in one format.
 
         Returns
         -------
@@ -174,7 +174,7 @@ class Harness:
             valid = (low <= speed) & (speed <= high)
             for measure in contender.measures:
                 out = self._out[form.name][:size]
-                out[:] = np.nan  # what a contender does not write is seen
+                out[:] = np.nan  # an element that a contender does not write is noticed
                 self.run(contender, form, kind, measure, size)
                 results = out.astype(np.float64)
                 expected = eps if contender.expected is None else contender.expected(speed, beta)
@@ -198,7 +198,7 @@ class Harness:
     # --- how long they take -------------------------------------------------------------------------------------------
 
     def tasks(self) -> list[Task]:
-        """Return all that is to be measured, each with as many passes as fill the time."""
+        """Return all measurements, each with enough passes to fill the time."""
         return [
             self._task(contender, form, kind, measure)
             for contender in self.contenders
@@ -222,7 +222,7 @@ class Harness:
 
 
 def ulp_of_eps(form: Format) -> float:
-    """Return the most that an ulp of eps can be over the speeds, relative to the smaller of eps and 1 - eps."""
+    """Return the largest ulp of eps over the speeds, relative to the smaller of eps and 1 - eps."""
     # Below 1/2, an ulp of eps is at most epsilon eps. From 1/2 on it is epsilon/2, and 1 - eps is least at the lowest
     # speed.
     return max(form.epsilon, form.epsilon / 2 / float(double.one_minus_epsilon(spheres.v_star(SPEED_MIN, BETA))))
@@ -236,15 +236,15 @@ def proven_error(bound: ErrorBound, form: Format) -> Fraction:
 def allowed(bound: ErrorBound, form: Format) -> float:
     """Return the largest error that does not contradict a proof, relative to the smaller of eps and 1 - eps."""
     root = of_v_star(HOSTS[form.name], Fraction(max(SPEED_MAX, 1 / SPEED_MIN))) if bound.result == "epsilon" else 0
-    # The eps that it is compared with is rounded, too.
+    # The reference eps is rounded, too.
     return float((1 + proven_error(bound, form)) * (1 + root) - 1) + double.ULP["epsilon"] * ulp_of_eps(DOUBLE)
 
 
 def in_rounds(tasks: Sequence[Task], rounds: int) -> dict[Key, FloatArray]:
     """Measure all tasks in turn, once in each round.
 
-    Those to be compared (of one type, speeds and measure) follow each other at once, in an order that changes from
-    round to round, so that what drifts hits all alike.
+    Tasks to be compared (of one format, speeds and measure) follow each other, in an order that changes from
+    round to round, so that a drift affects all alike.
     """
 
     def block(task: Task) -> tuple[str, ...]:

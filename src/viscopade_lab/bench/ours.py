@@ -1,4 +1,4 @@
-"""The kernels that viscopade exports: the functions of its headers, with what is proven of their errors."""
+"""The exported kernels as contenders: functions of the headers, with their proven errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The picture of the benchmark: error over time, with the rivals, the limits, and the Pareto frontier."""
+"""The picture of the benchmark: error over time for kernels, rivals and limits, with the Pareto frontier."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ LOOKS = {
     "limit": ("#00755a", "^", "limits, such as a copy"),
 }
 GREY = "#5c5f66"
-_CEILING = 100.0  # where larger errors are drawn: they are useless, whatever their size
-_SLOWEST = 300.0  # times as slow as the fastest: slower ones are drawn there, to leave room for the rest
+_CEILING = 100.0  # larger errors are drawn here: they are useless, whatever their size
+_SLOWEST = 300.0  # times the fastest: slower functions are drawn here, to leave room for the rest
 
-# From a mark to the text's end or begin, in points: beside it, then above and below, farther and farther away.
+# Offsets of a label from its mark, in points: beside it first, then above and below, farther and farther away.
 _OFFSETS = [(8.0, 0.0, "left"), (-8.0, 0.0, "right")] + [
     (dx, sign * dy, side)
     for dy in (8, 12, 18, 25, 33)
@@ -45,13 +45,13 @@ _STYLE = {
 
 
 def points(rows: Sequence[Row], measure: Measure) -> list[Row]:
-    """Return the rows of one panel, the fastest first: of type double, on log-uniform speeds."""
+    """Return the rows of one panel, the fastest first: in double, on log-uniform speeds."""
     shown = [row for row in rows if (row.format, row.measure, row.speeds) == ("double", measure, "log-uniform")]
     return sorted(shown, key=lambda row: (row.median_ns, row.id))
 
 
 def frontier(panel: Sequence[Row]) -> list[Row]:
-    """Return the points that no other beats in time or error without losing in the other, the fastest first."""
+    """Return the Pareto frontier, the fastest first: no other point is better in both time and error."""
     best: list[Row] = []
     for row in sorted((row for row in panel if row.error is not None), key=lambda row: (row.median_ns, row.error)):
         if not best or (row.error or 0) < (best[-1].error or 0):
@@ -82,7 +82,7 @@ def draw(rows: Sequence[Row], kind: str) -> bytes:
             Line2D([], [], color=GREY, alpha=0.55, linewidth=1.6, label="Pareto frontier"),
         ]
         figure.legend(handles=entries, loc="outside upper left", ncols=3, frameon=False, fontsize=8.5)
-        figure.draw_without_rendering()  # from here on the axes have their places
+        figure.draw_without_rendering()  # fixes the places of the axes
         for axes, (_, panel), line in zip(planes, panels, corners, strict=True):
             _write_labels(axes, panel, line)
         buffer = io.BytesIO()
@@ -118,16 +118,16 @@ def _draw_panel(axes: Axes, panel: Sequence[Row]) -> list[tuple[float, float]]:
 
 
 def _place(row: Row, panel: Sequence[Row]) -> tuple[float, float]:
-    """Return time and error at which a point is drawn; what has no error stands below all that have one."""
+    """Return the time and the error at which a point is drawn; points without an error stand below all others."""
     below = min((other.error for other in panel if other.error), default=1e-16) / 30
     return min(row.median_ns, _SLOWEST * panel[0].median_ns), min(row.error or below, _CEILING)
 
 
 def _write_labels(axes: Axes, panel: Sequence[Row], line: Sequence[tuple[float, float]]) -> None:
-    """Write labels beside their marks, each at the first place where it covers no mark, no label, and not the line."""
+    """Write each label at the first place beside its mark where it covers no mark, no label and no line."""
     from matplotlib.transforms import Bbox
 
-    # The transform gives pixels at 100 dots per inch; a mark needs a square of 12.
+    # The transform gives pixels at 100 dots per inch; a mark fills a square of 12.
     centres = [axes.transData.transform(_place(row, panel)) for row in panel]
     taken = [Bbox.from_bounds(x - 6, y - 6, 12, 12) for x, y in centres]
     taken += (Bbox([a, b]).padded(2) for a, b in pairwise(map(axes.transData.transform, line)))
@@ -150,7 +150,7 @@ def _write_labels(axes: Axes, panel: Sequence[Row], line: Sequence[tuple[float, 
 
 
 def _label(row: Row, slowest: float) -> str:
-    """Return a point's label, with what is off the scale."""
+    """Return a point's label, with its error and time if they are off the scale."""
     beyond = []
     if row.error is not None and row.error > _CEILING:
         beyond.append(f"error {row.error:.0e} ↑".replace("e+0", "e").replace("e+", "e"))

@@ -1,4 +1,4 @@
-"""What the benchmark measured: rows, as a CSV file and as the table on the terminal."""
+"""Result of the benchmark: rows, as a CSV file and as the table on the terminal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEADER = (
 
 @dataclass(frozen=True)
 class Row:
-    """The times of a contender in nanoseconds per collision, in a type, on some speeds, by a measure; its errors.
+    """The times of a contender in nanoseconds per collision, for a format, kind of speeds and measure; its errors.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Row:
     relative, loss : float or None
         Sampled maximum of |d eps|/eps, and of |d eps|/(1 - eps), over all speeds.
     proven : float or None
-        A proven bound of both; of a kernel of v* without the rounding of v*.
+        A proven bound of both; for a kernel of v* without the rounding of v*.
     """
 
     id: str
@@ -55,7 +55,7 @@ class Row:
 
     @property
     def is_proven(self) -> bool:
-        """Whether `error` is the proven bound: a sampled error may exceed one that is without the rounding of v*."""
+        """Whether `error` is the proven bound; a sampled error may exceed a bound without the rounding of v*."""
         return self.proven is not None and self.proven >= max(self.relative or 0, self.loss or 0)
 
     @property
@@ -114,14 +114,14 @@ def from_csv(content: bytes, source: str) -> list[Row]:
 
 
 def table(rows: Sequence[Row]) -> Iterator[list[str]]:
-    """Yield a line with `HEADER` for each contender and type, on the log-uniform speeds."""
+    """Yield a line with `HEADER` for each contender and format, on the log-uniform speeds."""
     lines: dict[tuple[str, str], dict[str, Row]] = {}
     for row in rows:
         if row.speeds == "log-uniform":
             lines.setdefault((row.id, row.format), {})[row.measure] = row
 
     def cell(measured: dict[str, Row], measure: Measure, column: str) -> str:
-        """Return three digits without an exponent, or a dash for what was not measured."""
+        """Return three digits without an exponent, or a dash if there is no measurement."""
         number = getattr(measured[measure], column) if measure in measured else None
         if number is None:
             return "–"

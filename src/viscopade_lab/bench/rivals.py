@@ -1,4 +1,4 @@
-"""The ways from speed to eps that ours are compared with, written as a careful user of the paper would."""
+"""Rivals: other ways from speed to eps, written as a careful user of the paper would."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ TERMS = 20
 POINTS = 1000
 STEPS = 50
 TOLERANCE = "1e-8"
-_LIMIT = 10_000_000  # of steps: an integration that goes astray ends with NaN
+_LIMIT = 10_000_000  # steps; a failed integration ends with NaN
 
 COPY, PADE = "copy", "pow+[3/6]"
-"""Ids of what all times are compared with."""
+"""Ids of the two references: all times are compared with them."""
 
 
 def contenders() -> list[Contender]:
@@ -101,7 +101,7 @@ def of_expression(
 ) -> Contender:
     """Return a contender of one expression in `speed` and `beta`; `options` are its other fields.
 
-    With `root` it is an expression in `v_star`, which the function makes of sqrt(beta) and the root.
+    With `root` it is an expression in `v_star`, the product of sqrt(beta) and the root.
     """
     name = f"bench_{identifier(ident)}"
     functions = []
@@ -118,7 +118,7 @@ def of_expression(
 
 
 def _polynomial(form: Format, coefficients: Sequence[str]) -> str:
-    """Return Horner's rule with the coefficients as constants; those that are zero are left out."""
+    """Return Horner's rule with the coefficients as constants, without those that are zero."""
     (last, text), *others = ((k, form.literal(c)) for k, c in reversed([*enumerate(coefficients)]) if float(c))
     for k, literal in (*others, *([] if others and others[-1][0] == 0 else [(0, "")])):
         for _ in range(last - k):
@@ -205,7 +205,7 @@ def _vector_pow(library: VectorLibrary, path: str) -> Contender:
 
 
 def _table(ident: str, *, logarithmic: bool) -> Contender:
-    """Return the table of one material that DEM codes have, or one in the logarithm of the speed."""
+    """Return the table of one material as in DEM codes, or a table in the logarithm of the speed."""
     first, last = np.log([SPEED_MIN, SPEED_MAX]) if logarithmic else (SPEED_MIN, SPEED_MAX)
     places = np.linspace(first, last, POINTS)
     values, _ = double.exact_of_speed(np.exp(places) if logarithmic else places, np.full(POINTS, BETA))
@@ -242,7 +242,7 @@ def _verlet() -> Contender:
 
 
 def _integrate(step: float, speed: FloatArray, beta: float) -> FloatArray:
-    """Return what verlet.c.jinja computes, for all speeds at once."""
+    """Return the results of verlet.c.jinja, for all speeds at once."""
     x, velocity, acceleration = np.zeros_like(speed), speed.copy(), np.zeros_like(speed)
     running, result = np.ones(speed.shape, bool), np.full(speed.shape, np.nan)
     for _ in range(_LIMIT):

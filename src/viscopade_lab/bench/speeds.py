@@ -15,7 +15,7 @@ DISTRIBUTIONS: tuple[Distribution, ...] = get_args(Distribution)
 BETA = float(BETA_ICE_CGS)
 SPEED_MIN, SPEED_MAX = 1e-3, 1e3
 TYPICAL = 1.0
-"""The geometric mean of the ends: the one speed of `equal`, and the most frequent one of `maxwell`."""
+"""The geometric mean of the ends: the only speed of `equal`, and the most frequent speed of `maxwell`."""
 _SEED = 20110705  # of all random numbers: every run has the same inputs
 
 

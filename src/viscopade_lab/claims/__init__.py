@@ -1,7 +1,7 @@
 """Every statement of the paper that can be checked, with our evidence and verdict.
 
-The modules beside this one hold the claims by subject; each claim's check computes its numbers anew, and derives the
-verdict from them. What cannot be checked here is listed too (`UNCHECKED`), with the reason.
+The other modules have the claims by subject. The check of a claim computes its numbers and derives the verdict from
+them. Statements that cannot be checked are listed with the reason (`UNCHECKED`).
 """
 
 from __future__ import annotations
@@ -74,6 +74,6 @@ def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
 
 
 def _quietly(claim: Claim) -> Evidence:
-    """Check a claim; the progress of its parts would be shown within that of the whole."""
+    """Check a claim without a progress bar of its own."""
     with quietly():
         return claim.check()

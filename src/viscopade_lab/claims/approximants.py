@@ -1,4 +1,4 @@
-"""The exact eps(v*) in double precision, and how far truncated series and approximants are from it."""
+"""The exact eps(v*) in double precision, and the errors of truncated series and approximants."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 POINTS_PER_DECADE = 500
 FIRST, LAST = 0.01, 1000.0
-# Ends of the ranges that largest errors are stated for; they must be on the grid, as most errors are largest there.
+# Ends of the ranges of the largest errors; they are on the grid, because most errors are largest there.
 RANGES = (1.0, 2.0, 5.0, 10.0, 100.0)
 SUITED_UP_TO = 10**0.3  # what the paper gives [2/5]
 LARGEST_M = 25  # the paper looked at [m/m+3] up to [25/28]

@@ -17,7 +17,7 @@ from viscopade_lab.claims.approximants import approximant, curve, slope
 from viscopade_lab.claims.evidence import Claim, Evidence, claim, percent, percent_at_most, verdict
 
 PRINTED_EXPONENT = -3.2
-TRUE_EXPONENT = -10 / 3  # elastic against viscous force, section 2.5
+TRUE_EXPONENT = -10 / 3  # elastic against viscous force, derivation 10
 PREFACTOR = 1.5 ** (2 / 3)
 # The exponent is printed with two digits: the limit must be within half a unit of the second.
 EXPONENT_TOLERANCE = 0.05

@@ -1,4 +1,4 @@
-"""What a claim is, and what we hold against it: a verdict that is derived from numbers computed by running code."""
+"""Claims and their evidence: a verdict derived from numbers that running code computes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Kind = Literal["proven", "sampled"]
 
 @dataclass(frozen=True)
 class Evidence:
-    """What we found.
+    """Evidence for or against a claim.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Claim:
     place : str
         LaTeX label, or the text around it.
     statement : str
-        What is claimed, in our words.
+        The statement, in our words.
     check : callable
         Computes the evidence.
     """
@@ -71,7 +71,7 @@ class CheckedClaim:
     evidence: Evidence
 
     def to_json(self) -> dict[str, Any]:
-        """Return everything as a dictionary that JSON can hold."""
+        """Return everything as a dictionary for JSON."""
         claim, evidence = self.claim, self.evidence
         return {
             "name": claim.name,
@@ -85,7 +85,7 @@ class CheckedClaim:
 
 
 def verdict(holds: bool, within_limits: bool = False) -> Verdict:
-    """Return the verdict from what the numbers said."""
+    """Return the verdict that the numbers support."""
     if holds:
         return "holds"
     return "holds with a limit" if within_limits else "does not hold"

@@ -4,7 +4,7 @@ Nothing is scaled: rho, A, m_eff and v enter as they are. With s = sqrt(xi) and 
 
     ds/dtheta = u,    du/dtheta = -2 (rho/m_eff) s^2 (s^2 + 3/2 A u),    u = dxi/dt,
 
-is polynomial, so that the square root of the compression spoils no step.
+is polynomial, so the square root of the compression causes no error.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Tail:
-    """What the motion would be after t_c without the min(…) of eq:viscoelastic, until xi = 0.
+    """The motion after t_c without the min(…) of eq:viscoelastic, until xi = 0.
 
     Attributes
     ----------

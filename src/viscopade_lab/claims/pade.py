@@ -30,7 +30,7 @@ from viscopade_lab.claims.approximants import (
 )
 from viscopade_lab.claims.evidence import Claim, Evidence, claim, percent, percent_at_most, verdict
 
-# An approximant whose eps is off by more than this is no longer "suitable".
+# An approximant with a larger error of eps is no longer "suitable".
 SUITABLE = 0.1
 # "Acceptable" allows 10 % in the loss 1 - eps at v* <= 1, where collisions of hard materials are.
 ACCEPTABLE = 0.1
@@ -41,11 +41,11 @@ TRADEOFF = 0.02
 LINE_LINEAR, LINE_LOG = 0.005, 0.05
 # [1/4] "almost coincides" with the solution in a figure: a few line widths.
 ALMOST_COINCIDES = 0.02
-# [m/m+3] that the paper recommends or shows, [2/5] apart and [25/28], which is no more than the end of its search.
+# [m/m+3] that the paper recommends or shows, except for [2/5] and [25/28], the end of its search.
 NAMED = (0, 1, 3, 15)
 # A "significant improvement" is one by a factor of ten.
 SIGNIFICANT = 10.0
-# 1e-15 of an error is rounding.
+# Errors of 1e-15 are round-off.
 ROUNDING = 4e-15
 
 

@@ -185,7 +185,7 @@ def _tails() -> dict[float, Tail]:
 
 
 def _scaled_exactly() -> dict[str, bool]:
-    """Return which parts of the problem, eq:newton to eq:tEndAdvanced, hold v* alone in the printed units.
+    """Return the parts of the problem, eq:newton to eq:tEndAdvanced, that contain only v* in the printed units.
 
     SymPy puts xi(t) = X x(t/T) into them, with symbols for all parameters; derivations/01_scaling.py finds X and T.
     """
@@ -253,7 +253,7 @@ def _universal() -> Evidence:
 @claim(
     "numerical-benchmark",
     "text after eq:equationOfMotionNatUnit",
-    "numerical integration is exact but for numerical errors, also for large v*",
+    "numerical integration is exact except for numerical errors, also for large v*",
 )
 def _benchmark() -> Evidence:
     off = {f"{v:g}": _motion(0, v).epsilon / float(double.epsilon(v)) - 1 for v in (0.1, 1.0, 10.0, 100.0)}

@@ -26,9 +26,9 @@ VISIBLE, GROSS = 0.01, 0.1
 ONE_DIGIT = 0.1
 # Truncation orders of the paper's figures.
 FIGURE_ORDERS = (20, 40)
-# The two ways to the singularity must agree to 4 digits before anything is said about the radius of convergence.
+# The two routes to the singularity must agree to 4 digits before the radius of convergence is used.
 SINGULARITY_TOLERANCE = 1e-4
-# The paper looks at speeds up to 2.6 m/s for ice, v* = 2: a series with a smaller radius does not serve there.
+# The paper considers speeds up to 2.6 m/s for ice, v* = 2: a series with a smaller radius is useless there.
 LARGEST_SPEED = 2.0
 
 # More terms than this for 1e-3 is slow.
@@ -200,7 +200,7 @@ def radius_numbers() -> dict[str, float]:
 
 
 def _terms_needed(v_star: float, tolerance: float) -> int:
-    """Return the order from which on all truncations are within `tolerance`, up to the orders we have."""
+    """Return the order from which all known truncations are within `tolerance`."""
     truth = double.epsilon(v_star)
     off = [k for k in range(ORDER + 1) if abs(truncated(k, v_star) / truth - 1) > tolerance]
     return max(off) + 1

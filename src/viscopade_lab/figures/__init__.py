@@ -1,4 +1,4 @@
-"""The paper's figures, and those that it could not show."""
+"""Figures: those of the paper, and further ones."""
 
 NAMES = (
     *(

@@ -113,7 +113,7 @@ def _mark_measured(axes: Axes) -> None:
 
 
 def _draw_stepped(axes: Axes, formula: DampingFormula, look: Look) -> None:
-    """Draw the mean eps over the time step, its range, and what was measured."""
+    """Draw the mean eps over the time step, its range, and the measured values."""
     kappa, gid = float(wanted_kappa(formula.law, str(CHOSEN))), formula.name.replace(", ", "-")
     times = STEPS * formula.law.contact_time
     found = np.array([Contact.of_law(formula.law, kappa).rebounds(1.0, step, PHASES).epsilon for step in times])
@@ -192,14 +192,14 @@ def _over_speed() -> Sheet:
 
 
 def _at_speeds(formula: DampingFormula, instead: bool) -> FloatArray:
-    """Return eps at `SPEEDS`, where kappa at 1 m/s is the one asked for, or the one that delivers eps."""
+    """Return eps at `SPEEDS`; kappa at 1 m/s is that of the formula, or the one that gives `CHOSEN`."""
     kappa = wanted_kappa(formula.law, str(CHOSEN)) if instead else formula.damping(str(CHOSEN))
     power = float(2 / formula.law.nu - 1)
     return np.array([float(formula.delivered(mp.mpf(float(kappa) * speed**power))) for speed in SPEEDS.tolist()])
 
 
 SHARES = np.concatenate([np.geomspace(0.01, 0.4, 25), np.linspace(0.44, 1.4, 49)])
-"""g t_c/v, t_c being the duration of contact without damping."""
+"""g t_c/v, with the duration t_c of contact without damping."""
 WITH_WEIGHT: Mapping[str, tuple[str, str]] = {
     "linear": ("linear", ORANGE),
     "tsuji": ("Tsuji", BLUE),

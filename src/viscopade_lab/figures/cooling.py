@@ -1,4 +1,4 @@
-"""The figure of the cooling gas: temperature against time, and what an approximant of eps changes about it."""
+"""The figure of the cooling gas: temperature over time, and its error with approximants of eps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 BETA = float(BETA_ICE_CGS)
 TEMPERATURE = 1.0  # (cm/s)^2, at the start
 
-# Late enough for both power laws.
+# End of the time axis: late enough for both power laws.
 END = 1e9
 TIMES = np.geomspace(0.1, END, 201)
 
@@ -35,7 +35,7 @@ MARKED = np.geomspace(1, 1e7, 8)
 COMPARED = np.array([1.0, 10.0, 100.0])
 
 TIER = "1e-5"  # of the kernel of speed
-STEPS_NODES = 600  # of quadrature over a table, which jumps from row to row
+STEPS_NODES = 600  # of the quadrature over a table, whose errors jump from row to row
 
 
 def _v_star(speed: FloatArray) -> FloatArray:
@@ -49,7 +49,7 @@ def exact_restitution(speed: FloatArray) -> FloatArray:
 
 
 def constant_restitution() -> gas.RestitutionFunction:
-    """Return the constant eps with which the gas begins to cool as fast as it should."""
+    """Return the constant eps that gives the correct initial rate of cooling."""
     epsilon = float(np.sqrt(1 - gas.loss(exact_restitution, TEMPERATURE)))
     return lambda speed: np.full_like(speed, epsilon)
 
@@ -67,7 +67,7 @@ def pade_restitution(m: int, n: int) -> gas.RestitutionFunction:
 
 
 def kernel_restitution(tier: str) -> gas.RestitutionFunction:
-    """Return what the kernel of speed of this accuracy computes for ice, for which the exported header is in C."""
+    """Return eps of ice by the speed kernel of this accuracy."""
     kernel = catalogue.kernel(f"speed {tier}")
 
     def restitution(speed: FloatArray) -> FloatArray:
@@ -116,7 +116,7 @@ def _cooling() -> Sheet:
     return sheet
 
 
-# The curves that these are drawn like.
+# Curves with the same look.
 _LIKE = {"constant": "fit", "kernel": "best"}
 _CONSTANT = r"constant $\varepsilon$"
 

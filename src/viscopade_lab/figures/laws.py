@@ -49,14 +49,14 @@ COLORS: Mapping[Fraction, str] = {
     Fraction(2): ORANGE,
     Fraction(5, 2): VERMILION,
 }
-"""Each nu that is drawn, and its colour."""
+"""Each nu in the figure, and its colour."""
 
 ENDS: Mapping[End, tuple[float, ...]] = {"force": (), "return": SHORT}
 """The ends of contact, and the dashes of their curves."""
 
 DAMPINGS = np.concatenate([np.linspace(0.02, 0.5, 9), np.linspace(0.58, 3, 26), np.geomspace(3.4, 100, 12)])
 LEAST_SHOWN = 1e-6  # of eps
-# Where the end x = 0 ceases to exist, eps falls to 0 on a short way: halving the distance to there so often shows it.
+# Close to the largest K of the end x = 0, eps falls to 0 steeply; this many bisections show it.
 HALVINGS = 12
 
 

@@ -1,6 +1,6 @@
-"""The paper's four figures, beside each what it could not show, and what best approximants gain.
+"""The paper's four figures, further figures of series and approximants, and best approximants.
 
-Every curve is computed when its figure is drawn; nothing is typed in but the ranges of the axes and where labels stand.
+Every curve is computed when its figure is drawn; only the ranges of the axes and the places of labels are typed in.
 A curve's `gid` is its name, in SVG the id of its group.
 
 Curves differ by colour (Okabe and Ito's, which colour-blind readers can tell apart), by dashes, and carry their names.
@@ -60,19 +60,19 @@ SERIES_ORDER = 80
 MAX_M = 25
 
 # The fit eps = 0.32 v^-0.234 (v in cm/s) by Bridges, Hatzes & Lin (1984), and the speeds it is drawn for,
-# roughly those of the experiment (the original was not at hand). Their measurements themselves are not publicly
-# available, and are not in our figures.
+# roughly those of the experiment (the original was not available). The measurements are not publicly available, and
+# are not in our figures.
 FIT_FACTOR, FIT_EXPONENT = 0.32, -0.234
 FIT_SPEEDS = (0.015, 2.0)
 FIT_LABEL = "fit of Bridges et al."
 
-# eq:asymp, and what it should be (section 2.5).
+# eq:asymp, and the true limit (derivations/10_large_v_star.py).
 PAPER_EXPONENT = -3.2
 LIMIT_EXPONENT, LIMIT_FACTOR = -10 / 3, 1.5 ** (2 / 3)
 
 SHOWN = ((0, 3), (1, 4), (2, 5), (3, 6), (15, 18))
 
-# The exact curve is broad and pale, so that what coincides with it stays visible on top.
+# The exact curve is broad and pale, so that coinciding curves stay visible on top.
 LOOKS: Mapping[str, Look] = {
     "exact": Look(GREY, width=3.4, text="#555555"),
     "[0/3]": Look(ORANGE, DASHED, text="#A87400"),
@@ -109,13 +109,13 @@ class Figure:
     Attributes
     ----------
     description : str
-        What it shows, in one line.
+        One line for the file's metadata.
     caption : str
         The text to print below it, with LaTeX between dollar signs.
     draw : callable
         Returns it, drawn, as a `matplotlib.figure.Figure`. To be called through `registry.drawn`, which sets the style.
     paper_label : str or None
-        The label of the paper's figure that this one shows again.
+        The label of the paper's figure that this one repeats.
     """
 
     description: str
@@ -174,11 +174,11 @@ def _singularity() -> complex:
     return complex(singularity.from_flow(DIGITS).v_star)
 
 
-# Where curves are computed: dense enough that no corner shows.
+# Abscissas of curves, dense enough to look smooth.
 LINEAR = np.linspace(0, 3, 601)
 LOGARITHMIC = np.geomspace(0.1, 100, 601)
 SPEEDS = np.geomspace(1e-3, 1e2, 501)
-# Relative distances at which curves are computed besides on both sides of a pole or zero.
+# Relative distances of additional points on both sides of a pole or zero.
 APPROACH = np.geomspace(1e-11, 0.03, 50)
 
 
@@ -212,7 +212,7 @@ def _complex(root: Root) -> complex:
 
 
 Beside = tuple[float, float, float]
-"""Where a curve's name stands: at which x, and how many points right of and above the curve's point there."""
+"""The place of a curve's name: x of a point on the curve, and the offset to the right and upwards in points."""
 
 
 def draw_curve(
@@ -237,7 +237,7 @@ def identifier(name: str) -> str:
 def write_text(
     axes: Axes, text: str, point: tuple[float, float], shift: tuple[float, float], color: str = BLACK, size: float = 7
 ) -> None:
-    """Write beside a point, with a line to it if that is far; without a shift on it, hiding what is there."""
+    """Write beside a point, with a line to it if it is far; without a shift the text covers the point."""
     from matplotlib.patheffects import withStroke
 
     horizontal, vertical = ("right", "center", "left"), ("top", "center", "bottom")
@@ -276,7 +276,7 @@ def write_along(axes: Axes, text: str, x: Floats, y: Floats, at: float, side: st
 
 
 def _until_out(y: Floats, low: float, high: float) -> Floats:
-    """Cut a curve after the first point outside low … high: where a series diverges there is nothing to see."""
+    """Cut a curve after the first point outside low … high, where a series diverges."""
     outside = np.flatnonzero((y < low) | (y > high))
     cut = y.copy()
     if outside.size:
@@ -285,7 +285,7 @@ def _until_out(y: Floats, low: float, high: float) -> Floats:
 
 
 def _positive(y: Floats) -> Floats:
-    """Leave out what a logarithmic axis cannot show."""
+    """Remove values that a logarithmic axis cannot show."""
     return np.where(y > 0, y, np.nan)
 
 
@@ -295,7 +295,7 @@ def _mark(
     """Mark points: `kind` is a key of `MARKS`, and their name in a legend if there is no label."""
     marker, size = MARKS[kind]
     face = {"zero": "white", "extremum": "white", "doublet": "none"}.get(kind, color)
-    # On the frame a mark is shown whole, beyond it not at all.
+    # A mark on the frame is drawn whole.
     (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=label or kind)
     points.set(gid=identifier(gid), clip_on=not on_frame)
     return points
@@ -399,7 +399,7 @@ def _pade_at_large_v_star() -> Sheet:
         x, y = map(np.asarray, line.get_data())
         draw_curve(scaled, name, x, y * x**-LIMIT_EXPONENT, gid=f"{name}-scaled")
     _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", label="zero of [2/5]", on_frame=True)
-    # The others lie too close together to be named where they are: the key has them in the order of their right ends.
+    # The other curves lie too close together for labels: the legend has them in the order of their right ends.
     key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": r"$v_\ast^{-3.2}$"}
     key |= {"limit-power": r"$(3/2)^{2/3}\,v_\ast^{-10/3}$", "exact": "exact"}
     lines, names = [*(curves[name] for name in key), axes.lines[-1]], [*key.values(), "zero of [2/5]"]
@@ -477,7 +477,7 @@ def _pade_errors() -> Sheet:
     for plane, size, suffix in ((planes[0], epsilon, "-epsilon"), (planes[1], loss, "-loss")):
         for degrees, place in places.items():
             error = np.abs(_pade(degrees, v_star) - epsilon) / size
-            # Below the frame is rounding, in which machines differ; what is just below ends the curve at its edge.
+            # Values below the frame are round-off, which differs between machines; a margin lets curves reach the edge.
             error = np.where(error < low / 10, np.nan, error)
             draw_curve(plane, _label(degrees), v_star, error, place, gid=_label(degrees) + suffix)
             if degrees == (2, 5):
@@ -499,7 +499,7 @@ def _shades(count: int) -> ListedColormap:
 
 
 def _convergence(axes: Axes) -> None:
-    """Draw the upper half of the circle of convergence, and the singularity that limits it."""
+    """Draw the upper half of the circle of convergence, and the singularity on it."""
     end = _singularity()
     circle = abs(end) * np.exp(1j * np.linspace(0, np.pi, 361))
     label = "circle of\nconvergence"
@@ -585,9 +585,9 @@ def _ice_errors() -> Sheet:
 
 # --- best approximants ------------------------------------------------------------------------------------------------
 
-# Degrees, and the interval's end, of the error curves.
+# Degrees and interval of the error curves.
 COMPARED, COMPARED_END = (3, 6), 5.0
-# Where they are computed: uniform on the square-root axis that they are drawn on.
+# Their abscissas, uniform on the square-root axis of the figure.
 ROOTS = np.linspace(0, math.sqrt(COMPARED_END), 2002)[1:]
 
 

@@ -22,7 +22,7 @@ FIGURES: Mapping[str, Figure] = {**paper.FIGURES, **cooling.FIGURES, **laws.FIGU
 
 
 def render(names: Iterable[str] = tuple(FIGURES), formats: Iterable[str] = ("svg",)) -> dict[str, bytes]:
-    """Return file name and content of figures, keys of `FIGURES`, in some of `viscopade_lab.figures.FORMATS`.
+    """Return file names and contents of figures (keys of `FIGURES`) in some of `viscopade_lab.figures.FORMATS`.
 
     Raises
     ------
@@ -45,5 +45,5 @@ def drawn(name: str) -> Iterator[Sheet]:
     with styled():
         sheet = FIGURES[name].draw()
         sheet.draw_without_rendering()
-        sheet.set_layout_engine("none")  # what has been laid out stays so, the same for every format
+        sheet.set_layout_engine("none")  # the layout stays the same for every format
         yield sheet

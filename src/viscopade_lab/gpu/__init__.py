@@ -1,1 +1,1 @@
-"""Measurements on a GPU; nothing of it runs in the tests but the compiler."""
+"""Measurements on a GPU; the tests run the compiler only."""

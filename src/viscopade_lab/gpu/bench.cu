@@ -6,8 +6,8 @@
  * Times: rounds are interleaved; printed are minimum, median and maximum, bytes moved per second, and the ratio of the
  * median to that of a copy within the device. Rivals are the paper's [3/6] with powf or pow.
  * Errors: the largest |result - reference| / reference, for all w of the domain and for 1e-3 <= v* <= 10. The reference
- * is the kernel 1e-7 in double, which is compared with full accuracy on the host first. Functions of type float are
- * evaluated at every positive float with beta = 1 and at as many random pairs of speed and beta; those of type double at
+ * is the kernel 1e-7 in double, which is compared with full accuracy on the host first. Float functions are
+ * evaluated at every positive float with beta = 1 and at as many random pairs of speed and beta; double functions at
  * the random pairs. The functions of CUDA that the proof assumes something about are evaluated at every float, too.
  */
 #include <algorithm>
@@ -181,7 +181,7 @@ __global__ void double_errors(Function function, Reference reference, unsigned l
     }
 }
 
-/* The error of a function of type float in units in the last place of the exact value. */
+/* The error of a float function in units in the last place of the exact value. */
 __device__ static double ulps(float result, double exact)
 {
     int exponent;

@@ -1,8 +1,8 @@
 """Largest errors of the shaders' kernels on a GPU.
 
-Every float with 2^-126 <= w <= 2^120 is a speed, with beta = 1. Printed is the largest
-|result - exact| / exact, for all of them and for 1e-3 <= v* <= 10; the exact value is that of `viscopade.restitution`.
-GLSL needs the package moderngl, WGSL the package wgpu; it was run with moderngl 5.13.0 and wgpu 0.32.0.
+Every float with 2^-126 <= w <= 2^120 is a speed, with beta = 1. The program prints the largest
+|result - exact| / exact, for all of them and for 1e-3 <= v* <= 10; `viscopade.restitution` is the exact value.
+GLSL needs the package moderngl, WGSL the package wgpu; tested with moderngl 5.13.0 and wgpu 0.32.0.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Search for the arguments at which the rounding errors of exported functions are the largest.
 
-A function is compared with the exact value of its own formula, with the same machine numbers, in ball arithmetic. Tried
-are random arguments first, then neighbours of the worst ones, at distances of one to thousands of numbers of the type.
-`python -m tools.hard_arguments` writes what is found into the list that the test vectors take.
+A function is compared with the exact value of its own formula, with the same machine numbers, in ball arithmetic. The
+search tries random arguments first, then neighbours of the worst ones, one to thousands of machine numbers away.
+`python -m tools.hard_arguments` writes the results into the list for the test vectors.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ Array = npt.NDArray[Any]
 Inputs = Callable[[Any], dict[str, Any]]
 
 BETA = 1.307
-"""Of the paper's ice, in (s/cm)^(1/5); in a type, the number nearest to it."""
+"""beta of the paper's ice, in (s/cm)^(1/5); in a format, the number nearest to it."""
 SEED = 1911
 BITS = 200  # of ball arithmetic
 LEAST = 2.0**-40  # of v* and 1 - eps; below, sums are their first terms
 STARTS = 6  # of the search by neighbours
-NEIGHBOURS, REACH = 12, 12  # tried of each start in a round, up to 2^REACH numbers away
+NEIGHBOURS, REACH = 12, 12  # neighbours of each start in a round, up to 2^REACH numbers away
 
 
 class Function(NamedTuple):
-    """An exported function, or a branch of it or a row of its table, of one number x of a type, from low to high.
+    """An exported function, a branch of it or a row of its table, of one number x of a format, from low to high.
 
-    `computed` has what code gives for an array of x, each operation rounded, and `exact` the exact value of the formula
-    for one x. The proven `bound` is relative to the exact value, or in units in the last place if `ulp`. The function's
-    first argument is x times `scale`; `second` has its second argument, if it has one.
+    `computed` returns the results of the code for an array of x, each operation rounded, and `exact` the exact value of
+    the formula for one x. The proven `bound` is relative to the exact value, or in units in the last place if `ulp`.
+    The function's first argument is x times `scale`; `second` is its second argument, if it has one.
     """
 
     family: str
@@ -60,7 +60,7 @@ class Function(NamedTuple):
     second: tuple[float, ...] = ()
 
     def errors(self, x: Array) -> list[float]:
-        """Return the errors as parts of the bound; infinite if a result is no finite number."""
+        """Return error / bound, infinite if a result is not finite."""
         with np.errstate(all="ignore"), working(BITS):
             values = np.broadcast_to(self.computed(x), x.shape).tolist()
             return [self._error(at, value) for at, value in zip(x.tolist(), values, strict=True)]
@@ -75,14 +75,14 @@ class Function(NamedTuple):
 
 
 class Worst(NamedTuple):
-    """The argument with the largest error of those tried, and this error as a part of its bound."""
+    """The argument with the largest error found, and error / bound there."""
 
     x: float
     error: float
 
 
 def worst(function: Function, number: int, rounds: int) -> Worst:
-    """Look at `number` random arguments, then in rounds at neighbours of the worst ones; each time at the same ones."""
+    """Try `number` random arguments, then in rounds neighbours of the worst ones; each call tries the same ones."""
     kind = TYPES[function.form.name]
     generator = np.random.default_rng(SEED)
     low, high = kind(function.low), kind(function.high)
@@ -106,7 +106,7 @@ def worst(function: Function, number: int, rounds: int) -> Worst:
 
 
 def _machine(form: Format) -> Reading:
-    """Return the arithmetic of a type; functions of the library are rounded once, from type double."""
+    """Return the arithmetic of a format; library functions are rounded once, from double."""
     kind = TYPES[form.name]
     roots = {"sqrt": np.sqrt, "cbrt": np.cbrt, "pow": np.power, "log2": np.log2, "exp2": np.exp2}
 
@@ -163,7 +163,7 @@ def functions(rows: int) -> Iterator[Function]:
 
 
 def _of_kernel(family: str, kernel: Kernel, form: Format) -> Iterator[Function]:
-    """Yield the functions of one argument, and those of the speed of compact kernels, for one beta."""
+    """Yield the functions of one argument, and the speed functions of compact kernels for one beta."""
     beta = form.nearest(Fraction(str(BETA)))
     top = float(np.nextafter(TYPES[form.name](1), TYPES[form.name](0)))
     for function in kernel.functions:
@@ -186,7 +186,7 @@ def _of_kernel(family: str, kernel: Kernel, form: Format) -> Iterator[Function]:
 def _readings(
     kernel: Kernel, function: KernelFunction, form: Format, second: tuple[float, ...]
 ) -> tuple[Callable[[Array], Array], Callable[[float], arb]]:
-    """Return a function as code computes it, and its exact value, in which 1/30 is that number."""
+    """Return a function as the code computes it, and its exact value with the exact 1/30."""
     numbers, kind, by = kernel.constants[form.name], TYPES[form.name], _machine(form)
     balls = {name: ball_of(Fraction(c)) for name, c in numbers.items()} | {"least": arb(0)}
     balls |= {"thirtieth": arb(1) / 30} if "thirtieth" in balls else {}
@@ -220,7 +220,7 @@ def _of_table(kernel: str, table: Polynomials, rows: int) -> Iterator[Function]:
         unit = Fraction(1, 2**form.precision)
         for index in sorted({*inside, table.switch - 1, table.switch}):  # the last with base 1, the first with base 0
             base, (exponent, low, high), proven = table.base(index), table.interval(index), table.bounds(index)
-            # |dp| <= rounding min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
+            # |dp| <= rounding min(eps, 1 - eps), and the smaller one is |p|, except for the formula's error.
             size = proven[form.name] * (1 + proven["error"])
             constants = {f"c{n}": c for n, c in enumerate(table.rows[index])}
             constants |= {"base": float(base), "rest_of_base": float(1 - base)}

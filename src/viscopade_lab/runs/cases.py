@@ -1,4 +1,4 @@
-"""What is run in every simulator for the audit: wanted eps, time steps and phases."""
+"""The collisions of the audit that every simulator runs: requested eps, time steps and phases."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ PHASES = (0.25, 0.75)
 FINEST_PHASES = (0.5,)
 WANTED = "0.5"
 INSTEAD = ((0.001, (0.5,)), (0.02, tuple((i + 0.5) / 8 for i in range(8))))
-"""Time steps and phases with which the number to write instead is tried."""
+"""Time steps and phases that test the value to set instead."""
 
 
 @dataclass(frozen=True)
 class AuditCase:
-    """A collision to be run: a formula, the eps asked of it, a time step in contact times, and a phase.
+    """A collision of the audit: a formula, the requested eps, a time step in contact times, and a phase.
 
-    `parameter` is what is written for the eps asked for.
+    `parameter` is the value that the formula gives for the requested eps.
     """
 
     formula: DampingFormula
@@ -40,18 +40,18 @@ class AuditCase:
 
     @property
     def number_of_steps(self) -> int:
-        """After so many the bodies have parted."""
+        """The number of steps after which the bodies have separated."""
         return round(12 / self.time_step) + 10
 
 
 def case(formula: DampingFormula, asked: str, time_step: float, phase: float) -> AuditCase:
-    """Return a case with the parameter that the program's own formula writes."""
+    """Return a case with the parameter from the program's own formula."""
     with mp.workdps(20):
         return AuditCase(formula, asked, time_step, phase, float(formula.written(mp.mpf(asked))))
 
 
 def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
-    """Yield the cases of a program, without those of formulas that are left out."""
+    """Yield the cases of a program, except for the formulas in `left_out`."""
     for formula in simulator_of(program).formulas:
         if formula.name not in left_out:
             for asked in ASKED:
@@ -61,9 +61,9 @@ def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[Audi
 
 
 def cases_instead(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
-    """Yield the cases that give a program the number to write instead of that for `WANTED`, as an eps asked for.
+    """Yield the cases that ask a program for the eps whose parameter gives `WANTED`.
 
-    The first is for fine time steps; the others, over the phases, are for a step that the number makes up for.
+    The first is for fine time steps; the others, over the phases, compensate for the time step.
     """
     found = simulator_of(program)
     for formula in found.formulas:
@@ -76,7 +76,7 @@ def cases_instead(program: str, left_out: frozenset[str] = frozenset()) -> Itera
 
 
 def asked_for(formula: DampingFormula, number: float) -> float | None:
-    """Return the eps for which people would write a number; None if there is none from 0.001 to 1."""
+    """Return the eps from 0.001 to 1 whose parameter is a number, or None."""
     with mp.workdps(20):
         low, high = mp.mpf("0.001"), mp.mpf(1)
         at_low, at_high = formula.written(low), formula.written(high)

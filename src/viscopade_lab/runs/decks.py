@@ -6,8 +6,8 @@ programs need environments of their own, each with viscopade: `pip install mujoc
 mujoco-warp~=3.17.0` for Newton, which runs on the CPU; Kratos needs
 `pip install KratosMultiphysics KratosDEMApplication`; LIGGGHTS and YADE are packages of Debian.
 
-The speed of impact and the speed after it are those at the level of first contact, on the parabola of the flight before
-and the flight after: eps is the root of the ratio of the heights from which and to which the ball flies.
+The speeds before and after the impact are those at the level of first contact, on the parabola of the flight before
+and of the flight after: eps is the square root of the ratio of the heights of both flights.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _PATIENCE = 12  # contact times, after which a ball that has not left the plane 
 
 @dataclass(frozen=True)
 class Deck:
-    """What a user's file says of a contact, and how the ball falls.
+    """A contact as in a user's input file, and the fall of the ball.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Deck:
     parameters : str
         Native parameters, "name=value; name=value".
     mass : float
-        Effective mass, in kg; of a ball on a plane its own.
+        Effective mass, in kg; for a ball on a plane its own mass.
     speed : float
         At the level of first contact, in m/s.
     gravity : float
@@ -61,7 +61,7 @@ class Deck:
     time_step : float
         In s; 0 if the program has none.
     contact_time : float
-        About; says for how long the ball is followed.
+        Approximate; it sets for how long the ball is followed.
     phases : int
         The contact begins after the parts (i + 1/2)/phases of the first step.
     """
@@ -83,7 +83,7 @@ class Deck:
 
     @property
     def lag(self) -> float:
-        """Semi-implicit steps end with the velocity of half a step before: so much, in m/s, it is too high."""
+        """The excess of the velocity, in m/s: semi-implicit steps end with the velocity of half a step before."""
         exact = self.scheme in ("RK4", "velocity Verlet", "continuous")
         return 0.0 if exact else self.gravity * self.time_step / 2
 
@@ -144,7 +144,7 @@ def mujoco_decks() -> Iterator[Deck]:
         (0.0, EARTH), ("pyramidal", "elliptic"), (1, 10), (1, 3, 4), (0, 0.5, 1.5)
     ):
         if (condim == 1 or cone == "elliptic") and (impratio, mu) != (10, 1.5):
-            continue  # the numbers of friction make no difference
+            continue  # friction has no effect
         friction = f"condim={condim}; friction={mu} 0.005 0.0001; cone={cone}; impratio={impratio}"
         text = f"solref={solref}; solimp={_FLAT}; {friction}"
         yield Deck("mujoco", "Euler", text, 3.0, 1.0, gravity, duration / 1000, duration)
@@ -164,7 +164,7 @@ def lammps_epsilons(deck: Deck) -> Iterator[float]:
 
 
 def _rebound(deck: Deck, gap: FloatArray, velocity: FloatArray) -> float:
-    """Return eps of a path, from its first place where the ball rises over the plane."""
+    """Return eps of a path, from the first point where the ball rises above the plane."""
     rising = np.flatnonzero((gap > 0) & (velocity > 0))
     return float(deck.epsilon(gap[rising[0]], velocity[rising[0]])) if len(rising) else 0.0
 
@@ -293,7 +293,7 @@ for height, velocity in deck["starts"]:
 
 
 def yade_version() -> str:
-    """Return what YADE says of itself."""
+    """Return the version that YADE prints."""
     return simulators.run_program(["yade", "--version"], {}).split()[-1]
 
 
@@ -348,7 +348,7 @@ End SubModelPart
 
 
 def kratos_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase, of which each is a pair of equal spheres that fly against each other."""
+    """Yield the eps of each phase; each phase is a pair of equal spheres that fly against each other."""
     kratos = package("KratosMultiphysics")
     stages = package("KratosMultiphysics.DEMApplication.DEM_analysis_stage")
     kratos.Logger.GetDefaultOutput().SetSeverity(kratos.Logger.Severity.WARNING)
@@ -426,7 +426,7 @@ def kratos_decks() -> Iterator[Deck]:
 
 
 def newton_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase, of which each is a sphere of its own in one model."""
+    """Yield the eps of each phase; each phase is a sphere of its own in one model."""
     newton = package("newton")
     radius, named = 0.1, deck.named
     builder = newton.ModelBuilder(gravity=(0.0, 0.0, -deck.gravity))
@@ -491,7 +491,7 @@ def newton_decks() -> Iterator[Deck]:
 
 
 def drake_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase; both bodies have the numbers of the deck."""
+    """Yield the eps of each phase; both bodies have the deck's parameters."""
     drake, named = package("pydrake.all"), deck.named
     for height, velocity in deck.starts:
         builder = drake.DiagramBuilder()
@@ -552,7 +552,7 @@ def drake_decks() -> Iterator[Deck]:
 # --- OpenSim ----------------------------------------------------------------------------------------------------------
 
 
-# In Python there is no name for the class of a body's numbers.
+# Python has no name for the class of a body's parameters.
 _OPENSIM_FORCE = """
 <OpenSimDocument Version="40600"><HuntCrossleyForce name="contact">
 <HuntCrossleyForce::ContactParametersSet name="contact_parameters"><objects>{}</objects>
@@ -617,7 +617,7 @@ def opensim_decks() -> Iterator[Deck]:
 
 @dataclass(frozen=True)
 class Fall(Deck):
-    """A deck that was run: the version that the program has, and eps over the phases."""
+    """Result of a deck: the program's version, and eps over the phases."""
 
     version: str = ""
     mean: float = 0.0
@@ -635,7 +635,7 @@ PROGRAMS: Mapping[str, tuple[Callable[[], Iterator[Deck]], Callable[[Deck], Iter
     "simbody": (opensim_decks, opensim_epsilons, lambda: f"OpenSim {package('opensim').GetVersion()}"),
     "yade": (yade_decks, yade_epsilons, yade_version),
 }
-"""Of each program: its cases, how one is run, and the version."""
+"""For each program: its cases, the function that runs one, and the version."""
 
 
 def fall(deck: Deck, version: str) -> Fall:
@@ -651,7 +651,7 @@ def path() -> Path:
 
 
 def falls() -> list[Fall]:
-    """Return what is stored."""
+    """Return the stored results."""
     kinds = {field.name: {"str": str, "float": float, "int": int}[str(field.type)] for field in fields(Fall)}
     with path().open(encoding="utf-8") as stream:
         return [Fall(**{name: kinds[name](text) for name, text in row.items()}) for row in csv.DictReader(stream)]

@@ -1,4 +1,4 @@
-"""Data to fit, without errors, from programs that know nothing of us: collisions and bounces in LAMMPS and MuJoCo.
+"""Data to fit, without errors, from independent programs: collisions and bounces in LAMMPS and MuJoCo.
 
 Two spheres of diameter `2 RADIUS` collide in LAMMPS at many speeds, with viscoelastic damping, and with another law. A
 ball bounces on a plane in LAMMPS, with viscoelastic damping, and in MuJoCo, whose contact has nearly a constant eps.
@@ -30,7 +30,7 @@ LINEAR = 1e5
 GRAVITY = 9.81
 SPEEDS = np.geomspace(0.02, 8, 49)
 _STEPS = 1500  # in a contact
-_BOUNCE_STEPS, _EVERY = 600, 40  # in a contact, and of which one is printed
+_BOUNCE_STEPS, _EVERY = 600, 40  # steps in a contact; every 40th is printed
 _HEIGHT = 0.5
 _BOUNCES, _DURATION = 7, 2.35  # in LAMMPS
 _MUJOCO_DURATION = 3.2
@@ -87,7 +87,7 @@ def collisions(viscoelastic: bool = True) -> Collisions:
 
 
 def _instants(gap: FloatArray, speed: FloatArray, step: float) -> FloatArray:
-    """Return the instants at which a body comes to touch the plane, from its last speed before."""
+    """Return the instants at which a body first touches the plane, from its last speed before."""
     begin = np.flatnonzero((gap[:-1] > 0) & (gap[1:] <= 0))
     return np.asarray(begin * step - gap[begin] / speed[begin])
 

@@ -1,8 +1,8 @@
 """Two spheres, or a sphere and a plane, collide in real simulators: LAMMPS, LIGGGHTS, MuJoCo, REBOUND.
 
 Run as `python -m viscopade_lab.runs.simulators`, which runs the collisions of the audit in the simulators that are
-installed, and prints the largest differences between what is measured and what the map of time steps predicts. With
-`--write` it writes the package's data file as well; measurements of other programs are kept as they are stored.
+installed, and prints the largest differences between measured and predicted eps. With
+`--write` it also writes the package's data file; measurements of other programs stay unchanged.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def run_program(words: Sequence[str], files: Mapping[str, str]) -> str:
     Raises
     ------
     RuntimeError
-        If it is not there, or fails.
+        If it is not installed, or fails.
     """
     beside = Path(sys.executable).parent  # a package of Python installs its programs there
     path = shutil.which(words[0], path=os.pathsep.join([str(beside), os.environ.get("PATH", "")]))
@@ -126,12 +126,12 @@ FRICTIONLESS = "tangential linear_nohistory 0 0"
 
 
 def lammps(script: str, **files: str) -> str:
-    """Return what LAMMPS prints for a script; raise RuntimeError if it is not there or fails."""
+    """Return the output of LAMMPS for a script; raise RuntimeError if it is not installed or fails."""
     return run_program(["lmp", "-in", "in.lammps", "-log", "none"], {"in.lammps": script, **files})
 
 
 def lammps_version() -> str:
-    """Return what LAMMPS says of itself."""
+    """Return the version that LAMMPS prints."""
     found = re.search(r"^LAMMPS \((.*)\)$", lammps("info config\n"), re.MULTILINE)
     if found is None:
         raise RuntimeError("lmp does not say which version it is")
@@ -151,7 +151,7 @@ def lammps_script(
     run: int,
     every: int,
 ) -> str:
-    """Return an input with equal spheres above each other; `every` so many steps the columns are printed."""
+    """Return an input with equal spheres above each other; `every` is the number of steps between outputs."""
     atoms = "\n".join(f"create_atoms 1 single 0 0 {height!r}" for height in heights)
     numbers = {"diameter": repr(diameter), "mass": repr(mass), "step": repr(step), "run": run, "every": every}
     return _LAMMPS.format(atoms=atoms, commands=commands, columns=columns, style=style, box=box, **numbers)
@@ -168,7 +168,7 @@ def lammps_spheres(
     phase: float = 0.5,
     every: int = 10**9,
 ) -> str:
-    """Return the commands of one head-on collision of equal spheres; `every` so many steps the force is printed."""
+    """Return the commands of one head-on collision of equal spheres; `every` is the number of steps between outputs."""
     apart, size = diameter / 2 + phase * speed * step / 2, 5 * diameter
     script = lammps_script(
         (-apart, apart),
@@ -196,13 +196,13 @@ def lammps_falls(
     run: int,
     every: int,
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield gap and velocity, `every` so many steps, of a sphere that falls on a plane from each gap and velocity."""
+    """Yield gap and velocity, after `every` steps, of a sphere that falls on a plane from each gap and velocity."""
     script = "".join(
         lammps_script(
             (radius + gap,),
             _FALL.format(velocity=velocity, gravity=gravity, contact=contact, radius=radius),
             "v_gap v_speed",
-            style=f"hertz 1 0 {FRICTIONLESS}",  # of a second sphere, which is not there
+            style=f"hertz 1 0 {FRICTIONLESS}",  # for pairs of spheres; there is only one sphere
             box="-0.1 0.1 -0.1 0.1 -0.1 1",
             diameter=2 * radius,
             mass=mass,
@@ -281,7 +281,7 @@ pair_coeff * *
 
 
 def liggghts_version() -> str:
-    """Return what LIGGGHTS says of itself."""
+    """Return the version that LIGGGHTS prints."""
     printed = run_program(["liggghts", "-in", "in.nothing", "-log", "none"], {"in.nothing": ""})
     found = re.search(r"Version (\S+ \S+),", printed)
     return "unknown" if found is None else found[1]
@@ -305,7 +305,7 @@ def liggghts_spheres(
 
 
 def liggghts(script: str, **files: str) -> float:
-    """Return the eps that LIGGGHTS finds in an input; raise RuntimeError if it is not there or fails."""
+    """Return the eps of an input in LIGGGHTS; raise RuntimeError if it is not installed or fails."""
     printed = run_program(["liggghts", "-in", "in.collision", "-log", "none"], {"in.collision": script, **files})
     found = _COLLISION.search(printed)
     if found is None or float(found[2]) <= 0:
@@ -339,7 +339,7 @@ def liggghts_epsilons(some: Sequence[AuditCase]) -> Iterator[float]:
 
 FREQUENCY = 100.0  # rad/s: of the undamped contact
 FLAT = "0.9 0.9 0.001"
-"""A `solimp` of which the impedance is constant."""
+"""A `solimp` with constant impedance."""
 _MUJOCO_MODEL = """
 <mujoco>
   <option timestep="{step!r}" gravity="0 0 -{gravity!r}" integrator="{integrator}" cone="{cone}" impratio="{impratio}"/>
@@ -399,7 +399,7 @@ def mujoco_rebound(solref: str, step: float, phase: float = 0.5, *, speed: float
 
 
 def mujoco_solref(name: str, parameter: float) -> str:
-    """Return the attribute that a formula of the audit has with its parameter."""
+    """Return the attribute `solref` of a formula of the audit, for its parameter."""
     if name.startswith("solref = timeconst"):
         return f"{1 / (FREQUENCY * parameter)!r} {parameter!r}"
     return f"{-(FREQUENCY**2)!r} {-FREQUENCY * parameter!r}"
@@ -456,16 +456,16 @@ def _install_callback(sim: Any, beta: float) -> None:
 
 @dataclass(frozen=True)
 class Simulator:
-    """A simulator that is run.
+    """A simulator that runs the audit.
 
     Attributes
     ----------
     version : callable
-        Returns what it says of itself, and raises RuntimeError if it is not there.
+        Returns the program's version; raises RuntimeError if it is not installed.
     epsilons : callable
         From cases to their eps; raises RuntimeError if a collision has not ended.
     newer : frozenset of str
-        Formulas that the release at hand does not have yet.
+        Formulas that this release does not have yet.
     """
 
     version: Callable[[], str]
@@ -482,7 +482,7 @@ SIMULATORS = {
 
 
 def measurements(name: str, some: Sequence[AuditCase] | None = None) -> Iterator[Measurement]:
-    """Yield the collisions of the audit in a simulator, or some of them; raise RuntimeError if it is not there."""
+    """Yield the collisions of the audit in a simulator, or some of them; raise RuntimeError if it is not installed."""
     simulator = SIMULATORS[name]
     version = simulator.version()
     wanted = some or [*cases(name, simulator.newer), *cases_instead(name, simulator.newer)]
@@ -491,7 +491,7 @@ def measurements(name: str, some: Sequence[AuditCase] | None = None) -> Iterator
 
 
 def all_measurements() -> Iterator[Measurement]:
-    """Yield all measurements: of simulators that are installed anew, of others as they are stored."""
+    """Yield all measurements: new ones of installed simulators, stored ones of others."""
     stored = measured.measurements()
     for name in sorted({each.program for each in stored}):
         anew = None

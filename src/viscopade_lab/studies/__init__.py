@@ -1,1 +1,1 @@
-"""Measurements of single questions: what a route costs, and what another way would give."""
+"""Studies of single questions: the cost of a route, and the result of another one."""

@@ -37,7 +37,7 @@ from viscopade_lab.studies.laws import markdown
 
 CASES = ((1, 30), (1, 100), (1, 300), (Fraction(1, 1000), 30), (30, 30))
 """v* and digits."""
-GUARD_BITS = 20  # of heyoka's numbers: its error is that of all steps
+GUARD_BITS = 20  # of heyoka's numbers: the errors of all steps add up
 INSTALL = "this study needs heyoka, which is not installed: python -m pip install heyoka"
 
 
@@ -52,7 +52,7 @@ class Comparison:
     heyoka_ms, exact_ms, ratio : float
         The ratio, exact over heyoka, is the median of the ratios within a round.
     compilation_s : float
-        What heyoka takes before: it compiles its integrator once for each precision.
+        Time to compile heyoka's integrator, once for each precision.
     difference : float
         |eps of heyoka/eps - 1|.
     """
@@ -96,7 +96,7 @@ def collision_by_heyoka(heyoka: Any, v_star: Fraction, digits: int) -> Callable[
 
 
 def _timed(run: Callable[[], Any]) -> tuple[float, Any]:
-    """Return seconds of processor time, which others on the machine disturb little, and the result."""
+    """Return seconds of processor time, which other work disturbs little, and the result."""
     start = time.process_time()
     result = run()
     return time.process_time() - start, result

@@ -1,16 +1,15 @@
 """Our minimax fits against those of others: baryrat, SciPy's AAA, Sollya's remez and fpminimax.
 
-Run as `python -m viscopade_lab.studies.compare_minimax`. None of the others can do what
-`minimax` is for, a weight that vanishes together with the condition a_1 = b_1; so each is compared on a problem that it
-can do:
+Run as `python -m viscopade_lab.studies.compare_minimax`. No other program can do the problem of `minimax`, a weight
+that vanishes together with the condition a_1 = b_1. So each is compared on a problem that it can do:
 
     baryrat   eps by [m/n] without conditions, absolute error (no weights)
     AAA       the same with m = n; it is near-best only
     Sollya    (1 - eps)/v*^2 by polynomials, relative error, which is our elastic [m/0]; then float coefficients
 
-An error is the largest on a grid that is the same for all; a case counts as converged if it is within 1 % of the least
-possible (AAA: within a factor 10, with no pole on the interval). What is absent is skipped, with the reason: baryrat is
-on PyPI, Sollya a Debian package.
+An error is the largest on a grid that is the same for all. A case counts as converged if its error is within 1 % of the
+smallest possible one (AAA: within a factor 10, with no pole on the interval). Programs that are not installed are
+skipped, with the reason: baryrat is on PyPI, Sollya a Debian package.
 """
 
 from __future__ import annotations
@@ -71,13 +70,13 @@ class RivalComparison:
     enough: float = ENOUGH
 
     def add(self, ours: tuple[float, float], other: tuple[float, float]) -> None:
-        """Take the errors and the times of one more fit."""
+        """Add the errors and the times of one more fit."""
         self.errors.append((ours[0], other[0]))
         self.seconds.append((ours[1], other[1]))
 
     @property
     def converged(self) -> tuple[int, int]:
-        """How many fits of ours, and of the rival, are as good as the better one."""
+        """Return the numbers of our fits, and of the rival's, that are as good as the better one."""
         least = [min(pair) for pair in self.errors]
         ours, other = zip(*self.errors, strict=True)
         return (

@@ -1,9 +1,9 @@
-"""Coverage of the intervals of `viscopade.fit`: how often they hold the true value, on data from other programs.
+"""Coverage of the intervals of `viscopade.fit`: how often they contain the true value, on data from other programs.
 
 LAMMPS and MuJoCo make collisions and bounces (`viscopade_lab.runs.fit_data`). Errors are added to them, Gaussian or
-skewed, two exponential functions of different slope as Montaine et al. (2011) measured them. Of each kind of data there
-are `--sets` sets, and of the first `--judged` of them the verdict is counted. A 68 % interval holds the true value in
-68 % of sets if it is right; with 2000 sets, the standard error of that number is 1.0 %, and 0.5 % of 95 %.
+skewed: two exponential functions of different slope, as Montaine et al. (2011) measured. Each kind of data has `--sets`
+sets, and the verdicts of the first `--judged` of them are counted. A correct 68 % interval contains the true value in
+68 % of the sets; with 2000 sets the standard error of that number is 1.0 %, and 0.5 % for 95 %.
 
 Run as `python -m viscopade_lab.studies.coverage`: it prints the table of docs/results/fit.md. It needs the program
 `lmp` and the package `mujoco`. With `--verdicts 400` it prints the table of verdicts on made data of a constant eps and
@@ -37,12 +37,12 @@ CONTACT_SIGMA = 0.02  # of contact times, relative
 RESOLUTION = 5e-4  # s
 HEIGHT_RESOLUTION = 1e-3  # m
 DROPS, BOUNCES = 5, 6
-SINGLE, SMALL = 10, 0.003  # bounces of a single drop, and their scatter: less than the detector shows
+SINGLE, SMALL = 10, 0.003  # bounces of a single drop, and their scatter, smaller than the detector's
 SLOPES = 3.0  # ratio of both exponential functions
 SEED = 20
 WORDS = ("holds", "holds with a limit", "does not hold", "undecided")
 EPSILONS, SIGMAS, NUMBERS = (0.3, 0.6, 0.9, 0.99), (0.01, 0.03), (5, 6, 8, 12)
-"""Of data for verdicts: eps in the middle of a decade of speeds, its standard errors, and how many points."""
+"""Data for verdicts: eps in the middle of a decade of speeds, its standard errors, and numbers of points."""
 
 if TYPE_CHECKING:
     from viscopade.fitting.contacts import ContactTime
@@ -71,7 +71,7 @@ ERRORS: dict[str, Errors] = {"Gaussian": gaussian, "skewed": skewed}
 
 @dataclass(frozen=True)
 class Case:
-    """A kind of data: how points are made of random numbers and errors, and the true beta, A, Y, or constant eps."""
+    """A kind of data: a function from random numbers and errors to points, and the true beta, A, Y, or constant eps."""
 
     name: str
     made: Callable[[Random, Errors], Points]
@@ -86,11 +86,11 @@ class Rate:
     ----------
     data, errors, quantity : str
     inside : tuple of float
-        Portions of sets whose 68 % and 95 % intervals hold the true value.
+        Fractions of sets whose 68 % and 95 % intervals contain the true value.
     bias : float
-        Mean of the fitted over the true value, less 1.
+        Mean of fitted / true value, minus 1.
     verdicts : dict
-        Portions of verdicts.
+        Fractions of verdicts.
     """
 
     data: str
@@ -274,7 +274,7 @@ class Cell:
     number: int
 
     def verdicts(self, sets: int) -> Counter[str]:
-        """Return how many sets get which verdict."""
+        """Return the number of sets with each verdict."""
         from viscopade.fitting import likelihood, verdict
 
         law, constant, *_ = verdict.MODELS

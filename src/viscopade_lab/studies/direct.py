@@ -1,4 +1,4 @@
-"""The collision itself, integrated in time: the independent second route to the exact function.
+"""The collision integrated in time: the independent second route to the exact function.
 
 `collide` follows the scaled equation of motion (eq:equationOfMotionNatUnit)
 
@@ -6,7 +6,7 @@
 
 forwards from first contact to the end, which is x'' = 0 (eq:tEndAdvanced) unless the older end x = 0 is asked for.
 Nothing is shared with `viscopade.collision.exact`: no turning point as origin, no parametrised curve, no FLINT and no
-balls. It is not proven either; it is checked by running it again with more digits and another order.
+balls. It is not proven; a run with more digits and another order checks it.
 
 The square root makes x(tau) singular at x = 0, and only there. With s = sqrt(x), u = dx/dtau and the stretched time
 dtau = 2 s dtheta the motion becomes polynomial,
@@ -17,7 +17,7 @@ so s, u and tau are analytic in theta through first contact and through x = 0 at
 for all of it, and a step's length follows from how fast its coefficients decay. `collide_by` does the same for any law
 of contact (a, b), with x = s^m, dtau = m s^(m-1) dtheta and du/dtheta = -m (s^(m(a+1)-1) + kappa u s^(m(b+1)-1)).
 
-Below it is a rival, what one would type today: `odefun_epsilon`.
+`odefun_epsilon` is a rival: the obvious solution with mpmath.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Direct:
 
 @dataclass(frozen=True)
 class _State:
-    """Where the motion is: s = sqrt(x), u = dx/dtau, tau."""
+    """State of the motion: s = sqrt(x), u = dx/dtau, tau."""
 
     s: mpf
     u: mpf
@@ -131,7 +131,7 @@ class _Motion:
     def length(self, coefficients: tuple[list[mpf], ...]) -> mpf:
         """Length of a step whose last terms are all below the tolerance.
 
-        At most 1, which is less than a collision, for a linear motion, whose series converge everywhere.
+        At most 1, less than a collision, for a linear motion, because its series converge everywhere.
 
         Single coefficients can vanish (at first contact most do), so it looks at the last eight.
         """
@@ -145,7 +145,7 @@ class _Motion:
 
 @dataclass(frozen=True)
 class _Event:
-    """What to stop at: a zero of `value`, approached from where `passed` is false to where it is true."""
+    """An event: a zero of `value`, before which `passed` is false and after which it is true."""
 
     passed: Callable[[_State], bool]
     value: Callable[[_State], mpf]
@@ -250,7 +250,7 @@ def _collided(motion: _Motion, digits: int, end: End) -> Direct:
 
 
 def _exact(v_star: Exact) -> Fraction:
-    """Return the number that was given, exactly."""
+    """Return a number exactly."""
     if isinstance(v_star, float | mpf) and not mpmath.isfinite(v_star):
         raise ValueError("v_star must be finite")
     if isinstance(v_star, str | int | float | Fraction):
@@ -269,7 +269,7 @@ def _guard(v_star: Fraction, end: End) -> int:
 
 
 def _rounded(value: mpf, digits: int) -> mpf:
-    """Round to three digits more than asked for, as an mpf of mpmath's own context."""
+    """Round to three digits more than requested, as an mpf of mpmath's own context."""
     ctx = mpmath.mp.clone()
     ctx.dps = digits + 3
     return mpmath.mp.make_mpf((+ctx.convert(value))._mpf_)
@@ -281,7 +281,7 @@ def _rounded(value: mpf, digits: int) -> mpf:
 def odefun_epsilon(v_star: Exact, digits: int, stretched: bool = False) -> mpf:
     """Return epsilon from `mpmath.odefun` on (x, x') and a root search; for v_star around 1.
 
-    With `stretched` it is given s, u and theta instead, which helps it a great deal but is not what one types first.
+    With `stretched` it gets s, u and theta instead, which helps a great deal but is not obvious.
     """
     ctx = mpmath.mp.clone()
     ctx.dps = digits + 5

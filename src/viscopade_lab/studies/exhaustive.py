@@ -1,11 +1,11 @@
 """Check exported C on many arguments: doubles of the full kernel, and all floats of the table for 1e-5.
 
-Run as `python -m viscopade_lab.studies.exhaustive`. Both are compiled without and with fused multiplications.
+Run as `python -m viscopade_lab.studies.exhaustive`. Both are compiled without and with FMA contraction.
 
 - `doubles`: eps and 1 - eps at random v*, evenly distributed in the bits, range by range, against the proven
-  polynomials in type long double, which are good to 0.01 ulp.
+  polynomials in long double, which are accurate to 0.01 ulp.
 - `floats`: all 2^31 - 2^23 - 1 positive finite speeds with beta = 1, for eps, the speed after the collision and
-  1 - eps^2, one by one and as arrays, against the full kernel in type double.
+  1 - eps^2, one by one and as arrays, against the full kernel in double.
 """
 
 from __future__ import annotations
@@ -33,26 +33,26 @@ from viscopade.arrays import panels
 from viscopade.kernels import formulas, full, requests, speed_table
 
 MODES = {"plain": ("-O3", "-ffp-contract=off"), "fused": ("-O3", "-march=native", "-ffp-contract=fast")}
-"""How the kernels are compiled: without fused multiplications, and with those of this machine."""
+"""Flags of the compiler: without FMA contraction, and with the FMA instructions of this machine."""
 
 RANGES = {
     "epsilon": (-30, -4, -1, 0, 2, 6, 20, 23, 306, 324),
     "one_minus_epsilon": (-538, -511, -400, -30, -4, -1, 0, 2, 6, 17),
 }
-"""Exponents of 2 of v*: the form of the result changes there, and the last and the first range have subnormals."""
+"""Exponents of 2 of v* between ranges: the form of the result changes there; the outer ranges have subnormals."""
 SUBNORMAL = ((306, 324), (-538, -511))
 STREAMS = 4  # of random numbers to a range
 REFERENCE_ULP = 0.01
 
-PIECES = 64  # of all floats
+PIECES = 64  # into which all floats are divided
 LAST_FLOAT = 0x7F7FFFFF  # its bits
 FUNCTIONS = tuple(speed_table.MEANINGS)
 
 
 class Errors(NamedTuple):
-    """The largest error of a function as a part of its bound or in ulp, where it is, and how many are worth a note.
+    """The largest error of a function / its bound or in ulp, its place, and a count of large errors.
 
-    `noted` are errors above half an ulp (doubles), or those beyond the bound (floats).
+    `noted` counts errors above half an ulp (doubles), or beyond the bound (floats).
     """
 
     function: str
@@ -95,7 +95,7 @@ def outputs(program: Path, arguments: Iterable[Sequence[object]], jobs: int = 1)
 
 
 def double_files(text: str) -> dict[str, str]:
-    """Return what exhaustive_double.c includes: the header, and the proven polynomials in type long double."""
+    """Return the files that exhaustive_double.c includes: the header, and the proven polynomials in long double."""
     lines = [
         f"enum {{ FIRST = {panels.FIRST}, SPLIT = {panels.SPLIT}, FOLD = {panels.FOLD}, PERIOD = {panels.PERIOD},",
         f"       PANELS = {panels.PANELS}, COEFFICIENTS = {panels.COEFFICIENTS} }};",
@@ -130,14 +130,14 @@ def doubles(program: Path, function: str, samples: int, jobs: int) -> Iterator[E
 
 
 def floats(text: str, mode: str, step: int = 1, jobs: int = 1) -> tuple[list[Errors], int]:
-    """Return the errors of the functions in a header as parts of their bounds, and how many array results differ.
+    """Return error / bound of the functions in a header, and the number of array results that differ.
 
-    Every `step`-th speed is tested. The bound is relative to the smaller of eps and 1 - eps, rounding included but for
-    the last one of eps.
+    Every `step`-th speed is tested. The bound is relative to the smaller of eps and 1 - eps. It includes rounding,
+    except for the last one of eps.
     """
     layout, kernel = speed_table.TABLES["1e-5", "fast"], speed_table.speed_table("1e-5")
     inside, first = kernel.in_table("restitution", FLOAT.name).relative, layout.first
-    # Beyond the table numbers are computed in type double: some roundings in 1e-13 of the result.
+    # Beyond the table numbers are computed in double: some roundings in 1e-13 of the result.
     beyond_table = float(max(bound.formula for bound in kernel.bounds) + Fraction(1, 10**13))
     files = {
         "full.h": requests.Request(full=True).render("c"),

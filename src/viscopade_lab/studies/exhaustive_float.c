@@ -42,7 +42,7 @@ static float from_bits(uint32_t bits)
     return x;
 }
 
-/* The unit in the last place of type float at a number >= 0. */
+/* The unit in the last place of a float at a number >= 0. */
 static double unit(double x)
 {
     uint64_t bits;

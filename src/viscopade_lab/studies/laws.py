@@ -1,4 +1,4 @@
-"""The tables of docs/results/laws.md: common laws, the two ends of contact, and what damping formulas deliver.
+"""The tables of docs/results/laws.md: common laws, the two ends of contact, and the eps of damping formulas.
 
 Run as `python -m viscopade_lab.studies.laws`: it prints the tables in Markdown, as they stand on the page.
 """
@@ -90,7 +90,7 @@ def largest_damping(law: Law) -> float:
 
 
 def formulas() -> Iterator[list[str]]:
-    """Yield the rows of damping formulas: name, formula, and the eps delivered for each one asked."""
+    """Yield the rows of damping formulas: name, formula, and its eps for each requested one."""
     for formula in textbook.HUNT_CROSSLEY:
         given = (f"{float(textbook.delivered_by(formula, e)):.4f}" for e in ASKED)
         yield [formula.name, f"${formula.text}$", *given]
