@@ -567,6 +567,6 @@ public static double Dissipation_compact_1em7(double speed, double beta)
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-// There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+// There are no functions in float: with coefficients in float the error would be 7.52e-8.
 
 }

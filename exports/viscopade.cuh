@@ -25,7 +25,7 @@
 
 #ifndef VISCOPADE_INLINE
 #if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
-#error "viscopade: expected C99 or later (GNU's C89, -std=gnu89, is accepted, too)"
+#error "viscopade: expected C99 or later, or GNU's C89 (-std=gnu89)"
 #elif defined(__SIZEOF_DOUBLE__) && __SIZEOF_DOUBLE__ != 8
 #error "viscopade: expected a double of 64 bits, for which the errors are proven (on AVR: -mdouble=64)"
 #else
@@ -38,8 +38,8 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
- * functions of C++, all files must have the same options (-march, -ffast-math). Kernels of one name that differ are
- * in namespaces of their own, as two translation units may have one each.
+ * functions of C++, all files must have the same options (-march, -ffast-math). Different kernels of the same
+ * name are in different namespaces, so that two translation units may each include one.
  */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
@@ -827,7 +827,7 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, doubl
 VISCOPADE_CALLED(dissipation, compact_1em7, double, viscopade_dissipation_compact_1em7)
 
 /*
- * There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+ * There are no functions in float: with coefficients in float the error would be 7.52e-8.
  */
 
 #ifdef VISCOPADE_RUNTIME

@@ -879,6 +879,6 @@ pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) r
     value = lost * inverse * (1.0_real64 + elastic * inverse)
 end function
 
-! There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+! There are no functions in float: with coefficients in float the error would be 7.52e-8.
 
 end module

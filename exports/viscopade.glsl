@@ -266,7 +266,7 @@ highp float viscopade_dissipation_compact_1em5(highp float speed, highp float be
 #ifndef VISCOPADE_COMPACT_1EM7
 #define VISCOPADE_COMPACT_1EM7 0x00000000
 
-// There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+// There are no functions in float: with coefficients in float the error would be 7.52e-8.
 
 #elif VISCOPADE_COMPACT_1EM7 != 0x00000000
 #error viscopade: two texts have different kernels of one name

@@ -838,4 +838,4 @@ func Dissipation_compact_1em7(speed float64, beta float64) float64 {
     return lost * inverse * (1.0 + elastic * inverse)
 }
 
-// There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+// There are no functions in float: with coefficients in float the error would be 7.52e-8.

@@ -521,7 +521,7 @@ function dissipation_compact_1em7(speed::Float64, beta::Float64)
     return lost * inverse * (1.0 + elastic * inverse)
 end
 
-# There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+# There are no functions in float: with coefficients in float the error would be 7.52e-8.
 
 export restitution_compact_1em3
 restitution_compact_1em3(speed, beta) = restitution_compact_1em3(Float64.((speed, beta,))...)

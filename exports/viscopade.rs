@@ -534,4 +534,4 @@ pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
     lost * inverse * (1.0 + elastic * inverse)
 }
 
-// There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+// There are no functions in float: with coefficients in float the error would be 7.52e-8.

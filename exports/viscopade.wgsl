@@ -233,4 +233,4 @@ fn viscopade_dissipation_compact_1em5(speed: f32, beta: f32) -> f32 {
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-// There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+// There are no functions in float: with coefficients in float the error would be 7.52e-8.

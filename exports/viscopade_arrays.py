@@ -545,4 +545,4 @@ def dissipation_compact_1em7(speed, beta, xp=np):
     return xp.where(inside, lost * inverse * (1.0 + elastic * inverse), nan)
 
 
-# There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+# There are no functions in float: with coefficients in float the error would be 7.52e-8.

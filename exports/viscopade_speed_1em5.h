@@ -25,7 +25,7 @@
 
 #ifndef VISCOPADE_INLINE
 #if !defined(__cplusplus) && defined(__STRICT_ANSI__) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
-#error "viscopade: expected C99 or later (GNU's C89, -std=gnu89, is accepted, too)"
+#error "viscopade: expected C99 or later, or GNU's C89 (-std=gnu89)"
 #elif defined(__SIZEOF_DOUBLE__) && __SIZEOF_DOUBLE__ != 8
 #error "viscopade: expected a double of 64 bits, for which the errors are proven (on AVR: -mdouble=64)"
 #else
@@ -38,8 +38,8 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 
 /*
  * External linkage from C++17 on: templates that a module exports may call the functions. So, as with all inline
- * functions of C++, all files must have the same options (-march, -ffast-math). Kernels of one name that differ are
- * in namespaces of their own, as two translation units may have one each.
+ * functions of C++, all files must have the same options (-march, -ffast-math). Different kernels of the same
+ * name are in different namespaces, so that two translation units may each include one.
  */
 #if defined(__cplusplus) && __cplusplus >= 201703L
 #define VISCOPADE_INLINE inline
@@ -374,7 +374,7 @@ VISCOPADE_INLINE double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
 }
 
 /*
- * There are no functions of type float: beyond tables of speed, eps is computed in type double.
+ * There are no functions in float: beyond tables of speed, eps is computed in type double.
  */
 
 VISCOPADE_KERNEL_END
@@ -438,9 +438,9 @@ VISCOPADE_KERNEL(0x8014a09e)
 
 /*
  * Formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree 1 in m, 64 rows of coefficients for each
- * e from -96 to 31 (0.00129 <= v* < 9.19); elsewhere, and where beta^5 is no normal number, halfline_1em5 of v* =
- * sqrt(beta) pow(speed, 0.1), in type double; in the table, rounding apart, eps falls with speed within each row, and
- * from one row to the next it rises by at most 2.57e-7 min(eps, 1 - eps).
+ * e from -96 to 31 (0.00129 <= v* < 9.19); for other w, and where beta^5 is not a normal number, halfline_1em5 of v* =
+ * sqrt(beta) pow(speed, 0.1), in double; in the table, rounding apart, eps falls with speed within each row, and from
+ * one row to the next it rises by at most 2.57e-7 min(eps, 1 - eps).
  *
  * Proven: |formula - eps| / min(eps, 1 - eps) <= 6.69e-6 in the table; rounding of restitution: adds at most 3.3e-16
  * min(eps, 1 - eps) in type double and 1.8e-7 min(eps, 1 - eps) in type float, with the rounding of beta^5 speed, and

@@ -522,4 +522,4 @@ def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)
 
 
-# There are no functions of type float: with coefficients of that type the error would be 7.52e-8.
+# There are no functions in float: with coefficients in float the error would be 7.52e-8.

@@ -121,7 +121,7 @@ def in_formats(
 
     def within(error: Fraction, most: Fraction) -> None:
         if error > most:
-            raise ValueError(f"with coefficients of that type the error would be {at_most(error)}")
+            raise ValueError(f"with coefficients in float the error would be {at_most(error)}")
 
     first = with_bounds(prove(DOUBLE))
     try:

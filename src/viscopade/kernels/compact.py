@@ -97,9 +97,9 @@ MEANINGS = {
     "dissipation": "1 - eps^2",
 }
 DOMAIN = (
-    "all speeds and betas >= 0 except for 0 and infinity together. The bounds hold where beta^2, beta^4, beta^5 and w "
-    "as computed are normal numbers; for smaller w eps rounds to 1, and w is cut off "
-    "beyond 2^900 (2^120 in type float), so that eps stays positive"
+    "all speeds and betas >= 0 except for 0 and infinity together. The bounds hold where the computed beta^2, beta^4, "
+    "beta^5 and w are normal numbers; for smaller w eps rounds to 1. The functions replace w beyond 2^900 (2^120 in "
+    "float) by that number, so that eps stays positive"
 )
 OF_V_STAR = ("epsilon", "one_minus_epsilon")
 """Functions of `half_line` kernels."""

@@ -548,8 +548,8 @@ def speed_table(accuracy: str, size: str = "fast") -> Kernel:
         f"w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree {layout.degree} in m, "
         f"{1 << layout.split} rows of coefficients for each e from {layout.first} to {layout.first + OCTAVES - 1} "
         f"({low:.3g} <= v* < "
-        f"{high:.3g}); elsewhere, and where beta^5 is no normal number, {elsewhere.label} of v* = sqrt(beta) "
-        f"pow(speed, 0.1), in type double{_monotonic(layout)}",
+        f"{high:.3g}); for other w, and where beta^5 is not a normal number, {elsewhere.label} of "
+        f"v* = sqrt(beta) pow(speed, 0.1), in double{_monotonic(layout)}",
         "interpolation of the proven polynomials of viscopade.epsilon",
         "speed >= 0, beta >= 0",
         tuple(_functions(layout)),

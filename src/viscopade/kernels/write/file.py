@@ -144,7 +144,7 @@ def kernel_text(kernel: Kernel, language: Language) -> str:
             code.append(function_text(kernel, function, language, number))
             texts.append("\n".join([*_comment(kernel, function, language, number), code[-1]]))
     for form in (number.form for number in language.numbers if number.form not in kernel.formats):
-        lines = wrap(f"There are no functions of type {form}: {kernel.missing.get(form, 'nothing is proven')}.", WIDTH)
+        lines = wrap(f"There are no functions in {form}: {kernel.missing.get(form, 'nothing is proven')}.", WIDTH)
         texts.append(language.block.format(lines=comment(lines, language.comment)))
     return _framed(kernel, language, texts, code)
 
