@@ -2,7 +2,8 @@
 
 `--quick`, which `make check` gives, runs only the files of `QUICK`: those that take a few seconds of processor time
 each. Several workers share the files out in the order of `FIRST`: the long ones first, so that no worker waits for
-another at the end; those of `TOGETHER`, which need the same proofs, go to one worker.
+another at the end; those of `TOGETHER`, which need the same proofs, go to one worker, and so do those of `PACKAGES`,
+which need the same source distribution and wheel.
 """
 
 import os
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from tests import built
 
 settings.register_profile(
     "viscopade",
@@ -47,6 +50,7 @@ TOGETHER = (
     *files("scene", "choice", "render", "check"),
     *files("simulators", "rebound"),
 )
+PACKAGES = files("", "build", "c_and_cpp")
 FIRST = (
     *TOGETHER,
     *files("kernels", "languages"),
@@ -54,6 +58,20 @@ FIRST = (
     *files("lab", "figures", "claims"),
     *files("collision", "panel_proof"),
 )
+
+
+@pytest.fixture(scope="session")
+def source(tmp_path_factory):
+    """An unpacked source distribution; nothing may be written into it."""
+    return built.unpacked_source(tmp_path_factory.mktemp("copy"))
+
+
+@pytest.fixture(scope="session")
+def without_extension(source, tmp_path_factory):
+    """A folder with an unpacked wheel that was built without a C compiler."""
+    folder = tmp_path_factory.mktemp("wheel")
+    assert built.wheel(source, folder, CC="no-such-compiler") == []
+    return folder
 
 
 def file(path):
@@ -88,7 +106,8 @@ def pytest_xdist_make_scheduler(config, log):
     class Groups(LoadFileScheduling):
         def _split_scope(self, nodeid):
             name = super()._split_scope(nodeid)
-            return "together" if name.removeprefix("tests/") in TOGETHER else name
+            groups = (group[0] for group in (TOGETHER, PACKAGES) if name.removeprefix("tests/") in group)
+            return next(groups, name)
 
     config.option.loadscopereorder = False  # by the number of tests
     return Groups(config, log)

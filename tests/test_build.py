@@ -9,16 +9,11 @@ from pathlib import Path
 import pytest
 
 import viscopade as vp
-from tests.built import FILES, FOLDERS, ROOT, run_installed, unpacked_source, wheel
+from tests.built import FILES, FOLDERS, ROOT, run_installed, wheel
 from viscopade.generated import __version__
 from viscopade.kernels import native, requests
 
 PACKAGE = ROOT / "src" / "viscopade"
-
-
-@pytest.fixture(scope="module")
-def source(tmp_path_factory):
-    return unpacked_source(tmp_path_factory.mktemp("copy"))
 
 
 def shown(directory):
@@ -46,7 +41,8 @@ def test_the_source_distribution_has_all_that_the_extension_needs(source):
 
 
 def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_path):
-    extensions = wheel(source, tmp_path)
+    """And the flags of its user do not change results."""
+    extensions = wheel(source, tmp_path, CFLAGS="-Ofast -ffp-contract=fast")
     headers = {f"include/{file.name}" for kind in ("*.h", "*.cuh") for file in (ROOT / "exports").glob(kind)}
     scenes = {f"examples/{file.name}" for kind in ("*.toml", "*.csv") for file in (ROOT / "examples").glob(kind)}
     cmake = {f"share/cmake/viscopade/{file.name}" for file in (ROOT / "cmake").glob("*.cmake")}
@@ -59,11 +55,17 @@ def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_pa
     assert len(extensions) == 1
     assert shown(tmp_path) == "compiled"
     assert run_installed(tmp_path, ROOT / "tools" / "installed.py").endswith("compiled: as it should be\n")
+    code = """
+import numpy as np
+from viscopade.kernels import native
+speed = 10 ** np.random.default_rng(1).uniform(-40, 40, 100_000)
+assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution(speed, 1.2))
+"""
+    run_installed(tmp_path, "-c", code)
 
 
-def test_without_a_compiler_numpy_computes(source, tmp_path):
-    assert wheel(source, tmp_path, CC="no-such-compiler") == []
-    assert shown(tmp_path) == "numpy"
+def test_without_a_compiler_numpy_computes(without_extension):
+    assert shown(without_extension) == "numpy"
 
 
 def test_a_header_that_does_not_compile_is_no_obstacle(source, tmp_path):
@@ -72,21 +74,6 @@ def test_a_header_that_does_not_compile_is_no_obstacle(source, tmp_path):
     (broken / "exports" / "viscopade_speed_full.h").write_text("#error\n")
     assert wheel(broken, tmp_path) == []
     assert shown(tmp_path) == "numpy"
-
-
-def test_the_users_flags_do_not_change_results(source, tmp_path):
-    if shutil.which("cc") is None:
-        pytest.skip("no C compiler")
-    wheel(source, tmp_path, CFLAGS="-Ofast -ffp-contract=fast")
-    assert shown(tmp_path) == "compiled"
-    code = """
-import numpy as np
-from viscopade.kernels import native, requests
-from viscopade.generated import __version__
-speed = 10 ** np.random.default_rng(1).uniform(-40, 40, 100_000)
-assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution(speed, 1.2))
-"""
-    run_installed(tmp_path, "-c", code)
 
 
 def test_the_conda_recipe_asks_for_what_the_package_asks_for():

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 import viscopade as vp
-from tests.built import ROOT, unpacked_source, wheel
+from tests.built import ROOT
 from tests.patience import HANGS
 from tests.test_readme import blocks
 
@@ -42,15 +42,9 @@ with_cmake = needs("cmake", "cc", "c++")
 
 
 @pytest.fixture(scope="module")
-def source(tmp_path_factory):
-    return unpacked_source(tmp_path_factory.mktemp("copy"))
-
-
-@pytest.fixture(scope="module")
-def installed(source, tmp_path_factory):
-    """A folder with the wheel, and a command `viscopade` that runs it from anywhere."""
-    folder = tmp_path_factory.mktemp("wheel")
-    wheel(source, folder, CC="false")  # the headers need no extension
+def installed(without_extension):
+    """A folder with the wheel, and a command `viscopade` that runs it from anywhere; headers need no extension."""
+    folder = without_extension
     command = folder / "bin" / "viscopade"
     command.parent.mkdir()
     words = shlex.join([sys.executable, "-m", "viscopade"])

@@ -1,10 +1,12 @@
 """The examples of the README and of the pages run and print what they show; numbers are those of code and exports."""
 
+import io
 import re
 import shlex
 import shutil
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import click
 import pytest
 from mpmath import mpf
 
+from tests.cli import called
 from tests.closed_forms import nu_2
 from tests.patience import HANGS
 from tests.test_citation import verdicts
@@ -51,8 +54,10 @@ def output_of(words, directory):
     return run.stdout
 
 
-def of_viscopade(line, directory):
-    return output_of([sys.executable, "-m", "viscopade", *shlex.split(line.removeprefix("viscopade "))], directory)
+def of_viscopade(line):
+    run = called(*shlex.split(line.removeprefix("viscopade ")))
+    assert run.returncode == 0, run.stderr
+    return run.stdout
 
 
 def test_the_readme_has_these_commands():
@@ -62,9 +67,10 @@ def test_the_readme_has_these_commands():
     assert (kinds.count("python"), kinds.count("text")) == (1, 2)
 
 
-def test_a_header(tmp_path):
+def test_a_header(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     ((_, line), (_, expected)) = next(pair for pair in pairwise(blocks(README)) if pair[0][1].startswith("viscopade "))
-    of_viscopade(line.strip(), tmp_path)
+    of_viscopade(line.strip())
     assert expected in (tmp_path / line.split()[-1]).read_text("utf-8")
 
 
@@ -80,19 +86,23 @@ def test_a_program_in_c(tmp_path):
 @pytest.mark.parametrize(
     "block", [code for page in PAGES + OF_SIMULATORS for kind, code in blocks(page) if kind == "console"]
 )
-def test_console_examples(block, tmp_path):
+def test_console_examples(block, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     first, _, expected = block.partition("\n")
     if "examples/" in first:
         shutil.copytree(ROOT / "examples", tmp_path / "examples")
-    assert of_viscopade(first.removeprefix("$ "), tmp_path) == expected
+    assert of_viscopade(first.removeprefix("$ ")) == expected
 
 
-def test_python_examples(tmp_path):
+def test_python_examples(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     pairs = [pair for text in PAGES for pair in pairwise(blocks(text))]
     examples = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
     assert len(examples) == 6
     for code, expected in examples:
-        assert output_of([sys.executable, "-c", code], tmp_path) == expected
+        with redirect_stdout(io.StringIO()) as printed:
+            exec(code, {"__name__": "__main__"})
+        assert printed.getvalue() == expected
 
 
 def quoted(text, first):
