@@ -21,6 +21,8 @@ package viscopade
 
 import "math"
 
+var _ = math.Pi // functions that are constants call nothing of it
+
 const Version = "2.0.0"
 const VersionNumber = 20000 // 10000 major + 100 minor + patch
 
