@@ -39,8 +39,8 @@ LANGUAGE = Language(
     close="}}",
     select="",
     version='const Version = "{version}"\nconst VersionNumber = {number} // 10000 major + 100 minor + patch',
-    file='{head}\n\npackage {module}\n\nimport "math"\n\nvar _ = math.Pi // functions that are constants call nothing of it\n\n'
-    "{version}\n\n{functions}\n",
+    file='{head}\n\npackage {module}\n\nimport "math"\n\n'
+    "var _ = math.Pi // functions that are constants call nothing of it\n\n{version}\n\n{functions}\n",
     helpers="pow.go",
     call="viscopade.{Name}{suffix}({arguments})",
     use="{result} := {call}",
