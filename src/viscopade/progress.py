@@ -9,13 +9,16 @@ from typing import TypeVar
 
 Item = TypeVar("Item")
 Cost = Callable[[int], float]
-Tracker = Callable[[Sequence[int], str, Cost], Iterable[int]]
+Tracker = Callable[[Sequence[int], str, Cost | None], Iterable[int]]
 
 _tracker: ContextVar[Tracker | None] = ContextVar("viscopade_progress", default=None)
 
 
-def track(steps: Sequence[int], description: str, cost: Cost = lambda _: 1.0) -> Iterable[int]:
-    """Iterate over `steps` through the installed tracker, if there is one; `cost` is a step's duration in any unit."""
+def track(steps: Sequence[int], description: str, cost: Cost | None = None) -> Iterable[int]:
+    """Iterate over `steps` through the installed tracker, if there is one.
+
+    `cost` is a step's duration in any unit. Without it durations are not known, and no remaining time is estimated.
+    """
     tracker = _tracker.get()
     return steps if tracker is None else tracker(steps, description, cost)
 

@@ -121,7 +121,7 @@ def test_a_long_loop_says_beforehand_how_long_it_takes(monkeypatch, capsys):
     """Step i takes i seconds, as its cost says; after the second step it is known what is left."""
     now = [0.0]
     monkeypatch.setattr(console, "monotonic", lambda: now[0])
-    for last, said in ((10, ""), (20, "viscopade: orders: about 3 min\n")):
-        for i in console.tracker(range(1, last + 1), "orders", float):
+    for last, cost, said in ((10, float, ""), (20, float, "viscopade: orders: about 3 min\n"), (20, None, "")):
+        for i in console.tracker(range(1, last + 1), "orders", cost):
             now[0] += i
         assert capsys.readouterr().err == said

@@ -45,7 +45,7 @@ def test_labels_of_ticks_never_overlap(drawn, slowest, ratio):
             )
             if low <= place <= high and label.get_text()
         ]
-    assert len(labels) >= 2
+    assert len(labels) >= (2 if 90 < high / low < 1000 else 3)  # powers of ten
     labels.sort(key=lambda box: box.x0)
     assert all(left.x1 < right.x0 for left, right in pairwise(labels))
 

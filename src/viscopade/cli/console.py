@@ -469,16 +469,17 @@ def keep_printing() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def tracker(steps: Sequence[int], description: str, cost: Cost) -> Iterable[int]:
-    """Iterate over the steps, with a line on standard error if they take long, as the first second of them shows.
+def tracker(steps: Sequence[int], description: str, cost: Cost | None) -> Iterable[int]:
+    """Iterate over the steps. If their costs are known and they take long, a line on standard error says how long.
 
     If standard error is a terminal, a progress bar is shown, which disappears at the end.
     """
-    total, done, told, begin = sum(map(cost, steps)), 0.0, False, monotonic()
+    costs = [1.0 if cost is None else cost(step) for step in steps]
+    total, done, told, begin = sum(costs), 0.0, cost is None, monotonic()
     with _bar(description, total) as advance:
-        for step in steps:
+        for step, its_cost in zip(steps, costs, strict=True):
             yield step
-            done += cost(step)
+            done += its_cost
             advance(done)
             elapsed = monotonic() - begin
             left = elapsed * (total - done) / done
@@ -494,9 +495,9 @@ def _bar(description: str, total: float) -> Iterator[Callable[[float], None]]:
         yield lambda _: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
+    columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task(description, total=total)
         yield lambda done: progress.update(task, completed=done)

@@ -116,10 +116,10 @@ def plain_ticks(axes: Axes) -> None:
         return
     axis = axes.xaxis
     if high > 5 * low:
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high > 10 * low else (1, 2, 3, 5)))
         axis.set_minor_formatter(NullFormatter())
     else:
-        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10], min_n_ticks=3))
         axis.set_minor_locator(NullLocator())
     axis.set_major_formatter("{x:.10g}")
 
