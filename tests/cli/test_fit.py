@@ -115,7 +115,7 @@ def test_the_best_law_goes_on_to_other_commands(data, tmp_path):
     assert "of the law 1,0 0.9 and 0.9" in printed("simulators", "drake", *options, "--speeds", "0.05:3")
     refused = called("simulators", "lammps", *options).stderr
     assert refused.startswith("viscopade: --law is given for lammps: expected mujoco, drake")
-    assert "expected with it are --epsilon" in called("simulators", "mujoco", *options, *MATERIAL).stderr
+    assert "expected --law with --epsilon" in called("simulators", "mujoco", *options, *MATERIAL).stderr
     assert "Best law" not in printed("fit", data)
 
 

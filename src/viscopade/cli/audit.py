@@ -148,7 +148,7 @@ def _show_delivery(
         if name != "gravity"
     }
     if numbers["speed"] is None:
-        raise click.UsageError("--speed is missing: expected with it is the impact speed")
+        raise click.UsageError("--speed is missing: expected the impact speed")
     weight = quantities["gravity"] or "0"
     gravity = float(arguments.exact_number("gravity", weight, "a number >= 0 and < 1e300", lambda g: 0 <= g < 10**300))
     wanted = epsilon and float(arguments.exact_number("epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
@@ -179,7 +179,7 @@ def _show_delivery(
 def _native(simulator: str | None, force: str | None, end: End | None) -> tuple[str, str, Native]:
     """Return the name, the version and the contact of a simulator, or of a force."""
     if (simulator is None) == (force is None):
-        raise click.UsageError("expected is either a simulator, such as mujoco, or --force")
+        raise click.UsageError("expected either a simulator, such as mujoco, or --force")
     if force is not None:
         from viscopade.simulators.typed_force import native
 
@@ -235,7 +235,7 @@ def _in_contact_times(time_step: str | None, contact_time: float, is_time: bool)
     """Return the time step in units of the undamped contact time; it may be a time, such as "2 ms"."""
     if time_step is None:
         if is_time:
-            raise click.UsageError("--contact-time is given: accepted with it is --time-step")
+            raise click.UsageError("--contact-time is given: expected --time-step with it")
         return None
     if is_time:
         time_step = Quantity("time-step", "time").convert(time_step, None, None)

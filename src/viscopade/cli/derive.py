@@ -285,7 +285,7 @@ def epsilon(
         others = (v_star, kappa, beta, digits, stiffness, damping, mass)
         if any(value is not None for value in others) or speed is None or of != VISCOELASTIC:
             raise click.UsageError(
-                "a material is given: accepted with it is --speed, and none of --v-star, --kappa, --beta, --stiffness, "
+                "a material is given: expected --speed with it, and none of --v-star, --kappa, --beta, --stiffness, "
                 "--damping, --mass, --digits and --law"
             )
         _show_material(pair, double("speed", speed), {}, options["yield_strength"], fields, style, gravity)
@@ -294,7 +294,7 @@ def epsilon(
     if constants is not None:
         if v_star is not None or kappa is not None or beta is not None or digits is not None:
             raise click.UsageError(
-                "--stiffness, --damping and --mass are given: accepted with them is --speed, and none of --v-star, "
+                "--stiffness, --damping and --mass are given: expected --speed with them, and none of --v-star, "
                 "--kappa, --beta and --digits"
             )
         in_doubles = exact.collision(kappa=repr(constants.kappa), digits=_IN_DOUBLES, law=of)
@@ -381,7 +381,7 @@ def invert(
     if pair is not None and speed is None:
         raise click.UsageError("a material also needs --speed")
     if pair is not None and of != VISCOELASTIC:
-        raise click.UsageError("a material is given: accepted with it is the law viscoelastic with the end force")
+        raise click.UsageError("a material is given: expected the law viscoelastic with the end force")
     constants = _constants(of, stiffness, mass, speed)
     if constants is not None and pair is not None:
         raise click.UsageError("--stiffness and a material are given: expected one of them")
@@ -515,8 +515,8 @@ def _check_weight(load: float | None, gravity: str | None, *, on_plane: bool, of
     """Refuse a load or gravity without what it acts on."""
     if load is not None and not of_scaled:
         raise click.UsageError(
-            "--load is that of the scaled equation: accepted with it is --kappa, --v-star or --epsilon alone; with a "
-            "material there is --gravity"
+            "--load is that of the scaled equation: expected --kappa, --v-star or --epsilon alone with it, or "
+            "--gravity with a material"
         )
     if gravity is None:
         return
@@ -524,7 +524,7 @@ def _check_weight(load: float | None, gravity: str | None, *, on_plane: bool, of
         raise ValueError(f"gravity is {gravity}: expected a number >= 0")
     if not on_plane:
         raise click.UsageError(
-            "--gravity needs a body that falls on a plane: accepted with it is a material, --wall and --speed, or "
+            "--gravity needs a body that falls on a plane: expected a material, --wall and --speed, or "
             "--stiffness, --mass and --speed"
         )
 

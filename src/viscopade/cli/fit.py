@@ -70,7 +70,7 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 
         name, equals, rest = value.partition("=")
         if not equals or name.strip() not in COLUMNS or not rest.strip():
-            self.fail(f"{value!r} is no {self.name}: accepted for NAME is one of {', '.join(COLUMNS)}")
+            self.fail(f"{value!r} is no {self.name}: expected one of the names {', '.join(COLUMNS)}")
         return name.strip(), rest.strip()
 
 
@@ -245,7 +245,7 @@ def _density(body: Mapping[str, Any], mass: str) -> str:
     from viscopade.collision.spheres import Sphere
 
     if body["density"] is not None or len(body["radii"]) != 1:
-        raise click.UsageError("--mass is given: expected with it is one --radius, and no --density")
+        raise click.UsageError("--mass is given: expected one --radius with it, and no --density")
     unit = {"young_modulus": 1, "poisson_ratio": 0, "dissipative_constant": 0}
     return repr(Sphere(radius=double("radius", body["radii"][0]), mass=double("mass", mass), **unit).density)
 
@@ -256,7 +256,7 @@ def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere 
     if not given and not for_drag and not for_scene:
         if body["wall"]:
             raise click.UsageError(
-                "--wall is given: accepted with it are the sphere's radius, density and Poisson ratio"
+                "--wall is given: expected the sphere's --radius, --density and --poisson-ratio with it"
             )
         return None
     needed = ["radii", "density", *(["poisson_ratio"] if for_scene or given - {"radii", "density"} else [])]
@@ -265,7 +265,7 @@ def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere 
         flags = flags.replace("--density", "--density (or --mass)")
         raise click.UsageError(f"the sphere also needs {flags}")
     if len(body["radii"]) > 1:
-        raise click.UsageError("--radius is given twice: accepted with fit is one radius, of a sphere or of two alike")
+        raise click.UsageError("--radius is given twice: expected one radius, of a sphere or of two alike")
     pair = pair_of(
         body["radii"],
         body["wall"],
@@ -293,7 +293,7 @@ def _flight(
     g = STANDARD_GRAVITY if gravity is None else double("gravity", gravity)
     if air_density is None:
         if drag_coefficient is not None:
-            raise click.UsageError("--drag-coefficient is given: accepted with it is --air-density")
+            raise click.UsageError("--drag-coefficient is given: expected --air-density with it")
         if not g > 0:
             raise ValueError(f"gravity is {g:g}: expected a number > 0")
         return Flight(g)

@@ -131,7 +131,7 @@ def _refuse_unused(target: str, used: set[str]) -> None:
     for name, flag in flags.items():
         if name not in used and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             others = ", ".join(flags[other] for other in flags if other in used - {"target"})
-            raise click.UsageError(f"{flag} changes nothing in {target}: accepted with it: {others}")
+            raise click.UsageError(f"{flag} changes nothing in {target}: expected {others}")
 
 
 @click.command("scene", epilog=examples("viscopade scene --example ice_rings --out ."))

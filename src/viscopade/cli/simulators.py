@@ -187,7 +187,7 @@ def _setup_of_material(
     pair = pair_of(**options | {"dissipative_constant": 0.0 if constant is None else constant})
     assert pair is not None  # some of its options are given
     if gravity is not None and not pair.second.is_wall:
-        raise click.UsageError("--gravity needs a sphere and a plane: accepted with it is --wall")
+        raise click.UsageError("--gravity needs a sphere and a plane: expected --wall")
     if epsilon is not None:
         pair = pair.calibrated(speed, epsilon) if gravity is None else calibrated(pair, speed, epsilon, gravity)
     fastest = speed if speeds is None else speeds[1]
@@ -203,7 +203,9 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
 
     law = VISCOELASTIC if soft["law"] is None else law_of(soft["law"])
     if soft["law"] is not None and found.epsilon is None:
-        raise click.UsageError("--law and a scene or a material are given: expected with it are --epsilon and --speed")
+        raise click.UsageError(
+            "--law and a scene or a material are given: expected --law with --epsilon and --speed alone"
+        )
     time, length, step, mass = (
         None if soft[name] is None else double(name, soft[name])
         for name in ("contact_time", "penetration", "time_step", "mass")

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
     from viscopade.plots.speeds import SpeedCurve, Weight
 
-_NO_FALL = "--gravity needs a sphere and a plane: accepted with it is a material with --wall, or a scene with a wall"
+_NO_FALL = "--gravity needs a sphere and a plane: expected a material with --wall, or a scene with a wall"
 _FIGURES = 6  # of a number in a table
 _MOST_ROWS = 10_000
 _INCH, _LETTERS = 0.0254, 7.5  # m; points
@@ -151,7 +151,7 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
 
     curves, ends, pair, of_v_star = _curves(**options)
     if options["gravity"] is not None and points is not None and points > _MOST_WITH_WEIGHT:
-        raise ValueError(f"points is {points}: accepted with --gravity is up to {_MOST_WITH_WEIGHT}")
+        raise ValueError(f"points is {points}: expected at most {_MOST_WITH_WEIGHT} with --gravity")
     number = max(2, round(3 * float(np.log10(ends[1] / ends[0]))) + 1) if points is None else points
     speeds = np.geomspace(*ends, number)
     key = "v_star" if of_v_star else "speed"
