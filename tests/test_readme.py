@@ -10,7 +10,6 @@ from contextlib import redirect_stdout
 from itertools import pairwise
 from pathlib import Path
 
-import click
 import pytest
 from mpmath import mpf
 
@@ -20,7 +19,6 @@ from tests.patience import HANGS
 from tests.test_citation import verdicts
 from tools import readme
 from viscopade.arithmetic.decimals import at_most
-from viscopade.cli.main import command as viscopade
 from viscopade.collision.spheres import beta_si_from_cgs
 from viscopade.kernels import catalogue, compact
 from viscopade.simulators.formula import ratio_at_force_end, ratio_for_return
@@ -103,44 +101,6 @@ def test_python_examples(tmp_path, monkeypatch):
         with redirect_stdout(io.StringIO()) as printed:
             exec(code, {"__name__": "__main__"})
         assert printed.getvalue() == expected
-
-
-def quoted(text, first):
-    """Return the words of each command on a page that begins so, without what stands for somebody's own words."""
-    lines = re.findall(rf"(?:`|^ {{4}}|^\$ )({first} [^`\n]+)", text, re.MULTILINE)
-    return {line.partition("  # ")[0].rstrip("`").strip() for line in lines}
-
-
-def test_commands_on_pages_exist():
-    """Each with its options: the command line has them, as its --help says."""
-    for line in sorted(set().union(*(quoted(text, "viscopade") for text in EVERYWHERE))):
-        name, *rest = line.split()[1:]
-        if name.startswith("-"):  # of `viscopade` itself
-            name, rest, wanted = "", [name], viscopade
-        else:
-            wanted = viscopade.get_command(click.Context(viscopade), name)
-        assert wanted is not None, line
-        known = {option for parameter in wanted.params for option in (*parameter.opts, *parameter.secondary_opts)} | {
-            "--help",
-            "-h",
-            "--version",
-        }
-        options = {word.partition("=")[0] for word in rest if re.match(r"--?[a-z]", word)}
-        assert options <= known, line
-
-
-def programs():
-    return sorted({line.split()[2] for text in EVERYWHERE for line in quoted(text, "python -m")} - {"pip", "venv"})
-
-
-@pytest.mark.parametrize("name", programs())
-def test_programs_on_pages_exist(name):
-    assert "usage: " in output_of([sys.executable, "-m", name, "--help"], ROOT).lower()
-
-
-def test_targets_of_make_on_pages_exist():
-    named = {name for text in EVERYWHERE for name in re.findall(r"(?:`|^ {4})make ([a-z-]+)", text, re.MULTILINE)}
-    assert named <= set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
 
 
 # --- the README, and the first page made from it ----------------------------------------------------------------------
