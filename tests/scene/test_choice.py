@@ -153,7 +153,7 @@ def test_a_quotient_goes_on_beyond_the_scene_if_that_costs_nothing(ends: tuple[f
     found = candidate.best_quotient(asked, [met])
     assert found is not None
     low, high = interval([met], asked.code)
-    accuracy = candidate._short(candidate._accuracy(asked, [met], found.measure))
+    accuracy = f"{float(candidate._accuracy(asked, [met], found.measure)) * 0.9985:.2e}"
     alone = quotient.accurate_quotient(accuracy, high, low, found.measure)
     assert candidate.price(found) <= candidate.price(replace(found, kernel=alone))
     for beyond in (met.v_star[0] / Fraction("1.018"), met.v_star[1] * Fraction("1.018")):

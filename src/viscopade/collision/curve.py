@@ -164,11 +164,12 @@ class Curve:
             else f"a number >= 0 and <= {largest:.6g}, for the law {self.law} with end {self.law.end!r}",
             lambda x: (x >= 0) & (x <= largest),
         )
-        return checked.elementwise(lambda k: self._at(function, k), "kappa", kappa, accepted)
 
-    def _at(self, function: Callable[[FloatArray], FloatArray], kappa: FloatArray) -> FloatArray:
-        with np.errstate(divide="ignore", over="ignore", under="ignore", invalid="ignore"):
-            return function(np.log(kappa))
+        def of_kappa(kappa: FloatArray) -> FloatArray:
+            with np.errstate(divide="ignore", over="ignore", under="ignore", invalid="ignore"):
+                return function(np.log(kappa))
+
+        return checked.elementwise(of_kappa, "kappa", kappa, accepted)
 
     def _log_odds(self, s: FloatArray) -> FloatArray:
         """Return ln((1 - eps)/eps)."""

@@ -619,13 +619,6 @@ def _approached(wanted: _Wanted, k: Dyadic) -> tuple[Dyadic, int]:
     raise ArithmeticError("Newton's method did not converge")
 
 
-def _solved(wanted: _Wanted, k: Dyadic, known: int, accuracy: int) -> Dyadic:
-    """Return k to `accuracy` bits, given to `known` bits, by Newton's method."""
-    for bits in _accuracies(known, accuracy):
-        k = _improved(wanted, k, bits)
-    return k
-
-
 def _accuracies(known: int, accuracy: int) -> list[int]:
     """Return the bits of k after each step of Newton's method."""
     steps = [accuracy]
@@ -686,8 +679,10 @@ def log_k(kappa: Fraction, law: Law) -> float:
     k = Dyadic.nearest(guess, 64)
     if known < LEAST_KNOWN:
         k, known = _approached(wanted, k)[0], LEAST_KNOWN
+    for bits in _accuracies(known, LOW_ACCURACY):
+        k = _improved(wanted, k, bits)
     with working(128):
-        return float(_solved(wanted, k, known, LOW_ACCURACY).ball().log())
+        return float(k.ball().log())
 
 
 def log_k_of(log_kappa: float, law: Law) -> float:

@@ -236,16 +236,14 @@ class LawFit:
 
     @cached_property
     def _slopes(self) -> FloatArray:
-        return np.array([self._slope(i) for i in range(len(self.parameters))]).T
-
-    def _slope(self, parameter: int) -> FloatArray:
-        """Return the derivatives of eps at all points with respect to a parameter."""
-        low, high = self.parameters.copy(), self.parameters.copy()
-        step = 1e-4 * max(abs(self.parameters[parameter]), 1e-3)
-        high[parameter] += step
-        low[parameter] -= step if parameter else min(step, self.parameters[0])
-        change = self.at(self.points.speed, high) - self.at(self.points.speed, low)
-        return np.asarray(change / (high[parameter] - low[parameter]))
+        """Derivatives of eps at all points (rows) with respect to the parameters."""
+        slopes = np.empty((len(self.points), len(self.parameters)))
+        for i, value in enumerate(self.parameters):
+            low, high, step = self.parameters.copy(), self.parameters.copy(), 1e-4 * max(abs(value), 1e-3)
+            high[i] += step
+            low[i] -= step if i else min(step, value)
+            slopes[:, i] = (self.at(self.points.speed, high) - self.at(self.points.speed, low)) / (high[i] - low[i])
+        return slopes
 
     def quantile(self, level: float) -> float:
         """Return the half-width, in standard errors, of an interval of a confidence level."""

@@ -45,15 +45,17 @@ def worksheets(content: bytes, source: str) -> Iterator[tuple[str, list[list[str
             for name in book.sheet_names:
                 sheet = book.get_sheet_by_name(name)
                 files.require_cells(source, cells := cells + sheet.total_height * sheet.total_width)
-                yield name, [[_cell(cell) for cell in row] for row in sheet.to_python()]
+                yield (
+                    name,
+                    [
+                        [repr(cell) if isinstance(cell, float) else str(cell) for cell in row]
+                        for row in sheet.to_python()
+                    ],
+                )
     except BaseException as error:
         if isinstance(error, CalamineError | OSError) or type(error).__name__ == "PanicException":  # of Rust
             raise ValueError(f"{source}: the spreadsheet cannot be read: {str(error).splitlines()[0]}") from None
         raise
-
-
-def _cell(cell: object) -> str:
-    return repr(cell) if isinstance(cell, float) else str(cell)
 
 
 def _checked_archive(content: bytes, source: str) -> bytes:

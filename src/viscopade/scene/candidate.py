@@ -351,7 +351,8 @@ def _on_interval(
         if accuracy * factor < LEAST_ACCURACY:
             return None
         try:
-            kernel = quotient.accurate_quotient(_short(accuracy * factor), ends[1], ends[0], measure)
+            short = f"{float(accuracy * factor) * 0.9985:.2e}".replace("e-0", "e-")  # rounded down to three digits
+            kernel = quotient.accurate_quotient(short, ends[1], ends[0], measure)
         except (ValueError, ArithmeticError):
             return None
         by_pow = ", v* by pow" if code.argument == "speed" else ""
@@ -373,11 +374,6 @@ def _accuracy(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Fract
         usual = 1 / USUAL <= slowest <= fastest <= USUAL
         accuracy -= 2 * of_v_star(HOSTS[code.format], USUAL if usual else None)
     return None if accuracy < LEAST_ACCURACY else min(accuracy, Fraction(1, 2))
-
-
-def _short(accuracy: Fraction) -> str:
-    """Return a number rounded down to three digits."""
-    return f"{float(accuracy) * 0.9985:.2e}".replace("e-0", "e-")
 
 
 def interval(met: Sequence[Encounter], code: Code) -> Interval:

@@ -24,8 +24,15 @@ def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
     strengths = (scene.materials[body.material].yield_strength for body in bodies)
     known = min((strength for strength in strengths if strength is not None), default=None)
     pair, fastest = encounter.pair, encounter.speeds.fastest
-    found = limits.violations(pair, fastest, strongest=encounter.strongest, yield_strength=known)
-    yield from (f"{encounter.name}: {text}" for text in (*_hardness(scene, encounter), *found))
+    texts = [*limits.violations(pair, fastest, strongest=encounter.strongest, yield_strength=known)]
+    free = mean_free_time(scene, encounter)
+    if free is not None and (share := encounter.contact_time / free) > LONGEST_CONTACT:
+        texts.insert(
+            0,
+            f"contacts last {share:.2g} of the mean free time ({free:.2g} s), more than {LONGEST_CONTACT:g}: "
+            "instantaneous collisions of two bodies are not a good model",
+        )
+    yield from (f"{encounter.name}: {text}" for text in texts)
 
 
 def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
@@ -58,18 +65,6 @@ def weight(encounter: Encounter) -> Sentences | None:
         return None
     note, fall = contact.falling.sentences(contact.slowest, contact.fastest)
     return Sentences(f"{encounter.name}: {note}", fall and f"{encounter.name}: {fall}")
-
-
-def _hardness(scene: Scene, encounter: Encounter) -> Iterator[str]:
-    free = mean_free_time(scene, encounter)
-    if free is None:
-        return
-    share = encounter.contact_time / free
-    if share > LONGEST_CONTACT:
-        yield (
-            f"contacts last {share:.2g} of the mean free time ({free:.2g} s), more than {LONGEST_CONTACT:g}: "
-            "instantaneous collisions of two bodies are not a good model"
-        )
 
 
 def setup(scene: Scene, gravity: float | None = None) -> Setup:

@@ -359,7 +359,7 @@ function linesOf(name, answer, input) {
   const program = FACTS.programs.find((each) => each.name === name);
   const command = simulatorCommand(program, answer, input);
   if (!program.walls && answer.pair && isWall(answer.pair)) return { command: null, reason: `${program.title} has no walls: two spheres are needed.` };
-  if (answer.epsilon === 1 && program.law) return { ...command, reason: "Without damping there is nothing to write." };
+  if (answer.epsilon === 1 && program.law) return { ...command, reason: "Without damping there is no parameter to write." };
   return { ...command, ...(program.law ? softLine(program, answer, input) : hardLine(program, answer, input)) };
 }
 
@@ -393,12 +393,12 @@ function simulatorCommand(program, answer, input) {
 function hardLine(program, answer, input) {
   const { pair } = answer;
   if (!isPaper(answer.law, input.end))
-    return { reason: "The program gets the law of viscoelastic spheres, with contact that ends where the force vanishes." };
-  if (!pair) return { reason: "The bodies are needed." };
+    return { reason: "This is for viscoelastic spheres whose contact ends where the force vanishes." };
+  if (!pair) return { reason: "This needs the bodies." };
   const text = program.texts[isWall(pair) ? "wall" : "pair"];
   if (!text) return { reason: "The page has no line for this; the command writes it." };
   if (program.name !== "lammps" && !isAlike(pair))
-    return { reason: "Two materials take a scene: viscopade scene, viscopade simulators." };
+    return { reason: "For two materials use a scene: viscopade scene, viscopade simulators." };
   const { first, second } = pair;
   const nu = first.poisson === second.poisson
     ? first.poisson
@@ -428,12 +428,12 @@ function softLine(program, answer, input) {
   const numbers = { speed: input.speed, parameter: kappa / program.kappa.factor };
   if (program.kappa.restitution) {
     const ratio = numbers.parameter;
-    if (!(ratio < 1)) return { reason: "No coefficient that the program accepts gives so small an eps." };
+    if (!(ratio < 1)) return { reason: "No coefficient in the program's range gives such a small eps." };
     numbers.parameter = Math.exp((-Math.PI * ratio) / Math.sqrt((1 - ratio) * (1 + ratio)));
   }
   if (program.kappa.per === "speed") numbers.parameter /= input.speed;
   if (program.kappa.per === "root of stiffness") {
-    if (answer.contactTime === undefined) return { reason: "A contact time is needed: give the bodies, and a law of Hertz's." };
+    if (answer.contactTime === undefined) return { reason: "A contact time is needed: give the bodies, and a law with Hertz's force." };
     const root = course(law, program.law.end, kappa).duration / answer.contactTime;
     numbers.stiffness = root * root;
     numbers.parameter *= root;

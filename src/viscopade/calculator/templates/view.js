@@ -163,11 +163,11 @@ function rows() {
     found.push(["Contact time", `${general(scaled.duration, DIGITS)} ${k}^${power(scale)}${v(time)}`]);
     found.push(["Largest overlap", `${general(scaled.compression, DIGITS)} ${k}^${power(scale)}${v(2 / (law.a + 1))}`]);
   } else {
-    found.push(["Contact time", "beyond the table: viscopade epsilon has it"]);
+    found.push(["Contact time", "out of range of this page: use viscopade epsilon"]);
   }
   const { fall } = answer;
   if (fall) {
-    const heavy = fall.epsilon === null ? "too strong a damping for this page" : fall.epsilon ? general(fall.epsilon, 6) : "0: it stays down";
+    const heavy = fall.epsilon === null ? "out of range of this page" : fall.epsilon ? general(fall.epsilon, 6) : "0: it stays down";
     found.push(["eps with weight, if it falls", heavy, fall.epsilon]);
     found.push(["g t_c / v", general(fall.share, 3), fall.share]);
     if (fall.sticking !== null) found.push(["Stays down below", `${general(inUnit(fall.sticking, "speed", input.system), 3)} ${unitOf("speed", input.system)}`, fall.sticking]);
@@ -254,7 +254,7 @@ const shownCurves = () =>
 // Slowest and fastest speed of the picture.
 function ends() {
   const [low, high] = [positive("from"), positive("to")];
-  if (!(low < high)) refuse("to", `the speeds are ${$("from").value} to ${$("to").value}: expected a slowest below a fastest`);
+  if (!(low < high)) refuse("to", `the speeds are ${$("from").value} to ${$("to").value}: expected the slowest below the fastest`);
   return [low, high];
 }
 
@@ -460,7 +460,7 @@ function changeWay(by) {
 function arrange() {
   const law = lawOf($("law").value);
   const by = $("by").value;
-  $("equation").textContent = `${law.equation}, nu = ${law.nu}${law.ends.return ? "" : ": both ends of contact are one"}`;
+  $("equation").textContent = `${law.equation}, nu = ${law.nu}${law.ends.return ? "" : ": both ends of contact are the same"}`;
   $("end").disabled = !law.ends.return;
   $("label-damping").textContent = wayNow()[1] + shownUnit(wayNow()[2]);
   $("label-speed").textContent = `Impact speed${shownUnit("speed")}`;
