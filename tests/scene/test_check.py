@@ -126,7 +126,7 @@ def changed(name, kind):
     return re.sub(r"(\ba[02]\b[^\n=]*= \D*)([01])(\.|x1\.)(\w)", r"\g<1>\g<2>\g<3>9", made)
 
 
-@pytest.mark.parametrize("name", RUN)
+@pytest.mark.parametrize("name", ["c", "fortran", "python"])  # that others run the text that is given: see above
 @pytest.mark.parametrize("kind", ["quotient", "constant"])
 def test_wrong_numbers_are_found(few, name, kind):
     need(name)
