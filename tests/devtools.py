@@ -112,7 +112,7 @@ class Tab:
 
     def open(self, url):
         """Load a page, anew even if only its fragment is another one."""
-        for each in ("about:blank", url):
+        for each in ("about:blank", url) if "#" in url else (url,):
             self.errors.clear()
             self.requests.clear()
             self.loaded = False

@@ -94,7 +94,7 @@ def test_power_laws_without_load_agree_with_the_exact_function(law):
         assert found.least == found.largest == found.epsilon
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(5))
 def test_the_true_error_is_within_the_estimate(seed):
     """Of eps, depth and duration, for laws at random; force and return, a force that vanishes just before x = 0 too."""
     numbers = random.Random(seed)
@@ -132,7 +132,7 @@ def linear_with_a_load(kappa, load, end):
             return g + mp.exp(-k * t / 2) * (-g * mp.cos(w * t) + (1 - k * g / 2) / w * mp.sin(w * t))
 
         def v(t):
-            return mp.diff(x, t)
+            return mp.exp(-k * t / 2) * (mp.cos(w * t) + (g * w - k / 2 * (1 - k * g / 2) / w) * mp.sin(w * t))
 
         over = (lambda t: x(t) + k * v(t)) if end == "force" else x
         t = mp.mpf("0.5")  # until contact ends

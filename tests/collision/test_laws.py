@@ -75,12 +75,10 @@ def test_nu_2_to_50_digits(name, scale, end, kappa):
 
 
 @of_laws
-@pytest.mark.parametrize("kappa", ["0.3", "1.2"])
-def test_against_integration_in_time(law, kappa):
-    found = at(law, kappa)
-    if found is None:
-        return
-    theirs = collide_by(law, kappa, 20)
+def test_against_integration_in_time(law):
+    """Where damping is strong; the older end may not exist there."""
+    kappa = "1.2" if at(law, "1.2") else "0.3"
+    found, theirs = at(law, kappa), collide_by(law, kappa, 20)
     for name in ("epsilon", "one_minus_epsilon", "x_max", "tau_c"):
         assert close(found.mpf()[name], getattr(theirs, name), 19), name
 
@@ -220,10 +218,11 @@ def test_the_ends(law):
     elastic = exact.collision(0, 20, law=law)
     assert elastic.decimals()["epsilon"] == "1"
     assert elastic.decimals()["kappa"] == "0"
-    theirs = collide_by(law, mpf("1e-25"), 20)
-    assert close(elastic.mpf()["x_max"], theirs.x_max, 19)
-    with mp.workdps(40):  # contact is shorter by about x_c
-        assert abs(elastic.mpf()["tau_c"] - theirs.tau_c) <= 2 * theirs.x_c + mpf(10) ** -19
+    with mp.workdps(40):  # of x'^2/2 + x^(a+1)/(a+1) = 1/2
+        power = mpf(law.elastic.numerator) / law.elastic.denominator + 1
+        x_max = (power / 2) ** (1 / power)
+        assert close(elastic.mpf()["x_max"], x_max, 19)
+        assert close(elastic.mpf()["tau_c"], 2 * x_max * mp.beta(1 / power, 0.5) / power, 19)
     if law.delayed:
         assert exact.collision("inf", law=law).decimals()["kappa"] == "inf"
     else:
