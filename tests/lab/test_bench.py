@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -15,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.patience import HANGS
+from tests.cli import called
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.arrays.double import exact_of_speed as exact_at
 from viscopade.collision import exact
@@ -488,25 +487,18 @@ def test_the_pages_times_of_vector_pows_are_those_of_the_file():
 # --- the command line ---------------------------------------------------------------------------------------------
 
 
-def command(*words, **environment):
-    return subprocess.run(
-        [sys.executable, "-m", "viscopade", "bench", *words],
-        capture_output=True, text=True, timeout=HANGS, env=os.environ | environment,
-    )  # fmt: skip
-
-
 @needs_compiler
 def test_the_command_prints_and_writes(tmp_path):
     out, drawn = tmp_path / "bench.csv", tmp_path / "bench.png"
-    words = ("--quick", "--rounds", "1", "--only", "table", "--out", str(out), "--picture", str(drawn))
-    result = command(*words, "--format", "csv")
+    words = ("--quick", "--rounds", "1", "--only", "table", "--out", out, "--picture", drawn)
+    result = called("bench", *words, "--format", "csv")
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""
     assert result.stdout.splitlines()[0] == ",".join(COLUMNS)
     rows = from_csv(out.read_bytes(), "bench.csv")
     assert {row.id for row in rows} == {"table", "copy", "pow+[3/6]"}
     assert drawn.read_bytes().startswith(b"\x89PNG")
-    again = command("--from", str(out), "--format", "json")
+    again = called("bench", "--from", out, "--format", "json")
     assert len(json.loads(again.stdout)["rows"]) == len(rows)
 
 
@@ -522,7 +514,7 @@ def test_the_command_prints_and_writes(tmp_path):
     ],
 )
 def test_bad_options_get_one_line(words, status, line):
-    result = command("--quick", *words)
+    result = called("bench", "--quick", *words)
     assert result.returncode == status
     assert line in result.stderr
     assert result.stderr.count("\n") == 1

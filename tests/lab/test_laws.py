@@ -160,13 +160,6 @@ def test_the_powers_of_large_dampings(tables):
     assert re.search(r"(\d\.\d{3})\$", rows["2"][3])[1] == "2.000"
 
 
-def test_the_rebound_speed_at_x_0_tends_to_a_constant_with_growing_impact_speed():
-    """Eps ~ 1/v for every nu < 2, as the page says."""
-    for nu in COLORS:
-        if nu < 2:
-            assert (nu / (2 - nu)) * (2 / nu - 1) == 1
-
-
 def test_the_damping_from_which_on_contact_never_ends():
     """nu = 5/2, without engine: the orbit that arrives at Y = 0, u = 0 along u = K Y, followed backward for K = 1."""
     nu, step, y = 2.5, 1e-3, 1e-8
