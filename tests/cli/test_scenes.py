@@ -143,7 +143,7 @@ def test_files_say_what_weight_does(tmp_path):
         assert (
             "Warning: ball-wall: a body that falls on a plane at 0.1 m/s rebounds with eps = 0.3607 (sampled)" in text
         )
-        assert "weight: none in contacts of bodies that both fall" in printed(
+        assert "Weight does not change eps when both bodies fall" in printed(
             "simulators", target, *MATERIAL, "--epsilon", "0.5", "--speed", "0.1"
         )
     own = said("simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--contact-time", "31 ms")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from viscopade import arguments
-from viscopade.cli.console import STYLE, Quantity, Real, double, examples, say, show
-from viscopade.simulators import simulator_of, simulators
+from viscopade.cli.console import STYLE, OneOf, Quantity, Real, double, examples, say, show
+from viscopade.simulators import SIMULATORS, simulator_of, simulators
 from viscopade.theory.law import ENDS, End
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _LEAST_STEP, _LEAST_ERROR = 1e-3, 1e-8
 _FIGURES = 6  # of a number in a table
 _BETWEEN = "a number > 0 and < 1"
+_DIMENSIONS = {"speed": "speed", "mass": "mass", "radius": "length", "gravity": "acceleration", "time-step": "time"}
 _MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
 
 
@@ -32,17 +33,23 @@ _MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
         'viscopade audit mujoco --set "solref=-2500 -100" --speed 1 --time-step 0.003',
     )
 )
-@click.argument("simulator", required=False)
+@click.argument("simulator", required=False, type=OneOf(SIMULATORS), metavar="[SIMULATOR]")
 @click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
 @click.option("--time-step", help="Time step, in units of the undamped contact time; with --speed a time.")
 @click.option("--contact-time", type=Quantity("contact-time", "time"), help="That time, if the time step is one, too.")
 @click.option("--step-error", type=Real("step-error"), help="Print the largest time step with this relative error.")
-@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="A parameter of your file; repeatable.")
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="A parameter of your file; repeatable. A wrong NAME prints all names with defaults.",
+)
 @click.option("--force", metavar="FORMULA", help="Force of x (compression) and v (its rate), instead of a simulator.")
-@click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed, for --set and --force.")
-@click.option("--mass", type=Quantity("mass", "mass"), help="Effective mass, m1 m2/(m1 + m2).")
-@click.option("--radius", type=Quantity("radius", "length"), help="Effective radius, R1 R2/(R1 + R2).")
-@click.option("--gravity", type=Quantity("gravity", "acceleration"), help="That of a body that falls on a plane.")
+@click.option("--speed", metavar="QUANTITY", help="Impact speed, for --set and --force.")
+@click.option("--mass", metavar="QUANTITY", help="Effective mass, m1 m2/(m1 + m2).")
+@click.option("--radius", metavar="QUANTITY", help="Effective radius, R1 R2/(R1 + R2).")
+@click.option("--gravity", metavar="QUANTITY", help="That of a body that falls on a plane.")
 @click.option("--scheme", help="The simulator's integrator; a wrong name prints the list.  [default: the simulator's]")
 @click.option("--end", type=click.Choice(ENDS), help="End of a contact with --force.  [default: force]")
 @STYLE
@@ -59,7 +66,7 @@ def audit(
 
     Numbers without a time step are those of the equation of motion, and every digit is proven. With a time step, the
     program's own sequence of steps is computed for 64 places where in a step contact may begin: the eps is a range.
-    The number to write instead then makes its mean the eps asked for.
+    The printed number gives the wanted eps on average over these 64 places.
 
     With --speed, print the eps that the parameters of your file give (second example). A parameter that is not set has
     the program's default. --force takes numbers, x, v, + - * / **, min, max, abs, sqrt, exp, where(x < 1e-3, ..., ...)
@@ -139,7 +146,14 @@ def _show_delivery(
 
     title, version, native = _native(simulator, force, end)
     given = _given([*settings, *([] if scheme is None else [f"{native.integrator}={scheme}"])])
-    quantities["step"] = time_step and Quantity("time-step", "time").convert(time_step, None, None)
+    unsized = native.units(native.values(given)).unsized
+    for name, text in {**quantities, "time-step": time_step}.items():
+        if text is None:
+            continue
+        number = Quantity(name, _DIMENSIONS[name]).convert(text, None, None)
+        if number != text and unsized:
+            raise click.UsageError(f"--{name} has a unit, and {unsized}")
+        quantities["step" if name == "time-step" else name] = number
     numbers: Any = {
         name: None
         if text is None
@@ -169,7 +183,7 @@ def _show_delivery(
     errors = {name: error if error < math.inf else None for name, error in collision.errors.items()}
     more = {"status": collision.status, "units": {"length": units.length, "time": units.time}, "errors": errors}
     if style == "text":
-        _say_delivery(title, found, native, time_step is not None, epsilon)
+        _say_delivery(title, found, native, time_step is not None, epsilon, numbers["speed"])
     else:
         fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})
         row = ["" if value is None else value for value in fields.values()]
@@ -210,14 +224,18 @@ def _words(values: Mapping[str, str]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in values.items())
 
 
-def _say_delivery(title: str, found: Delivery, native: Native, stepped: bool, epsilon: str | None) -> None:
+def _say_delivery(
+    title: str, found: Delivery, native: Native, stepped: bool, epsilon: str | None, speed: float
+) -> None:
     """Print a delivery in words."""
     collision, units = found.collision, found.units
     between = f" ({collision.least:.4f} to {collision.largest:.4f}: where in a step contact begins)" if stepped else ""
-    epsilon_text = f"{collision.epsilon:.4f}{between}" if stepped else f"{collision.epsilon:.6g}"
-    say(f"{title}{': ' if title else ''}eps = {epsilon_text}, sampled")
+    text = f"{collision.epsilon:.4f}{between}" if stepped else f"{collision.epsilon:.6g}"
     if not collision.parts:
-        say("The bodies do not part: eps 0.")
+        text = "0, as the bodies do not part"
+    elif found.falling is not None:
+        text += f" without weight; {found.falling:.6g} for a body that falls on a plane"
+    say(f"{title}{': ' if title else ''}eps = {text}, sampled")
     duration = f", duration {collision.duration:.4g} {units.time}" if collision.parts else ""
     say(f"depth {collision.depth:.4g} {units.length}{duration}")
     used = {name: value for name, value in found.values.items() if name != native.integrator}
@@ -226,7 +244,8 @@ def _say_delivery(title: str, found: Delivery, native: Native, stepped: bool, ep
     others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]
     say(f"integrator: {found.scheme if stepped else 'infinitely fine steps'}; there are {', '.join(others)}")
     if found.instead is not None:
-        say(f"for eps = {epsilon} write {_words(found.instead)}")
+        at = f"{speed * units.seconds / units.metres:.6g} {units.speed}"
+        say(f"for eps = {epsilon} at {at} write {_words(found.instead)}")
     for text in found.warnings:
         say(f"Warning: {text}.")
 

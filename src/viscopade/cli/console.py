@@ -8,7 +8,7 @@ import json
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
@@ -51,15 +51,25 @@ def meant(given: str, known: Iterable[str]) -> str:
 
 
 class OneOf(click.Choice[str]):
-    """Type of an argument: one of several names; a name that is nearly one of them is answered with that."""
+    """Type of an argument: one of several names in lower case; one that is nearly so is answered with that.
+
+    `others` has further names, with what is expected instead.
+    """
+
+    def __init__(self, choices: Iterable[str], others: Mapping[str, str] | None = None) -> None:
+        super().__init__([*choices])
+        self.others = others or {}
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Take one of the names."""
-        if value not in self.choices:
+        """Take one of the names, in upper or lower case."""
+        name = str(value).lower()
+        if name in self.others:
+            self.fail(f"{value!r} is unknown here: expected {self.others[name]}", param, ctx)
+        if name not in self.choices:
             listed = ", ".join(self.choices)
-            near = meant(str(value), self.choices)
+            near = meant(name, self.choices)
             self.fail(f"{value!r} is unknown{near or f': expected {listed}'}", param, ctx)
-        return str(value)
+        return name
 
 
 class Whole(_Integer):

@@ -25,7 +25,7 @@ from viscopade.cli.console import (
 from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import write_all
 from viscopade.kernels.catalogue import TIERS
-from viscopade.simulators import TARGETS, simulator_with
+from viscopade.simulators import SIMULATORS, TARGETS, simulator_with
 
 if TYPE_CHECKING:
     from viscopade.scene.description import Scene
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 _SOFT = ("law", "stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
 """Options of programs whose contacts have a law of their own."""
+_LONG = 10  # s, of a contact
+_AUDITED = {name: f"viscopade audit {name}" for name, own in SIMULATORS.items() if not own}
 
 
 class SpeedRange(click.ParamType):  # type: ignore[type-arg]
@@ -59,7 +61,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
         "    --density 2500 --young-modulus 1e7 --poisson-ratio 0.3"
     ),
 )
-@click.argument("target", type=OneOf(TARGETS))
+@click.argument("target", type=OneOf(TARGETS, _AUDITED))
 @click.argument("file", type=click.Path(path_type=Path), required=False)
 @click.option("--epsilon", type=Real("epsilon"), help="Wanted eps at --speed, instead of a scene or A.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed, instead of a scene.")
@@ -85,8 +87,8 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
 
     MuJoCo, Drake, Simbody (OpenSim), Chrono and JaxDEM have contacts of their own, whose damping is exact at one speed.
     Give a scene or a material, too, or just --epsilon and --speed. --stiffness, --contact-time or --penetration sets
-    how soft contacts are; without them they last as long as the viscoelastic ones. With --law, which
-    `viscopade fit` prints, eps has to be that of another law at other speeds.
+    how soft contacts are; without them they last as long as the viscoelastic ones. --law names the law that your data
+    follow; `viscopade fit` prints its name.
 
     With --gravity a body that falls on a plane gets eps at --speed: its weight presses it down during the contact, and
     it loses more. The direction of impact is normal to the plane. Between two spheres that fall there is no weight.
@@ -225,6 +227,8 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
         None if value is None else value / unit
         for value, unit in ((time, scale.time), (length, scale.length), (step, scale.time))
     )
+    if soft["contact_time"] is not None and double("contact-time", soft["contact_time"]) > _LONG:
+        click.echo(f"Warning: contact-time is {float(soft['contact_time']):g} s: is a unit missing?", err=True)
     softness = Softness(soft["stiffness"], time, length)
     if found.setup is None:
         assert found.epsilon is not None

@@ -233,8 +233,12 @@ def compensated(
             lambda kappa: loaded(law, kappa, load, carried), epsilon, near, step=scaled, scheme=scheme
         )
     except ValueError as error:
-        with_what = f"a time step of {step:g} contact times" if step is not None else "weight"
-        raise ValueError(f"with {with_what} {error}") from None
+        if step is None:
+            raise ValueError(f"with weight {error}") from None
+        raise ValueError(
+            f"time-step is {step:.4g} of the contact time: no damping gives eps = {epsilon:g} with so few steps; "
+            "expected a shorter step or a longer contact"
+        ) from None
 
 
 def ratio_for_return(e: Any) -> Any:

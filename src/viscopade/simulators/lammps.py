@@ -210,8 +210,8 @@ Atom types:
 
 Law, along the line of centres, with the compression d and its rate d':
     F = 4/3 E_eff sqrt(R_eff) d^(3/2) + eta_n0 m_eff sqrt(R_eff d) d',    E_eff = E/(2 (1 - nu^2)),
-which is the viscoelastic force with the dissipative constant A if eta_n0 = 2 A E_eff/m_eff. E and nu of a line are
-those of one material that is as stiff as the two together, also in tangential direction ("mindlin NULL ...").
+which is the viscoelastic force with the dissipative constant A if eta_n0 = 2 A E_eff/m_eff. Each line has E and
+nu of one material; two bodies of it are as stiff as this pair, also in tangential direction ("mindlin NULL ...").
 Contact ends when the force vanishes (x'' = 0), not when d returns to 0. This is what limit_damping does: without it the
 force becomes attractive, and eps is smaller.
 
@@ -236,7 +236,7 @@ pair_style granular
 {% endfor %}
 {% if walls %}
 
-# Walls. Where a wall is, is for you to say: define its variable before this file is included (the
+# Walls. You set the position of each wall: define its variable before this file is included (the
 # definitions here are ignored then), as "zplane lo hi" (xplane, yplane; NULL for a side that is open)
 # or as "region ID" with fix wall/gran/region in place of wall/gran.
 {% if groups %}
@@ -274,7 +274,7 @@ def tsuji_fit(e: Any) -> Any:
 _SCALED_ETA = "eta_n0 (m_eff/k_n)^(3/5) (R_eff v)^(1/5)"
 _WRITTEN = "`k_n` is `4/3 E_eff` for hertz/material. `eta_n0` is as `viscopade simulators lammps` writes it"
 _UNITS = {
-    "lj": native.FileUnits("sigma", "m", "tau", earth=0.0),
+    "lj": native.FileUnits("sigma", "m", "tau", unsized="units is lj: expected a plain number, or --set units=si"),
     "si": native.FileUnits(),
     "cgs": native.FileUnits("cm", "g", "s", 1e-2, 1e-3),
     "micro": native.FileUnits("um", "pg", "us", 1e-6, 1e-15, 1e-6),

@@ -43,6 +43,7 @@ def _direct(name: str, scheme: Scheme) -> DampingFormula:
     return DampingFormula(name, LINEAR, parameter, mp.mpf, accepted, "other end", _SOURCE, linear_kappa, scheme=scheme)
 
 
+_LONGEST = 10.0  # timeconst, in s, that is meant as one
 _LEAST, _LARGEST = 1e-4, 0.9999  # impedance, and its midpoint: mjMINIMP and mjMAXIMP
 _LEAST_FRICTION = 1e-5  # mjMINMU
 
@@ -93,7 +94,12 @@ def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
 
 
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
-    timeconst = values["solref"][0]
+    timeconst, ratio = values["solref"]
+    if timeconst > _LONGEST:
+        yield (
+            f"Positive numbers are timeconst, {timeconst:g} s, and dampratio; for stiffness and damping write "
+            f"solref = {-timeconst:g} {-ratio:g}"
+        )
     if impact.step is not None and 0 < timeconst < 2 * impact.step and values["refsafe"] == "enable":
         yield f"timeconst is {timeconst:g} s, and counts as two time steps, {2 * impact.step:g} s (refsafe)"
 

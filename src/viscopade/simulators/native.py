@@ -132,8 +132,8 @@ class FileUnits(Units):
     metres: float = 1.0
     kilograms: float = 1.0
     seconds: float = 1.0
-    earth: float = EARTH
-    """Acceleration of falling bodies, in SI units; 0 if the units have no size, so that nothing is known of it."""
+    unsized: str = ""
+    """If the units have no size: why a quantity cannot have a unit."""
 
 
 @dataclass(frozen=True)
@@ -162,14 +162,19 @@ class Impact:
     def effective_mass(self) -> float:
         """The mass; ValueError if it is not known."""
         if self.mass is None:
-            raise ValueError("mass is missing: expected --mass, the effective mass m1 m2/(m1 + m2)")
+            raise ValueError(
+                "mass is missing: expected --mass, the effective mass m1 m2/(m1 + m2); at a plane, the sphere's mass"
+            )
         return self.mass
 
     @property
     def effective_radius(self) -> float:
         """The radius; ValueError if it is not known."""
         if self.radius is None:
-            raise ValueError("radius is missing: expected --radius, the effective radius R1 R2/(R1 + R2)")
+            raise ValueError(
+                "radius is missing: expected --radius, the effective radius R1 R2/(R1 + R2); at a plane, the sphere's "
+                "radius"
+            )
         return self.radius
 
     def in_units(self, units: FileUnits) -> Impact:
@@ -343,7 +348,12 @@ class Native:
                 there = "; ".join(parameter.described for parameter in known.values())
                 raise ValueError(f"there is no parameter {name!r}: expected {there}")
         texts = {name: each.default for name, each in known.items() if each.default is not None} | dict(settings)
-        return Values((name, known[name].value(text)) for name, text in texts.items())
+        found = Values((name, known[name].value(text)) for name, text in texts.items())
+        for name, each in known.items():
+            if each.words and name not in found:
+                choice = " or ".join(f'"{name}={word}"' for word in each.words)
+                raise ValueError(f"{name} is not set: expected --set {choice}")
+        return found
 
     def written(self, values: Mapping[str, Any]) -> dict[str, str]:
         """Return values as a file has them."""
@@ -367,6 +377,8 @@ class Delivery:
         Sentences.
     units : FileUnits
         Of depth and duration.
+    falling : float or None
+        The eps of a body that falls on a plane, if nothing was said of weight, and it would count.
     """
 
     values: Values
@@ -375,6 +387,7 @@ class Delivery:
     instead: Mapping[str, str] | None
     warnings: tuple[str, ...]
     units: FileUnits
+    falling: float | None
 
 
 def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilon: float | None = None) -> Delivery:
@@ -403,7 +416,12 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
         others = f"; expected with one --scheme {', '.join(with_steps)}" if with_steps else ""
         raise ValueError(f"time-step is given: {name} chooses its own steps{others}")
     stepping: Any = {"step": hit.step, "scheme": scheme or SEMI_IMPLICIT}
-    warnings = [*native.warnings(values, hit), *_of_step(native, values, hit), *_of_weight(native, values, hit, units)]
+    warnings = [*native.warnings(values, hit), *_of_step(native, values, hit, units)]
+    falling = _falling(native, values, hit, units)
+    if falling is not None:
+        result = f"{falling.epsilon:.4f}" if falling.epsilon else "0, as it does not leave the plane"
+        words = f"A body that falls on a plane has g t_c/v = {falling.ratio:.2g}, and eps = {result}"
+        warnings.append(f"Without weight. {words}: --gravity 9.81")
     collision = native.contact(values, hit).collide(hit.speed, **stepping)
     instead = None
     if epsilon is not None and not native.damping and native.damped is None:
@@ -418,10 +436,10 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
             instead = native.written(native.with_damping(values, c, hit))
         except ValueError as error:
             warnings.append(f"No damping gives {epsilon:g}: {error}")
-    return Delivery(values, name, collision, instead, tuple(warnings), units)
+    return Delivery(values, name, collision, instead, tuple(warnings), units, falling and falling.epsilon)
 
 
-def _of_step(native: Native, values: Values, hit: Impact) -> Iterable[str]:
+def _of_step(native: Native, values: Values, hit: Impact, units: FileUnits) -> Iterable[str]:
     """Yield a warning if the time step is no small part of the contact.
 
     Raises
@@ -433,8 +451,10 @@ def _of_step(native: Native, values: Values, hit: Impact) -> Iterable[str]:
         return
     duration = _duration(native.contact(values, hit).collide(hit.speed), hit.speed)
     if duration and not 1 / _MOST_STEPS <= hit.step / duration <= _LONGEST_STEP:
-        accepted = f"{1 / _MOST_STEPS:g} to {_LONGEST_STEP:g} contact times of {duration:.3g}"
-        raise ValueError(f"time-step is {hit.step:.4g}: expected {accepted}; without one, steps are infinitely fine")
+        raise ValueError(
+            f"time-step is {hit.step:.4g} {units.time}: expected {duration / _MOST_STEPS:.3g} to "
+            f"{duration * _LONGEST_STEP:.3g} {units.time}; leave it out for infinitely fine steps"
+        )
     if hit.step > _LONG * duration > 0:
         yield f"A contact has {duration / hit.step:.2g} time steps only: eps depends on where in a step it begins"
 
@@ -444,18 +464,20 @@ def _duration(collision: SampledCollision, speed: float) -> float:
     return collision.duration if collision.parts else math.pi * collision.depth / speed
 
 
-def _of_weight(native: Native, values: Values, hit: Impact, units: FileUnits) -> Iterable[str]:
-    """Yield a warning if nothing was said of weight, and it would count."""
-    falling = replace(hit, step=None, gravity=units.earth * units.seconds**2 / units.metres)
+class _Falling(NamedTuple):
+    epsilon: float
+    ratio: float  # g t_c/v
+
+
+def _falling(native: Native, values: Values, hit: Impact, units: FileUnits) -> _Falling | None:
+    """Return the fall of a body on a plane if nothing was said of weight, and it would count."""
+    falling = replace(hit, step=None, gravity=0.0 if units.unsized else EARTH * units.seconds**2 / units.metres)
     if hit.gravity or not falling.gravity:
-        return
+        return None
     try:
         found = native.contact(values, falling).collide(hit.speed)
         light = native.contact(values, replace(falling, gravity=0.0)).collide(hit.speed)
     except ValueError:
-        return
+        return None
     ratio = falling.gravity * _duration(light, hit.speed) / hit.speed
-    if ratio >= COUNTS:
-        result = f"{found.epsilon:.4f}" if found.parts else "0, as it does not leave the plane"
-        words = f"A body that falls on a plane has g t_c/v = {ratio:.2g}, and eps = {result}"
-        yield f"Without weight. {words}: --gravity 9.81"
+    return _Falling(found.epsilon, ratio) if ratio >= COUNTS else None

@@ -31,7 +31,7 @@ class Units:
 
 
 SI = Units()
-NO_WEIGHT = "weight: none in contacts of bodies that both fall"
+NO_WEIGHT = "Weight does not change eps when both bodies fall"
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,11 @@ def weight_lines(contact: NamedContact, units: Units = SI, given: bool = False) 
         return []
     note, fall = contact.falling.sentences(contact.slowest, contact.fastest, units.speed, given)
     warning = "" if given else "Warning: "
-    return [f"{contact.name}: {note}.", *([] if fall is None else [f"{warning}{contact.name}: {fall}."])]
+    found = [f"{contact.name}: {note}.", *([] if fall is None else [f"{warning}{contact.name}: {fall}."])]
+    if given:
+        (epsilon,) = contact.falling.epsilon([contact.typical])
+        found.append(f"{contact.name}: at {contact.typical:.6g} {units.speed}, with weight: eps = {epsilon:.4f}.")
+    return found
 
 
 def of_pair(

@@ -115,7 +115,7 @@ def described(contact: NamedContact, units: Units, *more: str, **values: Any) ->
         f"  E_eff {pair.E_eff:.6g} {units.mass}/({units.length} {units.time}^2), A {pair.A:.6g} {units.time}, "
         f"beta {pair.beta:.6g} {units.beta}",
         f"  speeds (slowest, typical, fastest): {', '.join(f'{v:.6g}' for v in speeds)} {units.speed}",
-        f"  exact eps at them: {', '.join(f'{pair.epsilon(v):.8f}' for v in speeds)}",
+        f"  exact eps at them, without weight: {', '.join(f'{pair.epsilon(v):.8f}' for v in speeds)}",
         f"  the fastest contact lasts {pair.contact_time(contact.fastest):.6g} {units.time}",
         *more,
     ]

@@ -213,7 +213,8 @@ def _on_weight(contact: SoftContact, units: Units) -> Iterator[str]:
         note, fall = falling.sentences(wanted.slowest, wanted.fastest, units.speed, wanted.with_weight is not None)
         yield f"  {note}"
         if fall is not None:
-            yield f"  {'Warning: ' if wanted.with_weight is None else ''}{fall}"
+            fine = "" if contact.range is None else "with infinitely fine steps "
+            yield f"  {'Warning: ' if wanted.with_weight is None else ''}{fine}{fall}"
 
 
 def _on_steps(contact: SoftContact, units: Units, step_error: float) -> Iterator[str]:
@@ -227,6 +228,6 @@ def _on_steps(contact: SoftContact, units: Units, step_error: float) -> Iterator
         yield "  the longest time step is not known, as nothing says how long contact lasts"
     elif advice is not None:
         yield (
-            f"  time steps up to {advice.largest_step:.4g} {units.time} change eps by at most the part {step_error:g}; "
-            "with longer ones --time-step makes the damping fit"
+            f"  Time steps up to {advice.largest_step:.4g} {units.time} change eps by at most {100 * step_error:g} %. "
+            "For a longer step, give --time-step: viscopade then adapts the damping."
         )
