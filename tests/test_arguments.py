@@ -2,6 +2,8 @@
 
 import math
 import re
+from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +85,7 @@ ARRAYS = {
     "v_star, speed": (lambda x: spheres.v_star(x, 1.3), "speed", 0.7),
     "v_star, beta": (lambda x: spheres.v_star(0.7, x), "beta", 0.7),
     "speed_from_v_star": (lambda x: spheres.speed_from_v_star(0.7, x), "beta", 0.7),
+    "speed_from_v_star, v_star": (lambda x: spheres.speed_from_v_star(x, 0.7), "v_star", 0.7),
     "beta_si_from_cgs": (spheres.beta_si_from_cgs, "beta", 0.7),
     "beta_cgs_from_si": (spheres.beta_cgs_from_si, "beta", 0.7),
     "pade": (vp.pade(3, 6), "v_star", 0.7),
@@ -234,6 +237,55 @@ def test_a_force_with_a_unit_is_refused(quantity):
 
 def test_percent_is_a_number(quantity):
     assert pytest.approx(PAIR.calibrated(1.0, 0.5).A, rel=1e-14) == PAIR.calibrated(1.0, quantity(0.5, "", "percent")).A
+
+
+# --- arrays, other types of numbers, and what is none -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("call", ARRAYS)
+def test_arrays_element_by_element(call):
+    function = ARRAYS[call][0]
+    for shape in ((0,), (7,), (3, 1, 2)):
+        values = np.random.default_rng(1).uniform(0.1, 0.9, shape)
+        given = values.copy()
+        result = function(given)
+        np.testing.assert_array_equal(given, values)  # untouched
+        assert (result.shape, result.dtype) == (shape, np.float64)
+        single = np.reshape([function(float(value)) for value in values.flat], shape)
+        np.testing.assert_allclose(result, single, rtol=0 if call.startswith("double.") else 1e-15)
+        np.testing.assert_array_equal(function(values.T), result.T)
+        if result.size:
+            np.testing.assert_array_equal(function(values.tolist()), result)
+
+
+# All but `restitution`, a function of NumPy: it gives NaN, and refuses in NumPy's own words.
+CHECKED = [label for label in ARRAYS if not label.startswith("restitution")]
+
+
+@pytest.mark.parametrize("call", CHECKED)
+def test_other_types_become_double(call):
+    function = ARRAYS[call][0]
+    for number in (1, Fraction(1, 2), Decimal("0.5"), np.float32(0.5), np.array(0.5)):
+        assert type(function(number)) is float
+        assert function(number) == function(float(number))
+    for kind in (np.float32, np.longdouble, np.uint8, object):
+        given = np.array([1, 1], kind) if kind is np.uint8 else np.array([0.25, 0.5], kind)
+        assert function(given).dtype == np.float64
+        np.testing.assert_array_equal(function(given), function(given.astype(float)))
+
+
+@pytest.mark.parametrize("call", CHECKED)
+def test_what_is_out_of_range_or_no_number_is_refused(call):
+    function, name, value = ARRAYS[call]
+    portion = name in ("epsilon", "one_minus_epsilon")  # None: the other one is given
+    finite = call.startswith(("Pair.speed", "v_star", "speed_", "beta_si", "beta_cgs")) or name == "speed"
+    for bad in (-1e-300, math.nan, -math.inf, *[math.inf] * finite, *[1 + 2**-52] * portion):
+        for given in (bad, np.array([value, bad]), [Decimal(value), Decimal(bad)]):
+            with pytest.raises(ValueError, match=rf"^{name} is .*: expected a (finite )?number >=? 0"):
+                function(given)
+    for bad in (True, "1", 1j, np.array(["1"]), [1.0, None], [[1.0], [1.0, 2.0]], *[None] * (not portion)):
+        with pytest.raises(TypeError, match=rf"^{name} is .*: expected a (finite )?number >=? 0"):
+            function(bad)
 
 
 # --- masks ------------------------------------------------------------------------------------------------------------

@@ -212,57 +212,10 @@ def test_place(v_star):
 # --- manners ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("function", [*OF_V_STAR, double.v_star_from])
-@pytest.mark.parametrize("shape", [(0,), (7,), (3, 1, 2)])
-def test_arrays_element_by_element(function, shape):
-    values = np.random.default_rng(1).uniform(0, 1, shape)
-    result = function(values)
-    assert result.shape == shape
-    assert result.dtype == np.float64
-    assert [function(float(v)) for v in values.flat] == list(result.flat)
-    np.testing.assert_array_equal(function(values.T), result.T)
-    if result.size:
-        np.testing.assert_array_equal(function(values.tolist()), result)
-
-
 @pytest.mark.parametrize("function", OF_V_STAR)
 def test_every_block_is_computed(function):
     values = np.geomspace(1e-3, 1e9, 2 * double._BLOCK + 5)
     np.testing.assert_array_equal(function(values)[-9:], function(values[-9:]))
-
-
-@pytest.mark.parametrize("function", OF_V_STAR)
-def test_other_types_become_double(function):
-    for kind in (np.float32, np.longdouble, np.uint8, object):
-        result = function(np.array([0, 1, 2], dtype=kind))
-        assert result.dtype == np.float64
-        np.testing.assert_array_equal(result, function([0.0, 1.0, 2.0]))
-    for number in (2, np.float32(2), np.array(2.0), Fraction(2), Decimal(2)):
-        assert type(function(number)) is float
-        assert function(number) == function(2.0)
-
-
-@pytest.mark.parametrize("function", OF_V_STAR)
-@pytest.mark.parametrize("bad", [-1e-300, math.nan, -math.inf, [1, -2]])
-def test_numbers_out_of_range_are_refused(function, bad):
-    with pytest.raises(ValueError, match=r"^v_star is .*: expected a number >= 0, or inf"):
-        function(bad)
-
-
-@pytest.mark.parametrize("bad", [-1e-300, 1 + 2**-52, math.nan, [0.5, 2]])
-@pytest.mark.parametrize("name", ["epsilon", "one_minus_epsilon"])
-def test_portions_out_of_range_are_refused(name, bad):
-    with pytest.raises(ValueError, match=rf"^{name} is .*: expected a number >= 0 and <= 1"):
-        double.v_star_from(**{name: bad})
-
-
-@pytest.mark.parametrize("function", [*OF_V_STAR, double.v_star_from])
-@pytest.mark.parametrize("bad", ["1", True, 1j, [[1], [1, 2]]])
-def test_what_is_no_number_is_refused(function, bad):
-    with pytest.raises(TypeError, match=r"^(v_star|epsilon) is .*: expected a number"):
-        function(bad)
-    with pytest.raises(TypeError, match="exactly one of"):
-        double.v_star_from(0.5, one_minus_epsilon=0.5)
 
 
 # --- the table --------------------------------------------------------------------------------------------------------

@@ -48,16 +48,6 @@ def test_routes_agree_at_random():
         agree(exact.collision(v_star, 25), direct.collide(v_star, 29), 25)
 
 
-def test_elastic_limit_in_closed_form():
-    ours = exact.collision(0, 40).decimals()
-    with mpmath.workdps(60):
-        x_max = mpmath.power(mpmath.mpf(5) / 4, mpmath.mpf(2) / 5)
-        tau_c = 4 * x_max / 5 * mpmath.beta(mpmath.mpf(2) / 5, mpmath.mpf(1) / 2)
-        assert mpmath.nstr(x_max, 40) == ours["x_max"].rstrip("0")
-        assert abs(mpmath.mpf(ours["tau_c"]) / tau_c - 1) < mpmath.mpf(10) ** -39
-    assert (ours["epsilon"], ours["one_minus_epsilon"], ours["v_star"]) == ("1", "0", "0")
-
-
 def test_infinite_speed():
     ours = exact.collision("inf")
     assert ours.decimals() == {"v_star": "inf", "epsilon": "0", "one_minus_epsilon": "1", "x_max": "0", "tau_c": "0"}

@@ -333,55 +333,6 @@ def test_round_trips_of_a_pair(one, other, speed, beta):
     assert Pair(one, other).beta == close(beta)
 
 
-FUNCTIONS = {
-    "v_star": lambda x: spheres.v_star(x, 2.0),
-    "speed_from_v_star": lambda x: spheres.speed_from_v_star(x, 2.0),
-    "Pair.v_star": PAIR.v_star,
-    "Pair.speed": PAIR.speed,
-    "length_scale": PAIR.length_scale,
-    "time_scale": PAIR.time_scale,
-    "dissipative_constant": PAIR.dissipative_constant,
-    "beta_cgs_from_si": spheres.beta_cgs_from_si,
-    "beta_si_from_cgs": spheres.beta_si_from_cgs,
-}
-
-
-@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-def test_arrays_element_by_element(function):
-    values = np.array([[0.5, 1.0, 2.0], [3.0, 1e-3, 7e5]])
-    result = function(values)
-    assert isinstance(result, np.ndarray)
-    assert result.shape == values.shape
-    assert result.dtype == np.float64
-    np.testing.assert_allclose(result, [[function(float(x)) for x in row] for row in values], rtol=1e-15)
-    np.testing.assert_array_equal(values, [[0.5, 1.0, 2.0], [3.0, 1e-3, 7e5]])  # untouched
-    np.testing.assert_array_equal(function(values.tolist()), result)
-    np.testing.assert_array_equal(function(values[:, ::2]), result[:, ::2])
-    assert function(np.empty((0, 3))).shape == (0, 3)
-
-
-@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-def test_other_types_of_numbers_become_double(function):
-    for three in (3, np.float32(3), np.array(3.0), Fraction(3), Decimal(3)):
-        assert type(function(three)) is float
-        assert function(three) == function(3.0)
-    for kind in (np.float32, np.uint8, np.longdouble, object):
-        array = np.array([1, 2, 3], dtype=kind)
-        assert function(array).dtype == np.float64
-        np.testing.assert_array_equal(function(array), function(np.array([1.0, 2.0, 3.0])))
-
-
-@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-def test_what_is_no_number_or_out_of_range_is_refused(function):
-    for bad in (-1e-300, math.nan, math.inf):
-        for argument in (bad, np.array([1.0, bad, 2.0]), [Decimal(1), Decimal(bad)]):
-            with pytest.raises(ValueError, match=r"^(speed|v_star|beta) is .*: expected a finite number >= 0$"):
-                function(argument)
-    for bad in (True, "1", None, 1j, np.array(["1"]), [1.0, None], [[1.0], [1.0, 2.0]]):
-        with pytest.raises(TypeError, match=r"^(speed|v_star|beta) is .*: expected a finite number >= 0"):
-            function(bad)
-
-
 def test_beta_is_checked_too():
     for call, error in (
         (lambda: spheres.v_star(1.0, -1.0), ValueError),

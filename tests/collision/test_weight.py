@@ -6,7 +6,7 @@ from mpmath import mp, mpf
 
 from viscopade.collision import exact
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.collision.weight import EARTH, FallingContact, calibrated, falling, loaded, loss_slope
+from viscopade.collision.weight import EARTH, FallingContact, calibrated, falling, loss_slope
 from viscopade.theory.law import ENDS, law_of
 
 RUBBER = {"young_modulus": 1e7, "poisson_ratio": 0.3, "dissipative_constant": 0}
@@ -67,15 +67,6 @@ def test_a_body_that_is_dropped(k, fast, slow):
     body = of("linear", 0.5, "return", k_over_m=k / 10.9, speed=2.8)
     assert body.epsilon([2.8, 0.2]) == pytest.approx([fast, slow], abs=5e-4)
     assert (body.sticking_speed > 0.2) == (slow == 0)
-
-
-@pytest.mark.parametrize(("epsilon", "load"), [(0.9, 1.24), (0.7, 0.50), (0.5, 0.25)])
-def test_where_a_body_stays_down(epsilon, load):
-    """Viscoelastic spheres, end "return"."""
-    law = law_of("viscoelastic", "return")
-    kappa = exact.invert(str(epsilon), law=law, digits=15).floats()["v_star"]
-    assert loaded(law, kappa, load - 0.006).collide().parts
-    assert not loaded(law, kappa, load + 0.006).collide().parts
 
 
 @pytest.mark.parametrize("end", ENDS)
