@@ -66,14 +66,7 @@ STEPPED: Mapping[str, tuple[str, Look]] = {
 """Formulas of LAMMPS that are correct for fine time steps."""
 
 
-@figure(
-    "the eps that programs give against the eps they are asked for, and against the time step",
-    r"""Top: $\varepsilon$ of contacts over the $\varepsilon$ asked for, if the damping is made for the other end of
-    contact ($x = 0$ or force 0) or for half the mass. A correct contact lies on the broad grey line. Points are
-    measured in LAMMPS and LIGGGHTS with a time step of a thousandth of the contact time. Bottom: $\varepsilon$ over the
-    time step in units of the undamped contact time, where 0.5 is asked for. Lines and bands are mean and range over the
-    moment within a step at which contact begins; points are collisions in LAMMPS.""",
-)
+@figure("the eps that programs give against the eps they are asked for, and against the time step")
 def _audit() -> Sheet:
     sheet, (top, bottom) = new_sheet(5.6, (1.2, 1))
     label_axes(top, f"{EPSILON} asked for", EPSILON, (0, 1), (0, 1), "")
@@ -166,14 +159,7 @@ OVER_SPEED: Mapping[str, tuple[str, str, str, bool, Look]] = {
 """For each curve its name, a formula that stands for others, and whether the damping gives 0.5 at 1 m/s."""
 
 
-@figure(
-    "eps against speed of contacts that are made for 0.5 at 1 m/s, in programs of three kinds",
-    r"""Top: $\varepsilon$ over the impact speed for contacts that are made for 0.5 at 1 m/s. Grey: viscoelastic
-    spheres, and the programs that have their law (LAMMPS, LIGGGHTS, MercuryDPM, YADE, REBOUND). Solid: programs with a
-    law of their own, with the number that `viscopade simulators` writes. Dashed: with the number from their manuals or
-    formulas for 0.5. Dash-dotted: the viscoelastic law with contact that ends at $x = 0$. Bottom: relative difference
-    from the viscoelastic $\varepsilon$.""",
-)
+@figure("eps against speed of contacts that are made for 0.5 at 1 m/s, in programs of three kinds")
 def _over_speed() -> Sheet:
     sheet, (top, bottom) = new_sheet(6.2, (1.2, 1))
     label_axes(top, "impact speed (m/s)", EPSILON, (0.01, 10), (0, 1), "x")
@@ -208,14 +194,7 @@ WITH_WEIGHT: Mapping[str, tuple[str, str]] = {
 }
 
 
-@figure(
-    "eps with weight over g t_c/v, of four laws of contact that are made for 0.5 without weight",
-    r"""$\varepsilon$ of a body that falls on a plane, over $g t_c/v$: acceleration times duration of the undamped
-    contact over the impact speed. Without weight $\varepsilon$ is 0.5 for all contacts. Solid: contact ends where the
-    force vanishes; dashed: at $x = 0$. A Hunt-Crossley contact has one end. Where a curve meets 0 the body stays down.
-    Dash-dotted: the loss 0.5 times $1 + 0.539 g t_c/v$, the rule of thumb for viscoelastic spheres, which is exact for
-    small losses.""",
-)
+@figure("eps with weight over g t_c/v, of four laws of contact that are made for 0.5 without weight")
 def _weight() -> Sheet:
     sheet, (axes,) = new_sheet(3.2)
     label_axes(axes, "weight: $g t_c / v$", EPSILON, (SHARES[0], SHARES[-1]), (0, CHOSEN + 0.02), "x")

@@ -84,15 +84,7 @@ def _simulated(restitution: gas.RestitutionFunction, seed: int) -> FloatArray:
     return simulated.temperature_at(COMPARED)
 
 
-@figure(
-    "a cooling gas of ice with the exact eps and a constant one, and errors of the temperature with approximants",
-    r"""Top: temperature of a gas of ice balls that starts at 1 (cm/s)$^2$, over time in units of the mean collision
-    time at the start. Lines: Maxwellian velocities; circles: one simulation (DSMC) of 1000 particles each. With the
-    exact $\varepsilon(v)$ the temperature tends to $t^{-5/3}$, with a constant $\varepsilon$ that is right at the
-    start to $t^{-2}$ (thin lines). Bottom: relative error of the temperature with a constant, the paper's $[1/4]$ and
-    $[3/6]$, and the kernel of speed for 1e-5; lines as above, circles and squares: means over 8 pairs of simulations
-    with the same random numbers, bars: their standard errors.""",
-)
+@figure("a cooling gas of ice with the exact eps and a constant one, and errors of the temperature with approximants")
 def _cooling() -> Sheet:
     sheet, (top, bottom) = new_sheet(4.8, (1.15, 1))
     functions = {

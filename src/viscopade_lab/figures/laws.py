@@ -104,14 +104,7 @@ def _approach(law: Law, inside: float, outside: float) -> Iterator[tuple[float, 
                 return
 
 
-@figure(
-    "eps of the contact laws of one family over their only parameter, for both ends of contact",
-    r"""The universal curves $\varepsilon = E_\nu(K)$ of the contact laws $\ddot{x} + x^a + \kappa x^b \dot{x} = 0$ with
-    $\nu = (a + 1)/(b + 1)$ and $K = \kappa (b + 1)^{-(a - b)/(a + 1)}$. Solid: contact ends where the force vanishes.
-    Dashed: contact ends at $x = 0$. Both ends are one for $\nu = 1$. Top: linear axes. Bottom: logarithmic axes, where
-    the powers of large $K$ are straight lines, $K^{-\nu}$ for the solid curves and $K^{-\nu/(2 - \nu)}$ for the dashed
-    ones with $\nu < 2$; for $\nu \geq 2$ the dashed curves end, and beyond contact never returns to $x = 0$.""",
-)
+@figure("eps of the contact laws of one family over their only parameter, for both ends of contact")
 def _universal_curves() -> Sheet:
     sheet, (top, bottom) = new_sheet(5.0, (1, 1.25))
     label_axes(top, "$K$", EPSILON, (0, 3), (0, 1.02), "")
@@ -153,12 +146,7 @@ FORMULAS: Mapping[str, tuple[Look, tuple[float, str] | Beside]] = {
 """The curve of each formula, and where its name stands: along it in the upper part, or beside it in the lower part."""
 
 
-@figure(
-    "the eps that damping formulas in wide use give, against the eps they are asked for",
-    r"""Hunt-Crossley contacts, $F = k x^n (1 + d \dot{x})$ with any $n$: $\varepsilon$ that damping formulas from the
-    literature give, against the $e$ that they are asked for. Top: $\varepsilon$; a correct formula would lie on the
-    broad grey line. Bottom: $\varepsilon - e$, magnified. Each curve has its name in one of the two parts.""",
-)
+@figure("the eps that damping formulas in wide use give, against the eps they are asked for")
 def _damping_formulas() -> Sheet:
     sheet, (top, bottom) = new_sheet(6.0, (1.2, 1))
     label_axes(top, "$e$ asked for", EPSILON, (0, 1), (0, 1), "")

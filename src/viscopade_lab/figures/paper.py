@@ -1,7 +1,7 @@
 """The paper's four figures, further figures of series and approximants, and best approximants.
 
 Every curve is computed when its figure is drawn; only the ranges of the axes and the places of labels are typed in.
-A curve's `gid` is its name, in SVG the id of its group.
+A curve's `gid` is its name, in SVG the id of its group. Captions are in docs/figures/README.md.
 
 Curves differ by colour (Okabe and Ito's, which colour-blind readers can tell apart), by dashes, and carry their names.
 """
@@ -110,8 +110,6 @@ class Figure:
     ----------
     description : str
         One line for the file's metadata.
-    caption : str
-        The text to print below it, with LaTeX between dollar signs.
     draw : callable
         Returns it, drawn, as a `matplotlib.figure.Figure`. To be called through `registry.drawn`, which sets the style.
     paper_label : str or None
@@ -119,14 +117,13 @@ class Figure:
     """
 
     description: str
-    caption: str
     draw: Callable[[], Sheet]
     paper_label: str | None = None
 
 
-def figure(description: str, caption: str, paper_label: str | None = None) -> Callable[[Callable[[], Sheet]], Figure]:
+def figure(description: str, paper_label: str | None = None) -> Callable[[Callable[[], Sheet]], Figure]:
     """Return a decorator that makes a figure of the function that draws it."""
-    return lambda draw: Figure(description, " ".join(caption.split()), draw, paper_label)
+    return lambda draw: Figure(description, draw, paper_label)
 
 
 # --- what is drawn ----------------------------------------------------------------------------------------------------
@@ -312,12 +309,7 @@ MATERIALS: Mapping[str, tuple[float, float, Beside]] = {
 """By name, eps at a speed in m/s (as in examples/), and where the name stands."""
 
 
-@figure(
-    "eps over the impact speed for three materials: exact, [3/6], and the truncated series",
-    r"""Coefficient of restitution over the impact speed for balls of bearing steel, neoprene and ice: exact (broad
-    grey lines), the paper's $[3/6]$ (blue, dotted) and the series truncated at order 20 (vermilion). The series fails
-    from $v_\ast = 1$ on, within what ice meets in Saturn's rings; $[3/6]$ follows.""",
-)
+@figure("eps over the impact speed for three materials: exact, [3/6], and the truncated series")
 def _materials() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     ends = 1e-4, 10.0
@@ -334,13 +326,7 @@ def _materials() -> Sheet:
     return sheet
 
 
-@figure(
-    "eps, its series cut off at several orders, and [1/4]",
-    r"""Coefficient of restitution $\varepsilon$ over $v_\ast = \beta^{1/2} v^{1/10}$: exact (broad grey line), the
-    series cut off after $h_{k_c} v_\ast^{k_c}$ for several $k_c$, and the Padé approximant $[1/4]$. Every truncation
-    leaves the exact curve near $v_\ast = 1$, and a higher order hardly helps: the series converges no farther.""",
-    "fig:seriesDiverging",
-)
+@figure("eps, its series cut off at several orders, and [1/4]", "fig:seriesDiverging")
 def _truncated_series_diverge() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     label_axes(axes, V_STAR, EPSILON, (0, 2), (0, 1.02), "")
@@ -354,11 +340,7 @@ def _truncated_series_diverge() -> Sheet:
     return sheet
 
 
-@figure(
-    "relative error of the truncated series, and how far the series converges",
-    r"""Relative error of $\varepsilon$ of the series cut off at order $k_c$. Left of the radius of convergence (dashed
-    line) higher orders are better in the end, right of it they are worse.""",
-)
+@figure("relative error of the truncated series, and how far the series converges")
 def _truncated_series_errors() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     label_axes(axes, V_STAR, "relative error of " + EPSILON, (0.2, 1.6), (1e-12, 1e2), "y")
@@ -373,14 +355,7 @@ def _truncated_series_errors() -> Sheet:
     return sheet
 
 
-@figure(
-    "eps and its approximants for large v*, with two power laws",
-    r"""$\varepsilon$ for large $v_\ast$ on logarithmic axes: exact (broad grey line), Padé approximants $[m/m+3]$, the
-    power $v_\ast^{-3.2}$ (dotted) that the paper reads off as the limit, and the true limit
-    $(3/2)^{2/3} v_\ast^{-10/3}$ (thin line). $[2/5]$ ends at its zero (circle), which the paper takes for a pole;
-    beyond it is negative. Bottom: the same curves times $v_\ast^{10/3}$, which tells them apart.""",
-    "fig:tryingDifferentPade",
-)
+@figure("eps and its approximants for large v*, with two power laws", "fig:tryingDifferentPade")
 def _pade_at_large_v_star() -> Sheet:
     sheet, (axes, scaled) = new_sheet(4.8, (1.5, 1))
     label_axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
@@ -407,12 +382,7 @@ def _pade_at_large_v_star() -> Sheet:
     return sheet
 
 
-@figure(
-    "the local exponent of eps, and where -3.2 comes from",
-    r"""Local exponent $\mathrm{d} \ln \varepsilon / \mathrm{d} \ln v_\ast$: exact (broad grey line) and of Padé
-    approximants. The paper's $-3.2$ (dotted) is passed on the way to the limit $-10/3$ (thin line), while every
-    $[m/m+3]$ shown tends to $-3$. The inset magnifies what happens at large $v_\ast$.""",
-)
+@figure("the local exponent of eps, and where -3.2 comes from")
 def _local_exponent() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     inset = axes.inset_axes((0.52, 0.37, 0.42, 0.6))
@@ -435,12 +405,7 @@ def _local_exponent() -> Sheet:
     return sheet
 
 
-@figure(
-    "eps and the first four approximants on linear axes",
-    r"""The first four Padé approximants $[m/m+3]$ and the exact $\varepsilon$ (broad grey line) on linear axes. The
-    inset magnifies the frame at the lower right. The exact curve and $[3/6]$ cannot be told apart there either.""",
-    "fig:tryingDifferentPadeLin",
-)
+@figure("eps and the first four approximants on linear axes", "fig:tryingDifferentPadeLin")
 def _pade_on_linear_axes() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     inset = axes.inset_axes((0.49, 0.42, 0.45, 0.55))
@@ -460,13 +425,7 @@ def _pade_on_linear_axes() -> Sheet:
     return sheet
 
 
-@figure(
-    "relative errors of eps and of 1 - eps of the approximants",
-    r"""Relative error of $\varepsilon$ (top) and of $1 - \varepsilon$ (bottom) of Padé approximants $[m/m+3]$. Circle:
-    the zero of $[2/5]$; cross: a pole of $[25/28]$, so close to a zero that the error is large only next to it. For
-    large $v_\ast$ the relative error of $\varepsilon$ grows without bound, because $[m/m+3]$ falls like $v_\ast^{-3}$
-    ($[0/3]$ like $v_\ast^{-2}$), but $\varepsilon$ like $v_\ast^{-10/3}$.""",
-)
+@figure("relative errors of eps and of 1 - eps of the approximants")
 def _pade_errors() -> Sheet:
     sheet, planes = new_sheet(4.6, (1, 1))
     low, high = 1e-12, 1e2
@@ -507,14 +466,7 @@ def _convergence(axes: Axes) -> None:
     _mark(axes, "singularity", end.real, end.imag, VERMILION, "singularity")
 
 
-@figure(
-    "poles and zeros of [m/m+3], m = 0 to 25, in the complex plane and on the positive axis",
-    r"""Poles (crosses) and zeros (circles) of the Padé approximants $[m/m+3]$, $m = 0 \dots 25$. Top: in the upper half
-    of the complex plane (the lower one is its mirror image; some lie outside the frame). With growing $m$ they line
-    up on branch cuts of $\varepsilon$; the branch point nearest to the origin (star) limits the circle of convergence
-    of the series (dashed). Squares: Froissart doublets, a pole and a zero closer than 1 % of their distance from the
-    origin. Bottom: poles and zeros on the positive real axis, which make an approximant unusable there.""",
-)
+@figure("poles and zeros of [m/m+3], m = 0 to 25, in the complex plane and on the positive axis")
 def _poles_and_zeros() -> Sheet:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -544,14 +496,7 @@ def _poles_and_zeros() -> Sheet:
     return sheet
 
 
-@figure(
-    "eps of ice over the impact speed: exact, [3/6], series, and the published fit",
-    r"""$\varepsilon$ over the impact speed $v$ for ice, $\beta = 1.307\,(\mathrm{s/cm})^{1/5}$: exact (broad grey
-    line), $[3/6]$ (dotted) and the series cut off at $k_c = 40$, which diverges at about 0.3 cm/s. Long dashes: the
-    fit $\varepsilon = 0.32\,(v/(\mathrm{cm/s}))^{-0.234}$ that Bridges, Hatzes and Lin (1984) gave for their
-    measurements, drawn for roughly the speeds of these. It is a fit and not the measurements, which are not public.""",
-    "fig:expVsAnaVsNum",
-)
+@figure("eps of ice over the impact speed: exact, [3/6], series, and the published fit", "fig:expVsAnaVsNum")
 def _ice_pade_and_measured_fit() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     label_axes(axes, "$v$ (cm/s)", EPSILON, (1e-3, 1e2), (0, 1), "x")
@@ -564,11 +509,7 @@ def _ice_pade_and_measured_fit() -> Sheet:
     return sheet
 
 
-@figure(
-    "ice: relative errors of [1/4], [3/6] and the series, and how far the published fit is from eps",
-    r"""Ice as before: relative error of $\varepsilon$ of $[1/4]$, $[3/6]$ and of the series cut off at $k_c = 40$; and
-    by how much the published fit differs from the exact $\varepsilon$, relatively, which is no error of either.""",
-)
+@figure("ice: relative errors of [1/4], [3/6] and the series, and how far the published fit is from eps")
 def _ice_errors() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
     label_axes(axes, "$v$ (cm/s)", "relative error of " + EPSILON, (1e-3, 1e2), (1e-8, 1e2), "xy")
@@ -611,14 +552,7 @@ def _floats(decimals: Sequence[str]) -> Floats:
     return np.array([float(c) for c in decimals])
 
 
-@figure(
-    "errors of the paper's [3/6] and of the best [3/6] on [0, 5], and how the latter's equioscillates",
-    r"""Top: error of the paper's $[3/6]$ and of the best $[3/6]$ on $0 \leq v_\ast \leq 5$, relative to the smaller of
-    $\varepsilon$ and $1 - \varepsilon$. Bottom: the latter's error with its sign, relative to $\varepsilon$ (solid) and
-    to $1 - \varepsilon$ (dashed). The larger one of the two (broad grey line) attains its largest size $m + n = 9$
-    times, with alternating signs (circles); therefore no other $[3/6]$ with $a_0 = b_0$ and $a_1 = b_1$ is better. The
-    axis of $v_\ast$ is that of a square root.""",
-)
+@figure("errors of the paper's [3/6] and of the best [3/6] on [0, 5], and how the latter's equioscillates")
 def _minimax_errors() -> Sheet:
     sheet, (top, bottom) = new_sheet(4.0, (1, 1.2))
     name, fit = _label(COMPARED), minimax.fit(*COMPARED, COMPARED_END)
