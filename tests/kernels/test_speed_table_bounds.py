@@ -243,6 +243,22 @@ def test_at_the_ends_of_a_table_a_bound_is_that_of_the_branch_taken(tier):
         assert both >= max(known, inside)
 
 
+@pytest.mark.parametrize(("speed", "beta"), [(2.0**-1030, 2.0**204), (1.23e-310, 4e61)])
+@pytest.mark.parametrize("tier", TIERS)
+def test_a_subnormal_rebound_is_within_the_bound_of_the_table(tier, speed, beta):
+    kernel, w = speed_table.speed_table(tier), Fraction(beta) ** 5 * Fraction(speed)
+    result, branch = machine.located(kernel, "rebound", speed, beta)
+    with working(truth.BITS):
+        epsilon, loss = truth.at(w)
+        v_star, value = exact_middle(ball_of(w).root(10)), exact_middle(epsilon) * Fraction(speed)
+        smaller, error = exact_middle(min(epsilon, loss)), abs(Fraction(float(result)) - value)
+    bounds = [
+        bound for bound in kernel.bound("rebound", "host", "double", branch) if bound.holds_at(v_star, Fraction(speed))
+    ]
+    assert branch == 0
+    assert all(error <= bound.allowed(value, smaller, Fraction(speed)) for bound in bounds)
+
+
 # --- small things -----------------------------------------------------------------------------------------------------
 
 

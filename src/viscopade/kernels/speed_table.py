@@ -610,7 +610,9 @@ def _bounds(layout: Layout, elsewhere: Kernel) -> Iterator[ErrorBound]:
         form = arithmetic.form if arithmetic.form in forms_of(layout) else DOUBLE
         speeds = Fraction(2) ** (end + 1 - form.largest), Fraction(2) ** (first + form.largest - 2)
         inside = _in(arithmetic, _inside(layout, name, form), form)
-        yield replace(inside, branch=0)
+        # A subnormal speed has a subnormal rebound: its last rounding is absolute.
+        lost = name == "rebound" and not inside.ulps
+        yield replace(inside, branch=0, absolute=_HALF) if lost else replace(inside, branch=0)
         yield replace(inside, low=low * inner, high=high * outer, speeds=speeds)
         for usual in (True, False):
             outside = _in(arithmetic, _outside(elsewhere, name, usual), DOUBLE)
