@@ -113,6 +113,12 @@ def test_a_body_that_stays_down():
     assert (row["simulator"], row["delivered"], row["duration"]) == ("mujoco", "0.0", "")
 
 
+def test_a_contact_time_without_its_unit_is_noticed():
+    words = ("simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--contact-time")
+    assert "contact-time is 31 s: is a unit missing?" in CliRunner().invoke(command, [*words, "31"]).stderr
+    assert not CliRunner().invoke(command, [*words, "31 ms"]).stderr
+
+
 def test_any_force():
     words = ("--force", "1e5*x + 1e3*max(v, 0)", "--mass", "1", "--speed", "1")
     assert run(*words).output.startswith("eps = 0.263964 without weight; 0.236172 for a body that falls")

@@ -277,6 +277,14 @@ BAD = [
     (("audit", "x"), "'x' is unknown: expected lammps"),
     (("audit", "LAMPS"), "did you mean lammps?"),
     (("simulators", "openfoam"), "expected viscopade audit openfoam"),
+    (("simulators", "MuJoCo"), "neither given"),
+    (
+        (
+            *("simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--contact-time", "31ms"),
+            *("--gravity", "9.81", "--time-step", "20ms"),
+        ),
+        "time-step is 0.5576 of the contact time: no damping gives eps = 0.5 with so few steps",
+    ),
     (("audit", "LAMMPS", "--set", "normal=hertz", "--mass", "10 mg", "--speed", "1"), "or --set units=si"),
     (("audit", "liggghts", "--speed", "1"), 'expected --set "model=hertz" or "model=hooke" or "model=hertz/stiffness"'),
     (

@@ -96,6 +96,8 @@ def test_a_short_timeconst_counts_as_two_steps():
 def test_warnings():
     (weight,) = delivered("mujoco", {"solref": SOFT, **FLAT}).warnings
     assert weight == "Without weight. A body that falls on a plane has g t_c/v = 0.3, and eps = 0.4482: --gravity 9.81"
+    (signs,) = delivered("mujoco", {"solref": "2500 100"}, gravity=EARTH).warnings
+    assert "for stiffness and damping write solref = -2500 -100" in signs
     (step,) = delivered("mujoco", {"solref": SOFT, **FLAT}, gravity=EARTH, step=0.02).warnings
     assert step.startswith("A contact has 1.7 time steps only")
     assert not delivered("mujoco", {"solref": SOFT, **FLAT}, gravity=EARTH, step=0.002).warnings
