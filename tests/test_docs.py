@@ -142,4 +142,6 @@ GENERATED = [
 def test_generated_files_state_their_licence_and_what_to_cite(path):
     head = " ".join(path.read_text("utf-8")[:4000].split())
     assert re.search(r'SPDX-License-Identifier"?: "?MIT', head)
+    (holder,) = re.findall(r"^Copyright \(c\) (.+)$", (ROOT / "LICENSE").read_text("utf-8"), re.MULTILINE)
+    assert re.search(rf'SPDX-FileCopyrightText"?: "?{holder}', head)
     assert "doi:10.1103/PhysRevE.84.021302" in head

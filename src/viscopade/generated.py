@@ -25,7 +25,7 @@ END_CONDITION_WITHOUT_DELAY = (
 
 WIDTH = 100  # columns of generated text
 
-SPDX = "SPDX-License-Identifier: MIT"
+SPDX = ("SPDX-FileCopyrightText: 2026 viscopade developers", "SPDX-License-Identifier: MIT")
 CITE = (
     "Cite: P. Mueller, T. Poeschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, and viscopade "
     f"{__version__}."
@@ -51,6 +51,15 @@ def harmless(text: str) -> str:
 def comment(lines: Iterable[str], mark: str) -> str:
     """Return lines as a comment, each after the comment mark of a language."""
     return "\n".join(f"{mark} {harmless(line)}".rstrip() for line in lines)
+
+
+_BESIDE_AN_OPERATOR = re.compile(r" (?=(?:[-+*/]|[<>]?=) )|(?<= [-+*/=]) |(?<= [<>]=) ")
+
+
+def wrapped(text: str, width: int = WIDTH, indent: str = "") -> list[str]:
+    """Return a text in lines, none of which ends within a formula such as 1 - eps^2; all but the first are indented."""
+    whole = _BESIDE_AN_OPERATOR.sub("\0", text)
+    return [line.replace("\0", " ") for line in wrap(whole, width, subsequent_indent=indent)]
 
 
 def xml_comment(text: str) -> str:
@@ -82,14 +91,13 @@ def marker_line(command: str) -> str:
 
 def marker_lines(command: str) -> list[str]:
     """Return the first lines of a generated file: the marker with the command, the licence, and what to cite."""
-    return [marker_line(command), SPDX, *wrap(CITE, WIDTH)]
+    return [marker_line(command), *SPDX, *wrap(CITE, WIDTH)]
 
 
 def json_head(command: str, source: str, end: str = END_CONDITION) -> dict[str, Any]:
     """Return the first entries of a generated file in JSON, which has no comments."""
-    name, _, licence = SPDX.partition(": ")
-    made = {"generated_by": generated_by(), "command": command, name: licence, "cite": CITE.partition(": ")[2]}
-    return {**made, "source": source, "end_condition": end}
+    made = {"generated_by": generated_by(), "command": command, **dict(line.split(": ") for line in SPDX)}
+    return {**made, "cite": CITE.partition(": ")[2], "source": source, "end_condition": end}
 
 
 def environment(module: str | None = None) -> Environment:

@@ -62,12 +62,14 @@ class Node:
         """Return whether a part of this name exists."""
         return isinstance(self.value, Mapping) and name in self.value
 
-    def only(self, *names: str) -> Self:
-        """Return this node, after a check that its parts have no other names."""
+    def only(self, *names: str, inside: Mapping[str, Sequence[str]] | None = None) -> Self:
+        """Return this node, after a check that its parts have no other names; `inside`: those of parts of its parts."""
         for name in self._table:
             if name not in names:
                 where = f"{self.key}." if self.key else ""
-                raise ValueError(f"{self.source}: {where}{_short(name)} is not known: expected {', '.join(names)}")
+                near = [f"{part}.{name}" for part, known in (inside or {}).items() if name in known]
+                hint = f"did you mean {' or '.join(near)}?" if near else f"expected {', '.join(names)}"
+                raise ValueError(f"{self.source}: {where}{_short(name)} is not known: {hint}")
         return self
 
     def parts(self) -> Iterator[tuple[str, Self]]:

@@ -68,6 +68,7 @@ def test_examples_run_and_print_at_most_100_columns(tmp_path, line):
     ("line", "message"),
     [
         ("epsilo", "there is no command 'epsilo': did you mean epsilon"),
+        ("export cc", "Invalid value for TARGET: 'cc' is unknown: did you mean c?"),
         ("simulators lamps", "'lamps' is unknown: did you mean lammps?"),
         ("pade 1/4 5", "the degrees are 1/4 and 5: expected M/N or M N"),
     ],

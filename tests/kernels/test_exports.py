@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from contextlib import nullcontext
@@ -14,6 +15,7 @@ import pytest
 from click.testing import CliRunner
 from mpmath import mp, mpf
 
+import viscopade
 from tests import daily
 from tests.cli import called
 from viscopade import pade, series, store
@@ -129,3 +131,83 @@ def test_kernel_states_the_first_deviation_with_its_sign(m, n):
         a, b = (mp.polyval([mpf(x) for x in c[::-1]], v) for c in pade(m, n, 180).decimals())
         deviation = (a / b - mp.polyval([mpf(x) for x in h[::-1]], v)) / v ** (m + n + 1)
         assert mp.almosteq(deviation, mpf(str(next_term)), rel_eps=mpf("1e-9"))
+
+
+# --- the example in the head ------------------------------------------------------------------------------------------
+
+RUST = """{first}
+fn main() {{
+    {call}
+    println!("{{eps}}");
+}}
+"""
+PROGRAMS = {
+    "py": ("main.py", "{first}\n{call}\nprint(eps)\n", f"{sys.executable} main.py"),
+    "rs": ("main.rs", RUST, "rustc -D warnings main.rs && ./main"),
+    "f90": (
+        "main.f90",
+        "program main\n{first}\nreal(real64) :: eps\n{call}\nprint *, eps\nend program\n",
+        "gfortran viscopade.f90 main.f90 -o main && ./main",
+    ),
+    "mjs": ("main.mjs", "{first}\n{call}\nconsole.log(eps);\n", "node main.mjs"),
+    "jl": ("main.jl", "{first}\n{call}\nprintln(eps)\n", "julia main.jl"),
+    "cs": (
+        "main.cs",
+        "class Example {{ static void Main() {{ {call} System.Console.WriteLine(eps); }} }}\n",
+        "mcs main.cs viscopade.cs && mono main.exe",
+    ),
+    "go": (
+        "main.go",
+        'package main\nimport "fmt"\n{first}\nfunc main() {{ {call}; fmt.Println(eps) }}\n',
+        "mkdir viscopade && mv viscopade.go viscopade && echo 'module MODULE' > go.mod && go run .",
+    ),
+    "h": (
+        "main.c",
+        '#include <stdio.h>\n{first}\nint main(void) {{ {call} printf("%.9g", eps); }}\n',
+        "cc main.c -o main -lm && ./main",
+    ),
+}
+PROGRAMS["cuh"] = PROGRAMS["h"]
+WITH_EXAMPLES = [n for n in NAMES if n.startswith("viscopade") and n.split(".")[-1] in PROGRAMS and "version" not in n]
+
+
+def example(name: str) -> tuple[str, str]:
+    """Return the lines of the example in a file's head."""
+    (found,) = re.findall(r"^.{0,2} Example\b.*:\n((?:.{0,2}     .*\n)+)", committed(name), re.MULTILINE)
+    *first, line = (re.sub(r"^.{0,2}     ", "", each) for each in found.splitlines())
+    return "".join(first), line
+
+
+@pytest.mark.parametrize("name", WITH_EXAMPLES)
+def test_the_example_of_a_head_runs(name, tmp_path):
+    """As it stands, without a warning in Rust about what is not called."""
+    kind = name.split(".")[-1]
+    file, text, words = PROGRAMS[kind]
+    for tool in ("gfortran", "rustc", "node", "julia", "mcs", "mono", "go", "cc"):
+        if tool in words.split() and shutil.which(tool) is None:
+            pytest.skip(f"there is no {tool}")
+    if "warp" in name:
+        pytest.importorskip("warp")
+    first, call = example(name)
+    result = re.search(r"(\w+) :?= ", call)[1]
+    (tmp_path / name).write_text(committed(name))
+    (tmp_path / file).write_text(text.replace("eps", result).format(first=first, call=call))
+    done = subprocess.run(words, shell=True, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    found = float(done.stdout)
+    if result == "beta":
+        found, wanted = viscopade.restitution(2.0, found), 0.995
+    else:
+        wanted = viscopade.epsilon(0.5) if "(0.5)" in call else viscopade.restitution(2.0, 1.307)
+    assert found == pytest.approx(float(wanted), rel=1e-3)
+
+
+OF_LANGUAGES = [name for name in NAMES if re.fullmatch(r"viscopade(_compact|_arrays|_warp)?\.\w+", name)]
+
+
+@pytest.mark.parametrize("name", OF_LANGUAGES)
+def test_the_page_of_languages_has_the_lines_of_the_head(name):
+    page = (DIRECTORY.parent / "docs" / "reference" / "languages.md").read_text("utf-8")
+    first, call = example(name)
+    assert f"| `{call.partition('  #')[0]}` |" in page
+    assert f"| `{first}` |" in page or not first

@@ -119,7 +119,10 @@ def test_a_quotient_is_chosen_only_where_it_is_clearly_cheaper_than_a_compact_ke
 
 def test_tables_that_are_too_large_are_not_offered() -> None:
     asked = {"epsilon": 1e-5}
-    assert choose(scene((0.2, 5.0), code=ready(largest_table=100_000), **asked)).chosen.kernel.bytes == 65536
+    large = choose(scene((0.2, 5.0), code=ready(largest_table=100_000), **asked))
+    assert large.chosen.kernel.bytes == 65536
+    (smaller,) = [text for text in large.notes if "code.largest_table" in text]
+    assert re.fullmatch(r"For a smaller table \(8,192 bytes, cost \d+\): code.largest_table = 8192", smaller)
     assert choose(scene((0.2, 5.0), code=ready(largest_table=10_000), **asked)).chosen.kernel.bytes == 8192
     ranges = (0.2, 2000.0)  # no quotient on the interval
     assert choose(scene(ranges, code=ready(largest_table=0), **asked)).chosen.kernel.name == "compact_1em5"

@@ -337,6 +337,8 @@ REFUSED = [  # a place, what stands there, the key that the message names, a par
     ("name", "2x", "name", NAME),
     ("title", "a\nb", "title", "one line of text"),
     ("tolerence", {}, "tolerence", UNKNOWN),
+    ("language", "c", "language", "is not known: did you mean code.language?"),
+    ("code.language", "cpp", "code.language", "c, which is the language for C++, too"),
     *((key, GONE, key, MISSING) for key in ("material", "body", "speed", "tolerance")),
     *((key, {}, key, "expected 1 to 40") for key in ("material", "body")),
     ("body", {f"b{i}": BASE["body"]["bead"] for i in range(41)}, "body", "expected 1 to 40"),

@@ -139,6 +139,7 @@ def test_the_file_begins_with_the_question_and_the_answer(name, kind):
     assert made.rstrip("\n") + "\n" == made
     assert not [line for line in made.splitlines() if line != line.rstrip()]
     assert "some/where" not in made
+    assert not re.search(r"1\n|\b1 -\n|[<=]\n", "\n".join(head))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from textwrap import wrap
 from time import monotonic
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import click
 
@@ -70,6 +70,11 @@ class OneOf(click.Choice[str]):
             near = meant(name, self.choices)
             self.fail(f"{value!r} is unknown{near or f': expected {listed}'}", param, ctx)
         return name
+
+    def fail(self, message: str, param: click.Parameter | None = None, ctx: click.Context | None = None) -> NoReturn:
+        """Refuse an argument by its name, which is shorter than the list of its values."""
+        hint = param.human_readable_name.upper() if isinstance(param, click.Argument) else None
+        raise click.BadParameter(message, ctx, param, hint)
 
 
 class Whole(_Integer):

@@ -159,7 +159,13 @@ class Request:
             if target == "latex":
                 return tables.latex_table(kernels, self.command(target), self.digits)
             return _TABLES[target](kernels, self.command(target))
-        return file_text(kernels, language(target), self.command(target), module)
+        return file_text(kernels, language(target), self.command(target), module or self._module(target))
+
+    def _module(self, target: str) -> str:
+        """Return the name of the file's module: that of the file in `exports/`, if there is one."""
+        known = [name.partition(".")[0] for name, made in _FILES.items() if made == (self, target)]
+        of = language(target)
+        return next(iter(known), f"{of.stem}_kernels" if len(of.groups) > 1 else of.stem)
 
 
 def distinct(kernels: Sequence[Kernel]) -> Sequence[Kernel]:

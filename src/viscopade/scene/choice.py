@@ -16,6 +16,9 @@ from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, encounters
 from viscopade.scene.tolerance import MEASURES, excess
 
+LARGE = 8192
+"""Bytes of a table above which the answer says how to get a smaller one."""
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -33,7 +36,7 @@ class Choice:
     warnings : sequence of str
         Sentences on assumptions of the model that the scene violates.
     notes : sequence of str
-        Sentences on the uncertainty of eps, without their full stops.
+        Sentences on the uncertainty of eps and on smaller tables, without their full stops.
     """
 
     scene: Scene
@@ -72,6 +75,10 @@ def choose(scene: Scene) -> Choice:
     for weight in filter(None, map(sense.weight, met)):
         notes.append(weight.note)
         warnings += [] if weight.fall is None else [weight.fall]
+    smaller = [each for each in enough if each.kernel.bytes < chosen.kernel.bytes]
+    if chosen.kernel.bytes > LARGE and smaller:
+        size, cost = smaller[0].kernel.bytes, smaller[0].cost
+        notes.append(f"For a smaller table ({size:,} bytes, cost {cost}): code.largest_table = {max(size, 1)}")
     return Choice(scene, met, offers, chosen, "; ".join(_reasons(scene, met, offers, chosen)), warnings, notes)
 
 

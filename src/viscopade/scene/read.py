@@ -41,6 +41,12 @@ _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 T = TypeVar("T")
 
 _TOP = ("name", "title", "contact", "speed", "tolerance", "code", "units", "material", "body", "gas")
+_INSIDE = {
+    "code": ("language", "format", "use", "argument", "largest_table"),
+    "tolerance": ("epsilon", "dissipation", "absolute"),
+    "gas": ("volume_fraction",),
+}
+"""The keys of tables, which a message for the top level names."""
 
 
 def from_toml(content: bytes | str, source: str) -> Scene:
@@ -58,7 +64,7 @@ def from_toml(content: bytes | str, source: str) -> Scene:
     ValueError
         One line that names the file, the key, the value and the expected one.
     """
-    whole = Node(source, "", files.toml(content, source)).only(*_TOP)
+    whole = Node(source, "", files.toml(content, source)).only(*_TOP, inside=_INSIDE)
     materials = {
         name: _material(node) for name, node in _named(whole.need("material", "one table or more, [material.NAME]"))
     }
@@ -342,7 +348,7 @@ def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
 
 
 def _tolerance(node: Node) -> Tolerance:
-    node.only("epsilon", "dissipation", "absolute")
+    node.only(*_INSIDE["tolerance"])
     values = {name: part.within("a number > 0 and < 1", lambda t: 0 < t < 1) for name, part in node.parts()}
     if not values:
         raise ValueError(f"{node.source}: tolerance is empty: expected epsilon, dissipation, absolute")
@@ -352,12 +358,15 @@ def _tolerance(node: Node) -> Tolerance:
 def _code(node: Node | None) -> Code:
     if node is None:
         return Code()
-    node.only("language", "format", "use", "argument", "largest_table")
+    node.only(*_INSIDE["code"])
 
     def word(name: str, accepted: tuple[str, ...]) -> str:
         part = node.get(name)
         return accepted[0] if part is None else part.choice(accepted)
 
+    given = node.get("language")
+    if given is not None and str(given.value).lower() in ("c++", "cpp", "cxx"):
+        raise given.refuse("c, which is the language for C++, too")
     language = word("language", NAMES)
     table = node.get("largest_table")
     return Code(

@@ -6,12 +6,11 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from textwrap import wrap
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.collision.spheres import Pair
-from viscopade.generated import CITE, END_CONDITION, SPDX, WIDTH, marker_line
+from viscopade.generated import CITE, END_CONDITION, SPDX, marker_line, wrapped
 from viscopade.kernels import formulas
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Item, Name, Select, Statement
@@ -28,7 +27,11 @@ from viscopade.scene.tolerance import HOPELESS, MEASURES
 
 def file_name(scene: Scene) -> str:
     """Return the file's name."""
-    return f"{scene.name}_scene{scene.code.spoken.ending}"
+    return f"{_module(scene)}{scene.code.spoken.ending}"
+
+
+def _module(scene: Scene) -> str:
+    return f"{scene.name}_scene"
 
 
 def render(choice: Choice, command: str) -> str:
@@ -47,8 +50,7 @@ def render(choice: Choice, command: str) -> str:
     """
     found, code = kernels(choice), choice.scene.code
     language = language_of(code.language) if found[0].tables else code.spoken  # tables serve both types
-    stem = file_name(choice.scene).removesuffix(language.ending)
-    return file.file_text(found, language, command, stem, _head(choice, command))
+    return file.file_text(found, language, command, _module(choice.scene), _head(choice, command))
 
 
 # --- kernels ----------------------------------------------------------------------------------------------------------
@@ -165,14 +167,14 @@ def _head(choice: Choice, command: str) -> list[str]:
         *error_sentences(choice),
         choice.against_cheaper,
         f"End condition: {END_CONDITION}.",
-        f"Use: {_in_module(_use(choice), scene)}",
+        f"Use: {file.in_module(_use(choice), _module(scene))}",
         CITE,
     ]
     typical = " for typical radii" * _is_spread(scene)
     pairs = [f"    {i}  {line}" for i, line in enumerate(_lines(choice))]
     notes = [*(f"{text}." for text in choice.notes), *(f"Warning: {text}." for text in choice.warnings)]
     return [
-        *(marker_line(command), SPDX, "", *_wrapped(question), ""),
+        *(marker_line(command), *SPDX, "", *_wrapped(question), ""),
         *(f"Pairs, with speeds in {scene.units.speed} and beta in {scene.units.beta}{typical}:", *pairs),
         *([""] if notes else []),
         *_wrapped(notes),
@@ -180,7 +182,7 @@ def _head(choice: Choice, command: str) -> list[str]:
 
 
 def _wrapped(paragraphs: Sequence[str]) -> list[str]:
-    return [line for text in paragraphs for line in wrap(text, WIDTH, subsequent_indent="    ")]
+    return [line for text in paragraphs for line in wrapped(text, indent="    ")]
 
 
 def calls(choice: Choice, first: str, second: str) -> list[str]:
@@ -200,13 +202,6 @@ def beta_call(choice: Choice, pair: int, *radii: str) -> str:
 def _call(choice: Choice, kernel: Kernel, name: str, *given: str) -> str:
     code = choice.scene.code
     return file.call(kernel, kernel.function(name), code.spoken, given, code.number)
-
-
-def _in_module(call: str, scene: Scene) -> str:
-    """Return a call with the name of the file's module instead of the usual one."""
-    stem = file_name(scene).rpartition(".")[0]
-    module = stem.title().replace("_", "")
-    return re.sub(r"\bviscopade(?=[.:])", stem, re.sub(r"\bViscopade(?=\.)", module, call))
 
 
 def _use(choice: Choice) -> str:

@@ -305,7 +305,7 @@ def verification_files(command: str) -> dict[str, str]:
     texts |= {f"in.{case['name']}": script.render(marker=marker_lines(command), case=case) for case in on_plane}
     whole = {
         "generated_by": marker_line(command),
-        "licence": SPDX,
+        **dict(line.split(": ") for line in SPDX),
         "cite": CITE,
         "law": "m x'' = -k x^(3/2) - c x^(1/2) x', k = 4/3 E_eff sqrt(R_eff), c = 3/2 A k; m, R_eff effective",
         "units": "SI",

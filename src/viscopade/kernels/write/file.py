@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from decimal import Decimal
 from fractions import Fraction
 from importlib.resources import files
 from itertools import zip_longest
-from textwrap import wrap
 from zlib import crc32
 
 from viscopade import generated
@@ -17,11 +17,11 @@ from viscopade.generated import (
     END_CONDITION,
     END_CONDITION_WITHOUT_DELAY,
     SPDX,
-    WIDTH,
     comment,
     marker_line,
     marker_lines,
     version_number,
+    wrapped,
 )
 from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import INFINITY, End, ErrorBound
@@ -31,7 +31,7 @@ from viscopade.kernels.write.language import Language, Number
 from viscopade.kernels.write.writer import function_text, generic_text, table_text, words_of
 from viscopade.theory.law import VISCOELASTIC, Law
 
-HEAD = 25
+HEAD = 30
 """Lines at the beginning of a file, with those that begin and end the comment."""
 PAGE = "docs/reference/kernels.md"
 """The generated page: what is assumed, special values, monotonicity."""
@@ -47,13 +47,16 @@ _OF_EXAMPLES = {
 }
 _SPHERES = (
     "eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact "
-    "velocity; beta = 3/2 A (rho/m_eff)^(2/5) (eq:betadef), unit (time/length)^(1/5), in the units of speed; "
-    "v_star = v* = beta^(1/2) speed^(1/10)."
+    "velocity; beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative "
+    "constant, a time; rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10)."
 )
-_LEGEND = (
-    "E m + R r: |error| <= E min(eps, 1 - eps) + R |result|; for rebound, E is multiplied by the speed. Functions "
-    f"return NaN outside the domain. Assumptions, special values, monotonicity: {PAGE}"
-)
+_UNITS = {
+    "m": "m = min(eps, 1 - eps)",
+    "rebound": "m = min(eps, 1 - eps), for rebound times the speed",
+    "r": "r = |result|",
+    "ulp": "ulp = unit in the last place of the result",
+}
+_LEGEND = f"Functions return NaN outside the domain. Assumptions, special values, monotonicity: {PAGE}"
 
 
 def file_text(
@@ -86,7 +89,7 @@ def file_text(
         raise ValueError(f"{language.name} has no type in which a kernel was proven: {reasons}")
     apart, texts = "\n" * (language.apart + 1), list(_texts(kernels, language))
     helpers = (name for name in language.helpers.split() if any(f"{name.partition('.')[0]}(" in text for text in texts))
-    lines = lines or head([kernel for kernel in kernels if numbers_of(kernel, language)], language, command)
+    lines = lines or head([kernel for kernel in kernels if numbers_of(kernel, language)], language, command, name)
     return language.file.format(
         head=language.block.format(lines=comment(lines, language.comment)),
         version=_version(language),
@@ -144,7 +147,7 @@ def kernel_text(kernel: Kernel, language: Language) -> str:
             code.append(function_text(kernel, function, language, number))
             texts.append("\n".join([*_comment(kernel, function, language, number), code[-1]]))
     for form in (number.form for number in language.numbers if number.form not in kernel.formats):
-        lines = wrap(f"There are no functions in {form}: {kernel.missing.get(form, 'nothing is proven')}.", WIDTH)
+        lines = wrapped(f"There are no functions in {form}: {kernel.missing.get(form, 'nothing is proven')}.")
         texts.append(language.block.format(lines=comment(lines, language.comment)))
     return _framed(kernel, language, texts, code)
 
@@ -231,7 +234,7 @@ def _comment(kernel: Kernel, function: Function, language: Language, number: Num
         if bounds:
             place = f" on the {arithmetic.place}" if len(number.arithmetics) > 1 else ""
             each = "; ".join(f"{error_text(bound)} for {range_text(bound)}" for bound in bounds)
-            lines += wrap(f"Error{place} <= {each}.", WIDTH)
+            lines += wrapped(f"Error{place} <= {each}.")
     yield language.block.format(lines=comment(lines, language.comment))
     widest = stated(kernel, function, number.arithmetics[-1])[-1:]
     for bound in widest if language.macro else ():
@@ -247,23 +250,44 @@ def _comment(kernel: Kernel, function: Function, language: Language, number: Num
 # --- the head ---------------------------------------------------------------------------------------------------------
 
 
-def head(kernels: Sequence[Kernel], language: Language, command: str) -> list[str]:
+def head(kernels: Sequence[Kernel], language: Language, command: str, module: str) -> list[str]:
     """Return the lines at the head of a file, without comment marks."""
     law = kernels[0].law
     before = [
         marker_line(command),
-        SPDX,
+        *SPDX,
         "",
-        *wrap(subject(law), _COLUMNS),
-        *wrap(f"End condition: {end_condition(law)}.", _COLUMNS),
+        *wrapped(subject(law), _COLUMNS),
+        *wrapped(f"End condition: {end_condition(law)}.", _COLUMNS),
         "",
+        *wrapped(_legend(kernels, language), _COLUMNS),
     ]
-    after = [*wrap(_LEGEND, _COLUMNS), "", _example(kernels[-1], language), *wrap(CITE, _COLUMNS)]
+    after = [_LEGEND, "", *_example(kernels[-1], language, module), *wrapped(CITE, _COLUMNS)]
     room = HEAD - 2 - len(before) - len(after)
-    table = next((table for table in _tables(kernels, language) if len(table) <= room), None)
+    tables = list(_tables(kernels, language, module))
+    table = next((table for table in tables if len(table) <= room), None)
     if table is None:
-        table = [*list(_tables(kernels, language))[-1][: room - 1], "(and others, see below)"]
+        table = [*tables[-1][: room - 1], "(and others, see below)"]
     return [*before, *table, *after]
+
+
+def in_module(text: str, module: str) -> str:
+    """Return a text with the name of the file's module instead of the usual one."""
+    named = re.sub(r"\bViscopade(?=\.)", module.title().replace("_", ""), text)
+    return re.sub(r"\bviscopade(?=[.:])", module, named)
+
+
+def _legend(kernels: Sequence[Kernel], language: Language) -> str:
+    """Return what the units of the kernels' errors mean: of those that occur."""
+    found = set[str]()
+    for kernel in kernels:
+        for function in kernel.functions:
+            for number in numbers_of(kernel, language):
+                bounds = [bound for a in number.arithmetics for bound in stated(kernel, function, a)]
+                units = {unit for bound in bounds for unit in re.findall(r" (m|r|ulp)\b", error_text(bound))}
+                found |= units | ({"rebound"} if function.name == "rebound" and "m" in units else set())
+    known = [text for unit, text in _UNITS.items() if unit in found and (unit, "rebound" in found) != ("m", True)]
+    return f"Bounds of |error| below: {'; '.join(known)}." if known else ""
 
 
 def end_condition(law: Law) -> str:
@@ -282,31 +306,37 @@ def subject(law: Law) -> str:
     )
 
 
-def _example(kernel: Kernel, language: Language) -> str:
+def _example(kernel: Kernel, language: Language, module: str) -> Iterator[str]:
+    """Yield the lines of an example: what makes the file's functions known, and a call."""
     known = {function.name: function for function in kernel.functions}
     function = next((known[name] for name in ("restitution", "beta") if name in known), kernel.functions[0])
     number = numbers_of(kernel, language)[0]
     given = [number.literal(_EXAMPLES[argument]) for argument in function.arguments]
     result = "eps" if function.result == "epsilon" or function.name == "restitution" else function.result
-    line = language.use.format(
-        call=call(kernel, function, language, given, number), type=number.type, result=result, name=function.name
+    lines = f"{language.take}\n{language.use}".format(
+        module=module,
+        ending=language.ending,
+        call=call(kernel, function, language, given, number),
+        type=number.type,
+        result=result,
+        name=function.name,
     )
     why = _OF_EXAMPLES.get(function.name)
-    return f"Example{f' ({why})' if why else ''}: {line}"
+    yield f"Example{f' ({why})' if why else ''}:"
+    yield from (f"    {in_module(line, module)}" for line in lines.splitlines() if line)
 
 
-def _tables(kernels: Sequence[Kernel], language: Language) -> Iterator[list[str]]:
+def _tables(kernels: Sequence[Kernel], language: Language, module: str) -> Iterator[list[str]]:
     """Yield tables of the proven errors: of every range, of the widest, and of one function of each kernel."""
-    yield _table(kernels, language, slice(None), slice(None))
-    yield _table(kernels, language, slice(None), slice(-1, None))
-    yield _table(kernels, language, slice(1), slice(-1, None))
+    for functions, ranges in ((None, None), (None, -1), (1, -1)):
+        yield _table(kernels, language, module, slice(functions), slice(ranges, None))
 
 
-def _table(kernels: Sequence[Kernel], language: Language, functions: slice, ranges: slice) -> list[str]:
+def _table(kernels: Sequence[Kernel], language: Language, module: str, functions: slice, ranges: slice) -> list[str]:
     rows = [("function", "range", *(f"error, {number.form}" for number in language.numbers))]
     for kernel in kernels:
         for function in kernel.functions[functions]:
-            rows += _rows(kernel, function, language, ranges)
+            rows += [(in_module(name, module), *cells) for name, *cells in _rows(kernel, function, language, ranges)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 

@@ -170,8 +170,9 @@ class Language:
         {index}. "": kernels with tables cannot be written.
     call : str
         A call: {name} or {Name}, {suffix}, {arguments}.
-    use : str
-        A line of use, of {call}, {type} and {result}: a name for the value.
+    take, use : str
+        A line that makes the file's functions known, of {module} and {ending}; a line of use, of {call}, {type} and
+        {result}: a name for the value.
     stem : str
         The usual name of a module.
     groups : tuple of str
@@ -223,6 +224,7 @@ class Language:
     table: str = ""
     row: str = ""
     call: str = "{name}{suffix}({arguments})"
+    take: str = ""
     use: str = "{call}"
     stem: str = "viscopade"
     groups: tuple[str, ...] = ("compact",)

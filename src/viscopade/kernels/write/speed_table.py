@@ -15,6 +15,7 @@ import numpy as np
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.generated import wrapped
 from viscopade.kernels import formulas
 from viscopade.kernels.expressions import Call, CodeBranch, Column, Expression, Literal, Name, TableRow, names_in
 from viscopade.kernels.formulas import FRACTION, OCTAVES, octaves
@@ -51,7 +52,7 @@ def functions_text(kernel: Kernel, language: Language) -> str:
     """Return the table and the functions of a kernel in type double and float."""
     (table,), parts = kernel.tables, _parts()
     common = _of_table(kernel, table)
-    about = {name: "\n * ".join(wrap(text, _COLUMNS)) for name, text in _facts(kernel).items()}
+    about = {name: "\n * ".join(wrapped(text, _COLUMNS)) for name, text in _facts(kernel).items()}
     found = [_replaced(parts["about"], common | about), table_text(kernel, table, language)]
     for form in (DOUBLE, FLOAT):
         name = f"{kernel.name}{form.suffix}"

@@ -6,12 +6,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from decimal import Context
 from itertools import zip_longest
 from json import dumps
-from textwrap import wrap
 from typing import Any
 
 from viscopade import arguments
 from viscopade.arithmetic.formats import decimal_value
-from viscopade.generated import END_CONDITION, WIDTH, comment, json_head, marker_lines
+from viscopade.generated import END_CONDITION, comment, json_head, marker_lines, wrapped
 from viscopade.kernels.arithmetic import HOST
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.file import end_condition, error_text, range_text, stated, subject
@@ -88,7 +87,7 @@ def series_csv(h: Sequence[str], command: str) -> str:
         "The coefficient of normal restitution eps of two viscoelastic spheres:",
         f"{SERIES_SOURCE}, v* = beta^(1/2) v^(1/10).",
         "",
-        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
+        *wrapped(f"End condition: {END_CONDITION}."),
         "",
         SERIES_NO_BOUND,
     ]
@@ -126,11 +125,11 @@ def _head(kernels: Sequence[Kernel], command: str) -> list[str]:
     return [
         *marker_lines(command),
         "",
-        *wrap(subject(law), WIDTH),
+        *wrapped(subject(law)),
         "[m/n](v*) = (a_0 + a_1 v* + ... + a_m v*^m) / (b_0 + b_1 v* + ... + b_n v*^n)",
-        *wrap(f"End condition: {end_condition(law)}.", WIDTH),
+        *wrapped(f"End condition: {end_condition(law)}."),
         *(line for kernel in kernels for line in _about(kernel)),
-        *wrap(f"m = min(eps, 1 - eps), r = [m/n]; {_error(kernels)}.", WIDTH),
+        *wrapped(f"m = min(eps, 1 - eps), r = [m/n]; {_error(kernels)}."),
     ]
 
 
@@ -138,7 +137,7 @@ def _about(kernel: Kernel) -> Iterator[str]:
     errors = "; ".join(
         f"{error_text(bound)} for {range_text(bound)}" for bound in stated(kernel, kernel.functions[0], HOST)
     )
-    yield from wrap(f"{kernel.label}: {kernel.source}. Domain: {kernel.domain}. Error <= {errors}.", WIDTH)
+    yield from wrapped(f"{kernel.label}: {kernel.source}. Domain: {kernel.domain}. Error <= {errors}.")
 
 
 def _csv(head: Iterable[str], columns: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:

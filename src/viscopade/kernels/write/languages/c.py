@@ -53,6 +53,7 @@ LANGUAGE = Language(
     prelude="c.h",
     words="words.h",
     call="viscopade_{name}{suffix}({arguments})",
+    take='#include "{module}{ending}"',
     use="{type} {result} = {call};",
     table="VISCOPADE_HEXADECIMAL\nVISCOPADE_TABLE {type} viscopade_{table}_{kernel}[{rows}][{columns}] = {{\n{values}\n"
     "}};\nVISCOPADE_HEXADECIMAL_END",

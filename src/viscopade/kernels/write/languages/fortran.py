@@ -41,6 +41,7 @@ LANGUAGE = Language(
     "use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan\nimplicit none\nprivate\n\n{version}\n\n"
     "{generics}\n\ncontains\n\n{functions}\n\nend module\n",
     call="{name}({arguments})",
+    take="use {module}; use, intrinsic :: iso_fortran_env, only: real64",
     use="{result} = {call}",
     run=Runner("fortran.f90", ("gfortran",), "{tool} -O2 {file} {driver} -o {program}", "{program}", "FC"),
 )  # fmt: skip

@@ -43,6 +43,7 @@ LANGUAGE = Language(
     "var _ = math.Pi // functions that are constants call nothing of it\n\n{version}\n\n{functions}\n",
     helpers="pow.go",
     call="viscopade.{Name}{suffix}({arguments})",
+    take='import "MODULE/{module}"',
     use="{result} := {call}",
     run=Runner(
         "go.go",

@@ -25,6 +25,7 @@ LANGUAGE = Language(
     version='export const VERSION = "{version}";\n'
     "export const VERSION_NUMBER = {number}; // 10000 major + 100 minor + patch",
     call="viscopade.{name}({arguments})",
+    take='import * as {module} from "./{module}.mjs";',
     use="const {result} = {call};",
     run=Runner("javascript.mjs", ("node",), "", "{tool} {driver}"),
 )  # fmt: skip

@@ -33,6 +33,7 @@ LANGUAGE = Language(
     version='const VERSION = v"{version}"\nconst VERSION_NUMBER = {number}  # 10000 major + 100 minor + patch',
     file="{head}\n\nmodule {Module}\n\n{version}\n\n{functions}\n\n{generics}\n\nend\n",
     call="Viscopade.{name}({arguments})",
+    take='include("{module}.jl")',
     use="{result} = {call}",
     run=Runner("julia.jl", ("julia",), "", "{tool} --startup-file=no {driver}"),
 )  # fmt: skip

@@ -24,6 +24,7 @@ LANGUAGE = Language(
     version='VISCOPADE_VERSION = "{version}"\nVISCOPADE_VERSION_NUMBER = {number}  # 10000 major + 100 minor + patch',
     file="{head}\n\nimport math\n\n{version}\n\n\n{functions}\n",
     apart=2,
+    take="import {module}",
     use="{result} = {call}",
     call="viscopade.{name}({arguments})",
     run=Runner("python.py", (), "", "{tool} {driver}"),

@@ -11,7 +11,7 @@ LANGUAGE = Language(
         Number((a,), kind, shortest(a), suffix, kind + "::{name}", {"pow": kind + "::powf({0}, {1})"}, kind + "::NAN")
         for a, kind, suffix in ((HOST, "f64", ""), (HOST_FLOAT, "f32", "_f32"))
     ),
-    begin="pub fn {name}{suffix}({arguments}) -> {type} {{",
+    begin="#[allow(dead_code)]\npub fn {name}{suffix}({arguments}) -> {type} {{",
     argument="{argument}: {type}",
     index="{argument}: usize",
     list="let {name}: [{type}; {count}] = [{values}];",
@@ -24,9 +24,10 @@ LANGUAGE = Language(
     end="}}",
     close="}}",
     select="if {condition} {{ {met} }} else {{ {otherwise} }}",
-    version='pub const VERSION: &str = "{version}";\n'
-    "pub const VERSION_NUMBER: u32 = {number}; // 10000 major + 100 minor + patch",
+    version='#[allow(dead_code)]\npub const VERSION: &str = "{version}";\n'
+    "#[allow(dead_code)]\npub const VERSION_NUMBER: u32 = {number}; // 10000 major + 100 minor + patch",
     call="viscopade::{name}{suffix}({arguments})",
+    take="mod {module};",
     use="let {result} = {call};",
     run=Runner("rust.rs", ("rustc",), "{tool} --edition 2021 -O {driver} -o {program}", "{program}"),
 )  # fmt: skip

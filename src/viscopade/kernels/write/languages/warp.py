@@ -30,6 +30,7 @@ LANGUAGE = Language(
     file="{head}\n\nimport warp as wp\n\n{version}\n\n\n{functions}\n",
     apart=2,
     call="viscopade.{name}({arguments})",
+    take="import {module}",
     use="{result} = {call}",
     run=Runner("warp.py", (), "", "{tool} {driver}", package="warp-lang"),
 )  # fmt: skip
