@@ -169,15 +169,21 @@ def test_hostile_files_are_refused_in_little_memory(said, name):
 def test_spreadsheets_as_programs_write_them_are_read():
     """LibreOffice ends each sheet with a million empty rows of 16384 empty columns."""
     pytest.importorskip("python_calamine")
-    values = (("speed", "epsilon"), (1, 0.5))
 
     def cell(value):
         kind = "string" if isinstance(value, str) else f'float" office:value="{value}'
         return f'<table:table-cell office:value-type="{kind}"><text:p>{value}</text:p></table:table-cell>'
 
-    rows = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in values)
-    for name, content in (("a.ods", ods(rows + EMPTY)), ("a.xlsx", xlsx(CELLS))):
+    def table(*values):
+        return "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in values)
+
+    rows = [table(("speed", "epsilon"), row) for row in ((1, 0.5), (1, "0,5"), ("1,0", "0,5"), ("1,0", 0.5))]
+    for content in (*(ods(each + EMPTY) for each in rows), xlsx(CELLS)):
+        name = "a.ods" if b"opendocument" in content else "a.xlsx"
         assert read.recording([(content, name)]).points.epsilon.tolist() == [0.5]
+    mixed = ods(table(("speed", "epsilon"), (1, 0.6), ("1,000", "0.5")))
+    with pytest.raises(ValueError, match="line 3: speed is '1,000': expected a number"):
+        read.recording([(mixed, "a.ods")])
 
 
 def test_a_title_may_have_dots_and_brackets():

@@ -9,8 +9,9 @@ import numbers
 import operator
 import re
 import reprlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from decimal import Decimal
+from difflib import get_close_matches
 from fractions import Fraction
 from typing import Any, SupportsIndex
 
@@ -105,6 +106,12 @@ def refusal(name: str, value: object, accepted: str) -> str:
     except ValueError:  # an integer with more digits than Python prints
         text = "an integer of thousands of digits"
     return f"{name} is {text}: expected {accepted}"
+
+
+def meant(given: str, known: Iterable[str]) -> str:
+    """Return the names that look like the given one, as the end of a refusal."""
+    near = get_close_matches(given, known, n=3, cutoff=0.6)
+    return f": did you mean {' or '.join(near)}?" if near else ""
 
 
 def integer(name: str, value: SupportsIndex, low: int, high: int) -> int:

@@ -43,7 +43,9 @@ def content(file: Path, accepted: str) -> bytes:
         with file.open("rb") as stream:
             read = stream.read(LONGEST + 1)
     except OSError as error:
-        raise ValueError(f"cannot read {file}: {error.strerror or error}; expected {accepted}") from None
+        shipped = not file.is_absolute() and file.parts[:1] == ("examples",) and isinstance(error, FileNotFoundError)
+        copy = "; the folder that `viscopade --examples-dir` prints has the examples" * shipped
+        raise ValueError(f"cannot read {file}: {error.strerror or error}; expected {accepted}{copy}") from None
     require_size(str(file), len(read))
     return read
 

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     import pint
 
 _NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]{1,3})?)\s*(.*)")
-# A product of powers of names, with small exponents, so that Pint evaluates no other expression.
-_POWER = r"[A-Za-zµμ°%]+(?:(?:\^|\*\*)(?:-?[1-9]|\([1-9]/[1-9]\))|[²³])?"
+# A product of powers of names, with small exponents, so that Pint evaluates no other expression; cm3 is cm^3.
+_POWER = r"[A-Za-zµμ°%]+(?:(?:\^|\*\*)(?:-?[1-9]|\([1-9]/[1-9]\))|-?[1-9]|[²³])?"
+_BARE_EXPONENT = re.compile(r"(?<=[A-Za-zµ])(?=-?[1-9])")
 _UNIT = re.compile(rf"{_POWER}(?:(?: ?[*/·] ?| ){_POWER})*")
 _BETA = re.compile(r"([^(]*)\(([^()]*)\) ?(?:\^|\*\*) ?\(1/5\)")
 _LONGEST = 60
@@ -148,7 +149,7 @@ def decimal_in(text: str, unit: str) -> Decimal | None:
     if match is None or not _UNIT.fullmatch(match[2].strip()):
         return None
     try:
-        size = _size_of_unit(match[2].strip().replace("μ", "µ"), unit)
+        size = _size_of_unit(_BARE_EXPONENT.sub("^", match[2].strip().replace("μ", "µ")), unit)
     except (ArithmeticError, AttributeError, AssertionError, TypeError, ValueError, KeyError, SyntaxError):
         return None  # what Pint raises for a name it does not know, or one that cannot be a factor
     with localcontext(prec=_EXACT):  # as decimals: 2.5 mm is 0.0025 m, to the last bit

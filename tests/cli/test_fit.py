@@ -153,6 +153,23 @@ def test_an_eps_of_0_has_no_beta_in_json(tmp_path):
     assert [point["beta"] is None for point in json_of("fit", file)["points"]] == [False, False, False, True]
 
 
+@pytest.mark.parametrize(
+    ("rows", "warned"),
+    [
+        ("", []),
+        ("2,1.005,.01\n", ["line 5: eps = 1.005 is above 1, by 0.5 standard errors; it is in the fit"]),
+        (
+            "2,1.005,.01\n" * 3,
+            ["line 5: eps = 1.005 is above 1, by 0.5 standard errors, and 2 more eps are; they are in the fit"],
+        ),
+    ],
+)
+def test_an_eps_above_1_is_named(rows, warned, tmp_path):
+    file = tmp_path / "above.csv"
+    file.write_text(f"speed,eps,sigma_eps\n.1,.97,.01\n1,.96,.01\n10,.92,.01\n{rows}")
+    assert json_of("fit", file)["warnings"] == warned
+
+
 def test_bounces_in_air_with_their_contacts(tmp_path):
     """A ball's instants, from flights in air and the law; the true beta comes back."""
     wall = Pair(BALL, Sphere.wall(young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=5e-7))

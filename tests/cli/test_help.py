@@ -69,6 +69,8 @@ def test_examples_run_and_print_at_most_100_columns(tmp_path, line):
     [
         ("epsilo", "there is no command 'epsilo': did you mean epsilon"),
         ("export cc", "Invalid value for TARGET: 'cc' is unknown: did you mean c?"),
+        ("epsilon --v-star 1 --law linaer", "law is 'linaer': did you mean linear?"),
+        ("fit examples/none.csv", "the folder that `viscopade --examples-dir` prints has the examples"),
         ("simulators lamps", "'lamps' is unknown: did you mean lammps?"),
         ("pade 1/4 5", "the degrees are 1/4 and 5: expected M/N or M N"),
     ],

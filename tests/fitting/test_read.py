@@ -33,7 +33,7 @@ def recording(text, source="data.csv", **options):
         '"Impact speed [cm/s]"\t"COR (%)"\n1e2\t90\n2e2\t85\n3e2\t80\n',
         "# a comment\nv e note\n\n1 0.9 a\n2 0.85 b\n3 0.8 c\n",
         "v (cm/s)  e\n100  0.9\n200 0.85\n300 0.8\n",
-        "number,V [m/s],E\n1,1,.9\n2,2,.85\n3,3,.8\n",
+        "number,V [m/s],E\n1,1,.9\n2,2,.85\n3,3,.8,\n",
     ],
 )
 def test_one_table_written_in_many_ways(text):
@@ -272,6 +272,13 @@ def test_encodings(wide):
         ),
         ("t,x\n0,1\n0.1,2\n0.2,2\n0.3,1\n0.4,1\n0.5,1\n", "the times are evenly spaced, as in a recording"),
         ("speed,epsilon\n,\n,\n", "there are no rows with data"),
+        (
+            "speed,eps\n1,0,0,9\n2,0,0,8\n",
+            "line 2: 4 cells under 2 names: a decimal comma needs another separator, such as ;",
+        ),
+        ("speed,eps,remark\n1,0.9\n2,0.8,ok,ok2,\n", "line 3: 4 cells under 3 names"),
+        ("speed eps\n100 0.9\n1 000 0.8\n", "line 3: 3 cells under 2 names: expected at most as many"),
+        ("speed,eps\n1,0.9\n2,85 %\n", "line 3: epsilon is '85 %': write epsilon as 0.85, or % in the header"),
         ("bounce 0,bounce 1,bounce 2\nNaN,NaN,NaN\n1,2,\n", "no drop has three bounces in succession"),
         ("impact_time,release_time\n0,0.1\n1,0.9\n1.9,2\n", "line 3: the release_time is before the impact"),
         ("time,sigma\n0,1e300\n1,1e300\n1.9,1e300\n", "line 3: the standard error of eps is"),

@@ -186,6 +186,9 @@ def test_languages(name):
         ("material.glass.young_modulus", f"{'0' * 54}70 GPa", 70e9),
         ("material.glass.young_modulus", "70 kN/mm**2", 70e9),
         ("material.glass.young_modulus", "70000 N/mm²", 70e9),
+        ("material.glass.young_modulus", "70000 N/mm2", 70e9),
+        ("material.glass.density", "1.1 g/cm3", 1100),
+        ("material.glass.density", "1100 kg m-3", 1100),
         ("material.glass.density", "2.5 kg/l", 2500.0),
         ("material.glass.dissipative_constant", "0.05 µs", 5e-8),
         ("material.glass.dissipative_constant", "0.05 μs", 5e-8),
@@ -354,7 +357,7 @@ REFUSED = [  # a place, what stands there, the key that the message names, a par
         ("material.glass.young_modulus", value, "material.glass.young_modulus", PRESSURE)
         for value in (
             0, True, "70 m", "70", "70 parrot", "-70 GPa", "inf GPa", [1], math.nan, 10**400, "70 GPa^1000000",
-            "1e999 Pa", f"{'7' * 57} GPa", "", "1e-400 Pa", "70 __class__", "70 GPa/0",
+            "1e999 Pa", f"{'7' * 57} GPa", "", "1e-400 Pa", "70 __class__", "70 GPa/0", "70 GPa2", "70 GPa10",
         )
     ),
     *(

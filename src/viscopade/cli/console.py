@@ -10,7 +10,6 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from difflib import get_close_matches
 from pathlib import Path
 from textwrap import wrap
 from time import monotonic
@@ -44,12 +43,6 @@ def examples(*lines: str) -> str:
     return f"\b\n{'Examples' if len(lines) > 1 else 'Example'}:\n{shown}"
 
 
-def meant(given: str, known: Iterable[str]) -> str:
-    """Return the names that look like the given one, as the end of a refusal."""
-    near = get_close_matches(given, known, n=3, cutoff=0.6)
-    return f": did you mean {' or '.join(near)}?" if near else ""
-
-
 class OneOf(click.Choice[str]):
     """Type of an argument: one of several names in lower case; one that is nearly so is answered with that.
 
@@ -67,7 +60,7 @@ class OneOf(click.Choice[str]):
             self.fail(f"{value!r} is unknown here: expected {self.others[name]}", param, ctx)
         if name not in self.choices:
             listed = ", ".join(self.choices)
-            near = meant(name, self.choices)
+            near = arguments.meant(name, self.choices)
             self.fail(f"{value!r} is unknown{near or f': expected {listed}'}", param, ctx)
         return name
 

@@ -58,6 +58,18 @@ class Neglected(NamedTuple):
         return [*([self.weight.sentence] if self.weight and self.weight.warns else []), *filter(None, [self.drag])]
 
 
+def _warnings(found: DampingFit, left: Neglected) -> list[str]:
+    """Return sentences on what is left out although it counts, and on eps above 1."""
+    above = [i for i, eps in enumerate(found.points.epsilon) if eps > 1]
+    if not above:
+        return left.warnings
+    i, others = above[0], len(above) - 1
+    off = (found.points.epsilon[i] - 1) / found.main.standard_errors[i]
+    more = f", and {others} more eps are" * (others > 0)
+    text = f"{found.points.labels[i]}: eps = {found.points.epsilon[i]:.6g} is above 1, by {off:.2g} standard errors"
+    return [*left.warnings, f"{text}{more}; {'they are' if others else 'it is'} in the fit"]
+
+
 class Assignment(click.ParamType):  # type: ignore[type-arg]
     """Type of an option: NAME=VALUE."""
 
@@ -85,12 +97,20 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 @click.option(
     "--length-per-unit", type=Quantity("length-per-unit", "length"), help="Of positions, such as that of a pixel."
 )
-@click.option("--resolution", help='Standard error of instants ("0.5 ms"), or of heights or positions ("1 mm").')
+@click.option(
+    "--resolution",
+    help='Standard error of instants ("0.5 ms"), or of heights or positions ("1 mm").  '
+    "[default: found by the fit; for echoes among instants 1 ms]",
+)
 @click.option("--gravity", type=Quantity("gravity", "acceleration"), help="Of the flight.  [default: 9.80665 m/s^2]")
 @click.option("--air-density", type=Quantity("air-density", "density"), help="Drag in air; needs radius and density.")
 @click.option("--drag-coefficient", help="Of the sphere in air.  [default: 0.47]")
 @click.option("--contact-time", type=Quantity("contact-time", "time"), help="Duration of contact between flights.")
-@click.option("--scatter/--no-scatter", default=None, help="Whether eps scatters beyond its standard errors.")
+@click.option(
+    "--scatter/--no-scatter",
+    default=None,
+    help="Whether eps scatters beyond its standard errors.  [default: if there are none]",
+)
 @click.option("--robust", is_flag=True, help="Count outliers less: Student's t with 4 degrees of freedom.")
 @click.option(
     "--without", multiple=True, metavar="[NAME:]LINE", help="Line of a file or sheet to leave out; repeatable."
@@ -336,7 +356,7 @@ def _show(
     for label, off in found.outliers:
         advice = "" if found.main.robust else "; --without leaves a line out, --robust counts outliers less"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
-    for warning in left.warnings:
+    for warning in _warnings(found, left):
         say(f"  {warning}", 2)
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
     show(style, header, rows, {}, title=found.number)
@@ -430,7 +450,7 @@ def fit_json(
             for name, made in recording.sheets
         ],
         "weight": left.weight and {"fitted": left.weight.fitted, "g_t_c_over_v": left.weight.shares},
-        "warnings": left.warnings,
+        "warnings": _warnings(found, left),
         "masked": found.points.masked,
         "left_out": [{"line": label, "why": why} for label, why in recording.left_out],
         "outliers": [{"point": label, "standard_errors": off} for label, off in found.outliers],

@@ -15,9 +15,9 @@ from typing import Any, NoReturn, TextIO
 
 import click
 
-from viscopade import shipped
+from viscopade import arguments, shipped
 from viscopade.cli import audit, calculator, derive, fit, generate, simulators, speeds
-from viscopade.cli.console import WORDS, examples, keep_printing, meant, tracker
+from viscopade.cli.console import WORDS, examples, keep_printing, tracker
 from viscopade.progress import shown_by
 
 EVIDENCE = "viscopade_lab.commands"
@@ -55,7 +55,8 @@ class Commands(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the command that is asked for; for a name that is nearly one, the refusal names it."""
         if not args[0].startswith("-") and self.get_command(context, args[0]) is None:
-            raise click.UsageError(f"there is no command {args[0]!r}{meant(args[0], self.list_commands(context))}")
+            near = arguments.meant(args[0], self.list_commands(context))
+            raise click.UsageError(f"there is no command {args[0]!r}{near}")
         context.meta[WORDS] = args
         return super().resolve_command(context, args)
 

@@ -151,6 +151,19 @@ class Columns:
             full.pop(0)
         self.rows, self.lines = [self.rows[k] for k in full], [self.lines[k] for k in full]
 
+    def refuse_surplus_cells(self) -> None:
+        """Raise ValueError if a row has cells to the right of the last name: all its numbers may be shifted."""
+        names = len(self.sheet.header)
+        for row, label in zip(self.rows, self.labels, strict=True):
+            if any(cell.strip() for cell in row[names:]):
+                cells = max(i for i, cell in enumerate(row, 1) if cell.strip())
+                accepted = (
+                    "expected at most as many"
+                    if self.sheet.comma
+                    else "a decimal comma needs another separator, such as ;"
+                )
+                raise ValueError(f"{label}: {cells} cells under {names} names: {accepted}")
+
     def leave_out(self, line: int) -> None:
         """Leave out a line of the file."""
         k = self.lines.index(line)
@@ -189,7 +202,11 @@ class Columns:
             bad &= np.array([cell.lower() not in ("", "nan") for cell in cells], dtype=bool)
         if bad.any():
             i = int(np.argmax(bad))
-            raise ValueError(f"{self.labels[i]}: {name} is {cells[i]!r}: expected a number{least}")
+            accepted = f"expected a number{least}"
+            percent = self._number(cells[i].removesuffix("%")) if cells[i].endswith("%") else math.nan
+            if math.isfinite(percent) and not COLUMNS[name][0]:
+                accepted = f"write {name} as {percent / 100:g}, or % in the header"
+            raise ValueError(f"{self.labels[i]}: {name} is {cells[i]!r}: {accepted}")
         return values * self._unit(name, dimension or COLUMNS[name][0])
 
     def _number(self, cell: str) -> float:

@@ -246,6 +246,7 @@ class _Reader(Columns):
                 raise ValueError(f"{flag} is {value:g}: expected a number > 0")
         if not self.rows:
             raise bounces.TooFew("there are no rows with data")
+        self.refuse_surplus_cells()
         if self.sheet.comma:
             text = "".join(cell for name in self.known if name != "drop" for cell in self.cells(name))
             if "," in text and "." in text:

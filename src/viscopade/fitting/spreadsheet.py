@@ -17,6 +17,7 @@ from xml.parsers import expat
 from viscopade import files
 
 _REFERENCE = re.compile(r"([A-Za-z]{1,9})([0-9]{1,9})")
+_WITH_COMMA, _WITH_POINT = (re.compile(rf"[+-]?[0-9]*{sign}[0-9]+(?:[eE][+-]?[0-9]+)?") for sign in (",", "[.]"))
 _NUMBER, _LABEL, _BOOLEAN, _RK, _LABEL_SST, _MUL_RK, _FORMULA = 0x203, 0x204, 0x205, 0x27E, 0xFD, 0xBD, 0x6
 _CELLS = {_NUMBER, _LABEL, _BOOLEAN, _RK, _LABEL_SST, _MUL_RK, _FORMULA}
 _DIMENSIONS, _SHEET, _END = 0x200, 0x85, 0xA
@@ -45,17 +46,20 @@ def worksheets(content: bytes, source: str) -> Iterator[tuple[str, list[list[str
             for name in book.sheet_names:
                 sheet = book.get_sheet_by_name(name)
                 files.require_cells(source, cells := cells + sheet.total_height * sheet.total_width)
-                yield (
-                    name,
-                    [
-                        [repr(cell) if isinstance(cell, float) else str(cell) for cell in row]
-                        for row in sheet.to_python()
-                    ],
-                )
+                rows = sheet.to_python()
+                texts = [cell.strip() for row in rows for cell in row if isinstance(cell, str)]
+                comma = not any(map(_WITH_POINT.fullmatch, texts))
+                yield name, [[_text(cell, comma) for cell in row] for row in rows]
     except BaseException as error:
         if isinstance(error, CalamineError | OSError) or type(error).__name__ == "PanicException":  # of Rust
             raise ValueError(f"{source}: the spreadsheet cannot be read: {str(error).splitlines()[0]}") from None
         raise
+
+
+def _text(cell: object, comma: bool) -> str:
+    """Return a cell as text; if a sheet's texts may have decimal commas, a number with one gets a point."""
+    text = repr(cell) if isinstance(cell, float) else str(cell)
+    return text.replace(",", ".") if comma and _WITH_COMMA.fullmatch(text.strip()) else text
 
 
 def _checked_archive(content: bytes, source: str) -> bytes:

@@ -360,6 +360,7 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
     elif len(given) == 2:
         exponents = [part.strip() for part in given]
     else:
-        raise ValueError(f"law is {text!r}: expected {ACCEPTED_LAWS}")
+        near = arguments.meant(name, NAMED) if name not in NAMED else ""
+        raise ValueError(f"law is {text!r}{near or f': expected {ACCEPTED_LAWS}'}")
     a, b = exponents
     return Law(a, b, end or "force")
