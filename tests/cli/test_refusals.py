@@ -18,14 +18,15 @@ MATERIAL = BALL
 LINEAR = ("--law", "linear", "--stiffness", "1", "--mass", "1")
 
 BAD = [
-    (["coefficients", "--order", "-1"], "order is -1: expected an integer from 0 to 1000"),
+    (["coefficients", "--order", "-1"], "viscopade: --order is -1: expected an integer from 0 to 1000"),
     (["coefficients", "--digits", "٣"], "expected an integer"),
     (["coefficients", "--order", "1000", "--digits", "5000"], "GB of memory: expected what needs at most 4 GB, to"),
     (["coefficients", "--format", "xml"], "'xml' is not one of 'text', 'json', 'csv'"),
     (["coefficients", "extra"], "extra"),
     (["pade", "-1", "3"], "m is -1: expected an integer from 0 to 200"),
+    (["pade", "3", "6", "--v-star-max", "200"], "--v-star-max is '200': expected a number from 0.001 to 100"),
     (["pade"], "Missing argument 'M'"),
-    (["pade", "3", "--law", "hertz"], "law is 'hertz': expected viscoelastic, linear, tsuji, hunt-crossley[:n]"),
+    (["pade", "3", "--law", "hertz"], "--law is 'hertz': expected viscoelastic, linear, tsuji, hunt-crossley[:n]"),
     (
         ["coefficients", "--law", "1.37,0.1"],
         "the exponents 137/100,1/10 have too large denominators: expected a and b",
@@ -75,18 +76,19 @@ BAD = [
         ["invert", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1", "--mass", "1", *BALL],
         "--stiffness and a material are given: expected one of them",
     ),
-    (["epsilon", "--v-star", "-1"], "v_star is '-1': expected 0, infinity, or a number from 1e-1000 to 1e100"),
-    (["epsilon", "--v-star", "nan"], "v_star is 'nan'"),
+    (["epsilon", "--v-star", "-1"], "--v-star is '-1': expected 0, infinity, or a number from 1e-1000 to 1e100"),
+    (["epsilon", "--v-star", "nan"], "--v-star is 'nan'"),
     (["epsilon", "--v-star", "1", "--speed", "1"], "the options do not give one v*: expected --v-star"),
     (["epsilon", "--beta", "1", "--speed", "-1"], "speed is '-1'"),
     (["epsilon", "--radius", "1", "--speed", "1"], "a material also needs --young-modulus, --poisson-ratio, --density"),
     (["epsilon", *BALL, "--dissipative-constant", "1e-5"], "a material is given: expected --speed with it"),
-    (["epsilon", *BALL, "--dissipative-constant", "-1", "--speed", "1"], "dissipative_constant is -1.0"),
+    (["epsilon", *BALL, "--dissipative-constant", "-1", "--speed", "1"], "--dissipative-constant is -1.0"),
     (["invert"], "--epsilon and --one-minus-epsilon: neither given, expected exactly one"),
     (["invert", "--epsilon", "0"], "epsilon is '0': expected 1, or a number from 1e-330 to 1 - 1e-1990"),
     (["invert", "--epsilon", "0.5", "--speed", "0"], "speed is '0'"),
     (["invert", "--epsilon", "0.5", *BALL], "a material also needs --speed"),
     (["claims", "--only", "everything"], "there is no claim 'everything': expected"),
+    (["claims", "--only", "no-improvment"], "there is no claim 'no-improvment': did you mean no-improvement?"),
     (["figures"], "Missing option '--out'"),
     (["figures", "--out", "x", "--only", "nothing"], "'nothing' is not one of 'materials'"),
     (["figures", "--out", "x", "--format", "gif"], "'gif' is not one of 'svg', 'pdf', 'png'"),
@@ -98,7 +100,7 @@ BAD = [
     (["export", "c", "--minimax", "1/4"], "minimax is given without an interval: expected minimax with v_star_max"),
     (
         ["export", "c", "--v-star-max", "5"],
-        "v_star_max is given without minimax or accuracy: expected v_star_max with minimax or accuracy (--minimax, ",
+        "--v-star-max is given without minimax or accuracy: expected v_star_max with minimax or accuracy (--minimax, ",
     ),
     (["export", "c", "--minimax", "1/4", "--v-star-max", "-3"], "expected a number greater than v_star_min = 0"),
     (
@@ -173,6 +175,7 @@ BAD = [
         ["scene", "--example", "../x"],
         "there is no example scene '../x': expected acetate, boulders, glass_beads, ice_",
     ),
+    (["plot", "--size", "8 cm", "-o", "x.svg"], "--size needs two lengths, such as '8.6 cm' '6 cm'"),
     (
         ["plot", "--epsilon", "0.8", "--speed", "1", "-o", "x.svg", "--size", "1", "9"],
         "size is 1 m, 9 m: expected width and height",

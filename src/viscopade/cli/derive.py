@@ -85,7 +85,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     if style == "text":
         say(f"{agreeing} of {len(entries)} printed numbers agree")
         for approximant in ours:
-            say(f"{approximant.label} {approximant.verdict}")
+            say(f"{approximant.label} is {approximant.verdict}")
     if agreeing < len(entries):
         if out is not None:
             click.echo("viscopade: no file is written, because a printed number disagrees", err=True)
@@ -165,7 +165,7 @@ def pade_command(
     if bottom < 0:
         bottom = top + of.excess if n is None else n
     p = pade(top, bottom, digits, of)
-    errors = []  # sentences
+    errors, verdict = [], f"{p.label} is {p.verdict}"  # sentences
     if of != VISCOELASTIC:
         from viscopade.kernels.quotient import sampled_errors
 
@@ -182,10 +182,11 @@ def pade_command(
         fields |= {"v_star_max": v_star_max, "proven_error": bound}
         errors = [f"proven: |{p.label} - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= {v_star_max}"]
     if of == VISCOELASTIC:
-        at = _errors_at(p)
+        at = _errors_at(p, 0 if v_star_max is None else float(v_star_max))
         fields["errors"] = [{"v_star": v_star, "relative": error} for v_star, error in at]
-        listed = ", ".join(f"{error:.2g} at v* = {v_star}" for v_star, error in at)
-        errors = [f"relative error (sampled): {listed}", *errors]
+        listed = ", ".join(f"{float(f'{100 * error:.2g}'):g} % at v* = {v_star:g}" for v_star, error in at)
+        grows = sorted(at, key=lambda pair: abs(pair[1])) == at
+        verdict += f"; its relative error (sampled){' grows' * grows}: {listed}"
     a, b = p.decimals()
     rows = [(name, i, value, "") for name, values in (("a", a), ("b", b)) for i, value in enumerate(values)]
     rows += [
@@ -198,7 +199,7 @@ def pade_command(
     if style == "text":
         if line:
             say(line)
-        say(f"{p.label} {p.verdict}")
+        say(verdict)
         say(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
         for line in errors:
             say(line)
@@ -208,15 +209,15 @@ def pade_command(
             say(f"Froissart doublet: pole {pole}, zero {zero}, relative distance {d.distance:.1e}")
 
 
-def _errors_at(p: Pade) -> list[tuple[int, float]]:
-    """Return the relative errors of an approximant at a few v*."""
+def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
+    """Return the relative errors of an approximant at a few v*, and at the largest one if it lies beyond them."""
     from flint import arb_poly
 
     from viscopade.arithmetic.balls import bits_for, working
     from viscopade.collision import exact
 
     found = []
-    for v_star in _STATED:
+    for v_star in (*_STATED, *[v_star_max] * (v_star_max > max(_STATED))):
         true = exact.collision(v_star, _STATED_DIGITS).epsilon
         with working(bits_for(_STATED_DIGITS) + 64):
             value = arb_poly(list(p.a))(v_star) / arb_poly(list(p.b))(v_star)

@@ -60,6 +60,20 @@ class Commands(click.Group):
         context.meta[WORDS] = args
         return super().resolve_command(context, args)
 
+    def invoke(self, context: click.Context) -> Any:
+        """Run the command; a message that begins with the name of an argument has the option's name instead."""
+        try:
+            return super().invoke(context)
+        except (ValueError, TypeError, click.BadParameter) as error:
+            asked = self.get_command(context, context.meta[WORDS][0]) if WORDS in context.meta else None
+            flags = [flag for param in asked.params for flag in (*param.opts, *param.secondary_opts)] if asked else []
+            text = error.message if isinstance(error, click.BadParameter) else str(error)
+            name = text.partition(" ")[0]
+            option = "--" + name.replace("_", "-")
+            if option not in flags:
+                raise
+            raise click.UsageError(option + text[len(name) :]) from error
+
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands by section, each with its summary."""
         width = max(map(len, self.list_commands(context)))

@@ -43,6 +43,16 @@ _DRAWN_WITH_WEIGHT = 64  # each takes some 20 ms
 _MOST_WITH_WEIGHT = 100
 
 
+class _Length(Quantity):
+    """Type of an option that takes two lengths: what begins with a minus is the next option."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Parse a length."""
+        if str(value).startswith("-"):
+            raise click.UsageError(f"--{self.label} needs two lengths, such as '8.6 cm' '6 cm'")
+        return super().convert(value, param, ctx)
+
+
 def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
     """Decorate a command with the options of `_curves`."""
     for option in reversed(
@@ -68,7 +78,7 @@ def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
 @_choice_of_curves
 @click.option("--data", type=click.Path(path_type=Path), help="Measured data to mark, as for `viscopade fit`.")
 @click.option("--title", help="Title above the picture.")
-@click.option("--size", type=Quantity("size", "length"), nargs=2, help="Width and height, such as '8.6 cm' '6 cm'.")
+@click.option("--size", type=_Length("size", "length"), nargs=2, help="Width and height, such as '8.6 cm' '6 cm'.")
 @click.option("--font-size", type=Real("font-size"), help="Size of letters in points.  [default: 7.5]")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture: .svg, .png or .pdf.")
 def plot(

@@ -181,7 +181,7 @@ class Pade(Determined):
     def verdict(self) -> str:
         """The domain of use as one line, with the reason for its end."""
         if self.usable:
-            return "usable for all v* >= 0: no positive real pole or zero"
+            return "defined for all v* >= 0 (no positive real pole or zero)"
         if self.domain_end is None:
             return "not usable for all v* >= 0: it does not tend to 0 for large v*"
         found = [

@@ -23,14 +23,14 @@ LOOKS = {
 }
 GREY = "#5c5f66"
 _CEILING = 100.0  # larger errors are drawn here: they are useless, whatever their size
-_SLOWEST = 300.0  # times the fastest: slower functions are drawn here, to leave room for the rest
+_SLOWEST = 500.0  # times the fastest: slower functions are drawn here, to leave room for the rest
 
 # Offsets of a label from its mark, in points: beside it first, then above and below, farther and farther away.
 _OFFSETS = [(8.0, 0.0, "left"), (-8.0, 0.0, "right")] + [
     (dx, sign * dy, side)
-    for dy in (8, 12, 18, 25, 33)
+    for dy in (8, 12, 18, 25, 33, 42)
     for sign in (1, -1)
-    for dx, side in ((5.0, "left"), (-5.0, "right"))
+    for dx, side in ((5.0, "left"), (0.0, "center"), (-5.0, "right"))
 ]
 
 _STYLE = {
@@ -132,6 +132,8 @@ def _write_labels(axes: Axes, panel: Sequence[Row], line: Sequence[tuple[float, 
     taken = [Bbox.from_bounds(x - 6, y - 6, 12, 12) for x, y in centres]
     taken += (Bbox([a, b]).padded(2) for a, b in pairwise(map(axes.transData.transform, line)))
     frame = axes.get_window_extent()
+    limits = [x for row, (x, _) in zip(panel, centres, strict=True) if row.error is None]
+    taken += [Bbox.from_extents(x - 2, frame.y0, x + 2, frame.y1) for x in limits]
     for row in panel:
         mark, color = _place(row, panel), LOOKS[row.group][0]
         text = _label(row, _SLOWEST * panel[0].median_ns)
@@ -151,9 +153,9 @@ def _write_labels(axes: Axes, panel: Sequence[Row], line: Sequence[tuple[float, 
 
 def _label(row: Row, slowest: float) -> str:
     """Return a point's label, with its error and time if they are off the scale."""
-    beyond = []
+    beyond = ["proven for rounded v*"] if row.proven is not None and not row.is_proven else []
     if row.error is not None and row.error > _CEILING:
         beyond.append(f"error {row.error:.0e} ↑".replace("e+0", "e").replace("e+", "e"))
     if row.median_ns > slowest:
         beyond.append(f"{float(f'{row.median_ns / 1000:.2g}'):g} µs →")
-    return f"{row.label} ({', '.join(beyond)})" if beyond else row.label
+    return f"{row.label}\n({', '.join(beyond)})" if beyond else row.label

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from viscopade.arguments import meant
 from viscopade.progress import quietly, track
 from viscopade_lab.claims import asymptotics, pade, physics, series
 from viscopade_lab.claims.evidence import CheckedClaim, Claim, Evidence
@@ -67,7 +68,7 @@ def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
     wanted = list(by_name) if names is None else list(names)
     for name in wanted:
         if name not in by_name:
-            raise ValueError(f"there is no claim {name!r}: expected {', '.join(by_name)}")
+            raise ValueError(f"there is no claim {name!r}{meant(name, by_name) or ': expected ' + ', '.join(by_name)}")
     return tuple(
         CheckedClaim(by_name[wanted[i]], _quietly(by_name[wanted[i]])) for i in track(range(len(wanted)), "claims")
     )

@@ -224,7 +224,7 @@ def judged(largest: Mapping[Build, float]) -> Finding:
         axes.axvline(1, color=BLACK, linewidth=0.8, label="bound, to nearest")
         axes.axvline(2, color=ORANGE, linewidth=0.8, label="bound, other modes")
         axes.invert_yaxis()
-        axes.set(xlabel="error / proven error", xlim=(0, 5))
-        axes.legend(loc="upper right")
+        axes.set(xlabel="error / proven error", xlim=(0.9, 2.1))
+        axes.legend(loc="upper center")
 
     return Finding(rows, summary, draw)
