@@ -9,6 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 // function                                         range                       error, double           error, float
 // Viscopade.Restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // Viscopade.Rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -32,7 +33,8 @@ public const string Version = "2.0.0";
 public const int VersionNumber = 20000; // 10000 major + 100 minor + patch
 
 // eps.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 public static double Restitution_compact_1em3(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -66,7 +68,7 @@ public static double Restitution_compact_1em3(double speed, double beta)
 
 // eps.
 // Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060.
+// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 public static float Restitution_compact_1em3_f32(float speed, float beta)
 {
     const float thirtieth = 0.033333335f;
@@ -99,7 +101,8 @@ public static float Restitution_compact_1em3_f32(float speed, float beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 public static double Rebound_compact_1em3(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -133,7 +136,7 @@ public static double Rebound_compact_1em3(double speed, double beta)
 
 // eps speed, the speed after the collision.
 // Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060.
+// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 public static float Rebound_compact_1em3_f32(float speed, float beta)
 {
     const float thirtieth = 0.033333335f;
@@ -166,7 +169,8 @@ public static float Rebound_compact_1em3_f32(float speed, float beta)
 }
 
 // 1 - eps^2.
-// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 public static double Dissipation_compact_1em3(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -200,7 +204,8 @@ public static double Dissipation_compact_1em3(double speed, double beta)
 }
 
 // 1 - eps^2.
-// Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
+// Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+// w = beta^5 speed, as computed, are normal numbers.
 public static float Dissipation_compact_1em3_f32(float speed, float beta)
 {
     const float thirtieth = 0.033333335f;
@@ -234,7 +239,8 @@ public static float Dissipation_compact_1em3_f32(float speed, float beta)
 }
 
 // eps.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 public static double Restitution_compact_1em5(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -270,7 +276,8 @@ public static double Restitution_compact_1em5(double speed, double beta)
 }
 
 // eps.
-// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 public static float Restitution_compact_1em5_f32(float speed, float beta)
 {
     const float thirtieth = 0.033333335f;
@@ -306,7 +313,8 @@ public static float Restitution_compact_1em5_f32(float speed, float beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 public static double Rebound_compact_1em5(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -342,7 +350,8 @@ public static double Rebound_compact_1em5(double speed, double beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 public static float Rebound_compact_1em5_f32(float speed, float beta)
 {
     const float thirtieth = 0.033333335f;
@@ -378,7 +387,8 @@ public static float Rebound_compact_1em5_f32(float speed, float beta)
 }
 
 // 1 - eps^2.
-// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 public static double Dissipation_compact_1em5(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -415,7 +425,8 @@ public static double Dissipation_compact_1em5(double speed, double beta)
 }
 
 // 1 - eps^2.
-// Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+// w = beta^5 speed, as computed, are normal numbers.
 public static float Dissipation_compact_1em5_f32(float speed, float beta)
 {
     const float thirtieth = 0.033333335f;
@@ -452,7 +463,8 @@ public static float Dissipation_compact_1em5_f32(float speed, float beta)
 }
 
 // eps.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 public static double Restitution_compact_1em7(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -493,7 +505,8 @@ public static double Restitution_compact_1em7(double speed, double beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 public static double Rebound_compact_1em7(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -534,7 +547,8 @@ public static double Rebound_compact_1em7(double speed, double beta)
 }
 
 // 1 - eps^2.
-// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 public static double Dissipation_compact_1em7(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;

@@ -10,6 +10,7 @@
  * x returns to 0.
  *
  * Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+ * Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  * function                                         range                       error, double           error, float
  * viscopade_restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 1.81e-5 r (1.63e-4 <= v* <= 4060)
  * viscopade_rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 1.81e-5 r (1.63e-4 <= v* <= 4060)
@@ -211,7 +212,8 @@ VISCOPADE_KERNEL(0xdf61ac26)
 
 /*
  * eps.
- * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+ * as computed, are normal numbers.
  */
 #define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em3(double speed, double beta)
@@ -247,9 +249,9 @@ VISCOPADE_CALLED(restitution, compact_1em3, double, viscopade_restitution_compac
 /*
  * eps.
  * Error on the host <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
- * 1.63e-4 <= v* <= 4060.
+ * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  * Error on the device <= 2.09e-4 m + 9.11e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
- * 1.63e-4 <= v* <= 4060.
+ * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
 #define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em3f(float speed, float beta)
@@ -285,7 +287,8 @@ VISCOPADE_CALLED(restitution, compact_1em3, float, viscopade_restitution_compact
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+ * as computed, are normal numbers.
  */
 #define VISCOPADE_REBOUND_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em3(double speed, double beta)
@@ -321,9 +324,9 @@ VISCOPADE_CALLED(rebound, compact_1em3, double, viscopade_rebound_compact_1em3)
 /*
  * eps speed, the speed after the collision.
  * Error on the host <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
- * 1.63e-4 <= v* <= 4060.
+ * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  * Error on the device <= 2.09e-4 m + 9.21e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
- * 1.63e-4 <= v* <= 4060.
+ * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
 #define VISCOPADE_REBOUND_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em3f(float speed, float beta)
@@ -359,7 +362,8 @@ VISCOPADE_CALLED(rebound, compact_1em3, float, viscopade_rebound_compact_1em3f)
 
 /*
  * 1 - eps^2.
- * Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+ * are normal numbers.
  */
 #define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERROR 2.1e-4 /* r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em3(double speed, double beta)
@@ -395,8 +399,10 @@ VISCOPADE_CALLED(dissipation, compact_1em3, double, viscopade_dissipation_compac
 
 /*
  * 1 - eps^2.
- * Error on the host <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
- * Error on the device <= 2.18e-4 r for 0.001 <= v* <= 10; 2.21e-4 r for 1.63e-4 <= v* <= 4060.
+ * Error on the host <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where
+ * beta^5 and w = beta^5 speed, as computed, are normal numbers.
+ * Error on the device <= 2.18e-4 r for 0.001 <= v* <= 10; 2.21e-4 r for 1.63e-4 <= v* <= 4060, where
+ * beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
 #define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERRORF 2.21e-4 /* r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em3f(float speed, float beta)
@@ -450,7 +456,8 @@ VISCOPADE_KERNEL(0x0fdb34a6)
 
 /*
  * eps.
- * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+ * as computed, are normal numbers.
  */
 #define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em5(double speed, double beta)
@@ -489,9 +496,9 @@ VISCOPADE_CALLED(restitution, compact_1em5, double, viscopade_restitution_compac
 /*
  * eps.
  * Error on the host <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for
- * 1.63e-4 <= v* <= 4060.
+ * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  * Error on the device <= 3.4e-6 m + 9.31e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for
- * 1.63e-4 <= v* <= 4060.
+ * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
 #define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em5f(float speed, float beta)
@@ -530,7 +537,8 @@ VISCOPADE_CALLED(restitution, compact_1em5, float, viscopade_restitution_compact
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+ * as computed, are normal numbers.
  */
 #define VISCOPADE_REBOUND_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em5(double speed, double beta)
@@ -569,9 +577,9 @@ VISCOPADE_CALLED(rebound, compact_1em5, double, viscopade_rebound_compact_1em5)
 /*
  * eps speed, the speed after the collision.
  * Error on the host <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for
- * 1.63e-4 <= v* <= 4060.
+ * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  * Error on the device <= 3.4e-6 m + 9.31e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for
- * 1.63e-4 <= v* <= 4060.
+ * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
 #define VISCOPADE_REBOUND_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em5f(float speed, float beta)
@@ -610,7 +618,8 @@ VISCOPADE_CALLED(rebound, compact_1em5, float, viscopade_rebound_compact_1em5f)
 
 /*
  * 1 - eps^2.
- * Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+ * are normal numbers.
  */
 #define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERROR 3.37e-6 /* r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em5(double speed, double beta)
@@ -649,8 +658,10 @@ VISCOPADE_CALLED(dissipation, compact_1em5, double, viscopade_dissipation_compac
 
 /*
  * 1 - eps^2.
- * Error on the host <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
- * Error on the device <= 1.2e-5 r for 0.001 <= v* <= 10; 1.45e-5 r for 1.63e-4 <= v* <= 4060.
+ * Error on the host <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where
+ * beta^5 and w = beta^5 speed, as computed, are normal numbers.
+ * Error on the device <= 1.2e-5 r for 0.001 <= v* <= 10; 1.45e-5 r for 1.63e-4 <= v* <= 4060, where
+ * beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
 #define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERRORF 1.45e-5 /* r for 1.63e-4 <= v* <= 4060 */
 VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em5f(float speed, float beta)
@@ -707,7 +718,8 @@ VISCOPADE_KERNEL(0x57b247c3)
 
 /*
  * eps.
- * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+ * as computed, are normal numbers.
  */
 #define VISCOPADE_RESTITUTION_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em7(double speed, double beta)
@@ -750,7 +762,8 @@ VISCOPADE_CALLED(restitution, compact_1em7, double, viscopade_restitution_compac
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+ * as computed, are normal numbers.
  */
 #define VISCOPADE_REBOUND_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em7(double speed, double beta)
@@ -793,7 +806,8 @@ VISCOPADE_CALLED(rebound, compact_1em7, double, viscopade_rebound_compact_1em7)
 
 /*
  * 1 - eps^2.
- * Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+ * Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+ * are normal numbers.
  */
 #define VISCOPADE_DISSIPATION_COMPACT_1EM7_ERROR 2.8e-8 /* r for 1.73e-31 <= v* <= 1.23e+27 */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, double beta)

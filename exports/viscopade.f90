@@ -9,6 +9,7 @@
 ! x returns to 0.
 !
 ! Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+! Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 ! function                               range                       error, double           error, float
 ! restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 ! rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -75,7 +76,8 @@ public :: dissipation_compact_1em7
 contains
 
 ! eps.
-! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+! as computed, are normal numbers.
 pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -127,7 +129,7 @@ end function
 
 ! eps.
 ! Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-! 1.63e-4 <= v* <= 4060.
+! 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -178,7 +180,8 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+! as computed, are normal numbers.
 pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -230,7 +233,7 @@ end function
 
 ! eps speed, the speed after the collision.
 ! Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-! 1.63e-4 <= v* <= 4060.
+! 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -281,7 +284,8 @@ pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) resul
 end function
 
 ! 1 - eps^2.
-! Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+! are normal numbers.
 pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -333,7 +337,8 @@ pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) r
 end function
 
 ! 1 - eps^2.
-! Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
+! Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+! w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -385,7 +390,8 @@ pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) r
 end function
 
 ! eps.
-! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+! as computed, are normal numbers.
 pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -439,7 +445,8 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
 end function
 
 ! eps.
-! Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+! Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+! where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -493,7 +500,8 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+! as computed, are normal numbers.
 pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -547,7 +555,8 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+! Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+! where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -601,7 +610,8 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
 end function
 
 ! 1 - eps^2.
-! Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+! are normal numbers.
 pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -656,7 +666,8 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
 end function
 
 ! 1 - eps^2.
-! Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
+! Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+! w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -711,7 +722,8 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
 end function
 
 ! eps.
-! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+! as computed, are normal numbers.
 pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -770,7 +782,8 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+! as computed, are normal numbers.
 pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -829,7 +842,8 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
 end function
 
 ! 1 - eps^2.
-! Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+! Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+! are normal numbers.
 pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta

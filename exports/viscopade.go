@@ -9,6 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 // function                                         range                       error, double           error, float
 // viscopade.Restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // viscopade.Rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -36,7 +37,8 @@ const Version = "2.0.0"
 const VersionNumber = 20000 // 10000 major + 100 minor + patch
 
 // eps.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 func Restitution_compact_1em3(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -88,7 +90,7 @@ func Restitution_compact_1em3(speed float64, beta float64) float64 {
 
 // eps.
 // Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060.
+// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 func Restitution_compact_1em3_f32(speed float32, beta float32) float32 {
     const thirtieth float32 = 0.033333335
     const largest float32 = 1.329228e36
@@ -139,7 +141,8 @@ func Restitution_compact_1em3_f32(speed float32, beta float32) float32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 func Rebound_compact_1em3(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -191,7 +194,7 @@ func Rebound_compact_1em3(speed float64, beta float64) float64 {
 
 // eps speed, the speed after the collision.
 // Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060.
+// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 func Rebound_compact_1em3_f32(speed float32, beta float32) float32 {
     const thirtieth float32 = 0.033333335
     const largest float32 = 1.329228e36
@@ -242,7 +245,8 @@ func Rebound_compact_1em3_f32(speed float32, beta float32) float32 {
 }
 
 // 1 - eps^2.
-// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 func Dissipation_compact_1em3(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -294,7 +298,8 @@ func Dissipation_compact_1em3(speed float64, beta float64) float64 {
 }
 
 // 1 - eps^2.
-// Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
+// Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+// w = beta^5 speed, as computed, are normal numbers.
 func Dissipation_compact_1em3_f32(speed float32, beta float32) float32 {
     const thirtieth float32 = 0.033333335
     const largest float32 = 1.329228e36
@@ -346,7 +351,8 @@ func Dissipation_compact_1em3_f32(speed float32, beta float32) float32 {
 }
 
 // eps.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 func Restitution_compact_1em5(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -400,7 +406,8 @@ func Restitution_compact_1em5(speed float64, beta float64) float64 {
 }
 
 // eps.
-// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 func Restitution_compact_1em5_f32(speed float32, beta float32) float32 {
     const thirtieth float32 = 0.033333335
     const largest float32 = 1.329228e36
@@ -454,7 +461,8 @@ func Restitution_compact_1em5_f32(speed float32, beta float32) float32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 func Rebound_compact_1em5(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -508,7 +516,8 @@ func Rebound_compact_1em5(speed float64, beta float64) float64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 func Rebound_compact_1em5_f32(speed float32, beta float32) float32 {
     const thirtieth float32 = 0.033333335
     const largest float32 = 1.329228e36
@@ -562,7 +571,8 @@ func Rebound_compact_1em5_f32(speed float32, beta float32) float32 {
 }
 
 // 1 - eps^2.
-// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 func Dissipation_compact_1em5(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -617,7 +627,8 @@ func Dissipation_compact_1em5(speed float64, beta float64) float64 {
 }
 
 // 1 - eps^2.
-// Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+// w = beta^5 speed, as computed, are normal numbers.
 func Dissipation_compact_1em5_f32(speed float32, beta float32) float32 {
     const thirtieth float32 = 0.033333335
     const largest float32 = 1.329228e36
@@ -672,7 +683,8 @@ func Dissipation_compact_1em5_f32(speed float32, beta float32) float32 {
 }
 
 // eps.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 func Restitution_compact_1em7(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -731,7 +743,8 @@ func Restitution_compact_1em7(speed float64, beta float64) float64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 func Rebound_compact_1em7(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -790,7 +803,8 @@ func Rebound_compact_1em7(speed float64, beta float64) float64 {
 }
 
 // 1 - eps^2.
-// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 func Dissipation_compact_1em7(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270

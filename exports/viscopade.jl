@@ -9,6 +9,7 @@
 # x returns to 0.
 #
 # Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+# Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 # function                                         range                       error, double           error, float
 # Viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 # Viscopade.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -32,7 +33,8 @@ const VERSION = v"2.0.0"
 const VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 # eps.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 function restitution_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -63,7 +65,7 @@ end
 
 # eps.
 # Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-# 1.63e-4 <= v* <= 4060.
+# 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 function restitution_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -93,7 +95,8 @@ function restitution_compact_1em3(speed::Float32, beta::Float32)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 function rebound_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -124,7 +127,7 @@ end
 
 # eps speed, the speed after the collision.
 # Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-# 1.63e-4 <= v* <= 4060.
+# 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 function rebound_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -154,7 +157,8 @@ function rebound_compact_1em3(speed::Float32, beta::Float32)
 end
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 function dissipation_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -185,7 +189,8 @@ function dissipation_compact_1em3(speed::Float64, beta::Float64)
 end
 
 # 1 - eps^2.
-# Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
+# Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# w = beta^5 speed, as computed, are normal numbers.
 function dissipation_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -216,7 +221,8 @@ function dissipation_compact_1em3(speed::Float32, beta::Float32)
 end
 
 # eps.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 function restitution_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -249,7 +255,8 @@ function restitution_compact_1em5(speed::Float64, beta::Float64)
 end
 
 # eps.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 function restitution_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -282,7 +289,8 @@ function restitution_compact_1em5(speed::Float32, beta::Float32)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 function rebound_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -315,7 +323,8 @@ function rebound_compact_1em5(speed::Float64, beta::Float64)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 function rebound_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -348,7 +357,8 @@ function rebound_compact_1em5(speed::Float32, beta::Float32)
 end
 
 # 1 - eps^2.
-# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 function dissipation_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -382,7 +392,8 @@ function dissipation_compact_1em5(speed::Float64, beta::Float64)
 end
 
 # 1 - eps^2.
-# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# w = beta^5 speed, as computed, are normal numbers.
 function dissipation_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -416,7 +427,8 @@ function dissipation_compact_1em5(speed::Float32, beta::Float32)
 end
 
 # eps.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 function restitution_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -454,7 +466,8 @@ function restitution_compact_1em7(speed::Float64, beta::Float64)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 function rebound_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -492,7 +505,8 @@ function rebound_compact_1em7(speed::Float64, beta::Float64)
 end
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 function dissipation_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270

@@ -9,6 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 // function                                         range                       error, double
 // viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
 // viscopade.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
@@ -30,7 +31,8 @@ export const VERSION = "2.0.0";
 export const VERSION_NUMBER = 20000; // 10000 major + 100 minor + patch
 
 // eps.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 export function restitution_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -64,7 +66,8 @@ export function restitution_compact_1em3(speed, beta) {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 export function rebound_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -98,7 +101,8 @@ export function rebound_compact_1em3(speed, beta) {
 }
 
 // 1 - eps^2.
-// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 export function dissipation_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -133,7 +137,8 @@ export function dissipation_compact_1em3(speed, beta) {
 }
 
 // eps.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 export function restitution_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -170,7 +175,8 @@ export function restitution_compact_1em5(speed, beta) {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 export function rebound_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -207,7 +213,8 @@ export function rebound_compact_1em5(speed, beta) {
 }
 
 // 1 - eps^2.
-// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 export function dissipation_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -245,7 +252,8 @@ export function dissipation_compact_1em5(speed, beta) {
 }
 
 // eps.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 export function restitution_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -287,7 +295,8 @@ export function restitution_compact_1em7(speed, beta) {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 export function rebound_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -329,7 +338,8 @@ export function rebound_compact_1em7(speed, beta) {
 }
 
 // 1 - eps^2.
-// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 export function dissipation_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;

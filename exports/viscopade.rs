@@ -9,6 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 // function                                          range                       error, double           error, float
 // viscopade::restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // viscopade::rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -32,7 +33,8 @@ pub const VERSION: &str = "2.0.0";
 pub const VERSION_NUMBER: u32 = 20000; // 10000 major + 100 minor + patch
 
 // eps.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -65,7 +67,7 @@ pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
 
 // eps.
 // Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060.
+// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -97,7 +99,8 @@ pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -130,7 +133,7 @@ pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
 
 // eps speed, the speed after the collision.
 // Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060.
+// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -162,7 +165,8 @@ pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // 1 - eps^2.
-// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -195,7 +199,8 @@ pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
 }
 
 // 1 - eps^2.
-// Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
+// Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+// w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -228,7 +233,8 @@ pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -263,7 +269,8 @@ pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 // eps.
-// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -298,7 +305,8 @@ pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -333,7 +341,8 @@ pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -368,7 +377,8 @@ pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // 1 - eps^2.
-// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -404,7 +414,8 @@ pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 // 1 - eps^2.
-// Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
+// Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+// w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -440,7 +451,8 @@ pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -480,7 +492,8 @@ pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+// as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -520,7 +533,8 @@ pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
 }
 
 // 1 - eps^2.
-// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+// Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+// are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;

@@ -9,6 +9,7 @@
 # x returns to 0.
 #
 # Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+# Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 # function                                                range                       error, double           error, float
 # viscopade_arrays.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 # viscopade_arrays.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -41,7 +42,8 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def restitution_compact_1em3(speed, beta, xp=np):
     """Return eps, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -73,7 +75,7 @@ def restitution_compact_1em3(speed, beta, xp=np):
 
 # eps.
 # Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-# 1.63e-4 <= v* <= 4060.
+# 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 def restitution_compact_1em3_f32(speed, beta, xp=np):
     """Return eps, for arrays of type float32."""
     thirtieth = 0.033333335
@@ -104,7 +106,8 @@ def restitution_compact_1em3_f32(speed, beta, xp=np):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def rebound_compact_1em3(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -136,7 +139,7 @@ def rebound_compact_1em3(speed, beta, xp=np):
 
 # eps speed, the speed after the collision.
 # Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-# 1.63e-4 <= v* <= 4060.
+# 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 def rebound_compact_1em3_f32(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float32."""
     thirtieth = 0.033333335
@@ -167,7 +170,8 @@ def rebound_compact_1em3_f32(speed, beta, xp=np):
 
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 def dissipation_compact_1em3(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -199,7 +203,8 @@ def dissipation_compact_1em3(speed, beta, xp=np):
 
 
 # 1 - eps^2.
-# Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
+# Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# w = beta^5 speed, as computed, are normal numbers.
 def dissipation_compact_1em3_f32(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float32."""
     thirtieth = 0.033333335
@@ -231,7 +236,8 @@ def dissipation_compact_1em3_f32(speed, beta, xp=np):
 
 
 # eps.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def restitution_compact_1em5(speed, beta, xp=np):
     """Return eps, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -265,7 +271,8 @@ def restitution_compact_1em5(speed, beta, xp=np):
 
 
 # eps.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 def restitution_compact_1em5_f32(speed, beta, xp=np):
     """Return eps, for arrays of type float32."""
     thirtieth = 0.033333335
@@ -299,7 +306,8 @@ def restitution_compact_1em5_f32(speed, beta, xp=np):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def rebound_compact_1em5(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -333,7 +341,8 @@ def rebound_compact_1em5(speed, beta, xp=np):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 def rebound_compact_1em5_f32(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float32."""
     thirtieth = 0.033333335
@@ -367,7 +376,8 @@ def rebound_compact_1em5_f32(speed, beta, xp=np):
 
 
 # 1 - eps^2.
-# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 def dissipation_compact_1em5(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -402,7 +412,8 @@ def dissipation_compact_1em5(speed, beta, xp=np):
 
 
 # 1 - eps^2.
-# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# w = beta^5 speed, as computed, are normal numbers.
 def dissipation_compact_1em5_f32(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float32."""
     thirtieth = 0.033333335
@@ -437,7 +448,8 @@ def dissipation_compact_1em5_f32(speed, beta, xp=np):
 
 
 # eps.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def restitution_compact_1em7(speed, beta, xp=np):
     """Return eps, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -476,7 +488,8 @@ def restitution_compact_1em7(speed, beta, xp=np):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def rebound_compact_1em7(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float64."""
     thirtieth = 0.03333333333333333
@@ -515,7 +528,8 @@ def rebound_compact_1em7(speed, beta, xp=np):
 
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 def dissipation_compact_1em7(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float64."""
     thirtieth = 0.03333333333333333

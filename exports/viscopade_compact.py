@@ -9,6 +9,7 @@
 # x returns to 0.
 #
 # Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+# Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 # function                                                 range                       error, double
 # viscopade_compact.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
 # viscopade_compact.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
@@ -33,7 +34,8 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def restitution_compact_1em3(speed: float, beta: float) -> float:
     """Return eps."""
     thirtieth = 0.03333333333333333
@@ -63,7 +65,8 @@ def restitution_compact_1em3(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def rebound_compact_1em3(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -93,7 +96,8 @@ def rebound_compact_1em3(speed: float, beta: float) -> float:
 
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 def dissipation_compact_1em3(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
@@ -124,7 +128,8 @@ def dissipation_compact_1em3(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def restitution_compact_1em5(speed: float, beta: float) -> float:
     """Return eps."""
     thirtieth = 0.03333333333333333
@@ -157,7 +162,8 @@ def restitution_compact_1em5(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def rebound_compact_1em5(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -190,7 +196,8 @@ def rebound_compact_1em5(speed: float, beta: float) -> float:
 
 
 # 1 - eps^2.
-# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 def dissipation_compact_1em5(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333
@@ -224,7 +231,8 @@ def dissipation_compact_1em5(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def restitution_compact_1em7(speed: float, beta: float) -> float:
     """Return eps."""
     thirtieth = 0.03333333333333333
@@ -262,7 +270,8 @@ def restitution_compact_1em7(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 def rebound_compact_1em7(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -300,7 +309,8 @@ def rebound_compact_1em7(speed: float, beta: float) -> float:
 
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 def dissipation_compact_1em7(speed: float, beta: float) -> float:
     """Return 1 - eps^2."""
     thirtieth = 0.03333333333333333

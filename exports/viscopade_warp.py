@@ -9,6 +9,7 @@
 # x returns to 0.
 #
 # Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
+# Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 # function                                              range                       error, double           error, float
 # viscopade_warp.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 # viscopade_warp.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -33,7 +34,8 @@ VISCOPADE_VERSION_NUMBER = 20000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -64,7 +66,7 @@ def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
 
 # eps.
 # Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-# 1.63e-4 <= v* <= 4060.
+# 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -94,7 +96,8 @@ def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 @wp.func
 def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -125,7 +128,7 @@ def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
 
 # eps speed, the speed after the collision.
 # Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-# 1.63e-4 <= v* <= 4060.
+# 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -155,7 +158,8 @@ def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
 
 
 # 1 - eps^2.
-# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 @wp.func
 def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -186,7 +190,8 @@ def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
 
 
 # 1 - eps^2.
-# Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060.
+# Error <= 2.22e-4 r for 0.001 <= v* <= 10; 2.24e-4 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -217,7 +222,8 @@ def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
 
 
 # eps.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -250,7 +256,8 @@ def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -283,7 +290,8 @@ def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 @wp.func
 def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -316,7 +324,8 @@ def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -349,7 +358,8 @@ def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
 
 
 # 1 - eps^2.
-# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 @wp.func
 def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -383,7 +393,8 @@ def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # 1 - eps^2.
-# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060.
+# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -417,7 +428,8 @@ def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
 
 
 # eps.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -455,7 +467,8 @@ def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
+# as computed, are normal numbers.
 @wp.func
 def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)
@@ -493,7 +506,8 @@ def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
 
 
 # 1 - eps^2.
-# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27.
+# Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
+# are normal numbers.
 @wp.func
 def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     thirtieth = wp.float64(0.03333333333333333)

@@ -37,7 +37,12 @@ def _kernel(entry: Entry) -> str:
     kernel = entry.kernel
     lines = [f"## {kernel.name}", ""]
     lines += [f"`{kernel.formula}`\n"] if kernel.formula else []
-    facts = {"Source": kernel.source, "Domain": kernel.domain, "Command": Request.of([entry]).command("c")}
+    facts = {
+        "Source": kernel.source,
+        "Domain": kernel.domain,
+        "Condition of the bounds": kernel.condition,
+        "Command": Request.of([entry]).command("c"),
+    }
     lines += [f"- {name}: `{text}`" for name, text in facts.items() if text]
     lines += [f"- Tables: {kernel.bytes} bytes"] if kernel.bytes else []
     lines += [f"- No {form} version: {reason}" for form, reason in kernel.missing.items()]

@@ -97,10 +97,10 @@ MEANINGS = {
     "dissipation": "1 - eps^2",
 }
 DOMAIN = (
-    "all speeds and betas >= 0 except for 0 and infinity together. The bounds hold where the computed beta^2, beta^4, "
-    "beta^5 and w are normal numbers; for smaller w eps rounds to 1. The functions replace w beyond 2^900 (2^120 in "
-    "float) by that number, so that eps stays positive"
+    "all finite speeds and betas >= 0. The functions replace w beyond 2^900 (2^120 in float) by that number, so that "
+    "eps stays positive"
 )
+CONDITION = "beta^5 and w = beta^5 speed, as computed, are normal numbers"
 OF_V_STAR = ("epsilon", "one_minus_epsilon")
 """Functions of `half_line` kernels."""
 
@@ -138,7 +138,8 @@ def compact(accuracy: Exact, measure: Measure = "both") -> Kernel:
         v.form.name: {"thirtieth": thirtieth(v.form), "largest": 2.0 ** LARGEST[v.form.name]} for v in fitted.variants
     }
     text = f"eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, {powers_text(form)}"
-    return _kernel(f"compact_{name}", "speed", text, DOMAIN, functions, form, fitted, MEANINGS, more)
+    made = _kernel(f"compact_{name}", "speed", text, DOMAIN, functions, form, fitted, MEANINGS, more)
+    return replace(made, condition=CONDITION)
 
 
 def half_line(accuracy: Exact, measure: Measure = "both") -> Kernel:

@@ -234,7 +234,7 @@ def _comment(kernel: Kernel, function: Function, language: Language, number: Num
         if bounds:
             place = f" on the {arithmetic.place}" if len(number.arithmetics) > 1 else ""
             each = "; ".join(f"{error_text(bound)} for {range_text(bound)}" for bound in bounds)
-            lines += wrapped(f"Error{place} <= {each}.")
+            lines += wrapped(f"Error{place} <= {each}{f', where {kernel.condition}' * bool(kernel.condition)}.")
     yield language.block.format(lines=comment(lines, language.comment))
     widest = stated(kernel, function, number.arithmetics[-1])[-1:]
     for bound in widest if language.macro else ():
@@ -261,6 +261,7 @@ def head(kernels: Sequence[Kernel], language: Language, command: str, module: st
         *wrapped(f"End condition: {end_condition(law)}.", _COLUMNS),
         "",
         *wrapped(_legend(kernels, language), _COLUMNS),
+        *wrapped(_conditions(kernels), _COLUMNS),
     ]
     after = [_LEGEND, "", *_example(kernels[-1], language, module), *wrapped(CITE, _COLUMNS)]
     room = HEAD - 2 - len(before) - len(after)
@@ -288,6 +289,12 @@ def _legend(kernels: Sequence[Kernel], language: Language) -> str:
                 found |= units | ({"rebound"} if function.name == "rebound" and "m" in units else set())
     known = [text for unit, text in _UNITS.items() if unit in found and (unit, "rebound" in found) != ("m", True)]
     return f"Bounds of |error| below: {'; '.join(known)}." if known else ""
+
+
+def _conditions(kernels: Sequence[Kernel]) -> str:
+    """Return what the bounds of some kernels need besides their ranges."""
+    of = {kernel.condition: kernel.name.partition("_")[0] for kernel in kernels if kernel.condition}
+    return " ".join(f"Bounds of {name} kernels hold where {condition}." for condition, name in of.items())
 
 
 def end_condition(law: Law) -> str:
