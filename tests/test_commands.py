@@ -74,8 +74,8 @@ def refusal(words):
                     option.type.convert(value, option, context)
     except click.BadOptionUsage as error:
         return None if rest[-1] == error.option_name else error.message  # a sentence names an option, not its value
-    except click.UsageError as error:
-        return error.message
+    except (click.UsageError, ValueError) as error:
+        return str(error)
     return None
 
 
@@ -90,7 +90,7 @@ def test_commands_of_viscopade_are_accepted():
     [
         ("--nothing", "there is no option --nothing"),
         ("nothing", "there is no command nothing"),
-        ("export basic", "'basic' is unknown"),
+        ("export basic", "TARGET is 'basic'"),
         ("export c --accurate 1e-3", "No such option"),
         ("export c d", "there is no argument for d"),
         ("epsilon --speed 3 kg", "there is no argument for kg"),

@@ -16,7 +16,7 @@ from viscopade_lab import figures
 
 
 @click.command(epilog=examples("viscopade claims --only slow-convergence"))
-@click.option("--only", "names", multiple=True, help="Name of a statement; repeat for more. Default: all.")
+@click.option("--only", "names", multiple=True, help="Name of a statement; repeatable.  [default: all]")
 @STYLE
 def claims(names: tuple[str, ...], style: str) -> None:
     """Check the paper's statements: verdict and evidence.
@@ -48,11 +48,11 @@ def claims(names: tuple[str, ...], style: str) -> None:
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write the figures to.")
 @click.option(
     "--only", "names", multiple=True, type=click.Choice(figures.NAMES),
-    help="Name of a figure; repeat for more. Default: all.",
+    help="Name of a figure; repeatable.  [default: all]",
 )  # fmt: skip
 @click.option(
     "--format", "formats", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",), show_default=True,
-    help="Format of the figures; repeat for more.",
+    help="Format of the figures; repeatable.",
 )  # fmt: skip
 def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
     """Draw the paper's figures, and further ones."""
@@ -65,10 +65,8 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
 
 
 @click.command("bench", epilog=examples("viscopade bench --only pow --rounds 2"))
-@click.option("--rounds", type=Whole("rounds", 1, 10_000), help="Number of measurements of each kernel.  [default: 20]")
-@click.option(
-    "--only", multiple=True, help="Kernel or rival: its id or the id's beginning; repeat for more. Default: all."
-)
+@click.option("--rounds", type=Whole(1, 10_000), help="Number of measurements of each kernel.  [default: 20]")
+@click.option("--only", multiple=True, help="Kernels and rivals whose id begins so; repeatable.  [default: all]")
 @click.option("--cc", help="Command of the C compiler. Default: the environment's CC, or cc.")
 @click.option(
     "--headers",
@@ -126,7 +124,7 @@ def bench_command(
 
 
 @click.command("hardcases", epilog=examples("viscopade hardcases --only truncated-series"))
-@click.option("--only", "names", multiple=True, help="Name of a case; repeat for more. Default: all.")
+@click.option("--only", "names", multiple=True, help="Name of a case; repeatable.  [default: all]")
 @click.option("--thorough", is_flag=True, help="Run more points, orders and compilers: minutes instead of seconds.")
 @click.option("--out", type=click.Path(path_type=Path), help="Directory to write the page and its pictures to.")
 @STYLE

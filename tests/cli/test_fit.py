@@ -105,7 +105,7 @@ def test_the_best_law_goes_on_to_other_commands(data, tmp_path):
     file, scene = tmp_path / "constant.csv", tmp_path / "ball.toml"
     file.write_text("speed,epsilon,sigma_epsilon\n" + "\n".join(f"{v!r},0.9,0.003" for v in SPEED.tolist()))
     text = said("fit", file, *MATERIAL, "--scene", scene)
-    assert "ball.toml has the viscoelastic law: a scene takes no other one" in text
+    assert "ball.toml has the viscoelastic law: scenes have no other law" in text
     options = re.search(r"`viscopade simulators`: (--law linear --epsilon \S+ --speed \S+)", text)[1].split()
     assert json_of("fit", file)["contact_law"] == pytest.approx({"law": "linear", "epsilon": 0.9, "speed": 0.387298})
     assert float(json_of("invert", *options)["epsilon"]) == 0.9

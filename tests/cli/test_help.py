@@ -1,6 +1,7 @@
 """The help of the command line: sections, widths, and examples that run."""
 
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -23,6 +24,13 @@ def examples(name):
     found = command if name == "viscopade" else command.get_command(click.Context(command), name)
     lines = found.epilog.replace("\\\n", " ").splitlines()
     return [line.strip() for line in lines if line.strip().startswith("viscopade ")]
+
+
+@pytest.mark.parametrize("name", ["export", "simulators"])
+def test_help_lists_all_targets(name):
+    one = command.get_command(click.Context(command), name)
+    targets = next(each.type.choices for each in one.params if each.name == "target")
+    assert {*targets} <= {*re.findall(r"[\w-]+", one.help)}
 
 
 def test_every_command_is_in_one_section():
@@ -68,10 +76,10 @@ def test_examples_run_and_print_at_most_100_columns(tmp_path, line):
     ("line", "message"),
     [
         ("epsilo", "there is no command 'epsilo': did you mean epsilon"),
-        ("export cc", "Invalid value for TARGET: 'cc' is unknown: did you mean c?"),
+        ("export cc", "TARGET is 'cc': did you mean c?"),
         ("epsilon --v-star 1 --law linaer", "law is 'linaer': did you mean linear?"),
         ("fit examples/none.csv", "the folder that `viscopade --examples-dir` prints has the examples"),
-        ("simulators lamps", "'lamps' is unknown: did you mean lammps?"),
+        ("simulators lamps", "PROGRAM is 'lamps': did you mean lammps?"),
         ("pade 1/4 5", "the degrees are 1/4 and 5: expected M/N or M N"),
     ],
 )

@@ -238,7 +238,7 @@ def test_a_scene_in_other_units(tmp_path):
         (("mujoco", *ASKED, "--contact-time", "1e-200"), "contact_time is 1e-200: expected a number from 1e-30"),
         (("drake", *ASKED, *SOFT, "--speeds", "1e-9:1"), "expected 1e-12 to 1e+12, and at most 1e+06 times"),
         (("mujoco", *ASKED, *SOFT, "--step-error", 3), "step-error is 3: expected 1e-08 to 1"),
-        (("mujoco", *ASKED, *SOFT, "--speeds", "2:3"), "speeds are 2 and 3 m/s: expected 0 < MIN <= 1 <= MAX"),
+        (("mujoco", *ASKED, *SOFT, "--speeds", "2:3"), "--speeds is 2:3 m/s: expected 0 < MIN <= 1 <= MAX"),
         (("mujoco", *ASKED, "--penetration", "-1 mm"), "expected"),
         (("mujoco", *BALL, *ASKED, "--mass", 1), "--mass and bodies with masses are given"),
         (("jaxdem", "--epsilon", 0.1, "--speed", 1), "epsilon is 0.1: expected 0.1399 to 1, which e from 1e-6 to 1"),

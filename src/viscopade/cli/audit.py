@@ -1,4 +1,4 @@
-"""Command that prints the eps that programs and formulas deliver: audit."""
+"""Command that prints the eps of programs and formulas: audit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from viscopade import arguments
-from viscopade.cli.console import STYLE, OneOf, Quantity, Real, double, examples, say, show
+from viscopade.cli.console import STYLE, OneOf, Quantity, Real, examples, say, show
 from viscopade.simulators import SIMULATORS, simulator_of, simulators
 from viscopade.theory.law import ENDS, End
 
@@ -23,7 +23,14 @@ if TYPE_CHECKING:
 _LEAST_STEP, _LEAST_ERROR = 1e-3, 1e-8
 _FIGURES = 6  # of a number in a table
 _BETWEEN = "a number > 0 and < 1"
-_DIMENSIONS = {"speed": "speed", "mass": "mass", "radius": "length", "gravity": "acceleration", "time-step": "time"}
+_QUANTITIES = {
+    "speed": Quantity("speed", " > 0"),
+    "mass": Quantity("mass", " > 0"),
+    "radius": Quantity("length", " > 0"),
+    "gravity": Quantity("acceleration", " >= 0"),
+    "time-step": Quantity("time", " > 0"),
+}
+"""Options of --set and --force; where a program's numbers have no units, their units are refused."""
 _MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
 
 
@@ -35,45 +42,54 @@ _MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
 )
 @click.argument("simulator", required=False, type=OneOf(SIMULATORS), metavar="[SIMULATOR]")
 @click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
-@click.option("--time-step", help="Time step, in units of the undamped contact time; with --speed a time.")
-@click.option("--contact-time", type=Quantity("contact-time", "time"), help="That time, if the time step is one, too.")
-@click.option("--step-error", type=Real("step-error"), help="Print the largest time step with this relative error.")
+@click.option("--time-step", help="Time step: a multiple of the undamped contact time; with --speed a time.")
+@click.option(
+    "--contact-time", type=Quantity("time", " > 0"), help="Undamped contact time, for a --time-step with a unit."
+)
+@click.option("--step-error", type=Real(), help="Print the largest time step whose eps has this relative error.")
 @click.option(
     "--set",
     "settings",
     multiple=True,
     metavar="NAME=VALUE",
-    help="A parameter of your file; repeatable. A wrong NAME prints all names with defaults.",
+    help="Parameter in your file; repeatable. A wrong NAME prints all names and defaults.",
 )
-@click.option("--force", metavar="FORMULA", help="Force of x (compression) and v (its rate), instead of a simulator.")
+@click.option("--force", metavar="FORMULA", help="Force as a function of the compression x and its rate v.")
 @click.option("--speed", metavar="QUANTITY", help="Impact speed, for --set and --force.")
 @click.option("--mass", metavar="QUANTITY", help="Effective mass, m1 m2/(m1 + m2).")
 @click.option("--radius", metavar="QUANTITY", help="Effective radius, R1 R2/(R1 + R2).")
-@click.option("--gravity", metavar="QUANTITY", help="That of a body that falls on a plane.")
-@click.option("--scheme", help="The simulator's integrator; a wrong name prints the list.  [default: the simulator's]")
-@click.option("--end", type=click.Choice(ENDS), help="End of a contact with --force.  [default: force]")
+@click.option("--gravity", metavar="QUANTITY", help="Include the weight of a body that falls on a plane.")
+@click.option("--scheme", help="Integrator; a wrong name prints the list.  [default: that of the program]")
+@click.option(
+    "--end",
+    type=click.Choice(ENDS),
+    help="End of contact for --force: where the force vanishes, or at x = 0.  [default: force]",
+)
 @STYLE
 def audit(
     simulator: str | None,
     epsilon: str | None,
     time_step: str | None,
-    contact_time: str | None,
+    contact_time: float | None,
     step_error: float | None,
     style: str,
     **own: Any,
 ) -> None:
     """Print the eps that a program gives, and what to set instead.
 
-    Numbers without a time step are those of the equation of motion, and every digit is proven. With a time step, the
-    program's own sequence of steps is computed for 64 places where in a step contact may begin: the eps is a range.
-    The printed number gives the wanted eps on average over these 64 places.
+    There are two ways to use it. The first example starts from the eps that you want: the table has the number that the
+    program's manual tells you to write, the eps that this number gives, the reason, and the number to write instead.
+    Without a time step these eps are exact, and every digit is proven. With --time-step the program's own steps are
+    computed, from 64 positions within a step at which contact may begin; the result is a range of eps, and the number
+    to write instead gives your eps on average.
 
-    With --speed, print the eps that the parameters of your file give (second example). A parameter that is not set has
-    the program's default. --force takes numbers, x, v, + - * / **, min, max, abs, sqrt, exp, where(x < 1e-3, ..., ...)
-    and the cubic step(x, x0, h0, x1, h1). Plain numbers are in SI units. These eps are sampled, not proven. With
-    --epsilon, the number to write for it is printed too.
+    The second example, with --speed, starts from the parameters of your file, set by --set. Other parameters have the
+    program's defaults. --force replaces the program by a formula with numbers, x, v, + - * / **, min, max, abs, sqrt,
+    exp, where(x < 1e-3, ..., ...) and the cubic step(x, x0, h0, x1, h1). With --epsilon the number to write for that
+    eps is printed, too. These eps are sampled, not proven.
 
-    The contact time is that without damping, as `viscopade epsilon` prints it for a material with A = 0.
+    The contact time is without damping: `viscopade epsilon` prints it for a material with A = 0. Plain numbers are in
+    SI units.
     """
     of_audit = {"--contact-time": contact_time, "--step-error": step_error}
     if own["speed"] is not None or own["settings"] or own["force"] is not None:
@@ -94,21 +110,21 @@ def _show_audits(
     simulator: str | None,
     epsilon: str | None,
     time_step: str | None,
-    contact_time: str | None,
+    contact_time: float | None,
     step_error: float | None,
     style: str,
 ) -> None:
-    """Print what the formulas of one simulator, or of all, deliver."""
+    """Print the eps that the formulas of one simulator, or of all, give."""
     from viscopade.collision.weight import rule
     from viscopade.simulators.audit import ASKED
 
-    unit = 1.0 if contact_time is None else double("contact-time", contact_time)
+    unit = 1.0 if contact_time is None else contact_time
     step = _in_contact_times(time_step, unit, contact_time is not None)
     chosen = simulators() if simulator is None else (simulator_of(simulator),)
     if epsilon is not None:
-        arguments.exact_number("epsilon", epsilon, "a number from 0.001 to 1", lambda e: Fraction(1, 1000) <= e <= 1)
+        arguments.exact_number("--epsilon", epsilon, "a number from 0.001 to 1", lambda e: Fraction(1, 1000) <= e <= 1)
     if step_error is not None and not _LEAST_ERROR <= step_error <= 1:
-        raise ValueError(f"step-error is {step_error:.4g}: expected {_LEAST_ERROR:g} to 1")
+        raise ValueError(f"--step-error is {step_error:.4g}: expected {_LEAST_ERROR:g} to 1")
     wanted = ASKED if epsilon is None else (epsilon.strip(),)
     found, refused = _audits(chosen, wanted, step, step_error)
     whole = {"rows": [_json(row) for row in found], "refused": refused}
@@ -141,32 +157,23 @@ def _show_delivery(
     end: End | None,
     **quantities: str | None,
 ) -> None:
-    """Print what the contact of a user's file, or of any force, delivers."""
+    """Print the eps of the contact in a user's file, or with any force."""
     from viscopade.simulators.native import Impact, delivery
 
     title, version, native = _native(simulator, force, end)
     given = _given([*settings, *([] if scheme is None else [f"{native.integrator}={scheme}"])])
     unsized = native.units(native.values(given)).unsized
+    numbers: dict[str, Any] = {}
     for name, text in {**quantities, "time-step": time_step}.items():
-        if text is None:
-            continue
-        number = Quantity(name, _DIMENSIONS[name]).convert(text, None, None)
+        number = text and _QUANTITIES[name].decimal(text, f"--{name}")
         if number != text and unsized:
             raise click.UsageError(f"--{name} has a unit, and {unsized}")
-        quantities["step" if name == "time-step" else name] = number
-    numbers: Any = {
-        name: None
-        if text is None
-        else float(arguments.exact_number(name, text, "a number > 0 and < 1e300", lambda x: 0 < x < 10**300))
-        for name, text in quantities.items()
-        if name != "gravity"
-    }
+        numbers["step" if name == "time-step" else name] = None if number is None else float(number)
     if numbers["speed"] is None:
         raise click.UsageError("--speed is missing: expected the impact speed")
-    weight = quantities["gravity"] or "0"
-    gravity = float(arguments.exact_number("gravity", weight, "a number >= 0 and < 1e300", lambda g: 0 <= g < 10**300))
-    wanted = epsilon and float(arguments.exact_number("epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
-    found = delivery(native, given, Impact(**numbers, gravity=gravity), wanted or None)
+    numbers["gravity"] = numbers["gravity"] or 0.0
+    wanted = epsilon and float(arguments.exact_number("--epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
+    found = delivery(native, given, Impact(**numbers), wanted or None)
     collision, units = found.collision, found.units
     fields: dict[str, Any] = {
         "simulator": simulator,
@@ -227,7 +234,7 @@ def _words(values: Mapping[str, str]) -> str:
 def _say_delivery(
     title: str, found: Delivery, native: Native, stepped: bool, epsilon: str | None, speed: float
 ) -> None:
-    """Print a delivery in words."""
+    """Print a collision in sentences."""
     collision, units = found.collision, found.units
     between = f" ({collision.least:.4f} to {collision.largest:.4f}: where in a step contact begins)" if stepped else ""
     text = f"{collision.epsilon:.4f}{between}" if stepped else f"{collision.epsilon:.6g}"
@@ -257,12 +264,12 @@ def _in_contact_times(time_step: str | None, contact_time: float, is_time: bool)
             raise click.UsageError("--contact-time is given: expected --time-step with it")
         return None
     if is_time:
-        time_step = Quantity("time-step", "time").convert(time_step, None, None)
-    accepted = "a number of contact times, or a time with --contact-time"
-    step = float(arguments.exact_number("time-step", time_step, accepted, lambda x: abs(x) < 10**300))
-    step = step / contact_time if contact_time else 0
+        step = float(Quantity("time").decimal(time_step, "--time-step")) / contact_time
+    else:
+        expected = "a number of contact times, or a time with --contact-time"
+        step = float(arguments.exact_number("--time-step", time_step, expected, lambda x: abs(x) < 10**300))
     if not _LEAST_STEP <= step <= 1:
-        raise ValueError(f"time-step is {step:.4g} contact times: expected {_LEAST_STEP:g} to 1")
+        raise ValueError(f"--time-step is {step:.4g} contact times: expected {_LEAST_STEP:g} to 1")
     return step
 
 
@@ -332,7 +339,7 @@ def _show_table(style: str, wanted: Sequence[str], found: Sequence[Audit], whole
         cells.setdefault((row.program.title, row.formula.name), {})[row.asked] = value
     header = ("program", "formula", *(f"eps = {asked}" for asked in wanted))
     rows = [(*names, *(values.get(asked, "refused") for asked in wanted)) for names, values in cells.items()]
-    show(style, header, rows, whole, title="eps delivered, for the eps asked for")
+    show(style, header, rows, whole, title="eps that programs give, for the eps asked for")
 
 
 def _json(row: Audit) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from viscopade.cli.console import command_line, deliver, examples, to_file
+from viscopade.cli.console import command_line, examples, to_file, write_or_print
 
 
 @click.command("calculator", epilog=examples("viscopade calculator --out calculator.html"))
@@ -14,12 +14,12 @@ from viscopade.cli.console import command_line, deliver, examples, to_file
 def calculator_command(out: Path | None) -> None:
     """Write a calculator of eps and damping as one HTML file.
 
-    A browser opens it from the disk and asks no server for anything. eps comes from the export for JavaScript, with its
-    proven bound.
+    A browser opens the file from the disk and needs no network. eps is computed by the export for JavaScript, with its
+    proven error.
     """
     from viscopade.calculator import page
 
-    deliver(page.page(command_line()), out)
+    write_or_print(page.page(command_line()), out)
 
 
 COMMANDS = (calculator_command,)

@@ -10,10 +10,12 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from fractions import Fraction
+from functools import reduce
 from pathlib import Path
 from textwrap import wrap
 from time import monotonic
-from typing import TYPE_CHECKING, Any, NoReturn, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
@@ -32,9 +34,8 @@ if TYPE_CHECKING:
     _Integer = click.ParamType[int]
     _Number = click.ParamType[float]
     _Pair = click.ParamType[tuple[int, int]]
-    _Text = click.ParamType[str]
 else:  # before Click 8.4 it takes no type
-    _Integer = _Number = _Pair = _Text = click.ParamType
+    _Integer = _Number = _Pair = click.ParamType
 
 
 def examples(*lines: str) -> str:
@@ -43,8 +44,16 @@ def examples(*lines: str) -> str:
     return f"\b\n{'Examples' if len(lines) > 1 else 'Example'}:\n{shown}"
 
 
+def _name(param: click.Parameter | None) -> str:
+    """Return how a refusal names an option or an argument."""
+    assert param is not None
+    if isinstance(param, click.Argument):
+        return (param.metavar or param.human_readable_name).strip("[]").upper()
+    return max(param.opts, key=len)
+
+
 class OneOf(click.Choice[str]):
-    """Type of an argument: one of several names in lower case; one that is nearly so is answered with that.
+    """Type of an argument: one of several names in any case; a refusal names those that look like the given one.
 
     `others` has further names, with what is expected instead.
     """
@@ -57,17 +66,12 @@ class OneOf(click.Choice[str]):
         """Take one of the names, in upper or lower case."""
         name = str(value).lower()
         if name in self.others:
-            self.fail(f"{value!r} is unknown here: expected {self.others[name]}", param, ctx)
+            raise click.UsageError(f"{_name(param)} is {value!r}: expected {self.others[name]}")
         if name not in self.choices:
             listed = ", ".join(self.choices)
             near = arguments.meant(name, self.choices)
-            self.fail(f"{value!r} is unknown{near or f': expected {listed}'}", param, ctx)
+            raise click.UsageError(f"{_name(param)} is {value!r}{near or f': expected {listed}'}")
         return name
-
-    def fail(self, message: str, param: click.Parameter | None = None, ctx: click.Context | None = None) -> NoReturn:
-        """Refuse an argument by its name, which is shorter than the list of its values."""
-        hint = param.human_readable_name.upper() if isinstance(param, click.Argument) else None
-        raise click.BadParameter(message, ctx, param, hint)
 
 
 class Whole(_Integer):
@@ -75,77 +79,75 @@ class Whole(_Integer):
 
     name = "integer"
 
-    def __init__(self, label: str, low: int, high: int) -> None:
-        self.label, self.low, self.high = label, low, high
+    def __init__(self, low: int, high: int) -> None:
+        self.low, self.high = low, high
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         """Parse decimal digits with an optional sign."""
-        if isinstance(value, str):
-            if not re.fullmatch(r"[+-]?[0-9]{1,18}", value):
-                self.fail(f"{self.label} is {value!r}: expected an integer from {self.low} to {self.high}")
+        if isinstance(value, str) and re.fullmatch(r"[+-]?[0-9]{1,18}", value):
             value = int(value)
-        try:
-            return arguments.integer(self.label, value, self.low, self.high)
-        except ValueError as error:
-            self.fail(str(error))
+        if isinstance(value, str):
+            raise ValueError(f"{_name(param)} is {value!r}: expected an integer from {self.low} to {self.high}")
+        return arguments.integer(_name(param), value, self.low, self.high)
+
+
+_BEYOND = 10**300
+_CONDITIONS: dict[str, Callable[[Fraction], bool]] = {
+    "": lambda number: abs(number) < _BEYOND,
+    " > 0": lambda number: 0 < number < _BEYOND,
+    " >= 0": lambda number: 0 <= number < _BEYOND,
+}
 
 
 class Real(_Number):
-    """Type of an option: a decimal number, read as a double."""
+    """Type of an option: a decimal number, read as a double. `condition` is a key of `_CONDITIONS`."""
 
     name = "number"
 
-    def __init__(self, label: str) -> None:
-        self.label = label
+    def __init__(self, condition: str = "") -> None:
+        self.condition = condition
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Parse a decimal number."""
         if isinstance(value, float):
             return value
-        try:
-            return float(
-                arguments.exact_number(
-                    self.label, value, "a finite decimal number", lambda number: abs(number) < 10**300
-                )
-            )
-        except ValueError as error:
-            self.fail(str(error))
+        accepted = f"a finite decimal number{self.condition}"
+        return float(arguments.exact_number(_name(param), value, accepted, _CONDITIONS[self.condition]))
 
 
-class Quantity(_Text):
-    """Type of an option: a number with a unit, or a plain one in SI units; either becomes a decimal in SI units."""
+class Quantity(_Number):
+    """Type of an option: a number with a unit, or a plain one in SI units.
+
+    It becomes a double in SI units, or with `exact` a decimal string.
+    """
 
     name = "quantity"
 
-    def __init__(self, label: str, dimension: str) -> None:
-        self.label, self.dimension = label, dimension
+    def __init__(self, dimension: str, condition: str = "", *, exact: bool = False) -> None:
+        self.dimension, self.condition, self.exact = dimension, condition, exact
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Parse a number, or a number with a unit."""
+    def decimal(self, value: str, name: str) -> str:
+        """Return the number in SI units as an exact decimal."""
+        from viscopade import quantity
+
         try:
-            arguments.exact_number(self.label, value, "", lambda _: True)
+            arguments.exact_number(name, value, "", lambda _: True)
+            found: str | None = value
         except ValueError:
-            from viscopade import quantity
-
             found = quantity.si_decimal(value, self.dimension)
-            if found is None:
-                unit, example = quantity.DIMENSIONS[self.dimension]
-                article = "an" if self.dimension[0] in "aeiou" else "a"
-                accepted = f'{article} {self.dimension}, such as "2.5 {example}", or a number in {unit}'
-                self.fail(f"{self.label} is {value!r}: expected {accepted}")
-            return found
-        return str(value)
+        if found is None or not _CONDITIONS[self.condition](Fraction(found)):
+            unit, example = quantity.DIMENSIONS[self.dimension]
+            article = "an" if self.dimension[0] in "aeiou" else "a"
+            expected = f'{article} {self.dimension}{self.condition}, such as "2.5 {example}", or a number in {unit}'
+            raise ValueError(f"{name} is {value!r}: expected {expected}")
+        return found
 
-
-def double(label: str, number: str) -> float:
-    """Return a decimal as a double.
-
-    Raises
-    ------
-    ValueError
-        If it has no place there.
-    """
-    return float(arguments.exact_number(label, number, "a finite decimal number", lambda x: abs(x) < 10**300))
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Parse a number, or a number with a unit."""
+        if isinstance(value, float):
+            return value
+        decimal = self.decimal(value, _name(param))
+        return decimal if self.exact else float(decimal)
 
 
 class Degrees(_Pair):
@@ -160,8 +162,8 @@ class Degrees(_Pair):
         match = re.fullmatch(r"([0-9]{1,3})/([0-9]{1,3})", value)
         degrees = (int(match[1]), int(match[2])) if match else (arguments.MAX_DEGREE + 1, 0)
         if max(degrees) > arguments.MAX_DEGREE:
-            accepted = f"M/N with 0 <= M, N <= {arguments.MAX_DEGREE}, such as 3/6"
-            self.fail(f"degrees are {value!r}: expected {accepted}")
+            expected = f"M/N with 0 <= M, N <= {arguments.MAX_DEGREE}, such as 3/6"
+            raise click.UsageError(f"{_name(param)} is {value!r}: expected {expected}")
         return degrees
 
 
@@ -174,17 +176,17 @@ class Degree(_Pair):
         """Parse "3" or "3/6"; without the second degree it is -1."""
         if isinstance(value, str) and "/" in value:
             return Degrees().convert(value, param, ctx)
-        return Whole("m", 0, arguments.MAX_DEGREE).convert(value, param, ctx), -1
+        return Whole(0, arguments.MAX_DEGREE).convert(value, param, ctx), -1
 
 
 PICTURES = ("svg", "png", "pdf")
 _ENDLESS = 1_000_000  # columns: wider than any table
 _IN_A_PIPE = 100  # columns of text that no terminal shows
 _READABLE = 24  # columns that are enough for a sentence on several lines, and for a name that is no number
-_NARROWEST = 20  # columns of a terminal; what is narrower gets lines of this length
+_NARROWEST = 20  # columns of a terminal; on a narrower one lines are of this length
 
-ORDER = Whole("order", 0, arguments.MAX_ORDER)
-DIGITS = Whole("digits", 1, arguments.MAX_DIGITS)
+ORDER = Whole(0, arguments.MAX_ORDER)
+DIGITS = Whole(1, arguments.MAX_DIGITS)
 STYLE = click.option(
     "--format",
     "style",
@@ -193,12 +195,11 @@ STYLE = click.option(
     show_default=True,
     help="Format of the output.",
 )
-# 30 unless a material is given: those numbers are double precision.
-DIGITS_IF_EXACT = click.option("--digits", type=DIGITS, help="Significant digits; not with a material.  [default: 30]")
+DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
 
 
 def _checked_output(_context: click.Context, _: click.Parameter, path: str | None) -> Path | None:
-    """Refuse a file that is seen not to be writable, before there is anything to write; a minus is no file."""
+    """Return the file to write, None for "-"; refuse one that cannot be written, before the work."""
     if path is None or path == "-":
         return None
     check_targets([path])
@@ -206,12 +207,12 @@ def _checked_output(_context: click.Context, _: click.Parameter, path: str | Non
 
 
 def to_file(*flags: str) -> Callable[..., Any]:
-    """Return the option, of these names, that says where `deliver` writes."""
+    """Return the option, with these names, that says where `write_or_print` writes."""
     return click.option(
         *flags,
         type=click.Path(),
         callback=_checked_output,
-        help="File to write; default, or -: standard output.",
+        help="File to write.  [default: -, the standard output]",
     )
 
 
@@ -245,34 +246,12 @@ def command_line() -> str:
     return shlex.join(found)
 
 
-def deliver(text: str, output: Path | None) -> None:
-    """Write generated text to the file that an option names, or to the standard output."""
+def write_or_print(text: str, output: Path | None) -> None:
+    """Write generated text to the file that an option names, or else to the standard output."""
     if output is None:
         click.echo(text, nl=False)
     else:
         write(output, text)
-
-
-DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
-
-
-LAW = click.option(
-    "--law",
-    default="viscoelastic",
-    show_default=True,
-    metavar="NAME|A,B",
-    help=f"Law of contact x'' + x^A + kappa x^B x' = 0: {ACCEPTED_LAWS}.",
-)
-
-
-def with_law(command: Callable[..., None]) -> Callable[..., None]:
-    """Decorate a command with --law and --end; `viscopade.theory.law.law_of` makes a law of what they are given."""
-    command = click.option(
-        "--end",
-        type=click.Choice(ENDS),
-        help="End of contact: where the force vanishes, or at x = 0.  [default: force]",
-    )(command)
-    return LAW(command)
 
 
 def law_words(law: Law) -> tuple[dict[str, Any], str]:
@@ -286,39 +265,57 @@ def law_words(law: Law) -> tuple[dict[str, Any], str]:
     return fields, line
 
 
+def with_options(*options: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return a decorator that adds options to a command, in this order."""
+    return lambda command: reduce(lambda made, option: option(made), reversed(options), command)
+
+
+LAW = click.option(
+    "--law",
+    default="viscoelastic",
+    show_default=True,
+    metavar="NAME|A,B",
+    help=f"Law of contact x'' + x^A + kappa x^B x' = 0: {ACCEPTED_LAWS}.",
+)
+WITH_LAW = with_options(
+    LAW,
+    click.option(
+        "--end",
+        type=click.Choice(ENDS),
+        help="End of contact: where the force vanishes, or at x = 0.  [default: force]",
+    ),
+)
+"""The options of `viscopade.theory.law.law_of`."""
+GRAVITY = click.option(
+    "--gravity", type=Quantity("acceleration", " >= 0"), help="Include the weight of a body that falls on a plane."
+)
+EFFECTIVE_MASS = click.option("--mass", type=Quantity("mass", " > 0"), help="Effective mass, m1 m2/(m1 + m2).")
+
 MATERIAL = {
-    "radius": ("length", "Radius of both spheres; give the option twice for two different radii."),
-    "young_modulus": ("pressure", "Young modulus of the material."),
-    "poisson_ratio": ("", "Poisson ratio of the material, > -1 and <= 0.5."),
-    "density": ("density", "Density of the material."),
-    "dissipative_constant": ("time", "Dissipative constant A of the material."),
-    "yield_strength": ("pressure", "Yield strength of the material, for a warning; may be left out."),
+    "young_modulus": (Quantity("pressure"), "Young modulus of the material."),
+    "poisson_ratio": (Real(), "Poisson ratio of the material, > -1 and <= 0.5."),
+    "density": (Quantity("density"), "Density of the material."),
+    "dissipative_constant": (Quantity("time"), "Dissipative constant A of the material."),
+    "yield_strength": (Quantity("pressure"), "Yield strength of the material, only for a warning."),
 }
-"""By option, the dimension ("" if there is none) and the help."""
+"""By option, the type and the help."""
 
 
 def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Return a decorator that adds the options of two spheres of one material, or of a sphere and a wall."""
-
-    def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        command = click.option("--wall", is_flag=True, help="One sphere hits a plane wall of the same material.")(
-            command
-        )
-        for name in reversed(names):
-            command = _material_option(name)(command)
-        return _material_option("radius", "radii", multiple=True)(command)
-
-    return decorate
-
-
-def _material_option(name: str, *also: str, **settings: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    dimension, text = MATERIAL[name]
-    flag, kind = "--" + name.replace("_", "-"), Quantity(name, dimension) if dimension else Real(name)
-    return click.option(flag, *also, type=kind, help=text, **settings)
+    radius = "Radius of both spheres; give it twice for two different radii."
+    return with_options(
+        click.option("--radius", "radii", type=Quantity("length"), multiple=True, help=radius),
+        *(
+            click.option("--" + name.replace("_", "-"), type=MATERIAL[name][0], help=MATERIAL[name][1])
+            for name in names
+        ),
+        click.option("--wall", is_flag=True, help="One sphere hits a plane wall of the same material."),
+    )
 
 
 def pair_of(
-    radii: Sequence[str], wall: bool, yield_strength: str | None = None, **properties: str | float | None
+    radii: Sequence[float], wall: bool, yield_strength: float | None = None, **properties: float | None
 ) -> Pair | None:
     """Return the pair of bodies that the options describe, or None if no option is given.
 
@@ -336,19 +333,37 @@ def pair_of(
         raise click.UsageError("a material also needs " + ", ".join("--" + name.replace("_", "-") for name in missing))
     if len(radii) > 2 - wall:
         raise click.UsageError(f"--radius is given {len(radii)} times: expected once or twice, and once with --wall")
-    values: dict[str, Any] = {"dissipative_constant": 0.0}
-    values |= {name: double(name, str(value)) for name, value in properties.items()}
-    spheres = [Sphere(radius=double("radius", radius), **values) for radius in radii]
+    values: dict[str, Any] = {"dissipative_constant": 0.0} | properties
+    spheres = [Sphere(radius=radius, **values) for radius in radii]
     values.pop("density")
     return Pair(spheres[0], Sphere.wall(**values) if wall else spheres[-1])
 
 
-def limits_of(pair: Pair, fastest: float, yield_strength: str | None) -> list[str]:
+def pair_with(epsilon: float | None, speed: float, gravity: float | None, **options: Any) -> Pair:
+    """Return the pair that `pair_of` describes, with its A, or with the A that gives eps at a speed.
+
+    With gravity the sphere falls on a wall, and eps is the one with its weight.
+    """
+    from viscopade.collision.weight import calibrated
+
+    pair = pair_of(**options | {"dissipative_constant": options["dissipative_constant"] or 0.0})
+    assert pair is not None
+    if gravity is not None and not pair.second.is_wall:
+        raise click.UsageError(NO_FALL)
+    if epsilon is None:
+        return pair
+    return pair.calibrated(speed, epsilon) if gravity is None else calibrated(pair, speed, epsilon, gravity)
+
+
+NO_FALL = "--gravity needs a sphere and a plane: expected a material with --wall, or a scene with a wall"
+"""Refusal of a weight that does not act during the contact."""
+
+
+def limits_of(pair: Pair, fastest: float, yield_strength: float | None) -> list[str]:
     """Return a sentence for each assumption of the model that a pair violates at a speed, as `limits.violations`."""
     from viscopade.collision import limits
 
-    strength = None if yield_strength is None else double("yield_strength", yield_strength)
-    return list(limits.violations(pair, fastest, yield_strength=strength))
+    return list(limits.violations(pair, fastest, yield_strength=yield_strength))
 
 
 class Missing(click.ClickException):

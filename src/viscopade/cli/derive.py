@@ -12,15 +12,16 @@ import click
 
 from viscopade import arguments
 from viscopade.cli.console import (
-    DIGITS_IF_EXACT,
+    DIGITS,
     DIGITS_OPTION,
+    GRAVITY,
     ORDER,
     STYLE,
+    WITH_LAW,
     Degree,
     Quantity,
     Real,
     Whole,
-    double,
     examples,
     law_words,
     limits_of,
@@ -28,7 +29,6 @@ from viscopade.cli.console import (
     pair_of,
     say,
     show,
-    with_law,
 )
 from viscopade.cli.writer import check_targets, write_all
 from viscopade.theory.law import VISCOELASTIC
@@ -41,32 +41,25 @@ if TYPE_CHECKING:
     from viscopade.theory.pade import Pade, Root
 
 COMPARED_DIGITS = 20
-_IN_DOUBLES = 15  # digits of numbers that follow from doubles
-STIFFNESS = click.option("--stiffness", help="Constant k of the force k x^A, in N/m^A.")
-MASS = click.option("--mass", help="Effective mass, m1 m2/(m1 + m2), or that of a body on a plane.")
-_SAMPLED, _LEAST_SAMPLED = 12, 1e-12  # digits of sampled numbers, and the least error that is stated of one
+_IN_DOUBLES = 15  # digits of numbers that are computed from doubles
+_STIFFNESS = click.option("--stiffness", help="Constant k of the elastic force k x^A, in N/m^A.")
+_MASS = click.option("--mass", help="Effective mass m1 m2/(m1 + m2); on a plane, the mass of the body.")
+_SAMPLED, _LEAST_SAMPLED = 12, 1e-12  # digits of sampled numbers, and the smallest error that is stated
 _STATED, _STATED_DIGITS = (1, 2, 5, 10), 20  # v* at which the errors of an approximant are printed
-_LOAD = click.option(
-    "--load", type=Real("load"), help="The load G of the scaled equation, x'' + … = G; with --kappa or --v-star."
-)
-_GRAVITY = click.option(
-    "--gravity",
-    type=Quantity("gravity", "acceleration"),
-    help="Weight during the contact, of a body that falls on a plane: with a material and --wall, or with --stiffness.",
-)
+_LOAD = click.option("--load", type=Real(), help="Load G of the scaled equation x'' + … = G, with its kappa or v*.")
 
 
 @click.command(epilog=examples("viscopade reproduce"))
 @click.option(
-    "--out", type=click.Path(path_type=Path), help="Directory to write the exported files to. Default: none is written."
+    "--out", type=click.Path(path_type=Path), help="Directory for the exported files.  [default: no file is written]"
 )
 @STYLE
 @click.pass_context
 def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     """Derive the paper's table and compare every printed entry.
 
-    With --out, also write all exported files (C headers, tables, modules): every kernel is fitted and proven anew, and
-    compared with the package's record of it. If anything disagrees, the exit status is 1 and nothing is written.
+    With --out, also write all exported files (C headers, tables, modules). Every kernel is fitted and proven again,
+    and compared with the package's record of it. After a mismatch the exit status is 1, and no file is written.
     """
     from viscopade import store
     from viscopade.kernels import requests
@@ -96,8 +89,8 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
         others = [name for name, record in records.items() if store.of_package(name) != record]
         if others:
             click.echo(
-                f"viscopade: nothing is written: {len(others)} of {len(records)} records of kernels are not those of "
-                f"the package, the first is {others[0]}; `python -m tools.kernel_records` makes them",
+                f"viscopade: no file is written: {len(others)} of {len(records)} records of kernels differ from those "
+                f"of the package, the first is {others[0]}; `python -m tools.kernel_records` writes them",
                 err=True,
             )
             context.exit(1)
@@ -109,13 +102,13 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 @click.command(epilog=examples("viscopade coefficients --order 6 --digits 40"))
 @click.option("--order", type=ORDER, default=20, show_default=True, help="Highest power of v*.")
 @DIGITS_OPTION
-@with_law
+@WITH_LAW
 @STYLE
 def coefficients(order: int, digits: int, law: str, end: str | None, style: str) -> None:
     """Print the series coefficients h_k of eps = sum h_k v*^k.
 
-    The coefficients are h_0 … h_ORDER; every digit is proven. For a law of contact other than viscoelastic, v* is a
-    root of kappa that the output names.
+    The coefficients are h_0 to h_ORDER, and every digit is proven. For other laws of contact v* is a root of kappa,
+    which the output states.
     """
     from viscopade.theory.law import law_of
     from viscopade.theory.series import series
@@ -135,22 +128,24 @@ def coefficients(order: int, digits: int, law: str, end: str | None, style: str)
     epilog=examples("viscopade pade 3/6 --digits 15 --v-star-max 1"),
 )
 @click.argument("m", type=Degree())
-@click.argument("n", type=Whole("n", 0, arguments.MAX_DEGREE), required=False)
+@click.argument("n", type=Whole(0, arguments.MAX_DEGREE), required=False)
 @DIGITS_OPTION
 @click.option(
     "--v-star-max",
-    help="State the error for 0 <= v* <= this number, 0.001 to 100: proven for the viscoelastic law, else sampled.",
+    help="State the error for 0 <= v* <= this number (0.001 to 100): proven for the viscoelastic law, else sampled.",
 )
-@with_law
+@WITH_LAW
 @STYLE
 def pade_command(
     m: tuple[int, int], n: int | None, digits: int, v_star_max: str | None, law: str, end: str | None, style: str
 ) -> None:
     """Print the Padé approximant [M/N] of eps(v*).
 
-    The output has its coefficients, poles and zeros, the range of v* where it may be used, and the errors at a few v*:
-    an approximant without a pole need not be accurate. M is the degree of the numerator, N that of the denominator;
-    they may be written M/N. Without N, the approximant decays nearly as eps does: N is M + 3 for the viscoelastic law.
+    M is the degree of the numerator, N the degree of the denominator; you may also write M/N. The default of N lets the
+    approximant decay nearly as eps does: it is M + 3 for the viscoelastic law.
+
+    The output has the coefficients, poles and zeros, the range of v* in which you may use the approximant, and its
+    errors at a few v*. An approximant without a pole need not be accurate.
     """
     from viscopade.arithmetic.balls import known_decimal
     from viscopade.arithmetic.decimals import at_most, below
@@ -228,20 +223,20 @@ def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
 @click.command(epilog=examples('viscopade epsilon --beta "1.307 (s/cm)^(1/5)" --speed "2 cm/s"'))
 @click.option(
     "--v-star",
-    help="The number v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100. Of another law it is kappa^(1/d), and with "
-    "--end return kappa.",
+    help="v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100. For other laws it is kappa^(1/d), with --end return "
+    "kappa.",
 )
-@click.option("--kappa", help="The damping kappa of the scaled equation, v*^2 for the viscoelastic law.")
-@click.option("--beta", help="The damping beta, such as '1.3 (s/cm)^(1/5)'; with --speed, instead of --v-star.")
-@click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed.")
-@STIFFNESS
-@click.option("--damping", help="Constant c of the force c x^B x', in N s/m^(B+1); with --stiffness and --mass.")
-@MASS
+@click.option("--kappa", help="Damping of the scaled equation; v*^2 for the viscoelastic law.")
+@click.option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', with --speed.")
+@click.option("--speed", type=Quantity("speed", exact=True), help="Impact speed.")
+@_STIFFNESS
+@click.option("--damping", help="Constant c of the damping force c x^B x', in N s/m^(B+1).")
+@_MASS
 @_LOAD
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
-@_GRAVITY
-@DIGITS_IF_EXACT
-@with_law
+@GRAVITY
+@click.option("--digits", type=DIGITS, help="Significant digits; not with a material.  [default: 30]")
+@WITH_LAW
 @STYLE
 def epsilon(
     v_star: str | None,
@@ -252,7 +247,7 @@ def epsilon(
     damping: str | None,
     mass: str | None,
     load: float | None,
-    gravity: str | None,
+    gravity: float | None,
     digits: int | None,
     law: str,
     end: str | None,
@@ -261,18 +256,19 @@ def epsilon(
 ) -> None:
     """Print eps, maximal compression and contact time.
 
-    Give either --v-star, or --kappa, or --beta and --speed, or --stiffness, --damping, --mass and --speed, or a
-    material and --speed. Quantities may have units, such as "1 cm/s"; plain numbers are in SI units.
+    Give one of these sets of options: --v-star; --kappa; --beta and --speed; a material and --speed; or --stiffness,
+    --damping, --mass and --speed. Quantities may have units, such as "1 cm/s"; plain numbers are in SI units.
 
-    For v*, kappa, or beta and a speed, every digit is proven. x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), and
-    tau_c in units of (rho/m_eff)^(-2/5) v^(-1/5). For a material, the numbers are in double precision, and sentences
-    say where the model does not hold.
+    For v*, kappa or beta every digit is proven. x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), tau_c in units of
+    (rho/m_eff)^(-2/5) v^(-1/5). For a material the numbers are in double precision, and warnings say which assumptions
+    of the model do not hold.
 
-    For another law of contact, k x^A + c x^B x', the units are (k/m)^(-1/(A+1)) v^(2/(A+1)) and that length over v, and
-    kappa is (c/m) (k/m)^(-(B+1)/(A+1)) v^(2(B+1)/(A+1)-1).
+    For the force k x^A + c x^B x' of another law, the unit of length is (k/m)^(-1/(A+1)) v^(2/(A+1)), the unit of time
+    is this length over v, and kappa = (c/m) (k/m)^(-(B+1)/(A+1)) v^(2(B+1)/(A+1)-1).
 
-    With --gravity or --load the weight acts during the contact. Its numbers are sampled: in double precision, with an
-    estimate of their error. A load F0 is G = (F0/m) (k/m)^(-1/(A+1)) v^(-2A/(A+1)).
+    --gravity (for a material with --wall, or for --stiffness) and --load include the weight of a body that falls on a
+    plane. These numbers are sampled in double precision, with an estimate of their error. A constant force F0 is the
+    load G = (F0/m) (k/m)^(-1/(A+1)) v^(-2A/(A+1)).
     """
     from viscopade.collision import exact
     from viscopade.theory.law import law_of
@@ -289,7 +285,7 @@ def epsilon(
                 "a material is given: expected --speed with it, and none of --v-star, --kappa, --beta, --stiffness, "
                 "--damping, --mass, --digits and --law"
             )
-        _show_material(pair, double("speed", speed), {}, options["yield_strength"], fields, style, gravity)
+        _show_material(pair, float(speed), {}, options["yield_strength"], fields, style, gravity)
         return
     constants = _constants(of, stiffness, mass, speed, damping=damping)
     if constants is not None:
@@ -303,8 +299,7 @@ def epsilon(
         shown, lines = in_doubles.decimals() | numbers, constants.lines
         further: dict[str, Any] = {}
         if gravity is not None:
-            g = double("gravity", gravity)
-            weighted, further, sentence = _falling(of, constants.kappa, g, *constants.scales)
+            weighted, further, sentence = _falling(of, constants.kappa, gravity, *constants.scales)
             shown, lines = shown | weighted, (*lines, sentence)
         _show_numbers(shown, units, {"digits": _IN_DOUBLES, **fields}, style, line, *lines, **further)
         return
@@ -332,16 +327,16 @@ def epsilon(
 
 
 @click.command(epilog=examples("viscopade invert --law linear --epsilon 0.5 --stiffness 1e5 --mass 0.1"))
-@click.option("--epsilon", help="Coefficient of restitution eps, > 0 and <= 1.")
+@click.option("--epsilon", help="Wanted coefficient of restitution eps, > 0 and <= 1.")
 @click.option("--one-minus-epsilon", help="1 - eps, instead of --epsilon, for nearly elastic collisions.")
-@click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed; then beta is printed, too.")
-@STIFFNESS
-@MASS
+@click.option("--speed", type=Quantity("speed", exact=True), help="Impact speed.")
+@_STIFFNESS
+@_MASS
 @_LOAD
 @material("young_modulus", "poisson_ratio", "density", "yield_strength")
-@_GRAVITY
+@GRAVITY
 @DIGITS_OPTION
-@with_law
+@WITH_LAW
 @STYLE
 def invert(
     epsilon: str | None,
@@ -350,7 +345,7 @@ def invert(
     stiffness: str | None,
     mass: str | None,
     load: float | None,
-    gravity: str | None,
+    gravity: float | None,
     digits: int,
     law: str,
     end: str | None,
@@ -359,16 +354,21 @@ def invert(
 ) -> None:
     """Print the v*, beta and A that give a wanted eps.
 
-    Without further options, the command prints v*, and for another law of contact its kappa. With --speed, it also
-    prints beta, kappa = beta speed^(2/nu-1). With a material and --speed, it also prints the dissipative constant A,
-    the maximal compression and the contact time, and sentences say where the model does not hold. With --stiffness and
-    --mass, it also prints the damping c of the force k x^A + c x^B x', the law's own damping constant, and the same two
-    numbers. Quantities may have units, such as "1 cm/s"; plain numbers are in SI units. Every digit is proven, except
-    for numbers of a material, or of a stiffness and a mass, which are in double precision.
+    --epsilon alone prints v*, and for another law of contact its kappa. Further options add further numbers:
 
-    With --load or --gravity the damping is the one that gives eps to a body whose weight acts during the contact. It is
-    sampled, in double precision.
-    """
+    \b
+    --speed                  beta, where kappa = beta speed^(2/nu-1)
+    a material and --speed   A, the maximal compression and the contact time
+    --stiffness and --mass   the damping c of the force k x^A + c x^B x', the
+                             law's own damping constant, and the same lengths
+
+    Quantities may have units, such as "1 cm/s"; plain numbers are in SI units. Every digit is proven, except for those
+    that need a material, or a stiffness and a mass: they are in double precision. For a material, warnings say which
+    assumptions of the model do not hold.
+
+    --gravity (for a material with --wall, or for --stiffness) and --load give eps to a body whose weight acts during
+    the contact. These numbers are sampled in double precision.
+    """  # noqa: D301
     from viscopade.collision import exact
     from viscopade.collision.contact import Contact, damping_factor
     from viscopade.theory.law import law_of
@@ -393,11 +393,10 @@ def invert(
     proven = collision.decimals()
     if pair is not None and speed is not None:
         precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, speed=speed)
-        constant, v = pair.dissipative_constant(precise.floats()["beta"]), double("speed", speed)
-        g = 0.0 if gravity is None else double("gravity", gravity)
-        if g and constant:
+        constant, v = pair.dissipative_constant(precise.floats()["beta"]), float(speed)
+        if gravity and constant:
             wanted = precise.floats()["epsilon"]
-            constant = damping_factor(lambda a: pair.damped(a).contact(g), wanted, constant, speed=v)
+            constant = damping_factor(lambda a: pair.damped(a).contact(gravity), wanted, constant, speed=v)
         known = {"digits": digits, **fields}
         _show_material(pair.damped(constant), v, proven, options["yield_strength"], known, style, gravity)
         return
@@ -413,16 +412,16 @@ def invert(
     if constants is not None:
         floats = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, law=of).floats()
         constants = replace(constants, kappa=floats["v_star"] ** of.d)
-        g, wanted = 0.0 if gravity is None else double("gravity", gravity), floats["epsilon"]
-        if g and constants.kappa:
-            weight = g * constants.scales[1] ** 2 / constants.scales[0]
+        if gravity and constants.kappa:
+            weight = gravity * constants.scales[1] ** 2 / constants.scales[0]
+            wanted = floats["epsilon"]
             kappa = damping_factor(lambda damping: Contact.of_law(of, damping, weight), wanted, constants.kappa)
             without = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=of)
             constants, floats, proven = replace(constants, kappa=kappa), without.floats(), without.decimals()
         numbers, own_units = constants.of(floats)
         proven, units, lines = proven | numbers, units | own_units, constants.lines
         if gravity is not None:
-            weighted, further, sentence = _falling(of, constants.kappa, g, *constants.scales)
+            weighted, further, sentence = _falling(of, constants.kappa, gravity, *constants.scales)
             proven, lines = proven | weighted, (*lines, sentence)
     _show_numbers(proven, units, {"digits": digits, **fields}, style, line, *lines, **further)
 
@@ -488,7 +487,7 @@ def _constants(
         raise click.UsageError(f"{others} {'need' if ' and ' in others else 'needs'} {' and '.join(missing)}{why}")
     units = {"stiffness": law.stiffness_unit, "damping": law.damping_unit, "mass": "kg"}
     value = {name: _in_unit(name, str(text), units[name]) for name, text in given.items()}
-    v = None if speed is None else double("speed", speed)
+    v = None if speed is None else float(speed)
     if v == 0:
         raise ValueError("speed is 0: expected a number > 0")
     k, m = value["stiffness"], value["mass"]
@@ -512,18 +511,14 @@ def _in_unit(name: str, text: str, unit: str) -> float:
     )
 
 
-def _check_weight(load: float | None, gravity: str | None, *, on_plane: bool, of_scaled: bool) -> None:
-    """Refuse a load or gravity without what it acts on."""
+def _check_weight(load: float | None, gravity: float | None, *, on_plane: bool, of_scaled: bool) -> None:
+    """Refuse --load or --gravity without the collision that it belongs to."""
     if load is not None and not of_scaled:
         raise click.UsageError(
-            "--load is that of the scaled equation: expected --kappa, --v-star or --epsilon alone with it, or "
+            "--load belongs to the scaled equation: expected --kappa, --v-star or --epsilon alone with it, or "
             "--gravity with a material"
         )
-    if gravity is None:
-        return
-    if double("gravity", gravity) < 0:
-        raise ValueError(f"gravity is {gravity}: expected a number >= 0")
-    if not on_plane:
+    if gravity is not None and not on_plane:
         raise click.UsageError(
             "--gravity needs a body that falls on a plane: expected a material, --wall and --speed, or "
             "--stiffness, --mass and --speed"
@@ -533,9 +528,9 @@ def _check_weight(load: float | None, gravity: str | None, *, on_plane: bool, of
 def _falling(
     law: Law, kappa: float, gravity: float, length: float, time: float
 ) -> tuple[dict[str, str], dict[str, Any], str]:
-    """Return the numbers of a body that falls on a plane, what JSON says of them, and a sentence.
+    """Return the numbers of a body that falls on a plane, further entries for JSON, and a sentence.
 
-    Length and time are the units of the scaled equation.
+    `length` and `time` are the units of the scaled equation.
     """
     from viscopade.collision.contact import Contact
 
@@ -617,12 +612,12 @@ def _show_material(
     pair: Pair,
     speed: float,
     proven: dict[str, str],
-    strength: str | None,
+    strength: float | None,
     context: dict[str, Any],
     style: str,
-    gravity: str | None = None,
+    gravity: float | None = None,
 ) -> None:
-    """Show the numbers of a collision in double precision, but for the proven ones, and where the model fails."""
+    """Show the numbers of a collision, in double precision except for the proven ones, and warnings about the model."""
     from viscopade.arrays import double as scaled
 
     v_star = pair.v_star(speed)
@@ -647,7 +642,7 @@ def _show_material(
     further: dict[str, Any] = {}
     if gravity is not None:
         scales = pair.length_scale(speed), pair.time_scale(speed)
-        proven, further, line = _falling(VISCOELASTIC, v_star**2, double("gravity", gravity), *scales)
+        proven, further, line = _falling(VISCOELASTIC, v_star**2, gravity, *scales)
         lines = [line]
     warnings = limits_of(pair, speed, strength)
     lines += [f"Warning: {text}." for text in warnings]

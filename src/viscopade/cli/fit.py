@@ -16,7 +16,6 @@ from viscopade.cli.console import (
     Quantity,
     Real,
     command_line,
-    double,
     examples,
     material,
     need,
@@ -28,7 +27,7 @@ from viscopade.cli.console import (
 from viscopade.cli.writer import check_targets, write_all
 
 FORMS = ("power", "table")
-"""Of empirical functions."""
+"""Forms of empirical functions."""
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Sphere
@@ -41,20 +40,20 @@ if TYPE_CHECKING:
     from viscopade.fitting.read import Recording
 
 MOST_ROWS = 40
-"""Of points in a table for people."""
+"""Most rows of the table of points."""
 _UNIT = "(s/m)^(1/5)"
 _BETAS = f"beta_i {_UNIT}"
 
 
 class Neglected(NamedTuple):
-    """Weight during contacts, if bodies fall, and a sentence on drag if it may count."""
+    """Weight during contacts, if bodies fall, and a sentence on drag if it may matter."""
 
     weight: WeightInContacts | None
     drag: str | None
 
     @property
     def warnings(self) -> list[str]:
-        """Sentences on what is left out although it counts."""
+        """Sentences on effects that the fit neglects although they matter."""
         return [*([self.weight.sentence] if self.weight and self.weight.warns else []), *filter(None, [self.drag])]
 
 
@@ -77,7 +76,7 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
         self.name = name
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
-        """Parse a name of a column, and what belongs to it."""
+        """Parse the name of a column and its header or unit."""
         from viscopade.fitting.columns import COLUMNS
 
         name, equals, rest = value.partition("=")
@@ -93,42 +92,54 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
     "--column", "columns", type=Assignment("NAME=HEADER"), multiple=True, help="Header or number of a column."
 )
 @click.option("--unit", "units", type=Assignment("NAME=UNIT"), multiple=True, help="Unit of a column without one.")
-@click.option("--rate", type=Real("rate"), help="Frames per second, of a column frame.")
-@click.option(
-    "--length-per-unit", type=Quantity("length-per-unit", "length"), help="Of positions, such as that of a pixel."
-)
+@click.option("--rate", type=Real(" > 0"), help="Frames per second, for a column frame.")
+@click.option("--length-per-unit", type=Quantity("length", " > 0"), help="Length of one unit of position, as a pixel.")
 @click.option(
     "--resolution",
-    help='Standard error of instants ("0.5 ms"), or of heights or positions ("1 mm").  '
-    "[default: found by the fit; for echoes among instants 1 ms]",
+    help='Standard error of times ("0.5 ms"), or of heights or positions ("1 mm").  '
+    "[default: fitted; 1 ms for echoes among times of bounces]",
 )
-@click.option("--gravity", type=Quantity("gravity", "acceleration"), help="Of the flight.  [default: 9.80665 m/s^2]")
-@click.option("--air-density", type=Quantity("air-density", "density"), help="Drag in air; needs radius and density.")
-@click.option("--drag-coefficient", help="Of the sphere in air.  [default: 0.47]")
-@click.option("--contact-time", type=Quantity("contact-time", "time"), help="Duration of contact between flights.")
+@click.option(
+    "--gravity", type=Quantity("acceleration", " > 0"), help="Gravitational acceleration.  [default: 9.80665 m/s^2]"
+)
+@click.option(
+    "--air-density", type=Quantity("density"), help="Density of the air, for its drag; needs radius and density."
+)
+@click.option("--drag-coefficient", type=Real(), help="Drag coefficient of the sphere in air.  [default: 0.47]")
+@click.option("--contact-time", type=Quantity("time"), help="Duration of a contact, between two flights.")
 @click.option(
     "--scatter/--no-scatter",
     default=None,
-    help="Whether eps scatters beyond its standard errors.  [default: if there are none]",
+    help="Whether eps scatters more than its standard errors.  [default: if there are none]",
 )
-@click.option("--robust", is_flag=True, help="Count outliers less: Student's t with 4 degrees of freedom.")
+@click.option("--robust", is_flag=True, help="Give outliers less weight: Student's t with 4 degrees of freedom.")
 @click.option(
     "--without", multiple=True, metavar="[NAME:]LINE", help="Line of a file or sheet to leave out; repeatable."
 )
 @click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Law of contact to compare with; repeatable.")
 @material("young_modulus", "poisson_ratio", "density")
-@click.option("--mass", type=Quantity("mass", "mass"), help="Of the sphere, in place of its density.")
+@click.option("--mass", type=Quantity("mass", " > 0"), help="Mass of the sphere, instead of its density.")
 @click.option(
-    "--scene", "scene_file", type=click.Path(path_type=Path), help="Scene to write, with the fitted material."
+    "--scene",
+    "scene_file",
+    type=click.Path(path_type=Path),
+    help="Write a scene with the fitted material to this file.",
 )
-@click.option("--plot", "picture", type=click.Path(path_type=Path), help="Picture to write: .svg, .png or .pdf.")
+@click.option(
+    "--plot", "picture", type=click.Path(path_type=Path), help="Draw the fit into this file: .svg, .png or .pdf."
+)
 @click.option(
     "--empirical",
     "code",
     type=click.Path(path_type=Path),
-    help="File to write with an empirical function of the data, for none of the laws: .h, .py, .f90, …",
+    help="Write an empirical function of the data, which follows no law, to this file: .h, .py, .f90, …",
 )
-@click.option("--form", type=click.Choice(FORMS), default="power", help="Of that function.  [default: power]")
+@click.option(
+    "--form",
+    type=click.Choice(FORMS),
+    default="power",
+    help="Form of that function: a capped power, or a monotone table.  [default: power]",
+)
 @STYLE
 def fit(
     data: tuple[Path, ...],
@@ -143,17 +154,22 @@ def fit(
 ) -> None:
     """Fit the damping to measured data; test the viscoelastic law.
 
-    DATA are CSV files or spreadsheets whose headers name the columns, with units in parentheses: "speed (cm/s)" and
-    "epsilon", with "sigma_epsilon" and "contact_time" if they are known; or "time", the instants of bounces; or
-    "height", of release and rebounds; or "time" (or "frame") and "position", of a ball that bounces; or exports of
-    phyphox's "(In)elastic collision" and acoustic stopwatch. All sheets and files are fitted together. Echoes and
-    bounces that were not heard are found.
+    DATA are CSV files or spreadsheets. All sheets and files are fitted together. Their headers name the columns, with
+    units in parentheses:
 
-    The result is beta with its standard error and its confidence intervals, and a verdict that compares the law with a
-    constant eps, with nu = 1 and with a free exponent. With --radius, --density, --poisson-ratio and --young-modulus it
-    has A, too; with a column contact_time in place of --young-modulus, A and the Young modulus. Plain numbers are in SI
+    \b
+    speed (cm/s), epsilon   also sigma_epsilon and contact_time if known
+    time                    times of the bounces
+    height                  heights of the release and of the rebounds
+    time, position          track of a bouncing ball; frame instead of time
+
+    Exports of phyphox's "(In)elastic collision" and acoustic stopwatch work, too. Echoes and missed bounces are found.
+
+    The result is beta with its standard error and confidence intervals, and a verdict that compares the law with a
+    constant eps, with nu = 1 and with a free exponent. --radius, --density, --poisson-ratio and --young-modulus add A.
+    With a column contact_time instead of --young-modulus the Young modulus is fitted, too. Plain numbers are in SI
     units.
-    """
+    """  # noqa: D301
     spreadsheet = any(each.suffix.lower() in (".xls", ".xlsx", ".ods") for each in data)
     needed = {"scipy": True, "python_calamine": spreadsheet, "matplotlib": picture is not None}
     need("fit", *(package for package, wanted in needed.items() if wanted))
@@ -191,7 +207,7 @@ def fit(
     if style == "text" and written:
         say(f"wrote {', '.join(map(str, written))}")
         if scene_file is not None and found.contact_law.law != "viscoelastic":
-            say(f"{scene_file} has the viscoelastic law: a scene takes no other one")
+            say(f"{scene_file} has the viscoelastic law: scenes have no other law")
 
 
 def _language(code: Path) -> str:
@@ -211,7 +227,7 @@ def _fitted(
     for_scene: bool,
     **options: Any,
 ) -> tuple[Recording, DampingFit, Sphere | None, Mapping[str, Constant], Neglected]:
-    """Return what was read, its fit, the sphere with its Young modulus, the constants that follow, what is left out."""
+    """Return the data, their fit, the sphere with its Young modulus, its fitted constants, and what is neglected."""
     from dataclasses import replace
 
     from viscopade import files
@@ -225,7 +241,7 @@ def _fitted(
     in_air = options["air_density"] is not None
     sphere = _sphere(body, in_air, for_scene)
     resolution, given, length = (options.pop(name) for name in ("resolution", "contact_time", "length_per_unit"))
-    contact: ContactTime = 0.0 if given is None else double("contact-time", given)
+    contact: ContactTime = given or 0.0
     pair = None
     if sphere is not None and body["poisson_ratio"] is not None and body["young_modulus"] is not None:
         pair = Pair(sphere, _partner(sphere, body["wall"]))
@@ -237,7 +253,7 @@ def _fitted(
         _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),
         resolution,
         contact,
-        length_per_unit=None if length is None else double("length-per-unit", length),
+        length_per_unit=length,
         **options,
     )
     recording = read.recording(contents, how)
@@ -260,14 +276,14 @@ def _fitted(
     return recording, found, sphere, constants, left
 
 
-def _density(body: Mapping[str, Any], mass: str) -> str:
+def _density(body: Mapping[str, Any], mass: float) -> float:
     """Return the density of a sphere of a mass."""
     from viscopade.collision.spheres import Sphere
 
     if body["density"] is not None or len(body["radii"]) != 1:
         raise click.UsageError("--mass is given: expected one --radius with it, and no --density")
     unit = {"young_modulus": 1, "poisson_ratio": 0, "dissipative_constant": 0}
-    return repr(Sphere(radius=double("radius", body["radii"][0]), mass=double("mass", mass), **unit).density)
+    return Sphere(radius=body["radii"][0], mass=mass, **unit).density
 
 
 def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere | None:
@@ -289,7 +305,7 @@ def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere 
     pair = pair_of(
         body["radii"],
         body["wall"],
-        young_modulus=body["young_modulus"] or "1",
+        young_modulus=body["young_modulus"] or 1.0,
         poisson_ratio=0.0 if body["poisson_ratio"] is None else body["poisson_ratio"],
         density=body["density"],
     )
@@ -306,21 +322,18 @@ def _partner(sphere: Sphere, wall: bool) -> Sphere:
 
 
 def _flight(
-    sphere: Sphere | None, gravity: str | None, air_density: str | None, drag_coefficient: str | None
+    sphere: Sphere | None, gravity: float | None, air_density: float | None, drag_coefficient: float | None
 ) -> Flight:
     from viscopade.fitting.flight import DRAG_COEFFICIENT, STANDARD_GRAVITY, Flight
 
-    g = STANDARD_GRAVITY if gravity is None else double("gravity", gravity)
+    g = STANDARD_GRAVITY if gravity is None else gravity
     if air_density is None:
         if drag_coefficient is not None:
             raise click.UsageError("--drag-coefficient is given: expected --air-density with it")
-        if not g > 0:
-            raise ValueError(f"gravity is {g:g}: expected a number > 0")
         return Flight(g)
     assert sphere is not None
-    drag = DRAG_COEFFICIENT if drag_coefficient is None else double("drag-coefficient", drag_coefficient)
-    air = double("air-density", air_density)
-    return Flight.of_sphere(sphere.radius, sphere.density, air_density=air, gravity=g, drag_coefficient=drag)
+    drag = DRAG_COEFFICIENT if drag_coefficient is None else drag_coefficient
+    return Flight.of_sphere(sphere.radius, sphere.density, air_density=air_density, gravity=g, drag_coefficient=drag)
 
 
 # --- what is printed --------------------------------------------------------------------------------------------------

@@ -19,10 +19,10 @@ from viscopade.cli.console import (
     STYLE,
     Degrees,
     OneOf,
-    deliver,
     examples,
     say,
     show,
+    write_or_print,
 )
 from viscopade.cli.writer import check_targets, write_all
 from viscopade.kernels.catalogue import FAST, SIZES, TIERS
@@ -34,27 +34,27 @@ if TYPE_CHECKING:
 
 
 @click.command(epilog=examples("viscopade export fortran --accuracy 1e-5 --output viscopade.f90"))
-@click.argument("target", type=OneOf([*TARGETS, "series-csv", "series-json", "version-header"]))
+@click.argument("target", metavar="TARGET", type=OneOf([*TARGETS, "series-csv", "series-json", "version-header"]))
 @click.option(
     "--pade",
     type=Degrees(),
     multiple=True,
-    help="Padé approximant, such as 3/6; repeat for more. Default: the four of the paper's table. With another --law, "
-    "the error is sampled, not proven.",
+    help="Padé approximant, such as 3/6; repeatable. For another --law its error is sampled, not proven."
+    "  [default: the four of the paper's table]",
 )
 @click.option(
     "--minimax",
     type=Degrees(),
     multiple=True,
-    help="Best approximant on the interval from --v-star-min to --v-star-max, such as 1/4; repeat for more.",
+    help="Best approximant on the interval from --v-star-min to --v-star-max, such as 1/4; repeatable.",
 )
 @click.option(
     "--accuracy",
     multiple=True,
-    help="Largest proven error, such as 1e-5; repeat for more. With --v-star-max, this selects the cheapest best "
-    "approximant on the interval. Without it, this selects the smallest kernel for all v* >= 0.",
+    help="Largest proven error, such as 1e-5; repeatable. It selects the smallest kernel for all v* >= 0; with "
+    "--v-star-max, the cheapest best approximant on the interval.",
 )
-@click.option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps).")
+@click.option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps); repeatable.")
 @click.option(
     "--epsilon-min", default="0", show_default=True, help="Smallest eps, for --inverse; 0 means all 0 < eps <= 1."
 )
@@ -70,19 +70,19 @@ if TYPE_CHECKING:
     help="Error relative to the smaller of eps and 1 - eps (both), or to eps (relative).",
 )
 @LAW
-@click.option("--full", is_flag=True, help="Kernels of v* to the last place, in C.")
+@click.option("--full", is_flag=True, help="Kernels that are accurate to the last digit, from v*, in C.")
 @click.option(
     "--from-speed",
     type=click.Choice(TIERS),
     multiple=True,
-    help="Accuracy of a kernel from speed and beta to eps, in C; it reads a table and computes no root.",
+    help="Accuracy of a kernel from speed and beta to eps, in C, with a table instead of a root.",
 )
 @click.option(
     "--size",
     type=click.Choice(SIZES),
     default=FAST,
     show_default=True,
-    help="Size of the table of --from-speed 1e-5: the large one (fast), or the small one that needs more operations.",
+    help="Table of --from-speed 1e-5: the large, fast one, or a small one that needs more operations.",
 )
 @click.option(
     "--order",
@@ -101,12 +101,19 @@ if TYPE_CHECKING:
 def export(target: str, order: int, digits: int | None, output: Path | None, **wanted: Any) -> None:
     """Generate code or tables of proven kernels.
 
-    A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. Without options, c, python, csv,
-    json, latex, certificates and vectors get the paper's approximants; series-csv and series-json get the coefficients
-    h_k; version-header gets the version, for the C preprocessor; all other targets get kernels for all v* >= 0.
+    A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. TARGET is a language or a table.
+    Without options the file has
+
+    \b
+    - the paper's approximants: c, python, csv, json, latex, certificates,
+      vectors;
+    - kernels for all v* >= 0: cuda, arrays, fortran, rust, julia, javascript,
+      glsl, wgsl, warp, go, csharp;
+    - the coefficients h_k: series-csv, series-json;
+    - the version: version-header, for C.
 
     An existing file is replaced only if viscopade generated it.
-    """
+    """  # noqa: D301
     from viscopade.kernels import requests
 
     of_series = target.startswith("series-")
@@ -121,11 +128,11 @@ def export(target: str, order: int, digits: int | None, output: Path | None, **w
         request = requests.Request(**wanted)
         request = requests.default(target) if request == requests.Request() else request
         text = replace(request, digits=digits or LATEX_DIGITS).render(target)
-    deliver(text, output)
+    write_or_print(text, output)
 
 
 def _refuse_unused(target: str, used: set[str]) -> None:
-    """Refuse options that are given and would change nothing in a target's file."""
+    """Refuse options that would change nothing in a target's file."""
     context = click.get_current_context()
     flags = {str(option.name): option.opts[-1] for option in context.command.params}
     for name, flag in flags.items():
@@ -140,17 +147,17 @@ def _refuse_unused(target: str, used: set[str]) -> None:
     "--example",
     metavar="NAME",
     shell_complete=lambda _context, _option, start: [name for name in example_scenes() if name.startswith(start)],
-    help="Take a scene that comes with viscopade, such as ice_rings, as FILE.",
+    help="Use an example scene, such as ice_rings, instead of FILE.",
 )
-@click.option("--out", type=click.Path(path_type=Path), help="Directory to write the generated file to.")
+@click.option("--out", type=click.Path(path_type=Path), help="Directory for the generated file.")
 @click.option(
     "--check/--no-check",
     "checking",
     default=True,
     help="Compile and run the generated code, if its compiler or interpreter is installed, and compare its results "
-    "with the exact eps.",
+    "with the exact eps.  [default: check]",
 )
-@click.option("--cc", help="Command of the C compiler for the check. Default: the environment's CC, or cc.")
+@click.option("--cc", help="C compiler for the check.  [default: CC of the environment, or cc]")
 @STYLE
 def scene_command(
     file: Path | None,
@@ -162,9 +169,8 @@ def scene_command(
 ) -> None:
     """Find the cheapest kernel within a scene's tolerance.
 
-    FILE describes the scene in TOML: materials, bodies, speeds, tolerance and language. docs/usage/scenes.md describes
-    its keys, and the folder that `viscopade --examples-dir` prints has ready scenes. With --out, the kernel's code is
-    written.
+    FILE is a scene in TOML: materials, bodies, speeds, tolerance and language. docs/usage/scenes.md lists its keys, and
+    `viscopade --examples-dir` prints a folder with examples. --out writes the code of the kernel.
     """
     from viscopade.scene import check as run
     from viscopade.scene import choice, render, tables
@@ -176,7 +182,7 @@ def scene_command(
     words, source = ("", file) if file is not None else ("--example ", example_scenes()[str(example)])
     scene = read_scene(source)
     if cc is not None and not (checking and scene.code.spoken.run.variable == "CC"):
-        raise click.UsageError("--cc is given and would not be used: expected --cc with the check of code in C")
+        raise click.UsageError("--cc is given, but no C compiler is needed: expected --cc with the check of code in C")
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)
     found = choice.choose(scene)

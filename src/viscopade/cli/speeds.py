@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,21 +12,23 @@ import click
 
 from viscopade import arguments
 from viscopade.cli.console import (
+    GRAVITY,
+    NO_FALL,
     STYLE,
     Degrees,
     Quantity,
     Real,
     Whole,
     command_line,
-    double,
     examples,
     limits_of,
     material,
     need,
-    pair_of,
+    pair_with,
     picture_kind,
     say,
     show,
+    with_options,
 )
 from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import check_targets, write_all
@@ -34,7 +37,6 @@ if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
     from viscopade.plots.speeds import SpeedCurve, Weight
 
-_NO_FALL = "--gravity needs a sphere and a plane: expected a material with --wall, or a scene with a wall"
 _FIGURES = 6  # of a number in a table
 _MOST_ROWS = 10_000
 _INCH, _LETTERS = 0.0254, 7.5  # m; points
@@ -46,61 +48,57 @@ _MOST_WITH_WEIGHT = 100
 class _Length(Quantity):
     """Type of an option that takes two lengths: what begins with a minus is the next option."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Parse a length."""
         if str(value).startswith("-"):
-            raise click.UsageError(f"--{self.label} needs two lengths, such as '8.6 cm' '6 cm'")
+            raise click.UsageError("--size needs two lengths, such as '8.6 cm' '6 cm'")
         return super().convert(value, param, ctx)
 
 
-def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
-    """Decorate a command with the options of `_curves`."""
-    for option in reversed(
-        (
-            click.argument("file", type=click.Path(path_type=Path), required=False),
-            click.option("--from", "slowest", type=Quantity("from", "speed"), help="Slowest.  [default: 0.001]"),
-            click.option("--to", "fastest", type=Quantity("to", "speed"), help="Fastest.  [default: 10]"),
-            click.option("--beta", help="The damping beta, such as '1.3 (s/cm)^(1/5)', instead of a material."),
-            click.option("--epsilon", type=Real("epsilon"), help="eps at --speed, instead of beta or A."),
-            click.option("--speed", type=Quantity("speed", "speed"), help="Where all curves have one eps."),
-            material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength"),
-            click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Law of contact; repeatable."),
-            click.option("--pade", "approximants", type=Degrees(), multiple=True, help="Approximant; repeatable."),
-            click.option("--program", "programs", multiple=True, help="Program of `viscopade audit`; repeatable."),
-            click.option("--gravity", type=Quantity("gravity", "acceleration"), help="Weight of a body on a plane."),
-        )
-    ):
-        command = option(command)
-    return command
+_CURVES = (
+    click.argument("file", type=click.Path(path_type=Path), required=False),
+    click.option("--from", "slowest", type=Quantity("speed"), help="Lowest speed.  [default: 0.001]"),
+    click.option("--to", "fastest", type=Quantity("speed"), help="Highest speed.  [default: 10]"),
+    click.option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', instead of a material."),
+    click.option("--epsilon", type=Real(), help="eps at --speed, instead of --beta or A."),
+    click.option("--speed", type=Quantity("speed", " > 0"), help="Speed at which all curves have the same eps."),
+    material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength"),
+    click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Add this law of contact; repeatable."),
+    click.option("--pade", "approximants", type=Degrees(), multiple=True, help="Add this approximant; repeatable."),
+    click.option("--program", "programs", multiple=True, help="Add this program of `viscopade audit`; repeatable."),
+    GRAVITY,
+)
+"""The argument and the options of `_curves`."""
 
 
 @click.command(epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg"))
-@_choice_of_curves
-@click.option("--data", type=click.Path(path_type=Path), help="Measured data to mark, as for `viscopade fit`.")
+@with_options(*_CURVES)
+@click.option("--data", type=click.Path(path_type=Path), help="Measured data to draw, as for `viscopade fit`.")
 @click.option("--title", help="Title above the picture.")
-@click.option("--size", type=_Length("size", "length"), nargs=2, help="Width and height, such as '8.6 cm' '6 cm'.")
-@click.option("--font-size", type=Real("font-size"), help="Size of letters in points.  [default: 7.5]")
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture: .svg, .png or .pdf.")
+@click.option("--size", type=_Length("length"), nargs=2, help="Width and height, such as '8.6 cm' '6 cm'.")
+@click.option("--font-size", type=Real(), help="Font size in points.  [default: 7.5]")
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path), help="File to write: .svg, .png or .pdf."
+)
 def plot(
     file: Path | None,
     data: Path | None,
     title: str | None,
-    size: tuple[str, str] | None,
+    size: tuple[float, float] | None,
     font_size: float | None,
     output: Path,
     **options: Any,
 ) -> None:
     """Draw eps against the impact speed.
 
-    The curves are those of materials, laws of contact, approximants and programs.
-
-    Give a scene as FILE, or a material, or --beta, or --epsilon with --speed. With --speed (or the scene's own speed),
-    each --law has the same eps there, and each --program is asked for it. Quantities may have units, such as "1 cm/s";
-    plain numbers are in SI units. Without spheres, eps is drawn over v*, from --from to --to, with each --pade.
+    Give a scene as FILE, or a material, or --beta, or --epsilon with --speed. --law, --program and --pade add curves.
+    At --speed (or at the scene's own speed) each law has the same eps, and each program is asked for this eps. Without
+    spheres eps is drawn over v*, with each --pade. Quantities may have units, such as "1 cm/s"; plain numbers are in SI
+    units.
 
     With --gravity the sphere falls on a wall (a material with --wall, or a scene), and its weight acts during the
-    contact: eps is 0 where it stays down. --epsilon is that with the weight. Contacts of --law and --program last as
-    long as the viscoelastic one at --speed, and have its eps there without weight.
+    contact. eps is 0 where the sphere stays down, and --epsilon includes the weight. At --speed, contacts of --law and
+    --program have the duration and the eps of the viscoelastic contact without weight.
     """
     need("plot", "matplotlib", *(["scipy"] if data is not None else []))
     kind = picture_kind("--output", output)
@@ -128,7 +126,7 @@ def plot(
         say(f"Warning: {text}.")
 
 
-def _inches(size: tuple[str, str] | None) -> tuple[float, float] | None:
+def _inches(size: tuple[float, float] | None) -> tuple[float, float] | None:
     """Return width and height in inches, each from 2 cm to 2 m."""
     if size is None:
         return None
@@ -146,14 +144,14 @@ def _points(font_size: float | None) -> float:
 
 
 @click.command("table", epilog=examples("viscopade table --from 0.1 --to 10"))
-@_choice_of_curves
-@click.option("--points", type=Whole("points", 2, _MOST_ROWS), help="Number of speeds.  [default: three a decade]")
+@with_options(*_CURVES)
+@click.option("--points", type=Whole(2, _MOST_ROWS), help="Number of speeds.  [default: three per decade]")
 @STYLE
 def table_command(points: int | None, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v*.
 
-    The options are those of `viscopade plot`. For a material without --gravity the table also has the duration of
-    contact and the maximal compression. All numbers are in SI units and in double precision.
+    It takes the options of `viscopade plot`. For a material without --gravity the table also has the contact time and
+    the maximal compression. All numbers are in SI units and in double precision.
     """
     import numpy as np
 
@@ -203,15 +201,15 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
 
 def _curves(
     file: Path | None,
-    slowest: str | None,
-    fastest: str | None,
+    slowest: float | None,
+    fastest: float | None,
     beta: str | None,
     epsilon: float | None,
-    speed: str | None,
+    speed: float | None,
     laws: Sequence[str],
     approximants: Sequence[tuple[int, int]],
     programs: Sequence[str],
-    gravity: str | None,
+    gravity: float | None,
     **body: Any,
 ) -> tuple[list[SpeedCurve], tuple[float, float], Pair | None, bool]:
     """Return the curves, the ends of their axis, the pair of a material if there is just one, and if the axis is v*.
@@ -225,27 +223,20 @@ def _curves(
 
     from viscopade.plots import speeds
 
-    at = None if speed is None else double("speed", speed)
-    if at is not None and not at > 0:
-        raise ValueError(f"speed is {at:g}: expected a number > 0")
-    g = None if gravity is None else double("gravity", gravity)
-    if g is not None and not g > 0:
-        raise ValueError(f"gravity is {g:g}: expected a number > 0")
     nothing = file is None and beta is None and epsilon is None and speed is None
     if nothing and all(value in (None, False, ()) for value in body.values()):
-        if g is not None:
-            raise click.UsageError(_NO_FALL)
+        if gravity is not None:
+            raise click.UsageError(NO_FALL)
         if laws or programs:
             raise click.UsageError("--law and --program need spheres: expected --epsilon with --speed, or a material")
         without_spheres = [speeds.over_v_star(), *(speeds.approximant(m, n, None) for m, n in approximants)]
         return without_spheres, _ends(slowest, fastest, 0.01, 10.0), None, True
-    found, pair, ends = _viscoelastic(file, beta, epsilon, at, body, g)
-    if at is None and file is not None:
-        at = ends[2]
+    found, pair, ends = _viscoelastic(file, beta, epsilon, speed, body, gravity)
+    at = ends[2] if speed is None and file is not None else speed
     if (laws or programs) and at is None:
         raise click.UsageError("--law and --program need --speed, at which their eps is that of the spheres")
     typical = ends[2] if at is None else at
-    weights = [_weight(g, typical, of) for _, of in found]
+    weights = [_weight(gravity, typical, of) for _, of in found]
     betas = [of if isinstance(of, float) else float(of.beta) for _, of in found]
     named = zip(found, betas, weights, strict=True)
     curves = [speeds.viscoelastic(name, value, weight) for (name, _), value, weight in named]
@@ -254,7 +245,7 @@ def _curves(
         curves += [speeds.of_law(law, value, at, weights[0]) for law in laws]
         for program in programs:
             curves += speeds.of_program(program, value, at, weights[0])
-    if approximants and g is not None:
+    if approximants and gravity is not None:
         raise click.UsageError("--pade and --gravity are given: expected one of them")
     curves += [speeds.approximant(m, n, betas[0]) for m, n in approximants]
     if len(curves) > speeds.MOST:
@@ -269,15 +260,15 @@ def _weight(gravity: float | None, speed: float, of: float | Pair) -> Weight | N
     if gravity is None:
         return None
     if isinstance(of, float) or not of.second.is_wall:
-        raise click.UsageError(_NO_FALL)
+        raise click.UsageError(NO_FALL)
     return Weight(gravity, speed, float(of.contact_time(speed)))
 
 
-def _ends(slowest: str | None, fastest: str | None, low: float, high: float) -> tuple[float, float]:
-    low = low if slowest is None else double("from", slowest)
-    high = high if fastest is None else double("to", fastest)
+def _ends(slowest: float | None, fastest: float | None, low: float, high: float) -> tuple[float, float]:
+    low = low if slowest is None else slowest
+    high = high if fastest is None else fastest
     if not 0 < low < high:
-        raise ValueError(f"the ends are {low:g} and {high:g}: expected 0 < --from < --to")
+        raise ValueError(f"--from is {low:g} and --to is {high:g}: expected 0 < --from < --to")
     return low, high
 
 
@@ -314,15 +305,7 @@ def _viscoelastic(
         from viscopade.plots import speeds
 
         return [("viscoelastic", speeds.beta_of(epsilon, speed))], None, ends
-    from viscopade.collision.weight import calibrated
-
-    pair = pair_of(**body, dissipative_constant=0.0 if constant is None else constant)
-    assert pair is not None
-    if epsilon is not None:
-        assert speed is not None
-        if gravity is not None and not pair.second.is_wall:
-            raise click.UsageError(_NO_FALL)
-        pair = pair.calibrated(speed, epsilon) if gravity is None else calibrated(pair, speed, epsilon, gravity)
+    pair = pair_with(epsilon, speed or 0.0, gravity, dissipative_constant=constant, **body)
     return [("viscoelastic", pair)], pair, ends
 
 
@@ -351,7 +334,7 @@ def _in_si(beta: str) -> float:
         accepted = 'a number >= 0 in (s/m)^(1/5), or one with its unit, such as "1.3 (s/cm)^(1/5)"'
         return float(arguments.exact_number("beta", beta, accepted, lambda b: 0 <= b < 10**300))
     number, _, scale = parts
-    return double("beta", number) / float(double("beta", scale) ** 0.2)
+    return float(number) / math.pow(float(scale), 0.2)
 
 
 COMMANDS = (plot, table_command)
