@@ -22,7 +22,7 @@ QUOTED = re.compile(
     """,
     re.MULTILINE | re.VERBOSE,
 )
-STANDS_FOR = re.compile(r"[A-Z][A-Z_/]*|.*(?:…|\.\.\.|[{}<>*]).*")  # a reader's own words
+STANDS_FOR = re.compile(r"[A-Z][A-Z_/]*|.*(?:…|\.\.\.|[{}<>*]).*|bounce")  # a reader's own words, or simulator
 
 
 def texts():
