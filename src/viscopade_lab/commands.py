@@ -10,8 +10,9 @@ from pathlib import Path
 import click
 
 from viscopade import files
-from viscopade.cli.console import STYLE, Whole, examples, need, say, show
+from viscopade.cli.console import STYLE, Whole, examples, picture_kind, say, show
 from viscopade.cli.writer import check_targets, write, write_all
+from viscopade.extras import require
 from viscopade_lab import figures
 
 
@@ -58,7 +59,7 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
     """Draw the paper's figures, and further ones."""
     from viscopade_lab.figures import registry
 
-    need("figures", "matplotlib")
+    require("figures", "matplotlib")
     pictures = registry.render(names or figures.NAMES, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     say(f"wrote {', '.join(pictures)} to {out}")
@@ -90,7 +91,6 @@ def bench_command(
     All are compiled on this machine and run on the same impact speeds. The figure shows error over time.
     """
     from viscopade.kernels import requests, toolchain
-    from viscopade.plots import sheet
     from viscopade_lab import bench
     from viscopade_lab.bench import picture as drawing
     from viscopade_lab.bench.result import COLUMNS, HEADER, from_csv, table, to_csv
@@ -99,9 +99,8 @@ def bench_command(
     if result is not None and (out is not None or only):
         raise click.UsageError("--from shows a file: expected neither --out nor --only with it")
     if picture is not None:
-        need("bench --picture", "matplotlib")
-        if picture.suffix[1:] not in sheet.FORMATS:
-            raise click.UsageError(f"--picture is {str(picture)!r}: expected a name that ends with .svg, .pdf or .png")
+        require("bench --picture", "matplotlib")
+        picture_kind("--picture", picture)
     check_targets([path for path in (out, picture) if path is not None])
     comments: list[str] = []
     if result is not None:
@@ -140,7 +139,7 @@ def hardcases_command(
 
     cases = hard_cases.named(names)
     if out is not None:
-        need("hardcases --out", "matplotlib")
+        require("hardcases --out", "matplotlib")
         check_targets([out / hard_cases.PAGE, *(out / f"{case.name}.svg" for case in cases)], parents=True)
     findings = hard_cases.measured(cases, thorough)
     if out is not None:  # before anything is printed, which may fail after all that time

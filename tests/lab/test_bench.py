@@ -510,7 +510,7 @@ def test_the_command_prints_and_writes(tmp_path):
     [
         (["--rounds", "0"], 2, "rounds"),
         (["--only", "nothing"], 2, "viscopade: there is no kernel 'nothing': expected one of"),
-        (["--picture", "a.jpg"], 2, "--picture is 'a.jpg': expected a name that ends with .svg, .pdf or .png"),
+        (["--picture", "a.jpg"], 2, "--picture is a.jpg: expected a name that ends in .svg, .png or .pdf"),
         (["--from", __file__, "--out", "a.csv"], 2, "--from shows a file: expected neither --out nor --only with it"),
         (["--from", __file__], 2, "test_bench.py: expected the columns id,label"),
         (["--cc", "no-such-compiler"], 2, "viscopade: there is no C compiler 'no-such-compiler'"),

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
-from viscopade import arguments, extras
+from viscopade import arguments
 from viscopade.cli.writer import check_targets, write
 from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
@@ -364,28 +364,6 @@ def limits_of(pair: Pair, fastest: float, yield_strength: float | None) -> list[
     from viscopade.collision import limits
 
     return list(limits.violations(pair, fastest, yield_strength=yield_strength))
-
-
-class Missing(click.ClickException):
-    """Error: an optional package is not installed; the message is one line."""
-
-    exit_code = 2
-
-
-def need(user: str, *packages: str) -> None:
-    """Check that optional packages are installed, before any work that needs them.
-
-    Parameters are those of `viscopade.extras.require`.
-
-    Raises
-    ------
-    Missing
-        If one is not installed; the message has the command that installs it.
-    """
-    try:
-        extras.require(user, *packages)
-    except extras.MissingPackage as error:
-        raise Missing(str(error)) from None
 
 
 def picture_kind(option: str, file: Path) -> str:

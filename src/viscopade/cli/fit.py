@@ -18,13 +18,13 @@ from viscopade.cli.console import (
     command_line,
     examples,
     material,
-    need,
     pair_of,
     picture_kind,
     say,
     show,
 )
 from viscopade.cli.writer import check_targets, write_all
+from viscopade.extras import require
 
 FORMS = ("power", "table")
 """Forms of empirical functions."""
@@ -172,7 +172,7 @@ def fit(
     """  # noqa: D301
     spreadsheet = any(each.suffix.lower() in (".xls", ".xlsx", ".ods") for each in data)
     needed = {"scipy": True, "python_calamine": spreadsheet, "matplotlib": picture is not None}
-    need("fit", *(package for package, wanted in needed.items() if wanted))
+    require("fit", *(package for package, wanted in needed.items() if wanted))
     if picture is not None:
         picture_kind("--plot", picture)
     targets = [path for path in (scene_file, picture, code) if path is not None]

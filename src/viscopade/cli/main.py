@@ -18,6 +18,7 @@ import click
 from viscopade import arguments, shipped
 from viscopade.cli import audit, calculator, derive, fit, generate, simulators, speeds
 from viscopade.cli.console import WORDS, examples, keep_printing, tracker
+from viscopade.extras import MissingPackage
 from viscopade.progress import shown_by
 
 EVIDENCE = "viscopade_lab.commands"
@@ -189,7 +190,7 @@ def main() -> None:
     except (ValueError, TypeError) as error:
         _fail(error, 2)
     except ModuleNotFoundError as error:
-        _fail(error, 1)
+        _fail(error, 2 if isinstance(error, MissingPackage) else 1)
     except (ArithmeticError, RuntimeError) as error:
         _fail(error, 1)
     except MemoryError:

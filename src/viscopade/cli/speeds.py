@@ -23,7 +23,6 @@ from viscopade.cli.console import (
     examples,
     limits_of,
     material,
-    need,
     pair_with,
     picture_kind,
     say,
@@ -32,6 +31,7 @@ from viscopade.cli.console import (
 )
 from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import check_targets, write_all
+from viscopade.extras import require
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
@@ -100,7 +100,7 @@ def plot(
     contact. eps is 0 where the sphere stays down, and --epsilon includes the weight. At --speed, contacts of --law and
     --program have the duration and the eps of the viscoelastic contact without weight.
     """
-    need("plot", "matplotlib", *(["scipy"] if data is not None else []))
+    require("plot", "matplotlib", *(["scipy"] if data is not None else []))
     kind = picture_kind("--output", output)
     check_targets([output])
     import numpy as np
