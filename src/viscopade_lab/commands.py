@@ -68,11 +68,11 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
 @click.command("bench", epilog=examples("viscopade bench --only pow --rounds 2"))
 @click.option("--rounds", type=Whole(1, 10_000), help="Number of measurements of each kernel.  [default: 20]")
 @click.option("--only", multiple=True, help="Kernels and rivals whose id begins so; repeatable.  [default: all]")
-@click.option("--cc", help="Command of the C compiler. Default: the environment's CC, or cc.")
+@click.option("--cc", help="C compiler.  [default: CC of the environment, or cc]")
 @click.option(
     "--headers",
     type=click.Path(path_type=Path),
-    help="Directory with the exported headers. Default: the command makes them, which takes minutes.",
+    help="Directory with the exported headers.  [default: make them, which takes minutes]",
 )
 @click.option("--quick", is_flag=True, help="Few rounds and elements: a trial run; its times have no meaning.")
 @click.option(

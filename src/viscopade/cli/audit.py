@@ -94,7 +94,7 @@ def audit(
     of_audit = {"--contact-time": contact_time, "--step-error": step_error}
     if own["speed"] is not None or own["settings"] or own["force"] is not None:
         _refuse("with --speed, --set and --force", of_audit)
-        _show_delivery(simulator, epsilon, time_step, style, **own)
+        _show_contact(simulator, epsilon, time_step, style, **own)
     else:
         _refuse("without --speed", {f"--{name}": own[name] for name in ("mass", "radius", "gravity", "scheme", "end")})
         _show_audits(simulator, epsilon, time_step, contact_time, step_error, style)
@@ -145,7 +145,7 @@ def _show_audits(
         say(f"time step: {step:.6g} undamped contact times; eps on average, and its range over where contact begins")
 
 
-def _show_delivery(
+def _show_contact(
     simulator: str | None,
     epsilon: str | None,
     time_step: str | None,
@@ -190,7 +190,7 @@ def _show_delivery(
     errors = {name: error if error < math.inf else None for name, error in collision.errors.items()}
     more = {"status": collision.status, "units": {"length": units.length, "time": units.time}, "errors": errors}
     if style == "text":
-        _say_delivery(title, found, native, time_step is not None, epsilon, numbers["speed"])
+        _say_contact(title, found, native, time_step is not None, epsilon, numbers["speed"])
     else:
         fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})
         row = ["" if value is None else value for value in fields.values()]
@@ -231,9 +231,7 @@ def _words(values: Mapping[str, str]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in values.items())
 
 
-def _say_delivery(
-    title: str, found: Delivery, native: Native, stepped: bool, epsilon: str | None, speed: float
-) -> None:
+def _say_contact(title: str, found: Delivery, native: Native, stepped: bool, epsilon: str | None, speed: float) -> None:
     """Print a collision in sentences."""
     collision, units = found.collision, found.units
     between = f" ({collision.least:.4f} to {collision.largest:.4f}: where in a step contact begins)" if stepped else ""
@@ -276,12 +274,12 @@ def _in_contact_times(time_step: str | None, contact_time: float, is_time: bool)
 def _audits(
     programs: Sequence[Simulator], wanted: Sequence[str], step: float | None, step_error: float | None
 ) -> tuple[list[Audit], list[str]]:
-    """Return the audits, and why formulas do not accept an eps.
+    """Return the audits, and the reasons why formulas refuse an eps.
 
     Raises
     ------
     ValueError
-        If none accepts one.
+        If all refuse all.
     """
     from viscopade.simulators.audit import audited
 
@@ -299,7 +297,7 @@ def _audits(
 
 
 def _columns(row: Audit, contact_time: float) -> dict[str, str]:
-    """Return the cells of a row by the heads of their columns."""
+    """Return the cells of a row, with the heads of their columns as keys."""
     stepped, advice, parameter = row.stepped, row.advice, row.formula.parameter
     return {
         "program": row.program.title,
@@ -318,7 +316,7 @@ def _columns(row: Audit, contact_time: float) -> dict[str, str]:
 
 
 def _integrators(found: Sequence[Audit]) -> Iterator[str]:
-    """Yield a line for each integrator: its name, and the simulators that are taken to use it."""
+    """Yield a line for each integrator: its name, and the simulators that use it."""
     users: dict[str, dict[str, None]] = {}
     for row in found:
         if row.formula.scheme is not None:
@@ -332,7 +330,7 @@ def _number(delivered: Any) -> str:
 
 
 def _show_table(style: str, wanted: Sequence[str], found: Sequence[Audit], whole: dict[str, Any]) -> None:
-    """Print one row a formula and one column an eps asked for."""
+    """Print one row for each formula and one column for each wanted eps."""
     cells: dict[tuple[str, str], dict[str, str]] = {}
     for row in found:
         value = _number(row.delivered) if row.stepped is None else f"{row.stepped.epsilon:.{_FIGURES}g}"

@@ -24,7 +24,7 @@ from viscopade.cli.writer import check_targets, write
 from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
 FIRST_SECONDS, LONG_SECONDS = 1.0, 60.0
-"""After how long it is estimated how long a loop takes, and from what time on the user is told."""
+"""When the duration of a loop is estimated, and the remaining time from which on a message states it."""
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
@@ -180,10 +180,10 @@ class Degree(_Pair):
 
 
 PICTURES = ("svg", "png", "pdf")
-_ENDLESS = 1_000_000  # columns: wider than any table
-_IN_A_PIPE = 100  # columns of text that no terminal shows
-_READABLE = 24  # columns that are enough for a sentence on several lines, and for a name that is no number
-_NARROWEST = 20  # columns of a terminal; on a narrower one lines are of this length
+_ENDLESS = 1_000_000  # columns, more than any table has
+_IN_A_PIPE = 100  # columns of text in a pipe or a file
+_READABLE = 24  # columns for a sentence on several lines, and for a name without digits
+_NARROWEST = 20  # columns; lines are so long on a narrower terminal, too
 
 ORDER = Whole(0, arguments.MAX_ORDER)
 DIGITS = Whole(1, arguments.MAX_DIGITS)
@@ -220,13 +220,13 @@ OUTPUT = to_file("-o", "--output")
 
 
 WORDS = "viscopade.words"
-"""Where a context has the words of the command line."""
+"""Key of the words of the command line in a context."""
 
 
 def command_line() -> str:
-    """Return the command that runs, for the files that it writes: it can be pasted into a shell and makes them again.
+    """Return the running command for the heads of its files: pasted into a shell, it makes the same files.
 
-    Files are named without their folders. An option of `to_file` is left out: what is in a file depends on no name.
+    Files are named without their folders. An option of `to_file` is left out, because the text does not depend on it.
     """
     context = click.get_current_context()
     name, *words = context.meta[WORDS]
@@ -298,7 +298,7 @@ MATERIAL = {
     "dissipative_constant": (Quantity("time"), "Dissipative constant A of the material."),
     "yield_strength": (Quantity("pressure"), "Yield strength of the material, only for a warning."),
 }
-"""By option, the type and the help."""
+"""Type and help of each option."""
 
 
 def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -356,11 +356,11 @@ def pair_with(epsilon: float | None, speed: float, gravity: float | None, **opti
 
 
 NO_FALL = "--gravity needs a sphere and a plane: expected a material with --wall, or a scene with a wall"
-"""Refusal of a weight that does not act during the contact."""
+"""Refusal of a weight where no sphere falls on a plane."""
 
 
 def limits_of(pair: Pair, fastest: float, yield_strength: float | None) -> list[str]:
-    """Return a sentence for each assumption of the model that a pair violates at a speed, as `limits.violations`."""
+    """Return a sentence for each assumption of the model that a pair violates at a speed."""
     from viscopade.collision import limits
 
     return list(limits.violations(pair, fastest, yield_strength=yield_strength))
@@ -396,7 +396,7 @@ def show(
 
 
 def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
-    """Print a table. If it is too wide, heads and sentences take several lines, or each cell one; no number is cut."""
+    """Print a table; if it is too wide, with heads and sentences on several lines, or with one line for each cell."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -426,13 +426,13 @@ def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: s
 
 
 def _least_width(text: str) -> int:
-    """Return the columns that a text needs: for a sentence more than its longest word; long names may be broken."""
+    """Return the least width of a text: sentences need more than their longest word, and long names may be broken."""
     whole = (len(word) if re.search("[0-9]", word) else min(len(word), _READABLE) for word in text.split())
     return max([*whole, min(len(text) // 4, _READABLE)])
 
 
 def _print_rows(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
-    """Print each cell of a table on a line of its own, if it is not empty, after its head."""
+    """Print each cell of a table that is not empty on its own line, after its head."""
     say(title or "")
     for row in cells:
         click.echo()
@@ -459,7 +459,7 @@ def text_width() -> int:
 
 
 def _is_terminal(stream: TextIO | None) -> bool:
-    """Return whether a stream is an open terminal, whatever the environment says (FORCE_COLOR)."""
+    """Return whether a stream is an open terminal; variables such as FORCE_COLOR do not matter."""
     return stream is not None and not stream.closed and stream.isatty()
 
 
@@ -471,7 +471,7 @@ def keep_printing() -> None:
 
 
 def tracker(steps: Sequence[int], description: str, cost: Cost | None) -> Iterable[int]:
-    """Iterate over the steps. If their costs are known and they take long, a line on standard error says how long.
+    """Iterate over the steps; if their costs are known and they take long, state the remaining time on standard error.
 
     If standard error is a terminal, a progress bar is shown, which disappears at the end.
     """
@@ -491,7 +491,7 @@ def tracker(steps: Sequence[int], description: str, cost: Cost | None) -> Iterab
 
 @contextmanager
 def _bar(description: str, total: float) -> Iterator[Callable[[float], None]]:
-    """Show a progress bar in a `with` block, if standard error is a terminal; the function tells it what is done."""
+    """Show a progress bar in a `with` block, if standard error is a terminal; the yielded function updates it."""
     if not _is_terminal(sys.stderr):
         yield lambda _: None
         return

@@ -121,7 +121,7 @@ def coefficients(order: int, digits: int, law: str, end: str | None, style: str)
         say(line)
 
 
-# Unknown options are passed on as arguments, so that a negative degree is refused as what it is.
+# Unknown options become arguments, so that the message about a negative degree names the degree.
 @click.command(
     "pade",
     context_settings={"ignore_unknown_options": True},
@@ -428,7 +428,7 @@ def invert(
 
 @dataclass(frozen=True)
 class _Constants:
-    """Constants of a contact in SI units; the speed may be missing where the damping does not depend on it."""
+    """Constants of a contact in SI units; the speed is None if the damping does not depend on it."""
 
     law: Law
     k: float
@@ -437,7 +437,7 @@ class _Constants:
     kappa: float
 
     def of(self, scaled: dict[str, float]) -> tuple[dict[str, str], dict[str, str]]:
-        """Return the damping, and depth and duration of the scaled collision, and their units."""
+        """Return the damping, the depth and the duration of the scaled collision, and their units."""
         law, at = self.law, {"k": self.k, "mass": self.mass}
         speed = 1.0 if self.speed is None else self.speed
         c = law.damping_constant(self.kappa, speed, **at)
@@ -588,7 +588,7 @@ def _sampled_json(found: SampledCollision, depth: str, duration: str) -> dict[st
 
 
 def _beta_and_speed(beta: str, speed: str) -> tuple[str, str | Fraction, str]:
-    """Return the number of a beta, the speed in units that fit it, and the unit of beta: exact decimals both."""
+    """Return the number of beta, the speed in matching units, and the unit of beta; the numbers are exact."""
     from viscopade import quantity
 
     parts = quantity.beta_decimal(beta)
@@ -653,7 +653,7 @@ def _show_material(
 def _show_numbers(
     numbers: dict[str, str], units: dict[str, str], context: dict[str, Any], style: str, *lines: str, **further: Any
 ) -> None:
-    """Show numbers in a table with a column of units, if there are any, and lines below it."""
+    """Show numbers in a table, with a column of units if there are any, and lines below it."""
     if units:
         header: tuple[str, ...] = ("quantity", "value", "unit")
         rows: list[tuple[str, ...]] = [(name, value, units.get(name, "")) for name, value in numbers.items()]

@@ -58,7 +58,7 @@ class Neglected(NamedTuple):
 
 
 def _warnings(found: DampingFit, left: Neglected) -> list[str]:
-    """Return sentences on what is left out although it counts, and on eps above 1."""
+    """Return sentences on neglected effects that matter, and on eps above 1."""
     above = [i for i, eps in enumerate(found.points.epsilon) if eps > 1]
     if not above:
         return left.warnings
@@ -277,7 +277,7 @@ def _fitted(
 
 
 def _density(body: Mapping[str, Any], mass: float) -> float:
-    """Return the density of a sphere of a mass."""
+    """Return the density of a sphere with a mass."""
     from viscopade.collision.spheres import Sphere
 
     if body["density"] is not None or len(body["radii"]) != 1:
@@ -373,7 +373,7 @@ def _show(
         say(f"  {warning}", 2)
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
     show(style, header, rows, {}, title=found.number)
-    known = found.points.known  # a fitted scatter makes chi^2 what it should be, whatever the law, and says more
+    known = found.points.known  # with a fitted scatter chi^2 says nothing about the law
     laws = [
         (
             fit.model.name,
@@ -480,7 +480,7 @@ def _law_json(fit: LawFit) -> dict[str, Any]:
 
 
 def _finite(numbers: Sequence[float]) -> list[float | None]:
-    """Return numbers for JSON, which has no infinity: an end that the data do not bound is null."""
+    """Return numbers for JSON, with None for the infinite end of an interval."""
     return [number if math.isfinite(number) else None for number in numbers]
 
 

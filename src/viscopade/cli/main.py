@@ -22,9 +22,9 @@ from viscopade.extras import MissingPackage
 from viscopade.progress import shown_by
 
 EVIDENCE = "viscopade_lab.commands"
-"""The module of further commands, of a package that imports this one: it is loaded when a command is looked for."""
+"""Module of further commands, in a package that imports this one; it is loaded when needed."""
 LONGEST_LINE = 5000  # characters of a message
-NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # for what is printed
+NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # on the device of the output
 
 
 SECTIONS = {
@@ -54,7 +54,7 @@ class Commands(click.Group):
     def resolve_command(
         self, context: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command that is asked for; for a name that is nearly one, the refusal names it."""
+        """Return the command; a refusal names the commands that look like the given name."""
         if not args[0].startswith("-") and self.get_command(context, args[0]) is None:
             near = arguments.meant(args[0], self.list_commands(context))
             raise click.UsageError(f"there is no command {args[0]!r}{near}")
@@ -62,7 +62,7 @@ class Commands(click.Group):
         return super().resolve_command(context, args)
 
     def invoke(self, context: click.Context) -> Any:
-        """Run the command; a message that begins with the name of an argument has the option's name instead."""
+        """Run the command; a message that begins with an argument's name gets the name of the option instead."""
         try:
             return super().invoke(context)
         except (ValueError, TypeError, click.BadParameter) as error:
@@ -168,16 +168,16 @@ def _run_command() -> object:
 
 def _be_quick() -> None:
     """Set up the process: most commands take less than a second."""
-    gc.set_threshold(50_000)  # imports make many objects, and no garbage that is worth a search
-    atexit.register(gc.freeze)  # nor has a process that ends
+    gc.set_threshold(50_000)  # imports make many objects and hardly any garbage
+    atexit.register(gc.freeze)  # no collection when the process ends
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # NumPy's threads cost more than they save: matrices are small
 
 
 def main() -> None:
-    """Run the command line; errors are one line, and exit status 2 means that the input was at fault."""
+    """Run the command line; errors are one line, and exit status 2 means wrong input."""
     keep_printing()
     _be_quick()
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its cache is no concern of ours
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # its messages about its cache
     try:
         with shown_by(tracker):
             status = _run_command()

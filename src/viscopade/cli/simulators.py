@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 _SOFT = ("law", "stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
 """Options of programs whose contacts have a law of their own."""
-_LONG = 10  # s, of a contact
+_LONG = 10  # s; a longer contact time probably lacks its unit
 _AUDITED = {name: f"viscopade audit {name}" for name, own in SIMULATORS.items() if not own}
 
 
@@ -44,7 +44,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
     name = "MIN:MAX"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, float]:
-        """Parse two speeds; the unit of the second is that of the first, too, if that has none."""
+        """Parse two speeds; the first may have no unit, and then has the unit of the second."""
         first, colon, second = value.partition(":")
         if not colon:
             raise ValueError(f'--speeds is {value!r}: expected the lowest and the highest speed, such as "1:20 cm/s"')
@@ -122,7 +122,7 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
 
 @dataclass(frozen=True)
 class _Given:
-    """The collisions that the options describe: a setup, or eps at a speed between bodies of which no more is known."""
+    """The collisions that the options describe: a setup, or only an eps at a speed."""
 
     setup: Setup | None
     scene: Scene | None = None
@@ -176,7 +176,7 @@ def _setup_of_material(
     gravity: float | None,
     options: dict[str, Any],
 ) -> Setup:
-    """Return one pair of bodies with the given A, or with the A that gives eps, with gravity to a body that falls."""
+    """Return one pair of bodies with the given A, or with the A that gives eps at the speed."""
     from viscopade.simulators.setup import of_pair
 
     pair = pair_with(epsilon, speed, gravity, **options)

@@ -41,7 +41,7 @@ _FIGURES = 6  # of a number in a table
 _MOST_ROWS = 10_000
 _INCH, _LETTERS = 0.0254, 7.5  # m; points
 _DRAWN = 160  # points of a curve
-_DRAWN_WITH_WEIGHT = 64  # each takes some 20 ms
+_DRAWN_WITH_WEIGHT = 64  # each takes about 20 ms
 _MOST_WITH_WEIGHT = 100
 
 
@@ -137,7 +137,7 @@ def _inches(size: tuple[float, float] | None) -> tuple[float, float] | None:
 
 
 def _points(font_size: float | None) -> float:
-    """Return the size of letters in points."""
+    """Return the font size in points."""
     if font_size is not None and not 3 <= font_size <= 72:
         raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
     return _LETTERS if font_size is None else font_size
@@ -212,7 +212,7 @@ def _curves(
     gravity: float | None,
     **body: Any,
 ) -> tuple[list[SpeedCurve], tuple[float, float], Pair | None, bool]:
-    """Return the curves, the ends of their axis, the pair of a material if there is just one, and if the axis is v*.
+    """Return the curves, the ends of their axis, the pair of a single material, and whether the axis is v*.
 
     Raises
     ------
@@ -254,7 +254,7 @@ def _curves(
 
 
 def _weight(gravity: float | None, speed: float, of: float | Pair) -> Weight | None:
-    """Return the weight of the spheres of a curve; they are a pair, or a beta of which no more is known."""
+    """Return the weight of the sphere of a curve, if it is a pair and not only a beta."""
     from viscopade.plots.speeds import Weight
 
     if gravity is None:
@@ -280,7 +280,7 @@ def _viscoelastic(
     body: dict[str, Any],
     gravity: float | None,
 ) -> tuple[list[tuple[str, float | Pair]], Pair | None, tuple[float, float, float]]:
-    """Return names and pairs or betas, the pair of a material, and the slowest, fastest and typical speed."""
+    """Return names with pairs or betas, the pair of a material, and the lowest, highest and typical speed."""
     constant = body.pop("dissipative_constant")
     has_body = bool(body["radii"]) or any(value not in (None, False, ()) for value in body.values())
     given = (file is not None) + (beta is not None) + (constant is not None) + (epsilon is not None)
