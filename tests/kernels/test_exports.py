@@ -56,7 +56,7 @@ def test_a_record_that_is_not_what_is_made_is_refused(monkeypatch, tmp_path):
     result = called("reproduce", "--out", tmp_path / "new")
     assert result.returncode == 1
     assert result.stderr.startswith(
-        "viscopade: nothing is written: 1 of 1 records of kernels are not those of the pack"
+        "viscopade: no file is written: 1 of 1 records of kernels differ from those of the package"
     )
     assert name in result.stderr
     assert not (tmp_path / "new").exists()
