@@ -35,7 +35,7 @@ QUICK = frozenset(
         *files("", "docs", "layers", "names", "patience"),
         *files("arithmetic", "balls", "function_balls"),
         *files("theory", "hierarchy_step", "paper", "symbolic"),
-        *files("collision", "flow", "restitution", "spheres", "tsuji"),
+        *files("collision", "flow", "restitution", "spheres"),
         *files("approximation", "half_line"),
         *files("kernels", "rounding", "speed_page"),
         *files("simulators", "liggghts", "mercurydpm", "verification", "yade"),
