@@ -56,10 +56,16 @@ def comment(lines: Iterable[str], mark: str) -> str:
 _BESIDE_AN_OPERATOR = re.compile(r" (?=(?:[-+*/]|[<>]?=) )|(?<= [-+*/=]) |(?<= [<>]=) ")
 
 
-def wrapped(text: str, width: int = WIDTH, indent: str = "") -> list[str]:
-    """Return a text in lines, none of which ends within a formula such as 1 - eps^2; all but the first are indented."""
+def wrapped(text: str, width: int = WIDTH, indent: str = "", *, whole_words: bool = False) -> list[str]:
+    """Return a text in lines, none of which ends within a formula such as 1 - eps^2; all but the first are indented.
+
+    With `whole_words` a line may be longer: no word is broken.
+    """
     whole = _BESIDE_AN_OPERATOR.sub("\0", text)
-    return [line.replace("\0", " ") for line in wrap(whole, width, subsequent_indent=indent)]
+    lines = wrap(
+        whole, width, subsequent_indent=indent, break_long_words=not whole_words, break_on_hyphens=not whole_words
+    )
+    return [line.replace("\0", " ") for line in lines]
 
 
 def xml_comment(text: str) -> str:

@@ -13,7 +13,6 @@ from contextlib import contextmanager
 from fractions import Fraction
 from functools import reduce
 from pathlib import Path
-from textwrap import wrap
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -21,6 +20,7 @@ import click
 
 from viscopade import arguments
 from viscopade.cli.writer import check_targets, write
+from viscopade.generated import wrapped
 from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
 FIRST_SECONDS, LONG_SECONDS = 1.0, 60.0
@@ -444,9 +444,8 @@ def _print_rows(header: Sequence[str], cells: Sequence[Sequence[str]], title: st
 
 def say(text: str, indent: int = 0) -> None:
     """Print a text; lines break at spaces, but not inside a formula, and all lines but the first are indented."""
-    joined = re.sub(r" ([-+<>=]+) ", "\N{NO-BREAK SPACE}\\1\N{NO-BREAK SPACE}", text)
-    lines = wrap(joined, text_width(), subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
-    click.echo("\n".join(lines).replace("\N{NO-BREAK SPACE}", " "))
+    lines = wrapped(text, text_width(), " " * indent, whole_words=True)
+    click.echo("\n".join(lines))
 
 
 def text_width() -> int:

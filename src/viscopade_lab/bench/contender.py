@@ -75,7 +75,7 @@ class Contender:
     most: int = 1 << 40
     python: Callable[[FloatArray, float], tuple[float, FloatArray]] | None = None
 
-    def library(self, measure: Measure) -> Library:
+    def loaded_from(self, measure: Measure) -> Library:
         """Return the library (they differ in flags) that contains the function of a measure."""
         if measure in SCALAR:
             return "scalar"

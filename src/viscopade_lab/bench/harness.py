@@ -120,7 +120,7 @@ class Harness:
         self, contenders: Sequence[Contender], headers: Mapping[str, str], compiler: Compiler, sizes: Sizes
     ) -> None:
         self.contenders, self.sizes = contenders, sizes
-        used: set[Library] = {c.library(measure) for c in contenders if c.python is None for measure in c.measures}
+        used: set[Library] = {c.loaded_from(measure) for c in contenders if c.python is None for measure in c.measures}
         units = {
             library: {"part.c": f'#define BENCH_LIBRARY_{library.upper()}\n#include "bench.c"\n'}
             for library in sorted(used)
@@ -145,7 +145,7 @@ class Harness:
                 once, out[:elements] = contender.python(speed[:elements].astype(np.float64), BETA)
                 taken += once
             return taken
-        function = self._libraries[contender.library(measure)][contender.function(measure, form)]
+        function = self._libraries[contender.loaded_from(measure)][contender.function(measure, form)]
         function.restype = ctypes.c_double
         work = _Work(elements, passes, speed.ctypes.data, out.ctypes.data, BETA)
         return float(function(ctypes.byref(work)))
@@ -268,7 +268,7 @@ def c_file(contenders: Sequence[Contender]) -> str:
     for contender in contenders:
         if contender.python is None:
             for measure in contender.measures:
-                loops[contender.library(measure)] += (contender.loop(measure, form) for form in contender.formats)
+                loops[contender.loaded_from(measure)] += (contender.loop(measure, form) for form in contender.formats)
     return template(__name__, "bench.c.jinja").render(
         marker=marker_line("viscopade bench"),
         formats=tuple(FORMATS.values()),

@@ -23,7 +23,7 @@ import numpy as np
 
 from viscopade import Pair, Points, Sphere
 from viscopade.arrays.checked import FloatArray
-from viscopade.extras import require
+from viscopade.extras import MissingPackage, require
 from viscopade.fitting.damping import LEVELS, DampingFit
 from viscopade.fitting.flight import Flight
 from viscopade.progress import track
@@ -319,7 +319,11 @@ def table_of_verdicts(sets: int) -> Iterator[str]:
 @click.option("--verdicts", type=click.IntRange(1), help="Print the verdicts on so many made sets of a kind instead.")
 def main(sets: int, judged: int, verdicts: int | None) -> None:
     """Print the rates of all kinds of data as a table in Markdown."""
-    require("coverage", "scipy")
+    try:
+        require("coverage", "scipy")
+    except MissingPackage as error:
+        click.echo(error, err=True)
+        raise SystemExit(2) from None
     if verdicts is not None:
         click.echo("\n\n".join(table_of_verdicts(verdicts)))
         return
