@@ -2,9 +2,9 @@
 
 The conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition number grows
 roughly like 10^(0.35 (m+n)) for m = n - 3 (the hard case pade-systems measures it); enclosing the solution loses up to
-half as many digits again. Ball arithmetic proves the distance of an approximate solution from the true coefficients
-(`solution`). If the 0.7 (m+n) additional digits are too few for the measured loss, the series is derived again with
-more digits.
+half as many digits again. mpmath builds a and b from the middles of the h_k (`built`). Ball arithmetic proves the
+distance of these numbers from the true coefficients (`solution`). If the 0.7 (m+n) additional digits are too few for
+the measured loss, the series is derived again with more digits.
 """
 
 from __future__ import annotations
@@ -18,13 +18,14 @@ from numbers import Rational
 from typing import TYPE_CHECKING, SupportsIndex, TypeVar, cast
 
 import numpy as np
-from flint import acb, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
 from numpy.typing import NDArray
 
 from viscopade import arguments
 from viscopade.arithmetic.balls import (
     Determined,
     bits_for,
+    context,
     decimal_at,
     decimal_string,
     exact_middle,
@@ -34,6 +35,7 @@ from viscopade.arithmetic.balls import (
     working,
 )
 from viscopade.arrays.checked import Accepted, Values, elementwise
+from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 from viscopade.theory.series import derived
 
@@ -412,7 +414,7 @@ def _assembled(
 
 
 def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[arb, ...]]:
-    """Return a and b of [m/n] as proven enclosures of the true coefficients. To be called within `working`.
+    """Return mpmath's a and b of [m/n] as proven enclosures of the true coefficients. To be called within `working`.
 
     Raises
     ------
@@ -421,27 +423,37 @@ def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[a
 
     Notes
     -----
-    Let A b = y be the order conditions, R nearly the inverse of A, and x nearly b. Then (R A)(b - x) = R (y - A x).
+    Let A b = y be the order conditions, x mpmath's b, and R nearly the inverse of A. Then (R A)(b - x) = R (y - A x).
     FLINT solves this system by elimination in balls, which loses few digits, because R A is nearly the identity. The
     elimination proves that R A is regular, hence A, too: for all h_k within their balls there is one b, and b - x is
     enclosed. The proof assumes nothing about x and R; a poor x makes a wide ball.
     """
-    b = [arb(1)]
+    numerator, denominator = built(h, m, n)
+    # b_0 = 1 is the normalisation. The error b - x of the others solves the system with the residual as its right side.
+    b = [arb(denominator[0], 1 - denominator[0])]
     if n:
         entries, right = order_system(h, m, n, arb(0))
-        matrix, wanted = arb_mat(n, n, entries), arb_mat(n, 1, right)
-        inverse, x = _nearly(matrix, wanted)
-        errors = (inverse * matrix).solve(inverse * (wanted - matrix * x), algorithm="lu").entries()
-        b += [arb(x_i, error) for x_i, error in zip(x.entries(), errors, strict=True)]
-    return tuple(_product_coefficient(b, h, k) for k in range(m + 1)), tuple(b)
+        matrix, x = arb_mat(n, n, entries), denominator[1:]
+        identity = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
+        inverse = matrix.mid().solve(identity, algorithm="approx")
+        residual = arb_mat(n, 1, right) - matrix * arb_mat(n, 1, x)
+        errors = (inverse * matrix).solve(inverse * residual, algorithm="lu").entries()
+        b += [arb(x_i, error) for x_i, error in zip(x, errors, strict=True)]
+    # The first m + 1 order conditions give the true a.
+    a = [arb(a_k, _product_coefficient(b, h, k) - a_k) for k, a_k in enumerate(numerator)]
+    return tuple(a), tuple(b)
 
 
-def _nearly(matrix: arb_mat, right: arb_mat) -> tuple[arb_mat, arb_mat]:
-    """Return approximations of the inverse of a matrix and of the solution of its system, without a proof."""
-    n = matrix.nrows()
-    identity = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
-    inverse = matrix.mid().solve(identity, algorithm="approx")
-    return inverse, (inverse * right).mid()
+def built(h: Sequence[arb], m: int, n: int) -> tuple[list[arb], list[arb]]:
+    """Return a and b of [m/n] as mpmath builds them from the middles of the h_k, at FLINT's precision; not proven."""
+    own = context(ctx.prec)
+    # mpmath eliminates column after column, and swaps rows once in each: column j costs (n - j)^2 operations.
+    columns, swap_row = iter(track(range(n), f"mpmath builds [{m}/{n}]", lambda j: (n - j) ** 2)), own.swap_row
+    own.swap_row = lambda *rows: (next(columns, None), swap_row(*rows))
+    a, b = own.pade([own.mpf(to_mpf(h_k)) for h_k in h], m, n)
+    for _ in columns:  # the last column has no rows to swap
+        pass
+    return [arb(a_k) for a_k in a], [arb(b_i) for b_i in b]
 
 
 def order_system(h: Sequence[Number], m: int, n: int, zero: Number) -> tuple[list[Number], list[Number]]:
