@@ -37,10 +37,12 @@ if TYPE_CHECKING:
     from viscopade.collision import exact
     from viscopade.collision.contact import SampledCollision
     from viscopade.collision.spheres import Pair
+    from viscopade.theory.derivation import Derivation
     from viscopade.theory.law import Law
     from viscopade.theory.pade import Pade, Root
 
 COMPARED_DIGITS = 20
+_HIGHEST = 9  # order to which `reproduce` shows h_k, that of [3/6]
 _IN_DOUBLES = 15  # digits of numbers that are computed from doubles
 _STIFFNESS = click.option("--stiffness", help="Constant k of the elastic force k x^A, in N/m^A.")
 _MASS = click.option("--mass", help="Effective mass m1 m2/(m1 + m2); on a plane, the mass of the body.")
@@ -56,24 +58,46 @@ _LOAD = click.option("--load", type=Real(), help="Load G of the scaled equation 
 @STYLE
 @click.pass_context
 def reproduce(context: click.Context, out: Path | None, style: str) -> None:
-    """Derive the paper's table and compare every printed entry.
+    """Derive the paper's table from the equation of motion and compare every printed entry.
+
+    SymPy generates the hierarchy of perturbation equations and the h_k as polynomials from the scaled equation, balls
+    give their proven values, and mpmath builds the Padé approximants. A second route checks the values.
 
     With --out, also write all exported files (C headers, tables, modules). Every kernel is fitted and proven again,
     and compared with the package's record of it. After a mismatch the exit status is 1, and no file is written.
     """
     from viscopade import store
     from viscopade.kernels import requests
+    from viscopade.theory.derivation import derive
+    from viscopade.theory.equation import scaled_equation
     from viscopade.theory.paper import CITATION, approximants, compare
 
     if out is not None:
         check_targets([out / name for name in requests.NAMES], parents=True)
+    derivation = derive(scaled_equation(), _HIGHEST, COMPARED_DIGITS)
     ours = approximants(COMPARED_DIGITS)
     entries = compare(ours)
     agreeing = sum(entry.agrees for entry in entries)
     header = ("[m/n]", "coefficient", "paper", "ours, rounded", "ours", "agrees")
     rows = [(f"[{e.m}/{e.n}]", e.name, e.printed, e.rounded, e.ours, "yes" if e.agrees else "NO") for e in entries]
     fields = ("m", "n", "symbol", "index", "printed", "rounded", "ours", "agrees")
-    whole = {"agreeing": agreeing, "entries": [{name: getattr(e, name) for name in fields} for e in entries]}
+    whole = {
+        "derivation": {
+            "equation": derivation.equation,
+            "turning_point": derivation.turning_point,
+            "hierarchy": derivation.hierarchy,
+            **_polynomials_json(derivation, "h"),
+        },
+        "agreeing": agreeing,
+        "entries": [{name: getattr(e, name) for name in fields} for e in entries],
+    }
+    if style == "text":
+        say("From the equation of motion to the table; SymPy generates what follows from the first line")
+        say(f"scaled equation: {derivation.equation}; contact ends where x'' = 0", indent=2)
+        say(f"turning point:   {derivation.turning_point}", indent=2)
+        say(f"order K^n:       {derivation.hierarchy}", indent=2)
+        _say_polynomials(derivation)
+        say("mpmath builds a and b of [m/n] from these and higher h_k; balls prove their digits\n")
     show(style, header, rows, whole, title=CITATION)
     if style == "text":
         say(f"{agreeing} of {len(entries)} printed numbers agree")
@@ -102,23 +126,61 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 @click.command(epilog=examples("viscopade coefficients --order 6 --digits 40"))
 @click.option("--order", type=ORDER, default=20, show_default=True, help="Highest power of v*.")
 @DIGITS_OPTION
+@click.option("--symbolic", is_flag=True, help="Print the h_k also as polynomials in lambda_1, lambda_3, ….")
 @WITH_LAW
 @STYLE
-def coefficients(order: int, digits: int, law: str, end: str | None, style: str) -> None:
+def coefficients(order: int, digits: int, symbolic: bool, law: str, end: str | None, style: str) -> None:
     """Print the series coefficients h_k of eps = sum h_k v*^k.
 
     The coefficients are h_0 to h_ORDER, and every digit is proven. For other laws of contact v* is a root of kappa,
     which the output states.
+
+    With --symbolic, SymPy generates every h_k from the scaled equation as a polynomial with rational coefficients in
+    lambda_1, lambda_3, …. These are the coefficients of -ln eps, as an odd function, if contact ends where x = 0.
     """
     from viscopade.theory.law import law_of
     from viscopade.theory.series import series
 
     of = law_of(law, end)
+    if symbolic:
+        from viscopade.theory.derivation import derive
+        from viscopade.theory.equation import scaled_equation
+
+        derivation = derive(scaled_equation(of), order, digits, of.end)
     h = series(order, digits, of).decimals()
     fields, line = law_words(of)
-    show(style, ("k", "h_k"), enumerate(h), {"order": order, "digits": digits, **fields, "h": h})
-    if style == "text" and line:
-        say(line)
+    whole: dict[str, Any] = {"order": order, "digits": digits, **fields, "h": h}
+    if symbolic:
+        whole |= _polynomials_json(derivation, "symbolic")
+    if symbolic and style == "csv":
+        rows = [(k, h_k, derivation.polynomials.get(k, h_k)) for k, h_k in enumerate(h)]
+        show(style, ("k", "h_k", "polynomial"), rows, whole)
+    else:
+        show(style, ("k", "h_k"), enumerate(h), whole)
+    if style == "text":
+        if symbolic:
+            _say_polynomials(derivation)
+        if line:
+            say(line)
+
+
+def _polynomials_json(derivation: Derivation, name: str) -> dict[str, dict[str, str]]:
+    """Return the polynomials as text that SymPy reads, and the values of the lambdas."""
+    return {
+        name: {str(k): str(polynomial) for k, polynomial in derivation.polynomials.items()},
+        "lambda": {str(k): value for k, value in derivation.lambdas.items()},
+    }
+
+
+def _say_polynomials(derivation: Derivation) -> None:
+    """Print the lambdas, and every h_k as a polynomial and as a number."""
+    from viscopade.theory.derivation import plain
+
+    for k, value in derivation.lambdas.items():
+        say(f"lambda_{k} = {value}", indent=2)
+    for k, polynomial in derivation.polynomials.items():
+        value = f" = {derivation.values[k]}" if polynomial else ""
+        say(f"h_{k} = {plain(polynomial)}{value}", indent=2)
 
 
 # Unknown options become arguments, so that the message about a negative degree names the degree.

@@ -32,9 +32,11 @@ from viscopade.shipped import example_scenes
 if TYPE_CHECKING:
     from viscopade.scene.description import Scene
 
+_SERIES = ("series-csv", "series-json", "series-latex")
+
 
 @click.command(epilog=examples("viscopade export fortran --accuracy 1e-5 --output viscopade.f90"))
-@click.argument("target", metavar="TARGET", type=OneOf([*TARGETS, "series-csv", "series-json", "version-header"]))
+@click.argument("target", metavar="TARGET", type=OneOf([*TARGETS, *_SERIES, "version-header"]))
 @click.option(
     "--pade",
     type=Degrees(),
@@ -89,12 +91,12 @@ if TYPE_CHECKING:
     type=ORDER,
     default=SERIES_ORDER,
     show_default=True,
-    help="Highest power of v*, for series-csv and series-json.",
+    help=f"Highest power of v*, for {', '.join(_SERIES)}.",
 )
 @click.option(
     "--digits",
     type=DIGITS,
-    help="Significant digits, for latex, series-csv and series-json.  "
+    help=f"Significant digits, for latex, {', '.join(_SERIES)}.  "
     f"[default: {LATEX_DIGITS} for latex, else {SERIES_DIGITS}]",
 )
 @OUTPUT
@@ -109,7 +111,7 @@ def export(target: str, order: int, digits: int | None, output: Path | None, **w
       vectors;
     - kernels for all v* >= 0: cuda, arrays, fortran, rust, julia, javascript,
       glsl, wgsl, warp, go, csharp;
-    - the coefficients h_k: series-csv, series-json;
+    - the coefficients h_k: series-csv, series-json, series-latex;
     - the version: version-header, for C.
 
     An existing file is replaced only if viscopade generated it.

@@ -224,9 +224,9 @@ _FILES |= {
 
 
 def render_series(target: str, order: int, digits: int) -> str:
-    """Return the table of h_0 … h_order as CSV or JSON, with its provenance."""
+    """Return the table of h_0 … h_order as CSV, JSON or LaTeX, with its provenance."""
     command = f"viscopade export series-{target} --order {order} --digits {digits}"
-    renderer = {"csv": tables.series_csv, "json": tables.series_json}[target]
+    renderer = {"csv": tables.series_csv, "json": tables.series_json, "latex": tables.series_latex}[target]
     return renderer(series(order, digits).decimals(), command)
 
 

@@ -45,6 +45,28 @@ def scaled_equation(law: Law | str = VISCOELASTIC) -> ScaledEquation:
     return ScaledEquation(lhs, x, tau, kappa)
 
 
+def exponents(equation: ScaledEquation) -> tuple[Fraction, Fraction]:
+    """Return the exponents a and b of x^a and kappa x^b x', as they stand in a scaled equation.
+
+    Raises
+    ------
+    ValueError
+        If the equation has other terms, or an exponent is no rational number.
+    """
+    import sympy
+
+    x, speed = equation.x, equation.x.diff(equation.tau)
+    elastic = equation.lhs.subs(equation.kappa, 0) - speed.diff(equation.tau)
+    damping = equation.lhs.diff(equation.kappa) / speed
+    # The exponent of a power F(x) is x F'(x)/F(x).
+    found = [sympy.simplify(x * force.diff(x) / force) for force in (elastic, damping)]
+    powers = x ** found[0] + speed.diff(equation.tau) + equation.kappa * speed * x ** found[1]
+    if not all(power.is_Rational for power in found) or sympy.simplify(equation.lhs - powers) != 0:
+        raise ValueError(f"the equation is {equation.lhs} = 0: expected x'' + x^a + kappa x^b x' = 0")
+    a, b = (Fraction(int(power.p), int(power.q)) for power in found)
+    return a, b
+
+
 def end_of_contact(law: Law | str = VISCOELASTIC) -> sympy.Eq:
     """Return the condition that ends the contact as SymPy equality: x'' = 0 (eq:tEndAdvanced), or x = 0.
 

@@ -81,7 +81,18 @@ def latex_table(kernels: Sequence[Kernel], command: str, digits: int = LATEX_DIG
 
 def series_csv(h: Sequence[str], command: str) -> str:
     """Return the columns k,h_k of the series' coefficients, after lines of comment that begin with "#"."""
-    head = [
+    return _csv(_series_head(command), ("k", "h_k"), enumerate(_decimals(h)))
+
+
+def series_latex(h: Sequence[str], command: str) -> str:
+    """Return a LaTeX tabular with the columns k and h_k."""
+    rows = (rf"${k}$ & ${_latex_number(h_k, len(h_k))}$ \\" for k, h_k in enumerate(_decimals(h)))
+    head = comment(_series_head(command), "%")
+    return "\n".join([head, r"\begin{tabular}{rl}", r"$k$ & $h_k$ \\", r"\hline", *rows, r"\end{tabular}", ""])
+
+
+def _series_head(command: str) -> list[str]:
+    return [
         *marker_lines(command),
         "",
         "The coefficient of normal restitution eps of two viscoelastic spheres:",
@@ -91,7 +102,6 @@ def series_csv(h: Sequence[str], command: str) -> str:
         "",
         SERIES_NO_BOUND,
     ]
-    return _csv(head, ("k", "h_k"), enumerate(_decimals(h)))
 
 
 def series_json(h: Sequence[str], command: str) -> str:
