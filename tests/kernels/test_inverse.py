@@ -149,7 +149,7 @@ def test_names_have_the_interval():
     ("call", "message"),
     [
         (lambda: inverse.inverse(0.1, 1), "epsilon_min is 1: expected 0, or a number"),
-        (lambda: inverse.inverse(1e-12), "accuracy of the inverse is 1e-12: expected a number >="),
+        (lambda: inverse.inverse(1e-12), "inverse is 1e-12: expected a number >="),
     ],
 )
 def test_bad_input(call, message):

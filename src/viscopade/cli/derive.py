@@ -297,7 +297,7 @@ def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
 @_LOAD
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
 @GRAVITY
-@click.option("--digits", type=DIGITS, help="Significant digits; not with a material.  [default: 30]")
+@click.option("--digits", type=DIGITS, help="Significant digits; not with a material or a stiffness.  [default: 30]")
 @WITH_LAW
 @STYLE
 def epsilon(
@@ -351,10 +351,14 @@ def epsilon(
         return
     constants = _constants(of, stiffness, mass, speed, damping=damping)
     if constants is not None:
-        if v_star is not None or kappa is not None or beta is not None or digits is not None:
+        if digits is not None:
             raise click.UsageError(
-                "--stiffness, --damping and --mass are given: expected --speed with them, and none of --v-star, "
-                "--kappa, --beta and --digits"
+                "--digits is given with --stiffness, --damping and --mass: their numbers are computed in double "
+                f"precision, {_IN_DOUBLES} digits without weight, {_SAMPLED} with it; expected no --digits"
+            )
+        if v_star is not None or kappa is not None or beta is not None:
+            raise click.UsageError(
+                "--stiffness, --damping and --mass are given: expected none of --v-star, --kappa and --beta with them"
             )
         in_doubles = exact.collision(kappa=repr(constants.kappa), digits=_IN_DOUBLES, law=of)
         numbers, units = constants.of(in_doubles.floats())

@@ -264,12 +264,15 @@ def invert(
     if (epsilon is None) == (one_minus_epsilon is None):
         raise TypeError("expected exactly one of epsilon and one_minus_epsilon")
     if epsilon is not None:
-        restitution = arguments.exact_number("epsilon", epsilon, _RESTITUTIONS, _is_restitution)
+        restitution = arguments.exact_number("epsilon", epsilon, "0 < epsilon <= 1", lambda number: 0 < number <= 1)
+        if not _is_restitution(restitution):
+            raise ValueError(arguments.refusal("epsilon", epsilon, _RESTITUTIONS))
     else:
-        loss = arguments.exact_number(
-            "one_minus_epsilon", one_minus_epsilon, _LOSSES, lambda number: _is_restitution(1 - number)
-        )
+        accepted = "0 <= one_minus_epsilon < 1"
+        loss = arguments.exact_number("one_minus_epsilon", one_minus_epsilon, accepted, lambda number: 0 <= number < 1)
         restitution = 1 - loss
+        if not _is_restitution(restitution):
+            raise ValueError(arguments.refusal("one_minus_epsilon", one_minus_epsilon, _LOSSES))
     velocity = (
         None if speed is None else arguments.exact_number("speed", speed, _SPEEDS_AT, lambda v: v > 0 and _in_range(v))
     )

@@ -49,7 +49,7 @@ from viscopade.kernels.rounding_bounds import (
 )
 from viscopade.store import recorded
 
-ACCURACY = "accuracy of the inverse"  # in refusals
+ACCURACY = "inverse"  # in refusals: the option of `viscopade export`
 EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
 LEAST_BITS = 24  # an interval of eps begins at a multiple of 2^-24, which both types hold, as they do 1 - eps there
 FARTHEST = 2  # |m - n| of the degrees on [epsilon_min, 1] that are tried
