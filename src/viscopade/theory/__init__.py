@@ -1,6 +1,7 @@
-"""Theory of eps(v*): the scaled equation of motion, its series, Padé approximants and the paper's numbers."""
+"""Theory of eps(v*): the scaled equation of motion, its derivation and series, Padé approximants, the paper's numbers."""
 
 __all__ = [
+    "derivation",
     "equation",
     "law",
     "pade",
