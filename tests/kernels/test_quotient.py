@@ -24,8 +24,9 @@ from viscopade.kernels.expressions import Reading, Run, evaluate
 from viscopade.kernels.machine import TYPES
 from viscopade.kernels.quotient import ProvenPade, proven_pade, threshold, without_proof
 from viscopade.theory.law import law_of
-from viscopade.theory.pade import exact_roots, pade
+from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
+from viscopade_lab.hard_cases.exact_pade import exact_roots
 
 HIGH = (Fraction(1, 2), Fraction(1), Fraction(2), Fraction(5))
 

@@ -19,11 +19,11 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision.exact import collision
 from viscopade.kernels.toolchain import ToolchainError
 from viscopade.theory import paper
-from viscopade.theory.pade import exact_solution, rational_pade
 from viscopade.theory.series import series
 from viscopade_lab import hard_cases
 from viscopade_lab.hard_cases import compilers, extremes, pade_systems, rounded_data, rounding, truncated_series, worst
 from viscopade_lab.hard_cases.case import Case, Finding, Row
+from viscopade_lab.hard_cases.exact_pade import exact_solution, rational_pade
 
 PAGE = Path(__file__).parents[2] / "docs" / "hard-cases"
 

@@ -1,4 +1,4 @@
-"""Theory of eps(v*): the scaled equation of motion, its derivation and series, Padé approximants, the paper's numbers."""
+"""Theory of eps(v*): the scaled equation of motion, its derivation and series, Padé approximants, the paper."""
 
 __all__ = [
     "derivation",

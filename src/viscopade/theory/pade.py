@@ -14,11 +14,10 @@ from collections.abc import Hashable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from numbers import Rational
-from typing import TYPE_CHECKING, SupportsIndex, TypeVar, cast
+from typing import TYPE_CHECKING, SupportsIndex, TypeVar
 
 import numpy as np
-from flint import acb, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat
 from numpy.typing import NDArray
 
 from viscopade import arguments
@@ -312,89 +311,15 @@ class _TooWideError(ArithmeticError):
         self.digits = digits
 
 
-def rational_pade(h: Sequence[Rational], m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30) -> Pade:
-    """Return the Padé approximant [m/n] of any series with rational coefficients, solved exactly.
-
-    It serves for experiments: known functions, or h_k rounded to a few digits. Multiple poles and zeros are recognised.
-
-    Parameters
-    ----------
-    h : sequence of int or Fraction
-        h_0 … h_N with N >= m + n; h_0 > 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If an argument has a wrong type or is out of range.
-    DegenerateError
-        If the linear system for the denominator is singular.
-
-    Notes
-    -----
-    Coefficients are enclosed like those of `pade`. If one lies exactly half-way between two decimals of `digits`
-    digits, `decimals` raises ArithmeticError; use one digit more.
-    """
-    m, n = arguments.integer("m", m, 0, arguments.MAX_DEGREE), arguments.integer("n", n, 0, arguments.MAX_DEGREE)
-    digits = arguments.digits(digits)
-    if not all(isinstance(h_k, Rational) for h_k in h):
-        raise TypeError("h has an element that is not rational: expected integers and Fractions")
-    if len(h) <= m + n or h[0] <= 0:
-        raise ValueError(f"h has {len(h)} coefficients: expected h_0 … h_{m + n} with h_0 > 0 for [{m}/{n}]")
-    exact = [fmpq(int(h_k.numerator), int(h_k.denominator)) for h_k in h]
-    a, b = exact_solution(exact, m, n)
-    with working(bits_for(digits) + 64):
-        balls = tuple(arb(h_k) for h_k in exact)
-        zeros, poles = (exact_roots(fmpq_poly(c)) for c in (a, b))
-        contact = _exact_contact(b, exact, m + n)
-        return _assembled(tuple(map(arb, a)), tuple(map(arb, b)), balls, m, n, digits, zeros, poles, 0, contact)
-
-
-def exact_solution(h: Sequence[fmpq], m: int, n: int) -> tuple[list[fmpq], list[fmpq]]:
-    """Return a and b of [m/n] as exact fractions.
-
-    Raises
-    ------
-    DegenerateError
-        If [m/n] does not exist or is not unique.
-    """
-    b = [fmpq(1)]
-    if n:
-        matrix, right = order_system(h, m, n, fmpq(0))
-        try:
-            solution = fmpq_mat(n, n, matrix).solve(fmpq_mat(n, 1, right))
-        except ZeroDivisionError:
-            raise DegenerateError(f"[{m}/{n}] does not exist or is not unique: its linear system is singular") from None
-        b += [solution[i, 0] for i in range(n)]
-    a = [sum((b[i] * h[k - i] for i in range(min(k, n) + 1)), fmpq(0)) for k in range(m + 1)]
-    return a, b
-
-
-def _exact_contact(b: Sequence[fmpq], h: Sequence[fmpq], conditions: int) -> tuple[int, arb]:
-    """Return the result of `_contact` from exact numbers, for which it is decidable whether they are 0."""
-    product = fmpq_poly(list(b)) * fmpq_poly(list(h))
-    for k in range(conditions + 1, len(h)):
-        if product[k] != 0:
-            return k - 1, arb(product[k])
-    return len(h) - 1, arb(0)
-
-
-def exact_roots(polynomial: fmpq_poly) -> tuple[Root, ...]:
-    """Return the roots of a polynomial with rational coefficients, nearest to v* = 0 first."""
-    found = cast(list[tuple[acb, int]], polynomial.complex_roots())  # the stub lacks the multiplicities
-    values = [value for value, _ in found]
-    roots = [Root(value, int(multiplicity), _is_real(value, values)) for value, multiplicity in found]
-    return tuple(sorted(roots, key=_distance))
-
-
 def _solved(h: tuple[arb, ...], m: int, n: int, digits: int) -> Pade:
     """Return [m/n] from enclosures of the series. To be called within `working`."""
     a, b = solution(h, m, n)
     _demand(a + b, digits)
     lost = max(relative_digits(h) - relative_digits(a + b), 0)
-    return _assembled(a, b, h, m, n, digits, _roots(a, digits), _roots(b, digits), lost, _contact(a, b, h))
+    return assembled(a, b, h, m, n, digits, _roots(a, digits), _roots(b, digits), lost, _contact(a, b, h))
 
 
-def _assembled(
+def assembled(
     a: tuple[arb, ...],
     b: tuple[arb, ...],
     h: tuple[arb, ...],
@@ -406,6 +331,7 @@ def _assembled(
     lost: int,
     contact: tuple[int, arb],
 ) -> Pade:
+    """Return the approximant with the residues of its simple poles. To be called within `working`."""
     numerator, derivative = acb_poly(list(a)), acb_poly(list(b)).derivative()
     poles = tuple(
         replace(p, residue=numerator(p.value) / derivative(p.value)) if p.multiplicity == 1 else p for p in poles
@@ -509,7 +435,7 @@ def _stripped(c: Sequence[arb]) -> Sequence[arb]:
     return c[:length]
 
 
-def _distance(root: Root) -> tuple[float, float]:
+def distance_from_origin(root: Root) -> tuple[float, float]:
     """Return the key for order by modulus, with the root in the lower half-plane first in a conjugate pair."""
     return float(f"{float(abs(root.value).mid()):.9e}"), float(root.value.imag.mid())
 
@@ -523,17 +449,17 @@ def _roots(coefficients: Sequence[arb], digits: int) -> tuple[Root, ...]:
         values = acb_poly(list(polynomial)).roots(tol=arb(10) ** -(digits + 6))
     except ValueError:  # not isolated: too few digits, or a multiple root
         raise _TooWideError(digits) from None
-    roots = [Root(value, 1, _is_real(value, values)) for value in values]
+    roots = [Root(value, 1, is_real(value, values)) for value in values]
     for root in roots:
         missing = digits + 2 - relative_digits([abs(root.value)])
         if missing > 0:
             raise _TooWideError(missing)
         if None in (decimal_at(part, abs(root.value), digits) for part in (root.value.real, root.value.imag)):
             raise _TooWideError(1)
-    return tuple(sorted(roots, key=_distance))
+    return tuple(sorted(roots, key=distance_from_origin))
 
 
-def _is_real(value: acb, values: Sequence[acb]) -> bool:
+def is_real(value: acb, values: Sequence[acb]) -> bool:
     """Whether an isolated root of a real polynomial is real, because its mirror image lies in no other enclosure.
 
     Raises `_TooWideError` if the enclosures are too wide to decide.

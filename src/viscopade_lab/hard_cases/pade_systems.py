@@ -19,8 +19,9 @@ from flint import arb, arb_mat, fmpq
 
 from viscopade.arithmetic.balls import BITS_PER_DIGIT, bits_for, context, exact_middle, relative_digits, working
 from viscopade.plots.sheet import BLACK, BLUE, VERMILION
-from viscopade.theory.pade import exact_solution, order_system, pade
+from viscopade.theory.pade import order_system, pade
 from viscopade_lab.hard_cases.case import Finding, Row
+from viscopade_lab.hard_cases.exact_pade import exact_solution
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

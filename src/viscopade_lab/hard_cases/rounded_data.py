@@ -21,9 +21,10 @@ from flint import acb, acb_poly, arb, arb_poly
 from viscopade.arithmetic.balls import ball_of, bits_for, working
 from viscopade.plots.sheet import BLACK, BLUE, VERMILION
 from viscopade.theory import paper
-from viscopade.theory.pade import DOUBLET_TOLERANCE, Pade, Root, pade, rational_pade
+from viscopade.theory.pade import DOUBLET_TOLERANCE, Pade, Root, pade
 from viscopade.theory.series import series
 from viscopade_lab.hard_cases.case import Finding, Row
+from viscopade_lab.hard_cases.exact_pade import rational_pade
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
