@@ -7,6 +7,7 @@ which need the same source distribution and wheel.
 """
 
 import os
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -76,6 +77,45 @@ def without_extension(source, tmp_path_factory):
 
 def file(path):
     return str(Path(path).relative_to(TESTS))
+
+
+# --- processor time of each file --------------------------------------------------------------------------------------
+
+LISTED = 40  # files of the table
+spent = {"until": 0.0}
+seconds_of = Counter()
+
+
+def processor_seconds():
+    """Return the processor time of this process and of its children that have ended."""
+    return sum(os.times()[:4])
+
+
+def pytest_runtest_logstart():
+    spent["until"] = processor_seconds()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport():
+    """Note in a report what its phase took; a worker sends the report to the process that prints the table."""
+    report = yield
+    before, spent["until"] = spent["until"], processor_seconds()
+    report.processor_seconds = spent["until"] - before
+    return report
+
+
+def pytest_runtest_logreport(report):
+    seconds_of[report.nodeid.partition("::")[0]] += report.processor_seconds
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Print where the time goes; the ten longest tests of `--durations` hide a file of many short ones."""
+    terminalreporter.section(f"processor time: {seconds_of.total():.0f} s")
+    for name, seconds in seconds_of.most_common(LISTED):
+        terminalreporter.write_line(f"{seconds:6.1f} s  {name}")
+
+
+# --- order and quick files --------------------------------------------------------------------------------------------
 
 
 def pytest_addoption(parser):
