@@ -8,8 +8,10 @@ NATIVE := $(VENV)/.native
 DOCS := $(VENV)/.docs
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --dist loadfile
+EVIDENCE := tests/lab tests/test_derivations.py tests/test_notebooks.py tests/test_site.py
 
-.PHONY: reproduce exported drawn docs test check test-slow exhaustive hardcases matrix bench simulators paper lint format clean
+.PHONY: reproduce exported drawn docs test test-evidence check test-slow exhaustive hardcases bench simulators paper lint format clean
 
 # One after the other; `make -j2 reproduce` does both at once.
 reproduce: exported drawn
@@ -26,12 +28,17 @@ docs: $(DOCS)
 	$(BIN)/python -m sphinx -q -W --keep-going -E -b html -c tools/site -d build/doctrees . build/site
 	@echo "The first page is build/site/index.html"
 
+# The tests of the product, which a contributor runs often.
 test: $(NATIVE) lint
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations 10
+	$(PYTEST) --durations 10 $(addprefix --ignore=,$(EVIDENCE))
+
+# Derivations, notebooks, figures, claims, benchmarks, hard cases, studies, and the site.
+test-evidence: $(NATIVE)
+	$(PYTEST) --durations 10 $(EVIDENCE)
 
 # For the working loop, in less than a minute: lint, types, and the tests in files that take a few seconds each.
 check: $(NATIVE) lint
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --quick -q
+	$(PYTEST) --quick -q
 
 test-slow: $(NATIVE)
 	$(BIN)/python -m pytest -m slow
@@ -43,10 +50,6 @@ exhaustive: $(NATIVE)
 # Every part at its numerically hardest inputs, with all compilers and emulators of other processors that are installed.
 hardcases: $(NATIVE)
 	$(BIN)/viscopade hardcases --thorough --out docs/hard-cases
-
-# Oldest and newest packages with every Python that is found; needs the package index, and hours.
-matrix: $(NATIVE)
-	$(BIN)/python -m tools.environment_matrix
 
 bench: $(NATIVE)
 	$(BIN)/viscopade bench --headers exports

@@ -1,7 +1,7 @@
 """Locale, encoding, directory, Python's options and the settings of the calling program change no result.
 
 The same commands run in new processes, each time with something changed, and what they print is compared with what they
-print as usual. Other Pythons and other versions of packages take too long for this: `make matrix` records them.
+print as usual. Other Pythons and other versions of packages take too long for this: noxfile.py has them.
 """
 
 import json
@@ -18,7 +18,6 @@ import pytest
 
 import viscopade as vp
 from tests.patience import HANGS
-from tools import environment_matrix
 
 COMMANDS = (
     ("epsilon", "--v-star", "1.5", "--digits", "25"),
@@ -241,37 +240,3 @@ def after_setting(name):
 )
 def test_settings_are_kept_and_change_nothing(name):
     assert after_setting(name) == (True, True)
-
-
-# --- other Pythons and packages ---------------------------------------------------------------------------------------
-
-
-def test_the_record_has_both_ends_of_what_is_allowed_and_no_failure():
-    rows = environment_matrix.recorded()
-    assert {row["set"] for row in rows} >= {"oldest", "newest"}
-    for row in rows:
-        assert (row["failed"], row["exports_same"]) == ("0", row["exports"])
-        assert int(row["passed"]) > 0
-
-
-def test_the_page_is_made_from_the_record():
-    rows = environment_matrix.recorded()
-    assert environment_matrix.PAGE.read_text(encoding="utf-8") == environment_matrix.page(rows)
-
-
-def test_a_row_replaces_that_of_the_same_python_set_and_tests(tmp_path, monkeypatch):
-    rows = environment_matrix.recorded()
-    monkeypatch.setattr(environment_matrix, "RECORD", tmp_path / "environments.csv")
-    monkeypatch.setattr(environment_matrix, "PAGE", tmp_path / "environments.md")
-    environment_matrix.RECORD.write_text(",".join(environment_matrix.COLUMNS) + "\n")
-    for row in (*reversed(rows), rows[0] | {"passed": 7}):
-        environment_matrix.save(row)
-    assert environment_matrix.recorded() == [rows[0] | {"passed": "7"}, *rows[1:]]
-    assert environment_matrix.PAGE.read_text(encoding="utf-8").count("\n| 3.") == len(rows)
-
-
-def test_what_the_record_is_made_of_is_there():
-    root = environment_matrix.ROOT
-    assert [name for name in environment_matrix.PARTS if not (root / name).exists()] == []
-    tests = [name for names in environment_matrix.TESTS.values() for name in names]
-    assert [name for name in tests if not (root / name).exists()] == []

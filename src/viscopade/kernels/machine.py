@@ -58,7 +58,8 @@ def _power(x: Any, p: Any) -> Any:
 
 def _rows_at(table: Any, index: Any) -> Any:
     """Return rows of a table; an index beyond the last one leads to it. Faster than `table[index]`."""
-    return table.take(index, axis=0, mode="clip")
+    # NumPy 1.26 refuses unsigned indices.
+    return table.take(np.asarray(index).astype(np.intp, copy=False), axis=0, mode="clip")
 
 
 def _column(row: Any, index: int) -> Any:
