@@ -9,7 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
-// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 // function                                         range                       error, double           error, float
 // Viscopade.Restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // Viscopade.Rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -101,8 +101,8 @@ public static float Restitution_compact_1em3_f32(float speed, float beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 public static double Rebound_compact_1em3(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -136,7 +136,8 @@ public static double Rebound_compact_1em3(double speed, double beta)
 
 // eps speed, the speed after the collision.
 // Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+// numbers.
 public static float Rebound_compact_1em3_f32(float speed, float beta)
 {
     const float thirtieth = 0.033333335f;
@@ -313,8 +314,8 @@ public static float Restitution_compact_1em5_f32(float speed, float beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 public static double Rebound_compact_1em5(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;
@@ -351,7 +352,7 @@ public static double Rebound_compact_1em5(double speed, double beta)
 
 // eps speed, the speed after the collision.
 // Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
-// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 public static float Rebound_compact_1em5_f32(float speed, float beta)
 {
     const float thirtieth = 0.033333335f;
@@ -505,8 +506,8 @@ public static double Restitution_compact_1em7(double speed, double beta)
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 public static double Rebound_compact_1em7(double speed, double beta)
 {
     const double thirtieth = 0.03333333333333333;

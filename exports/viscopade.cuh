@@ -10,14 +10,14 @@
  * x returns to 0.
  *
  * Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
- * Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
- * function                                         range                       error, double           error, float
- * viscopade_restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 1.81e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 1.81e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                2.21e-4 r (1.63e-4 <= v* <= 4060)
- * viscopade_restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 1.81e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 1.81e-5 r (1.63e-4 <= v* <= 4060)
- * viscopade_dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r               1.45e-5 r (1.63e-4 <= v* <= 4060)
+ * Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
+ * function                                         range                       error, double           error, float (host and device)
+ * viscopade_restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_dissipation_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.1e-4 r                2.24e-4 r (1.63e-4 <= v* <= 4060)
+ * viscopade_restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_rebound_compact_1em5(speed, beta)      1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+ * viscopade_dissipation_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.37e-6 r               1.85e-5 r (1.63e-4 <= v* <= 4060)
  * viscopade_restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
  * viscopade_rebound_compact_1em7(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
  * viscopade_dissipation_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.8e-8 r                -
@@ -215,7 +215,7 @@ VISCOPADE_KERNEL(0xdf61ac26)
  * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
  * as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -253,7 +253,7 @@ VISCOPADE_CALLED(restitution, compact_1em3, double, viscopade_restitution_compac
  * Error on the device <= 2.09e-4 m + 9.11e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -287,10 +287,10 @@ VISCOPADE_CALLED(restitution, compact_1em3, float, viscopade_restitution_compact
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
- * as computed, are normal numbers.
+ * Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+ * and the result, as computed, are normal numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_REBOUND_COMPACT_1EM3_ERROR 2.09e-4 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -324,11 +324,13 @@ VISCOPADE_CALLED(rebound, compact_1em3, double, viscopade_rebound_compact_1em3)
 /*
  * eps speed, the speed after the collision.
  * Error on the host <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
- * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+ * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+ * numbers.
  * Error on the device <= 2.09e-4 m + 9.21e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
- * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+ * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+ * numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_REBOUND_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -365,7 +367,7 @@ VISCOPADE_CALLED(rebound, compact_1em3, float, viscopade_rebound_compact_1em3f)
  * Error <= 2.1e-4 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
  * are normal numbers.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERROR 2.1e-4 /* r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERROR 2.1e-4 /* r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em3(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -404,7 +406,7 @@ VISCOPADE_CALLED(dissipation, compact_1em3, double, viscopade_dissipation_compac
  * Error on the device <= 2.18e-4 r for 0.001 <= v* <= 10; 2.21e-4 r for 1.63e-4 <= v* <= 4060, where
  * beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERRORF 2.21e-4 /* r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM3_ERRORF 2.24e-4 /* r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em3f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -459,7 +461,7 @@ VISCOPADE_KERNEL(0x0fdb34a6)
  * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
  * as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -500,7 +502,7 @@ VISCOPADE_CALLED(restitution, compact_1em5, double, viscopade_restitution_compac
  * Error on the device <= 3.4e-6 m + 9.31e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_restitution_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -537,10 +539,10 @@ VISCOPADE_CALLED(restitution, compact_1em5, float, viscopade_restitution_compact
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
- * as computed, are normal numbers.
+ * Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+ * and the result, as computed, are normal numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_REBOUND_COMPACT_1EM5_ERROR 3.36e-6 /* m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -577,11 +579,13 @@ VISCOPADE_CALLED(rebound, compact_1em5, double, viscopade_rebound_compact_1em5)
 /*
  * eps speed, the speed after the collision.
  * Error on the host <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for
- * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+ * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+ * numbers.
  * Error on the device <= 3.4e-6 m + 9.31e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for
- * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+ * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+ * numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 1.81e-5 r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_REBOUND_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_rebound_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -621,7 +625,7 @@ VISCOPADE_CALLED(rebound, compact_1em5, float, viscopade_rebound_compact_1em5f)
  * Error <= 3.37e-6 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
  * are normal numbers.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERROR 3.37e-6 /* r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERROR 3.37e-6 /* r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em5(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -663,7 +667,7 @@ VISCOPADE_CALLED(dissipation, compact_1em5, double, viscopade_dissipation_compac
  * Error on the device <= 1.2e-5 r for 0.001 <= v* <= 10; 1.45e-5 r for 1.63e-4 <= v* <= 4060, where
  * beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERRORF 1.45e-5 /* r for 1.63e-4 <= v* <= 4060 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERRORF 1.85e-5 /* r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
@@ -721,7 +725,7 @@ VISCOPADE_KERNEL(0x57b247c3)
  * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
  * as computed, are normal numbers.
  */
-#define VISCOPADE_RESTITUTION_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_RESTITUTION_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_restitution_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -762,10 +766,10 @@ VISCOPADE_CALLED(restitution, compact_1em7, double, viscopade_restitution_compac
 
 /*
  * eps speed, the speed after the collision.
- * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
- * as computed, are normal numbers.
+ * Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+ * and the result, as computed, are normal numbers.
  */
-#define VISCOPADE_REBOUND_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_REBOUND_COMPACT_1EM7_ERROR 2.79e-8 /* m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_rebound_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
@@ -809,7 +813,7 @@ VISCOPADE_CALLED(rebound, compact_1em7, double, viscopade_rebound_compact_1em7)
  * Error <= 2.8e-8 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed,
  * are normal numbers.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM7_ERROR 2.8e-8 /* r for 1.73e-31 <= v* <= 1.23e+27 */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM7_ERROR 2.8e-8 /* r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, double beta)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);

@@ -9,7 +9,7 @@
 ! x returns to 0.
 !
 ! Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
-! Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+! Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 ! function                               range                       error, double           error, float
 ! restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 ! rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -180,8 +180,8 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-! as computed, are normal numbers.
+! Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+! and the result, as computed, are normal numbers.
 pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -233,7 +233,8 @@ end function
 
 ! eps speed, the speed after the collision.
 ! Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-! 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+! 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+! numbers.
 pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -500,8 +501,8 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-! as computed, are normal numbers.
+! Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+! and the result, as computed, are normal numbers.
 pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta
@@ -556,7 +557,7 @@ end function
 
 ! eps speed, the speed after the collision.
 ! Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
-! where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+! where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
     real(real32), intent(in) :: beta
@@ -782,8 +783,8 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-! as computed, are normal numbers.
+! Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+! and the result, as computed, are normal numbers.
 pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) result(value)
     real(real64), intent(in) :: speed
     real(real64), intent(in) :: beta

@@ -9,7 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
-// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 // function                                         range                  error, float
 // viscopade_restitution_compact_1em3(speed, beta)  1.63e-4 <= v* <= 4060  2.09e-4 m + 3.41e-5 r
 // viscopade_rebound_compact_1em3(speed, beta)      1.63e-4 <= v* <= 4060  2.09e-4 m + 3.41e-5 r
@@ -75,7 +75,8 @@ highp float viscopade_restitution_compact_1em3(highp float speed, highp float be
 
 // eps speed, the speed after the collision.
 // Error <= 2.09e-4 m + 1.61e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 3.41e-5 r for
-// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+// numbers.
 highp float viscopade_rebound_compact_1em3(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;
@@ -191,7 +192,7 @@ highp float viscopade_restitution_compact_1em5(highp float speed, highp float be
 
 // eps speed, the speed after the collision.
 // Error <= 3.4e-6 m + 1.71e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 3.41e-5 r for 1.63e-4 <= v* <= 4060,
-// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 highp float viscopade_rebound_compact_1em5(highp float speed, highp float beta)
 {
     const highp float thirtieth = 0.033333335;

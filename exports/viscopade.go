@@ -9,7 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
-// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 // function                                         range                       error, double           error, float
 // viscopade.Restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // viscopade.Rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -141,8 +141,8 @@ func Restitution_compact_1em3_f32(speed float32, beta float32) float32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 func Rebound_compact_1em3(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -194,7 +194,8 @@ func Rebound_compact_1em3(speed float64, beta float64) float64 {
 
 // eps speed, the speed after the collision.
 // Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+// numbers.
 func Rebound_compact_1em3_f32(speed float32, beta float32) float32 {
     const thirtieth float32 = 0.033333335
     const largest float32 = 1.329228e36
@@ -461,8 +462,8 @@ func Restitution_compact_1em5_f32(speed float32, beta float32) float32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 func Rebound_compact_1em5(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270
@@ -517,7 +518,7 @@ func Rebound_compact_1em5(speed float64, beta float64) float64 {
 
 // eps speed, the speed after the collision.
 // Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
-// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 func Rebound_compact_1em5_f32(speed float32, beta float32) float32 {
     const thirtieth float32 = 0.033333335
     const largest float32 = 1.329228e36
@@ -743,8 +744,8 @@ func Restitution_compact_1em7(speed float64, beta float64) float64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 func Rebound_compact_1em7(speed float64, beta float64) float64 {
     const thirtieth float64 = 0.03333333333333333
     const largest float64 = 8.452712498170644e270

@@ -9,7 +9,7 @@
 # x returns to 0.
 #
 # Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
-# Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+# Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 # function                                         range                       error, double           error, float
 # Viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 # Viscopade.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -95,8 +95,8 @@ function restitution_compact_1em3(speed::Float32, beta::Float32)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-# as computed, are normal numbers.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+# and the result, as computed, are normal numbers.
 function rebound_compact_1em3(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -127,7 +127,8 @@ end
 
 # eps speed, the speed after the collision.
 # Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-# 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+# 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+# numbers.
 function rebound_compact_1em3(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -289,8 +290,8 @@ function restitution_compact_1em5(speed::Float32, beta::Float32)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-# as computed, are normal numbers.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+# and the result, as computed, are normal numbers.
 function rebound_compact_1em5(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270
@@ -324,7 +325,7 @@ end
 
 # eps speed, the speed after the collision.
 # Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
-# where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+# where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 function rebound_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
     largest = 1.329228f36
@@ -466,8 +467,8 @@ function restitution_compact_1em7(speed::Float64, beta::Float64)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-# as computed, are normal numbers.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+# and the result, as computed, are normal numbers.
 function rebound_compact_1em7(speed::Float64, beta::Float64)
     thirtieth = 0.03333333333333333
     largest = 8.452712498170644e270

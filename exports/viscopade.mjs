@@ -9,7 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
-// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 // function                                         range                       error, double
 // viscopade.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
 // viscopade.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
@@ -66,8 +66,8 @@ export function restitution_compact_1em3(speed, beta) {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 export function rebound_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -175,8 +175,8 @@ export function restitution_compact_1em5(speed, beta) {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 export function rebound_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;
@@ -295,8 +295,8 @@ export function restitution_compact_1em7(speed, beta) {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 export function rebound_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const largest = 8.452712498170644e270;

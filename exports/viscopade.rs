@@ -9,7 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
-// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 // function                                          range                       error, double           error, float
 // viscopade::restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 // viscopade::rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
@@ -99,8 +99,8 @@ pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -133,7 +133,8 @@ pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
 
 // eps speed, the speed after the collision.
 // Error <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
-// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+// numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -305,8 +306,8 @@ pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;
@@ -342,7 +343,7 @@ pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
 
 // eps speed, the speed after the collision.
 // Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
-// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
     let thirtieth: f32 = 0.033333335;
@@ -492,8 +493,8 @@ pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-// as computed, are normal numbers.
+// Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+// and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
     let thirtieth: f64 = 0.03333333333333333;

@@ -9,7 +9,7 @@
 // x returns to 0.
 //
 // Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
-// Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 // function                                         range                  error, float
 // viscopade_restitution_compact_1em3(speed, beta)  1.63e-4 <= v* <= 4060  2.09e-4 m + 3.41e-5 r
 // viscopade_rebound_compact_1em3(speed, beta)      1.63e-4 <= v* <= 4060  2.09e-4 m + 3.41e-5 r
@@ -61,7 +61,8 @@ fn viscopade_restitution_compact_1em3(speed: f32, beta: f32) -> f32 {
 
 // eps speed, the speed after the collision.
 // Error <= 2.09e-4 m + 1.61e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 3.41e-5 r for
-// 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+// numbers.
 fn viscopade_rebound_compact_1em3(speed: f32, beta: f32) -> f32 {
     var nan = 0x7fc00000u;
     const thirtieth: f32 = 0x1.111112p-5f;
@@ -167,7 +168,7 @@ fn viscopade_restitution_compact_1em5(speed: f32, beta: f32) -> f32 {
 
 // eps speed, the speed after the collision.
 // Error <= 3.4e-6 m + 1.71e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 3.41e-5 r for 1.63e-4 <= v* <= 4060,
-// where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+// where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 fn viscopade_rebound_compact_1em5(speed: f32, beta: f32) -> f32 {
     var nan = 0x7fc00000u;
     const thirtieth: f32 = 0x1.111112p-5f;

@@ -9,7 +9,7 @@
 # x returns to 0.
 #
 # Bounds of |error| below: m = min(eps, 1 - eps), for rebound times the speed; r = |result|.
-# Bounds of compact kernels hold where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+# Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 # function                                                 range                       error, double
 # viscopade_compact.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
 # viscopade_compact.rebound_compact_1em3(speed, beta)      1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r
@@ -65,8 +65,8 @@ def restitution_compact_1em3(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-# as computed, are normal numbers.
+# Error <= 2.09e-4 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+# and the result, as computed, are normal numbers.
 def rebound_compact_1em3(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -162,8 +162,8 @@ def restitution_compact_1em5(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-# as computed, are normal numbers.
+# Error <= 3.36e-6 m + 2.21e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+# and the result, as computed, are normal numbers.
 def rebound_compact_1em5(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333
@@ -270,8 +270,8 @@ def restitution_compact_1em7(speed: float, beta: float) -> float:
 
 
 # eps speed, the speed after the collision.
-# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5 and w = beta^5 speed,
-# as computed, are normal numbers.
+# Error <= 2.79e-8 m + 2.31e-13 r for 1.73e-31 <= v* <= 1.23e+27, where beta^5, w = beta^5 speed, eps
+# and the result, as computed, are normal numbers.
 def rebound_compact_1em7(speed: float, beta: float) -> float:
     """Return eps speed, the speed after the collision."""
     thirtieth = 0.03333333333333333

@@ -10,6 +10,7 @@
  * x returns to 0.
  *
  * Bounds of |error| below: ulp = unit in the last place of the result.
+ * Bounds hold where the result, as computed, is a normal number.
  * function                                  range   error, double  error, float
  * viscopade_epsilon_full(v_star)            all v*  0.571 ulp      -
  * viscopade_one_minus_epsilon_full(v_star)  all v*  0.528 ulp      -
@@ -572,9 +573,9 @@ VISCOPADE_HEXADECIMAL_END
 
 /*
  * eps.
- * Error <= 0.571 ulp for all v*.
+ * Error <= 0.571 ulp for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_EPSILON_FULL_ERROR 0.571 /* ulp for all v* */
+#define VISCOPADE_EPSILON_FULL_ERROR 0.571 /* ulp for all v*, where the result, as computed, is a normal number */
 VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
 {
     if (!(v_star >= 0.0)) {
@@ -623,9 +624,9 @@ VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
 
 /*
  * 1 - eps.
- * Error <= 0.528 ulp for all v*.
+ * Error <= 0.528 ulp for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_ONE_MINUS_EPSILON_FULL_ERROR 0.528 /* ulp for all v* */
+#define VISCOPADE_ONE_MINUS_EPSILON_FULL_ERROR 0.528 /* ulp for all v*, where the result, as computed, is a normal number */
 VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
 {
     const double c_high = VISCOPADE_CONSTANT(0x1.27487p+0, 1.1534490585327148);

@@ -10,6 +10,7 @@
  * x returns to 0.
  *
  * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
+ * Bounds hold where eps and the result, as computed, are normal numbers.
  * function                                 range   error, double                     error, float
  * viscopade_restitution_1em5(speed, beta)  all v*  6.69e-6 m + 2.36e-14 r + 0.5 ulp  6.87e-6 m + 5.91e-15 r + 0.5 ulp
  * viscopade_rebound_1em5(speed, beta)      all v*  6.69e-6 r + 3 ulp                 6.87e-6 r + 3 ulp
@@ -292,9 +293,9 @@ VISCOPADE_KERNEL(0x7433c5fd)
 
 /*
  * eps.
- * Error <= 3.36e-6 m + 5.91e-15 r for all v*.
+ * Error <= 3.36e-6 m + 5.91e-15 r for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* m + 5.91e-15 r for all v* */
+#define VISCOPADE_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* m + 5.91e-15 r for all v*, where the result, as computed, is a normal number */
 VISCOPADE_INLINE double viscopade_epsilon_halfline_1em5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
@@ -335,9 +336,9 @@ VISCOPADE_INLINE double viscopade_epsilon_halfline_1em5(double v_star)
 
 /*
  * 1 - eps.
- * Error <= 3.36e-6 m + 5.01e-15 r for all v*.
+ * Error <= 3.36e-6 m + 5.01e-15 r for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_ONE_MINUS_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* m + 5.01e-15 r for all v* */
+#define VISCOPADE_ONE_MINUS_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* m + 5.01e-15 r for all v*, where the result, as computed, is a normal number */
 VISCOPADE_INLINE double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
@@ -397,9 +398,10 @@ VISCOPADE_KERNEL(0x8014a09e)
  * for v* <= 0.00128858; 6.69e-6 m + 3.3e-16 r + 0.5 ulp for 0.00128859 <= v* <= 9.18957,
  * 9.55662e-299 <= speed <= 2.83625e+278; 3.36e-6 m + 1.1e-14 r for 9.1896 <= v*,
  * 1e-30 <= speed <= 1e+30; 6.69e-6 m + 1.1e-14 r + 0.5 ulp for all v*, 1e-30 <= speed <= 1e+30;
- * 3.36e-6 m + 2.36e-14 r for 9.1896 <= v*; 6.69e-6 m + 2.36e-14 r + 0.5 ulp for all v*.
+ * 3.36e-6 m + 2.36e-14 r for 9.1896 <= v*; 6.69e-6 m + 2.36e-14 r + 0.5 ulp for all v*, where the
+ * result, as computed, is a normal number.
  */
-#define VISCOPADE_RESTITUTION_1EM5_ERROR 6.69e-6 /* m + 2.36e-14 r + 0.5 ulp for all v* */
+#define VISCOPADE_RESTITUTION_1EM5_ERROR 6.69e-6 /* m + 2.36e-14 r + 0.5 ulp for all v*, where the result, as computed, is a normal number */
 
 /*
  * eps.
@@ -414,9 +416,9 @@ VISCOPADE_KERNEL(0x8014a09e)
 /*
  * eps speed, the speed after the collision.
  * Error <= 3.37e-6 r + 3 ulp for v* <= 0.00128858; 3.37e-6 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r + 3
- * ulp for all v*.
+ * ulp for all v*, where eps and the result, as computed, are normal numbers.
  */
-#define VISCOPADE_REBOUND_1EM5_ERROR 6.69e-6 /* r + 3 ulp for all v* */
+#define VISCOPADE_REBOUND_1EM5_ERROR 6.69e-6 /* r + 3 ulp for all v*, where eps and the result, as computed, are normal numbers */
 
 /*
  * eps speed, the speed after the collision.
@@ -428,9 +430,9 @@ VISCOPADE_KERNEL(0x8014a09e)
 /*
  * 1 - eps^2, which loses no digits where eps is near 1.
  * Error <= 3.37e-6 r + 3 ulp for v* <= 0.00128858; 3.37e-6 r + 3 ulp for 9.1896 <= v*; 6.69e-6 r + 3
- * ulp for all v*.
+ * ulp for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_DISSIPATION_1EM5_ERROR 6.69e-6 /* r + 3 ulp for all v* */
+#define VISCOPADE_DISSIPATION_1EM5_ERROR 6.69e-6 /* r + 3 ulp for all v*, where the result, as computed, is a normal number */
 
 /*
  * 1 - eps^2, which loses no digits where eps is near 1.

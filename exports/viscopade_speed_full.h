@@ -10,6 +10,7 @@
  * x returns to 0.
  *
  * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|; ulp = unit in the last place of the result.
+ * Bounds hold where eps and the result, as computed, are normal numbers.
  * function                                 range   error, double           error, float
  * viscopade_restitution_full(speed, beta)  all v*  1.77e-14 m + 0.633 ulp  1.77e-14 m + 1.41e-16 r + 0.5 ulp
  * viscopade_rebound_full(speed, beta)      all v*  1.84e-14 r + 3 ulp      1.91e-14 r + 0.5 ulp
@@ -730,9 +731,9 @@ VISCOPADE_HEXADECIMAL_END
 
 /*
  * eps.
- * Error <= 0.571 ulp for all v*.
+ * Error <= 0.571 ulp for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_EPSILON_FULL_ERROR 0.571 /* ulp for all v* */
+#define VISCOPADE_EPSILON_FULL_ERROR 0.571 /* ulp for all v*, where the result, as computed, is a normal number */
 VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
 {
     if (!(v_star >= 0.0)) {
@@ -781,9 +782,9 @@ VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
 
 /*
  * 1 - eps.
- * Error <= 0.528 ulp for all v*.
+ * Error <= 0.528 ulp for all v*, where the result, as computed, is a normal number.
  */
-#define VISCOPADE_ONE_MINUS_EPSILON_FULL_ERROR 0.528 /* ulp for all v* */
+#define VISCOPADE_ONE_MINUS_EPSILON_FULL_ERROR 0.528 /* ulp for all v*, where the result, as computed, is a normal number */
 VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
 {
     const double c_high = VISCOPADE_CONSTANT(0x1.27487p+0, 1.1534490585327148);
@@ -869,9 +870,10 @@ VISCOPADE_KERNEL(0x231dca25)
  * for v* <= 0.0118415; 1.91e-16 m + 0.633 ulp for 0.0118416 <= v* <= 84.4484,
  * 4.10454e-289 <= speed <= 1.21816e+288; 5.04e-15 m + 0.571 ulp for 84.4486 <= v*,
  * 1e-30 <= speed <= 1e+30; 5.04e-15 m + 0.633 ulp for all v*, 1e-30 <= speed <= 1e+30; 1.77e-14
- * m + 0.571 ulp for 84.4486 <= v*; 1.77e-14 m + 0.633 ulp for all v*.
+ * m + 0.571 ulp for 84.4486 <= v*; 1.77e-14 m + 0.633 ulp for all v*, where the result, as computed,
+ * is a normal number.
  */
-#define VISCOPADE_RESTITUTION_FULL_ERROR 1.77e-14 /* m + 0.633 ulp for all v* */
+#define VISCOPADE_RESTITUTION_FULL_ERROR 1.77e-14 /* m + 0.633 ulp for all v*, where the result, as computed, is a normal number */
 
 /*
  * eps.
@@ -889,9 +891,10 @@ VISCOPADE_KERNEL(0x231dca25)
  * Error <= 5.16e-15 r + 3 ulp for v* <= 0.0118415, 1e-30 <= speed <= 1e+30; 1.79e-14 r + 3 ulp for
  * v* <= 0.0118415; 7.61e-16 r for 0.0118416 <= v* <= 84.4484, 4.10454e-289 <= speed <= 1.21816e+288;
  * 5.16e-15 r + 3 ulp for 84.4486 <= v*, 1e-30 <= speed <= 1e+30; 5.73e-15 r + 3 ulp for all v*,
- * 1e-30 <= speed <= 1e+30; 1.79e-14 r + 3 ulp for 84.4486 <= v*; 1.84e-14 r + 3 ulp for all v*.
+ * 1e-30 <= speed <= 1e+30; 1.79e-14 r + 3 ulp for 84.4486 <= v*; 1.84e-14 r + 3 ulp for all v*, where
+ * eps and the result, as computed, are normal numbers.
  */
-#define VISCOPADE_REBOUND_FULL_ERROR 1.84e-14 /* r + 3 ulp for all v* */
+#define VISCOPADE_REBOUND_FULL_ERROR 1.84e-14 /* r + 3 ulp for all v*, where eps and the result, as computed, are normal numbers */
 
 /*
  * eps speed, the speed after the collision.
@@ -908,9 +911,10 @@ VISCOPADE_KERNEL(0x231dca25)
  * Error <= 5.28e-15 r + 3 ulp for v* <= 0.0118415, 1e-30 <= speed <= 1e+30; 1.8e-14 r + 3 ulp for
  * v* <= 0.0118415; 7.61e-16 r for 0.0118416 <= v* <= 84.4484, 4.10454e-289 <= speed <= 1.21816e+288;
  * 5.28e-15 r + 3 ulp for 84.4486 <= v*, 1e-30 <= speed <= 1e+30; 5.85e-15 r + 3 ulp for all v*,
- * 1e-30 <= speed <= 1e+30; 1.8e-14 r + 3 ulp for 84.4486 <= v*; 1.85e-14 r + 3 ulp for all v*.
+ * 1e-30 <= speed <= 1e+30; 1.8e-14 r + 3 ulp for 84.4486 <= v*; 1.85e-14 r + 3 ulp for all v*, where
+ * the result, as computed, is a normal number.
  */
-#define VISCOPADE_DISSIPATION_FULL_ERROR 1.85e-14 /* r + 3 ulp for all v* */
+#define VISCOPADE_DISSIPATION_FULL_ERROR 1.85e-14 /* r + 3 ulp for all v*, where the result, as computed, is a normal number */
 
 /*
  * 1 - eps^2, which loses no digits where eps is near 1.

@@ -62,9 +62,9 @@ def _error(bounds: list[ErrorBound], low: Fraction, high: End) -> str:
 
 
 def _relative(bound: ErrorBound) -> Fraction:
-    """Return the error relative to eps, rounding included, if eps is no subnormal number."""
+    """Return the error relative to eps, rounding included, if eps is a normal number."""
     form = FORMATS[bound.arithmetic.form.name]
-    first = bound.relative + bound.last + bound.absolute * form.smallest / form.least
+    first = bound.relative + bound.last
     return first + bound.ulps * form.ulp(Fraction(1)) * (1 + first)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal
 
@@ -24,7 +25,8 @@ class ErrorBound:
 
     where the reference is `smaller` or |value|, and tiny the smallest positive number of the format (for rebound, times
     a speed above 1). The ulp is taken at the result before its last rounding, which may be beyond a power
-    of two that the exact one is below. All numbers are exact; a file rounds them up.
+    of two that the exact one is below. The bound holds without `absolute` where the numbers of `normal` are normal
+    ones; files state it so. All numbers are exact; a file rounds them up.
 
     Attributes
     ----------
@@ -36,8 +38,10 @@ class ErrorBound:
         What `formula` and `rounding` are relative to: "smaller" or "value". (For rebound both are times the speed.)
     formula : Fraction
         The error of the formula with its coefficients, evaluated exactly.
-    rounding, last, ulps, absolute : Fraction
+    rounding, last, ulps : Fraction
         What rounding adds.
+    absolute : Fraction
+        What underflow adds to results, or to the eps of rebound, that are no normal numbers.
     arithmetic : Arithmetic
     speeds : pair of Fraction, or None
         The range of speeds, if the bound is only for some.
@@ -73,6 +77,11 @@ class ErrorBound:
         """What the error is relative to the reference, without `last`, `ulps` and `absolute`."""
         return self.formula + self.rounding
 
+    @property
+    def normal(self) -> tuple[str, ...]:
+        """What must be a normal number, so that the bound holds without `absolute`."""
+        return (*["eps"] * (self.result == "rebound"), "the result") if self.absolute else ()
+
     def holds_at(self, v_star: Fraction, speed: Fraction | None = None) -> bool:
         """Return whether the bound is stated for this argument."""
         fast = self.speeds is None or (speed is not None and self.speeds[0] <= speed <= self.speeds[1])
@@ -92,3 +101,9 @@ class ErrorBound:
 
 
 INFINITY = math.inf
+
+
+def weakest(bounds: Sequence[ErrorBound]) -> ErrorBound:
+    """Return a bound on the range of the first one that holds wherever one of the bounds does."""
+    sizes = "formula", "rounding", "last", "ulps", "absolute"
+    return replace(bounds[0], **{name: max(getattr(bound, name) for bound in bounds) for name in sizes})

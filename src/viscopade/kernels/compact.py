@@ -100,7 +100,8 @@ DOMAIN = (
     "all finite speeds and betas >= 0. The functions replace w beyond 2^900 (2^120 in float) by that number, so that "
     "eps stays positive"
 )
-CONDITION = "beta^5 and w = beta^5 speed, as computed, are normal numbers"
+NORMAL = ("beta^5", "w = beta^5 speed")
+"""What must be normal numbers for the bounds of functions of the speed."""
 OF_V_STAR = ("epsilon", "one_minus_epsilon")
 """Functions of `half_line` kernels."""
 
@@ -139,7 +140,7 @@ def compact(accuracy: Exact, measure: Measure = "both") -> Kernel:
     }
     text = f"eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, {powers_text(form)}"
     made = _kernel(f"compact_{name}", "speed", text, DOMAIN, functions, form, fitted, MEANINGS, more)
-    return replace(made, condition=CONDITION)
+    return replace(made, normal=NORMAL)
 
 
 def half_line(accuracy: Exact, measure: Measure = "both") -> Kernel:
@@ -465,8 +466,9 @@ def _check_overflow(form: Powers, a: Values, b: Values, kind: Format) -> None:
 # --- bounds of functions of v* ----------------------------------------------------------------------------------------
 
 
-def _relative_of(name: str) -> Callable[[Found], arb]:
-    return lambda found: found[name].relative
+def _relative_of(name: str, least: arb) -> Callable[[Found], arb]:
+    """Return the bound of the relative error of a function's values from `least` on."""
+    return lambda found: found[name].relative + found[name].underflow / arb(found[name].value.abs_lower()).max(least)
 
 
 def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
@@ -489,7 +491,9 @@ def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
         )
         for name in OF_V_STAR if proof.measure == "both" else OF_V_STAR[:1]:
             # Both branches have the parts of [0, 1].
-            walks = [(on, refined(on, parts_to(Fraction(1)), _relative_of(name))) for on in branches]
+            # 1 - eps^2 may be a normal number where 1 - eps is half of the least one.
+            of_normal = _relative_of(name, ball_of(kind.least) / (1 + (name == OF_V_STAR[1])))
+            walks = [(on, refined(on, parts_to(Fraction(1)), of_normal)) for on in branches]
             size = max(size for _, parts in walks for size, _ in parts)
             underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
             yield ErrorBound(

@@ -143,8 +143,8 @@ class Kernel:
         What its functions take: "v_star", "speed" (and beta) or "epsilon".
     formula, source, domain : str
         What is computed, where the coefficients come from, and for which arguments, for the reader.
-    condition : str
-        What the bounds need besides their ranges, for the reader; empty: nothing.
+    normal : tuple of str
+        What must be a normal number for the bounds, besides what each needs (`ErrorBound.normal`).
     functions : tuple of Function
     constants : mapping
         By name of a format and name of a constant; a format without constants has an entry, too.
@@ -187,7 +187,7 @@ class Kernel:
     proofs: tuple[Mapping[str, Any], ...] = ()
     law: Law = VISCOELASTIC
     elsewhere: Kernel | None = None
-    condition: str = ""
+    normal: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for form, constants in self.constants.items():

@@ -45,7 +45,7 @@ from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
 from viscopade.kernels import formulas, rounding_bounds, truth
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT, Arithmetic
-from viscopade.kernels.bound import INFINITY, ErrorBound
+from viscopade.kernels.bound import INFINITY, ErrorBound, weakest
 from viscopade.kernels.compact import half_line
 from viscopade.kernels.enclosure import exactly, polynomial
 from viscopade.kernels.expressions import (
@@ -621,7 +621,7 @@ def _bounds(layout: Layout, elsewhere: Kernel) -> Iterator[ErrorBound]:
             # There eps > 1/2, and its absolute error no more than a relative one.
             yield _without_absolute(below) if name == "rebound" else below
             yield replace(outside, low=high * inner)
-            yield _either(inside, outside)
+            yield weakest([outside, inside])
 
 
 def _tenth_root(exponent: int) -> Fraction:
@@ -649,6 +649,8 @@ def _outside(elsewhere: Kernel, name: str, usual: bool) -> ErrorBound:
         return replace(eps, result=name, relative_to="smaller", rounding=rounding, speeds=speeds)
     of_both = _relative(eps) + (_relative(loss) if name == "dissipation" else 0)
     # Where 1 - eps is subnormal, 1 - eps^2 is exactly twice that; where eps is, rebound has its error times speed.
+    # A normal 1 - eps^2 is twice a 1 - eps of at least half the least normal number, of which half_line's bound holds
+    # without `absolute`, and full's is below an ulp, so that twice its error is below `LAST_ULPS`.
     absolute = 2 * max(loss.absolute, _HALF) if name == "dissipation" else max(eps.absolute, _HALF)
     return ErrorBound(
         name, *_FOR_ALL, "value", eps.formula, rounding + of_both, ulps=Fraction(LAST_ULPS), absolute=absolute,
@@ -674,12 +676,3 @@ def _in(arithmetic: Arithmetic, found: ErrorBound, form: Format) -> ErrorBound:
     if arithmetic.form == form:
         return replace(found, arithmetic=arithmetic)
     return replace(found, last=_relative(found), ulps=_HALF, absolute=Fraction(0), arithmetic=arithmetic)
-
-
-def _either(one: ErrorBound, other: ErrorBound) -> ErrorBound:
-    """Return a bound that holds wherever one of two does."""
-    sizes = {
-        name: max(getattr(one, name), getattr(other, name))
-        for name in ("formula", "rounding", "last", "ulps", "absolute")
-    }
-    return replace(other, **sizes)

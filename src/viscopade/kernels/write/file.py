@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from fractions import Fraction
 from importlib.resources import files
-from itertools import zip_longest
+from itertools import chain, product, zip_longest
 from zlib import crc32
 
 from viscopade import generated
@@ -24,7 +24,7 @@ from viscopade.generated import (
     wrapped,
 )
 from viscopade.kernels.arithmetic import Arithmetic
-from viscopade.kernels.bound import INFINITY, End, ErrorBound
+from viscopade.kernels.bound import INFINITY, End, ErrorBound, weakest
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.write import speed_table
 from viscopade.kernels.write.language import Language, Number
@@ -227,23 +227,47 @@ def _between(name: str, low: Fraction, high: End) -> str:
     return f"{least} <= " * bool(least) + name + f" <= {most}" * bool(most)
 
 
+def on_all_machines(kernel: Kernel, function: Function, number: Number) -> list[ErrorBound]:
+    """Return the bounds that hold wherever a file's functions of a format run, the narrowest range first."""
+    *others, last = (stated(kernel, function, arithmetic) for arithmetic in number.arithmetics)
+    found = list[ErrorBound]()
+    for bound in last:
+        covering = [[other for other in bounds if _covers(other, bound)][:1] for bounds in others]
+        if all(covering):
+            found.append(weakest([bound, *chain.from_iterable(covering)]))
+    return found
+
+
+def places(number: Number) -> str:
+    """Return where a file's functions of a format run, if there are several places: "host and device"."""
+    return " and ".join(arithmetic.place for arithmetic in number.arithmetics) if len(number.arithmetics) > 1 else ""
+
+
+def where_normal(kernel: Kernel, bounds: Iterable[ErrorBound]) -> str:
+    """Return the condition of bounds besides their ranges, "where … are normal numbers"; "" if there is none."""
+    *names, last = [*kernel.normal, *sorted({name for bound in bounds for name in bound.normal})] or [""]
+    if names:
+        return f"where {', '.join(names)} and {last}, as computed, are normal numbers"
+    return f"where {last}, as computed, is a normal number" * bool(last)
+
+
 def _comment(kernel: Kernel, function: Function, language: Language, number: Number) -> Iterator[str]:
     lines = [f"{function.meaning}."]
     for arithmetic in number.arithmetics:
         bounds = stated(kernel, function, arithmetic)
         if bounds:
-            place = f" on the {arithmetic.place}" if len(number.arithmetics) > 1 else ""
+            place = f" on the {arithmetic.place}" if places(number) else ""
             each = "; ".join(f"{error_text(bound)} for {range_text(bound)}" for bound in bounds)
-            lines += wrapped(f"Error{place} <= {each}{f', where {kernel.condition}' * bool(kernel.condition)}.")
+            lines += wrapped(f"{', '.join(filter(None, [f'Error{place} <= {each}', where_normal(kernel, bounds)]))}.")
     yield language.block.format(lines=comment(lines, language.comment))
-    widest = stated(kernel, function, number.arithmetics[-1])[-1:]
-    for bound in widest if language.macro else ():
+    for bound in on_all_machines(kernel, function, number)[-1:] if language.macro else ():
         first, _, rest = error_text(bound).partition(" ")
+        conditions = [f"{rest} for {range_text(bound)}", places(number), where_normal(kernel, [bound])]
         yield language.macro.format(
             NAME=f"{function.name}_{kernel.name}".upper(),
             SUFFIX=number.suffix.upper(),
             error=first,
-            rest=f"{rest} for {range_text(bound)}",
+            rest=", ".join(filter(None, conditions)),
         )
 
 
@@ -261,7 +285,7 @@ def head(kernels: Sequence[Kernel], language: Language, command: str, module: st
         *wrapped(f"End condition: {end_condition(law)}.", _COLUMNS),
         "",
         *wrapped(_legend(kernels, language), _COLUMNS),
-        *wrapped(_conditions(kernels), _COLUMNS),
+        *wrapped(_conditions(kernels, language), _COLUMNS),
     ]
     after = [_LEGEND, "", *_example(kernels[-1], language, module), *wrapped(CITE, _COLUMNS)]
     room = HEAD - 2 - len(before) - len(after)
@@ -291,10 +315,15 @@ def _legend(kernels: Sequence[Kernel], language: Language) -> str:
     return f"Bounds of |error| below: {'; '.join(known)}." if known else ""
 
 
-def _conditions(kernels: Sequence[Kernel]) -> str:
-    """Return what the bounds of some kernels need besides their ranges."""
-    of = {kernel.condition: kernel.name.partition("_")[0] for kernel in kernels if kernel.condition}
-    return " ".join(f"Bounds of {name} kernels hold where {condition}." for condition, name in of.items())
+def _conditions(kernels: Sequence[Kernel], language: Language) -> str:
+    """Return what must be a normal number for the bounds in the head's table."""
+    kernels_of = dict[str, list[str]]()
+    for kernel in kernels:
+        every = product(kernel.functions, numbers_of(kernel, language))
+        condition = where_normal(kernel, [b for f, number in every for b in on_all_machines(kernel, f, number)])
+        kernels_of.setdefault(condition, []).append(kernel.name)
+    subjects = ["Bounds"] if len(kernels_of) == 1 else [f"Those of {', '.join(names)}" for names in kernels_of.values()]
+    return " ".join(f"{of} hold {condition}." for of, condition in zip(subjects, kernels_of, strict=True) if condition)
 
 
 def end_condition(law: Law) -> str:
@@ -340,7 +369,8 @@ def _tables(kernels: Sequence[Kernel], language: Language, module: str) -> Itera
 
 
 def _table(kernels: Sequence[Kernel], language: Language, module: str, functions: slice, ranges: slice) -> list[str]:
-    rows = [("function", "range", *(f"error, {number.form}" for number in language.numbers))]
+    titles = (f"error, {number.form}" + f" ({places(number)})" * bool(places(number)) for number in language.numbers)
+    rows = [("function", "range", *titles)]
     for kernel in kernels:
         for function in kernel.functions[functions]:
             rows += [(in_module(name, module), *cells) for name, *cells in _rows(kernel, function, language, ranges)]
@@ -352,7 +382,7 @@ def _rows(kernel: Kernel, function: Function, language: Language, ranges: slice)
     """Yield rows: a range, and the error in each format, with its range if that is another one."""
     name = call(kernel, function, language, function.arguments, language.numbers[0])
     columns = {
-        number.form: stated(kernel, function, number.arithmetics[-1])[ranges] for number in numbers_of(kernel, language)
+        number.form: on_all_machines(kernel, function, number)[ranges] for number in numbers_of(kernel, language)
     }
     if not any(columns.values()):
         yield (name, kernel.domain, *("not proven" for _ in language.numbers))
