@@ -6,9 +6,11 @@ import shlex
 import shutil
 import subprocess
 from contextlib import redirect_stdout
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 
+import mpmath
 import pytest
 from mpmath import mpf
 
@@ -18,9 +20,12 @@ from tests.patience import HANGS
 from tests.test_citation import verdicts
 from tools import readme
 from viscopade.arithmetic.decimals import at_most
+from viscopade.collision import exact
 from viscopade.collision.spheres import beta_si_from_cgs
 from viscopade.kernels import catalogue, compact
 from viscopade.simulators.formula import ratio_at_force_end, ratio_for_return
+from viscopade.theory.law import law_of
+from viscopade.theory.series import series
 from viscopade_lab.bench import picture
 from viscopade_lab.bench.result import from_csv
 
@@ -143,7 +148,7 @@ def test_no_word_of_ours_stands_on_the_first_pages():
 
 def test_the_time_of_the_first_kernel_is_measured():
     (row,) = [row for row in picture.points(RESULT, "throughput") if row.id == "speed-1e-5"]
-    assert f"takes\n{row.median_ns:.2g} ns per collision" in README
+    assert f"takes {row.median_ns:.2g} ns per collision" in README
 
 
 def comment(file):
@@ -186,11 +191,31 @@ def test_proven_errors_and_size_of_full_accuracy():
     rows = re.findall(r"^\| `(\w+)` \| ([\d.]+) ulp", found, re.MULTILINE)
     stated = re.findall(r"viscopade_(\w+)_full\(v_star\) all v (0.5[\d.]+)", comment("viscopade_full.h"))  # rounded up
     assert [row[:1] for row in rows] == [row[:1] for row in stated]
-    for (*_, exact), (*_, rounded) in zip(rows, stated, strict=True):
-        assert float(exact) <= float(rounded) < float(exact) + 0.001
+    for (*_, bound), (*_, rounded) in zip(rows, stated, strict=True):
+        assert float(bound) <= float(rounded) < float(bound) + 0.001
     (numbers,) = re.findall(r"(\d+) rows of (\d+) numbers", found)
     rows, width = map(int, numbers)
     assert catalogue.kernel("full").bytes == 8 * rows * width
+
+
+def test_the_end_condition_changes_eps_by_more_than_the_error_of_an_approximant():
+    """For the v* and the approximants that the sentence names; not for [0/3]."""
+    (low, high, named) = re.search(
+        r"for \$(\S+) \\le v_\\ast \\le (\S+)\$, by more than the error of (.*?)\.", README
+    ).groups()
+    assert named == "[1/4], [2/5] or [3/6]"
+    without_delay = law_of("viscoelastic", "return")
+    share = {degrees: [] for degrees in ((0, 3), (1, 4), (2, 5), (3, 6))}
+    steps = 12
+    for i in range(steps + 1):
+        v_star = Fraction(low) + (Fraction(high) - Fraction(low)) * i / steps
+        x, eps = mpf(v_star.numerator) / v_star.denominator, exact.epsilon(v_star, 20)
+        eps0 = exact.collision(kappa=v_star**2, digits=20, law=without_delay).mpf()["epsilon"]
+        for (m, n), shares in share.items():
+            a, b = mpmath.pade([mpf(h) for h in series(m + n, 20).decimals()], m, n)
+            quotient = mpmath.polyval(a[::-1], x) / mpmath.polyval(b[::-1], x)
+            shares.append(abs(quotient - eps) / abs(eps0 - eps))
+    assert max(share[0, 3]) > 1 > max(share[1, 4] + share[2, 5] + share[3, 6])
 
 
 def stated():
