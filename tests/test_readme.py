@@ -113,6 +113,7 @@ def test_python_examples(tmp_path, monkeypatch):
 def test_the_table_of_kernels_and_the_first_page_are_what_the_tool_makes():
     assert readme.readme() == README
     assert readme.index() == readme.INDEX.read_text("utf-8")
+    assert readme.captions() == readme.FIGURES.read_text("utf-8")
 
 
 def test_the_table_has_an_error_in_double_and_in_float_on_its_device():
