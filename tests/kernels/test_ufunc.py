@@ -315,6 +315,14 @@ def test_integers_too_large_are_refused(public, speed):
         public(speed, 1.0)
 
 
+@pytest.mark.parametrize("bad", [True, np.True_, [True, False], np.array([True]), np.ma.array([True], mask=[False])])
+def test_a_bool_is_no_number(public, bad):
+    with pytest.raises(TypeError, match=r"^speed is .*: expected a number that double precision can hold, or an array"):
+        public(bad, 1.0)
+    with pytest.raises(TypeError, match=r"^beta is .*: expected a number that double precision can hold, or an array"):
+        public(1.0, bad)
+
+
 @each_backend
 @pytest.mark.parametrize("value", ["a", 1j, np.array(["2020-01-01"], "M8[D]"), object(), np.longdouble(1)])
 def test_what_is_no_real_number_is_refused_in_one_line(restitution, value):

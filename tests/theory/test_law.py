@@ -3,6 +3,7 @@
 import math
 from fractions import Fraction
 
+import numpy as np
 import pytest
 import sympy as sp
 from mpmath import mp, mpf
@@ -195,3 +196,11 @@ def test_pade_of_the_excess_exists_and_meets_its_series(law):
     p = pade(4, 4 + law.excess, 15, law)
     assert p.contact_order >= 8 + law.excess
     assert p.decays == (law.excess > 0)
+
+
+@pytest.mark.parametrize("bad", [np.arange(40.0).reshape(5, 8), {"viscoelastic": "force"}, 1.5])
+def test_what_is_no_law_and_no_end_is_refused_in_one_line(bad):
+    for function, name in ((law_of, "law"), (lambda end: Law(1, 1, end), "end")):
+        with pytest.raises((TypeError, ValueError), match=rf"^{name} is .*: expected .*") as refused:
+            function(bad)
+        assert len(str(refused.value).splitlines()) == 1

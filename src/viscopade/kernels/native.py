@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from viscopade.arguments import without_unit
+from viscopade.arguments import refusal, without_unit
 from viscopade.arrays import checked
 from viscopade.arrays.checked import Accepted
 from viscopade.kernels import machine
@@ -57,7 +57,8 @@ float or array
 Raises
 ------
 TypeError
-    If an argument is not made of real numbers of at most double precision, or has a unit of another dimension.
+    If an argument is not made of real numbers of at most double precision (a bool is not one), or has a unit of another
+    dimension.
 ValueError
     If an integer is too large for double precision.
 
@@ -202,6 +203,9 @@ def restitution(
     if contained is not NotImplemented:
         return contained
     values, hidden = checked.unmasked(given)
+    for name, value in zip(("speed", "beta"), values, strict=True):
+        if np.asarray(value).dtype.kind == "b":
+            raise TypeError(refusal(name, value, f"{_NUMBERS.accepted}, or an array of such numbers"))
     if hidden is None:
         return _kernel(*values, **keywords)
     if out is None:

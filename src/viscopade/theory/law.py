@@ -80,8 +80,8 @@ class Law:
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)  # the class is frozen
-        if end not in ENDS:
-            raise ValueError(f"end is {end!r}: expected 'force' or 'return'")
+        if not (isinstance(end, str) and end in ENDS):
+            raise ValueError(arguments.refusal("end", end, "'force' or 'return'"))
         if max(self.powers) > LARGEST_POWER:
             raise ValueError(
                 f"the exponents {self} have too large denominators: expected a and b such that m (a + 1) and m (b + 1) "
@@ -350,7 +350,7 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
     if isinstance(text, Law):
         return text if end is None else Law(text.elastic, text.damping, end)
     if not isinstance(text, str):
-        raise TypeError(f"law is {text!r}: expected {ACCEPTED_LAWS}, or a Law")
+        raise TypeError(arguments.refusal("law", text, f"{ACCEPTED_LAWS}, or a Law"))
     name, _, n = text.strip().partition(":")
     given = text.split(",")
     if name in NAMED and (not n or NAMED[name].n is not None):
