@@ -80,7 +80,7 @@ class Law:
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)  # the class is frozen
-        if not (isinstance(end, str) and end in ENDS):
+        if str(end) not in ENDS:  # an array is compared with no text
             raise ValueError(arguments.refusal("end", end, "'force' or 'return'"))
         if max(self.powers) > LARGEST_POWER:
             raise ValueError(
