@@ -3,12 +3,12 @@ r"""Collisions of a whole interval of v*: branches of `flow` whose coefficients 
 For k = k(z) > 0, a polynomial, and a scale of time c(z) > 0, another, one piece is
 
     u(y; z) = sum_j u_j(z) y^j,    0 <= y <= 1,    s = s_0 + H c(z) y,
-    u_yy = S (2 H^2 c^2 r^elastic + H c k r^viscous u_y),    S = r^common,    r = 1 - u,
+    u_yy = S (2 H^2 c^2 S + H c k u_y),    S = r^2,    r = 1 - u,
 
-exactly as in `flow` for every single z, with the step h = H c(z) and the powers of `flow.Motion.factors` (for the
-paper's law S = r^2, and both others are 2 and 0). So the theorem of `validation` holds for every z;
-here its quantities are bounded for all z at once, by the sum of the absolute values of a polynomial's coefficients
-(docs/theory/exact-function.md, step 7). How the polynomials were found is again of no importance.
+exactly as in `flow` for every single z of the paper's law, with the step h = H c(z). So the theorem of `validation`
+holds for every z; here its quantities are bounded for all z at once, by the sum of the absolute values of a
+polynomial's coefficients (docs/theory/exact-function.md, step 7). How the polynomials were found is again of no
+importance.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from flint import arb, arb_poly, arb_series, fmpq, fmpq_mat, fmpz, fmpz_poly
 
 from viscopade.arithmetic.balls import fixed_point, working
 from viscopade.arithmetic.function_balls import FunctionBall, Wiener, norm, shifted_up
-from viscopade.collision.flow import HERTZ, Dyadic, Motion, integrate, powers_needed
+from viscopade.collision.flow import Dyadic, integrate
 from viscopade.collision.validation import falls_less_than_start
 
 SCALE_BITS = 30
@@ -106,8 +106,6 @@ class ParametricBranch:
         At the joints u is continuous, exactly.
     end : fmpz_poly
         y close to the end in the last piece, in units of 2^-bits.
-    motion : Motion
-        With no attractive force.
     """
 
     k: Scaled
@@ -117,11 +115,8 @@ class ParametricBranch:
     degree: int
     pieces: tuple[ParametricPiece, ...]
     end: fmpz_poly
-    motion: Motion = HERTZ
 
     def __post_init__(self) -> None:
-        if self.motion.attractive:
-            raise ValueError("an attractive force is not provided for")
         if any(c != 0 for c in chain(*(p.coeffs() for p in self.pieces[0].u[:2]))):
             raise ValueError("a branch starts with u = p = 0")
         if any(piece.step.mantissa <= 0 for piece in self.pieces):
@@ -155,9 +150,7 @@ def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: FunctionBall) -> 
 # --- integration ------------------------------------------------------------------------------------------------------
 
 
-def integrated(
-    k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int, motion: Motion = HERTZ
-) -> ParametricBranch:
+def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int) -> ParametricBranch:
     """Integrate for all z.
 
     Parameters
@@ -172,25 +165,25 @@ def integrated(
         `end` is where r is larger by 2^-gap than at the true end.
     """
     signed = Scaled(-k.polynomial, k.exponent) if unloading else k
-    branch = integrate(signed.at(_on_panel(k, fmpq(0))), accuracy, motion)
-    scale = _scale(signed, motion)
+    branch = integrate(signed.at(_on_panel(k, fmpq(0))), accuracy)
+    scale = _scale(signed)
     bits = branch.bits + 8
     terms = int(SPARE_TERMS * len(branch.pieces[0].u))
     steps = _stretched([piece.h for piece in branch.pieces], branch.root / 2.0**branch.bits)
-    grow = _Growth(signed, scale, bits, degree, terms, motion)
+    grow = _Growth(signed, scale, bits, degree, terms)
     pieces: list[ParametricPiece] = []
     for step in steps:
         pieces.append(grow.piece(step, pieces[-1] if pieces else None))
-    end = _end(pieces[-1], k if unloading and motion.delayed else None, motion.d, scale, bits, degree, gap)
-    return ParametricBranch(k, scale, unloading, bits, degree, tuple(pieces), end, motion)
+    end = _end(pieces[-1], k if unloading else None, scale, bits, degree, gap)
+    return ParametricBranch(k, scale, unloading, bits, degree, tuple(pieces), end)
 
 
-def _scale(k: Scaled, motion: Motion) -> Scaled:
+def _scale(k: Scaled) -> Scaled:
     """Return the polynomial that makes the time until the end the same for all z, nearly."""
     one = 1 << SCALE_BITS
     cosines = [math.cos((2 * i + 1) * math.pi / (2 * SCALE_NODES)) for i in range(SCALE_NODES)]
     nodes = [_on_panel(k, fmpq(round(c * 2**20), 2**20)) for c in cosines]
-    times = [_duration(k.at(z), motion) for z in nodes]
+    times = [_duration(k.at(z)) for z in nodes]
     middle = times[SCALE_NODES // 2]
     values = fmpq_mat([[fmpq(time * one // middle)] for time in times])
     vandermonde = fmpq_mat([[z**n for n in range(SCALE_NODES)] for z in nodes])
@@ -203,9 +196,9 @@ def _on_panel(k: Scaled, z: fmpq) -> fmpq:
     return z if k.polynomial[0] != 0 else (1 + z) / 2
 
 
-def _duration(k: Dyadic, motion: Motion) -> int:
+def _duration(k: Dyadic) -> int:
     """Return the time from the turning point to the end, roughly, in a unit of the same exponent for all similar k."""
-    branch = integrate(k, ROUGH, motion)
+    branch = integrate(k, ROUGH)
     with working(128):
         whole = sum((piece.h.ball() for piece in branch.pieces[:-1]), arb(0))
         total = whole + branch.pieces[-1].h.ball() * fixed_point(branch.root, 0, branch.bits)
@@ -230,7 +223,6 @@ class _Growth:
     bits: int
     degree: int
     terms: int
-    motion: Motion = HERTZ
 
     def piece(self, step: Dyadic, before: ParametricPiece | None) -> ParametricPiece:
         """Return the piece that follows `before`, or the first."""
@@ -251,30 +243,20 @@ class _Growth:
         """Compare coefficients of y^j: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
         elastic, viscous = _factors(self.k, self.scale, step)
         length = self.degree + 1  # of coefficients; `_floor` drops the others
-        u, r = [start, slope], [(1 << self.bits) - start, -slope]
-        needed = powers_needed(self.motion.factors)
-        powers: dict[int, list[fmpz_poly]] = {0: [], 1: r} | {power: [] for power, _, _ in needed}
-        s, spring, drag = (powers[power] for power in self.motion.factors)
-        v: list[fmpz_poly] = []
-
-        def product(a: list[fmpz_poly], b: list[fmpz_poly], j: int) -> fmpz_poly:
-            if a is b:
-                total = 2 * sum((a[i].mul_low(a[j - i], length) for i in range((j + 1) // 2)), fmpz_poly())
-                return total if j % 2 else total + a[j // 2].mul_low(a[j // 2], length)
-            return sum((a[i].mul_low(b[j - i], length) for i in range(j + 1)), fmpz_poly())
-
-        y = [slope]
+        u, y = [start, slope], [slope]
+        r, s, v = [(1 << self.bits) - start, -slope], list[fmpz_poly](), list[fmpz_poly]()
         for j in range(self.terms - 2):
-            powers[0].append(fmpz_poly([0 if j else 1 << self.bits]))
-            for power, left, right in needed:
-                powers[power].append(self._floor(product(powers[left], powers[right], j), self.bits))
-            damping = y[j] if self.motion.d >= 0 else self._floor(product(drag, y, j), self.bits)
+            # S_j = sum_i r_i r_{j-i}; products occur twice, except for that of a middle one.
+            square = 2 * sum((r[i].mul_low(r[j - i], length) for i in range((j + 1) // 2)), fmpz_poly())
+            s.append(self._floor(square if j % 2 else square + r[j // 2].mul_low(r[j // 2], length), self.bits))
+            # V_j = 2 H^2 c^2 S_j + H c k (u_y)_j
             v.append(
-                self._floor(elastic.polynomial * spring[j], -elastic.exponent)
-                + self._floor(viscous.polynomial * damping, -viscous.exponent)
+                self._floor(elastic.polynomial * s[j], -elastic.exponent)
+                + self._floor(viscous.polynomial * y[j], -viscous.exponent)
             )
+            product = sum((s[i].mul_low(v[j - i], length) for i in range(j + 1)), fmpz_poly())
             divisor = (j + 1) * (j + 2)
-            u.append(fmpz_poly([c // divisor for c in self._floor(product(s, v, j), self.bits).coeffs()]))
+            u.append(fmpz_poly([c // divisor for c in self._floor(product, self.bits).coeffs()]))
             r.append(-u[-1])
             y.append((j + 2) * u[-1])
         return u
@@ -287,8 +269,8 @@ def _factors(k: Scaled, scale: Scaled, step: Dyadic) -> tuple[Scaled, Scaled]:
     return elastic, viscous
 
 
-def _end(last: ParametricPiece, k: Scaled | None, d: int, scale: Scaled, bits: int, degree: int, gap: int) -> fmpz_poly:
-    """Return y(z) where r = (k p)^(1/d) + 2^-gap, by Newton's method on power series in z; without k, r = 2^-gap."""
+def _end(last: ParametricPiece, k: Scaled | None, scale: Scaled, bits: int, degree: int, gap: int) -> fmpz_poly:
+    """Return y(z) where r = sqrt(k p) + 2^-gap, by Newton's method on power series in z; without k, r = 2^-gap."""
     with working(bits, degree + 1):
         unit = arb(2) ** -bits
         u, y_, second = (
@@ -301,7 +283,7 @@ def _end(last: ParametricPiece, k: Scaled | None, d: int, scale: Scaled, bits: i
             damping = arb_series(k.poly(), degree + 1) * inverse_step
         y = arb_series([arb(END_IN_LAST)], degree + 1)
         for _ in range(2 * bits.bit_length() + 4):
-            value, fall = _gap(u, y_, second, y, damping, d, gap)
+            value, fall = _gap(u, y_, second, y, damping, gap)
             y = _middle(y + value / fall)
         return fmpz_poly([_integer(c / unit) for c in y.coeffs()])
 
@@ -312,24 +294,19 @@ def _gap(
     second: list[arb_series],
     y: arb_series,
     damping: arb_series | None,
-    d: int,
     gap: int,
 ) -> tuple[arb_series, arb_series]:
     """Return r - threshold at y, and minus its derivative."""
     at_u, at_slope = _middle(_horner(u, y)), _middle(_horner(slope, y))
     value, fall = 1 - at_u - arb(2) ** -gap, at_slope
     if damping is not None:
-        low = next(i for i, c in enumerate(damping.coeffs()) if not c.mid().is_zero()) // d
-        inner = arb_series((damping * at_slope).coeffs()[d * low :], u[0].prec)
-        root = _root(inner, d)
+        low = next(i for i, c in enumerate(damping.coeffs()) if not c.mid().is_zero()) // 2
+        inner = arb_series((damping * at_slope).coeffs()[2 * low :], u[0].prec)
+        root = (inner.log() / 2).exp()
         value = value - _shift(root, low)
-        rate = arb_series((damping * _horner(second, y)).coeffs()[d * low :], u[0].prec)
-        fall = fall + _shift(rate * root / inner / d, low)
+        rate = arb_series((damping * _horner(second, y)).coeffs()[2 * low :], u[0].prec)
+        fall = fall + _shift(rate * root / inner / 2, low)
     return _middle(value), _middle(fall)
-
-
-def _root(series: arb_series, d: int) -> arb_series:
-    return series if d == 1 else (series.log() / d).exp()
 
 
 def _shift(series: arb_series, power: int) -> arb_series:
@@ -406,11 +383,11 @@ class _Proof:
         """Bound what each piece adds to eta (step 3)."""
         pieces = self.branch.pieces
         size = sum(norm(c.coeffs()) for c in pieces[0].u) * self.unit
-        power, least_r, step = self.branch.motion.n_a - 1, 1 - size, self._least_step(pieces[0])
-        if not ((power == 0 or least_r > 0) and step > 0):
+        least_r, step = 1 - size, self._least_step(pieces[0])
+        if not (least_r > 0 and step > 0):
             raise ArithmeticError("the first piece is too long")
         factor = 2 if self.branch.unloading else 1
-        shares = [factor * self.residuals[0] / (2 * step**2 * least_r**power)]
+        shares = [factor * self.residuals[0] / (2 * step**2 * least_r**4)]
         for (before, piece), residual in zip(pairwise(pieces), self.residuals[1:], strict=True):
             slope = least(piece.u[1]) * self.unit
             jump = self._jump(before, piece)
@@ -452,7 +429,7 @@ class _Proof:
             return arb(1)
         r = (1 - arb(norm(sum(piece.u, fmpz_poly()).coeffs())) * self.unit).max(arb(0))
         k = self.branch.k.least().max(arb(0))
-        return (-k * self._least_step(piece) * r ** (self.branch.motion.n_b - 1) * (1 - self.eta)).exp()
+        return (-k * self._least_step(piece) * r**2 * (1 - self.eta)).exp()
 
     def _require_small(self, piece: ParametricPiece, residual: arb) -> None:
         disturbance = residual / (2 * self._least_step(piece))
@@ -488,7 +465,7 @@ class _Proof:
         one = 1 << self.branch.bits
         if not (self._least(r) >= 0 and arb(r.bound) <= 2 * one and self._least(slope) > 0):
             raise ArithmeticError("the end lies before the last piece")
-        if not (self.branch.unloading and self.branch.motion.delayed):
+        if not self.branch.unloading:
             return
         force = self._force(piece, r, slope)
         slope_most = arb(slope.bound) * self.unit
@@ -497,10 +474,10 @@ class _Proof:
             raise ArithmeticError("the end lies before the last piece")
 
     def _force(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall) -> arb_poly:
-        """Enclose 2 h (r^d - k p), the elements' errors being put into the first coefficient."""
+        """Enclose 2 h (r^2 - k p), the elements' errors being put into the first coefficient."""
         r_poly, slope_poly = _enclosed(r, self.unit), _enclosed(slope, self.unit)
         step = self.branch.scale.poly() * (2 * piece.step.ball())
-        return r_poly**self.branch.motion.d * step - self.branch.k.poly() * slope_poly
+        return r_poly**2 * step - self.branch.k.poly() * slope_poly
 
     def _least(self, element: FunctionBall) -> arb:
         return self._least_poly(_enclosed(element, arb(1)))
@@ -522,12 +499,11 @@ class _Proof:
         least_p = self._least(slope) * self.unit / (2 * self._most_step(piece))
         most_p = arb(slope.bound) * self.unit / (2 * self._least_step(piece)) * (1 + eta)
         most_r = arb(r.bound) * self.unit
-        n_a, n_b, d = self.branch.motion.n_a, self.branch.motion.n_b, self.branch.motion.d
-        if self.branch.unloading and self.branch.motion.delayed:
+        if self.branch.unloading:
             force = _norm(self._force(piece, r, slope)) / (2 * self._least_step(piece)) + self.k_most * most_p * eta
-            growth = (most_r if n_b >= d else self._least(r) * self.unit) ** (n_b - d) * force * force
+            growth = most_r * force * force
         else:
-            growth = 2 * most_r**n_a / n_a + 4 * self.k_most * most_p * most_r**n_b / n_b
+            growth = 2 * most_r**5 / 5 + 4 * self.k_most * most_p * most_r**3 / 3
         growth = growth / (least_p * (1 - eta)) ** 2
         if not growth < 1:
             raise ArithmeticError("the end was not reached")
@@ -551,7 +527,7 @@ def _norm(polynomial: arb_poly) -> arb:
 
 
 def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
-    """Bound |u_yy - S V|, V = 2 H^2 c^2 r^elastic + H c k r^viscous u_y, for 0 <= y <= 1, |z| <= 1.
+    """Bound |u_yy - S V|, V = 2 H^2 c^2 S + H c k u_y, for 0 <= y <= 1, |z| <= 1.
 
     A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker). Products are cut like elements of
     `Wiener`: the norm of their errors is added to that of u_yy - S V.
@@ -563,14 +539,10 @@ def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
     packing = _Packing(branch.bits, degree, stride, len(piece.u) * stride)
     u, slope = _packed(piece.u, stride), _packed(piece.y, stride)
     second = _packed([j * c for j, c in enumerate(piece.y)][1:], stride)
-    one = fmpz_poly([1 << branch.bits])
-    powers = packing.powers(_ball(one - u), branch.motion.factors)
-    s, spring, drag = (powers[power] for power in branch.motion.factors)
-    damping = _ball(slope)
-    if branch.motion.d < 0:
-        damping = packing.product(drag, damping)
+    r = _ball(fmpz_poly([1 << branch.bits]) - u)
+    s = packing.product(r, r)
     v, v_error = fmpz_poly(), 0
-    for factor, of in ((elastic, spring), (viscous, damping)):
+    for factor, of in ((elastic, s), (viscous, _ball(slope))):
         part, error = packing.cut(factor.polynomial * of.polynomial, -factor.exponent)
         v, v_error = v + part, v_error + error
         v_error += shifted_up(norm(factor.polynomial.coeffs()) * of.error, -factor.exponent)
@@ -595,13 +567,6 @@ class _Packing(NamedTuple):
         """Return a product, cut, with a bound of the norm of its error."""
         polynomial, error = self.cut(a.polynomial * b.polynomial, self.bits)
         return _ball(polynomial, error + self.error(a, b))
-
-    def powers(self, r: FunctionBall, wanted: Sequence[int]) -> dict[int, FunctionBall]:
-        """Return powers of r, cut, at least the wanted ones."""
-        of = {0: _ball(fmpz_poly([1 << self.bits])), 1: r}
-        for power, left, right in powers_needed(wanted):
-            of[power] = self.product(of[left], of[right])
-        return of
 
     def error(self, a: FunctionBall, b: FunctionBall) -> int:
         """Bound by how much the errors of two factors change their product."""
