@@ -1,7 +1,7 @@
 r"""Best quotients of lacunary polynomials: first roughly, by Lawson's iteration, then levelled by Remez's algorithm.
 
-A search finds the powers of a quotient (`rough`, many choices at once: iteratively reweighted least squares after
-Lawson, with Loeb's linearisation of the quotient). `best` then levels the error by Remez's algorithm.
+`rough` solves iteratively reweighted least squares after Lawson, with Loeb's linearisation of the quotient. Where its
+error is largest, `best` starts Remez's algorithm, which levels the error.
 
 Lacunary powers are no Chebyshev system: a levelled error belongs to a local optimum (sampled), and a better one may
 exist. No claim of the project depends on optimality; the proofs bound the error of the quotient itself.
@@ -9,7 +9,7 @@ exist. No claim of the project depends on optimality; the proofs bound the error
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
@@ -40,73 +40,59 @@ class Sample(NamedTuple):
 
 
 class Rough(NamedTuple):
-    """Results of `rough`, a row for each choice of powers; the error is infinite where no quotient was found."""
+    """Result of `rough`; the error is infinite if no quotient was found."""
 
-    error: FloatArray
+    error: float
     coefficients: FloatArray
     """Coefficients of N, then of D without the first."""
     deviation: FloatArray
     """Weighted errors at the points."""
 
 
-def rough(choices: Sequence[Powers], sample: Sample, steps: int = STEPS) -> Rough:
-    """Return nearly best quotients for many choices of powers, all with the same number of exponents.
+def rough(powers: Powers, sample: Sample, steps: int = STEPS) -> Rough:
+    """Return a nearly best quotient: the largest weight |N/(target D) - 1| is nearly minimal.
 
     Parameters
     ----------
-    choices : sequence of Powers
+    powers : Powers
     sample : Sample
         Points, dense enough for the error to be smooth between them.
     steps : int
         Number of steps of Lawson's iteration.
     """
-    log_y = np.log(sample.y)
-    top = np.array([powers.top for powers in choices], dtype=float)
-    bottom = np.array([powers.bottom[1:] for powers in choices], dtype=float).reshape(len(choices), -1)
-    degree = bottom.max(axis=1) if bottom.shape[1] else np.zeros(len(choices))
-    # Everything is divided by (1 + y)^(degree of D), a first guess of D.
-    shift = -degree[:, None] * np.log1p(sample.y)
-    terms = np.exp(log_y[:, None] * np.concatenate([top, bottom], axis=1)[:, None, :] + shift[:, :, None])
-    one = np.exp(shift)
-    design = np.concatenate(
-        [terms[:, :, : top.shape[1]] / sample.target[:, None], -terms[:, :, top.shape[1] :]], axis=2
-    )
-    return _lawson(design, one, sample.weight, top.shape[1], steps)
-
-
-def _lawson(design: FloatArray, one: FloatArray, weight: FloatArray, size: int, steps: int) -> Rough:
-    """Minimise the largest weight |N/(target D) - 1|, where N/target - D = design c - one."""
-    choices, points, parameters = design.shape
-    denominator = np.ones_like(one)
-    moved = np.ones_like(one)
-    best = Rough(np.full(choices, np.inf), np.zeros((choices, parameters)), np.zeros((choices, points)))
+    # N/target - D = design c - one. All is divided by (1 + y)^(degree of D), a first guess of D.
+    shift, size = -powers.n * np.log1p(sample.y), len(powers.top)
+    exponents = np.array([*powers.top, *powers.bottom[1:]])
+    terms, one = np.exp(np.log(sample.y)[:, None] * exponents + shift[:, None]), np.exp(shift)
+    design = np.concatenate([terms[:, :size] / sample.target[:, None], -terms[:, size:]], axis=1)
+    denominator = moved = np.ones_like(one)
+    best = Rough(np.inf, np.zeros(len(exponents)), np.zeros_like(one))
     for step in range(steps):
-        scale = weight / denominator * np.sqrt(moved)
-        coefficients = _least_squares(design * scale[:, :, None], one * scale)
-        residual = np.einsum("cpk,ck->cp", design, coefficients) - one
-        new = one - np.einsum("cpk,ck->cp", design[:, :, size:], coefficients[:, size:])
-        good = (new > 0).all(axis=1) & np.isfinite(coefficients).all(axis=1)
-        deviation = weight * residual / np.where(new > 0, new, 1)
-        largest = np.where(good, np.abs(deviation).max(axis=1), np.inf)
-        better = largest < best.error
-        best.error[better], best.coefficients[better] = largest[better], coefficients[better]
-        best.deviation[better] = deviation[better]
-        change = np.abs(deviation) / np.where(good, largest, 1)[:, None] + _LEAST
-        moved = np.where(good[:, None], moved * (change if step > _GENTLE else np.sqrt(change)), moved)
-        moved = np.maximum(moved / moved.max(axis=1, keepdims=True), _FLOOR)
-        denominator = np.where(good[:, None], new, np.fmax(new, _KEEP * denominator))
+        scale = sample.weight / denominator * np.sqrt(moved)
+        coefficients = _least_squares(design * scale[:, None], one * scale)
+        new = one - design[:, size:] @ coefficients[size:]
+        if not (np.isfinite(coefficients).all() and (new > 0).all()):
+            denominator = np.fmax(new, _KEEP * denominator)
+            continue
+        deviation = sample.weight * (design @ coefficients - one) / new
+        largest = float(np.abs(deviation).max())
+        if largest < best.error:
+            best = Rough(largest, coefficients, deviation)
+        # Points with large errors get more weight.
+        change = np.abs(deviation) / largest + _LEAST
+        moved = moved * (change if step > _GENTLE else np.sqrt(change))
+        moved = np.maximum(moved / moved.max(), _FLOOR)
+        denominator = new
     return best
 
 
 def _least_squares(design: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve many problems of least squares at once."""
-    length = np.sqrt((design * design).sum(axis=1))
-    q, r = np.linalg.qr(design / length[:, None, :])
-    diagonal = np.einsum("ckk->ck", r)
-    singular = np.abs(diagonal).min(axis=1) < 1e-15
-    r[singular] = np.eye(r.shape[1])
-    solution: FloatArray = np.linalg.solve(r, np.einsum("cpk,cp->ck", q, right)[:, :, None])[:, :, 0] / length
-    solution[singular] = np.nan
+    """Solve a problem of least squares; NaN if it is singular."""
+    length = np.sqrt((design * design).sum(axis=0))
+    q, r = np.linalg.qr(design / length)
+    if np.abs(np.diagonal(r)).min() < 1e-15:
+        return np.full(len(length), np.nan)
+    solution: FloatArray = np.linalg.solve(r, q.T @ right) / length
     return solution
 
 
@@ -172,7 +158,7 @@ def best(
         return 1 - target, weight / target
 
     problem = Problem(powers, relative, (0.0, y_max), digits=digits, coordinate=coordinate)
-    start = None if sample is None else _alternating(sample, rough([powers], sample), problem.number_of_points)
+    start = None if sample is None else _alternating(sample, rough(powers, sample).deviation, problem.number_of_points)
     found = remez.solve(problem, start)
     with working(BITS):
         a = tuple(Fraction(float((found.a[k] * factor).mid())) for k in powers.top)
@@ -180,9 +166,8 @@ def best(
     return LacunaryFit(LacunaryQuotient(powers, a, b), found.error, found.points)
 
 
-def _alternating(sample: Sample, found: Rough, number: int) -> list[float]:
+def _alternating(sample: Sample, deviation: FloatArray, number: int) -> list[float]:
     """Return up to `number` points with large errors of alternating signs."""
-    (deviation,) = found.deviation
     parts = np.split(np.arange(len(deviation)), changes_of_sign(deviation)[1:])
     largest = [int(part[np.argmax(np.abs(deviation[part]))]) for part in parts]
     extrema = remez.alternating([(float(sample.y[i]), float(deviation[i])) for i in largest], number)
