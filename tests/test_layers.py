@@ -34,7 +34,6 @@ TOUCH_FILES = {
     "viscopade.cli.writer",
     "viscopade.files",
     "viscopade.shipped",
-    "viscopade.kernels.toolchain",
     "viscopade.kernels.write.runners",
     "viscopade.scene.check",
 }

@@ -90,8 +90,9 @@ def bench_command(
 
     All are compiled on this machine and run on the same impact speeds. The figure shows error over time.
     """
-    from viscopade.kernels import requests, toolchain
+    from viscopade.kernels import requests
     from viscopade_lab import bench
+    from viscopade_lab.bench import libraries
     from viscopade_lab.bench import picture as drawing
     from viscopade_lab.bench.result import COLUMNS, HEADER, from_csv, table, to_csv
 
@@ -107,7 +108,7 @@ def bench_command(
         rows = from_csv(files.content(result, "what `viscopade bench --out` wrote"), str(result))
     else:
         sizes = bench.QUICK if quick else bench.Sizes()
-        read = requests.file if headers is None else partial(toolchain.read_from, headers)
+        read = requests.file if headers is None else partial(libraries.read_from, headers)
         comments, rows = bench.run(wanted, read, rounds or (3 if quick else 20), sizes, cc)
     if out is not None:
         write(out, to_csv(comments, rows))

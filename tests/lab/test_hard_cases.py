@@ -17,7 +17,7 @@ from tests.cli import called
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision.exact import collision
-from viscopade.kernels.toolchain import ToolchainError
+from viscopade.kernels.write.runners import ToolchainError
 from viscopade.theory import paper
 from viscopade.theory.series import series
 from viscopade_lab import hard_cases

@@ -15,7 +15,6 @@ __all__ = [
     "quotient",
     "requests",
     "speed_table",
-    "toolchain",
     "truth",
     "v_star",
 ]

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact_of_speed
-from viscopade.kernels.toolchain import ToolchainError
 from viscopade.kernels.write import runners
+from viscopade.kernels.write.runners import ToolchainError
 from viscopade.scene.choice import Choice
 from viscopade.scene.render import calls, file_name
 from viscopade.scene.tolerance import MEASURES

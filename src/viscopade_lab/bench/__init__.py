@@ -15,9 +15,8 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.generated import marker_lines
-from viscopade.kernels import toolchain
 from viscopade.progress import track
-from viscopade_lab.bench import ours, rivals
+from viscopade_lab.bench import libraries, ours, rivals
 from viscopade_lab.bench.contender import Contender
 from viscopade_lab.bench.harness import CACHE, BenchError, Harness, Key, Sizes, in_rounds, proven_error
 from viscopade_lab.bench.result import Row
@@ -70,14 +69,14 @@ def run(
 
     Raises
     ------
-    toolchain.ToolchainError
+    ToolchainError
         If there is no compiler, or it fails.
     BenchError
         If a kernel computes wrong results, or an error contradicts its proof.
     ValueError
         If a header cannot be read.
     """
-    compiler = toolchain.find_compiler(cc)
+    compiler = libraries.find_compiler(cc)
     files = list(dict.fromkeys(contender.header for contender in wanted if contender.header))
     headers = {files[i]: read(files[i]) for i in track(range(len(files)), "headers")}
     harness = Harness(wanted, headers, compiler, sizes)
@@ -90,7 +89,7 @@ def run(
     flags = (" ".join(compiler.flags(library)) for library in ("scalar", "array"))
     comments = [
         *marker_lines("viscopade bench"),
-        f"{toolchain.processor()}; {compiler.version}; {system}; Python {platform.python_version()}, "
+        f"{libraries.processor()}; {compiler.version}; {system}; Python {platform.python_version()}, "
         f"NumPy {version('numpy')}",
         "{} rounds; scalar {}; arrays {}, {} elements in the cache, {} from memory".format(
             rounds, *flags, CACHE, sizes.memory

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels.bound import ErrorBound
-from viscopade.kernels.toolchain import Library
+from viscopade_lab.bench.libraries import Library
 
 Group = Literal["ours", "rival", "limit"]
 Measure = Literal["latency", "throughput", "cache", "memory"]

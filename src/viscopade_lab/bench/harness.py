@@ -18,13 +18,13 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import spheres
 from viscopade.generated import marker_line, template
-from viscopade.kernels import toolchain
 from viscopade.kernels.arithmetic import HOSTS
 from viscopade.kernels.bound import ErrorBound
-from viscopade.kernels.toolchain import Compiler, Library
 from viscopade.kernels.v_star import of_v_star
 from viscopade.progress import track
+from viscopade_lab.bench import libraries
 from viscopade_lab.bench.contender import Contender, Measure
+from viscopade_lab.bench.libraries import Compiler, Library
 from viscopade_lab.bench.speeds import BETA, DISTRIBUTIONS, SPEED_MAX, SPEED_MIN, Distribution, speeds
 
 CACHE = 2048  # elements of an array in the cache
@@ -125,7 +125,7 @@ class Harness:
             library: {"part.c": f'#define BENCH_LIBRARY_{library.upper()}\n#include "bench.c"\n'}
             for library in sorted(used)
         }
-        self._libraries = toolchain.build_libraries(compiler, units, {**headers, "bench.c": c_file(contenders)})
+        self._libraries = libraries.build_libraries(compiler, units, {**headers, "bench.c": c_file(contenders)})
         most = max(sizes.memory, CACHE, sizes.scalar, sizes.sampled)
         self._speed = {
             (form.name, kind): speeds(kind, most).astype(DTYPE[form])

@@ -28,7 +28,7 @@ import numpy as np
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.kernels import requests, truth
 from viscopade.kernels.machine import TYPES
-from viscopade.kernels.toolchain import ToolchainError
+from viscopade.kernels.write.runners import ToolchainError
 from viscopade.plots.sheet import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from viscopade.progress import track
 from viscopade_lab.hard_cases.case import Finding, Row

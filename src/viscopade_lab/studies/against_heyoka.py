@@ -31,8 +31,8 @@ from mpmath import mp
 from viscopade.arithmetic.balls import bits_for
 from viscopade.collision import exact
 from viscopade.generated import marker_lines
-from viscopade.kernels.toolchain import processor
 from viscopade.progress import track
+from viscopade_lab.bench.libraries import processor
 from viscopade_lab.studies.laws import markdown
 
 CASES = ((1, 30), (1, 100), (1, 300), (Fraction(1, 1000), 30), (30, 30))

@@ -1,4 +1,4 @@
-"""Programs that call generated code: compilers and interpreters of all languages, and one driver for each.
+"""Compilers and interpreters of all languages, and programs that call generated code: one driver for each language.
 
 A driver reads rows of arguments, calls functions and writes rows of results; all numbers are of one type.
 """
@@ -23,17 +23,24 @@ import numpy as np
 import numpy.typing as npt
 
 from viscopade.generated import environment
-from viscopade.kernels import toolchain
-from viscopade.kernels.toolchain import NoSuchToolError, ToolchainError
 from viscopade.kernels.write.language import Language, Number, Runner
 
 ARGUMENTS = ("x", "y", "z")
 """Names of the arguments of calls."""
-_TIMEOUT = 300
-_ERROR = re.compile(r"error(\[\w+\])?:|undefined reference", re.IGNORECASE)
+_TIMEOUT = 600
+_ERROR = re.compile(r"error(\[\w+\])?:|undefined reference|multiple definition|unrecognized", re.IGNORECASE)
+_FAILS = "the generated code fails its check"
 _PROGRAM = "viscopade-driver.exe"  # no other file can have this name
 
 Array = npt.NDArray[Any]
+
+
+class ToolchainError(RuntimeError):
+    """Error: a compiler or interpreter is missing or fails, or its program fails; the message is one line."""
+
+
+class NoSuchToolError(ToolchainError, ValueError):
+    """Error: there is no compiler of the name that the user gave."""
 
 
 @dataclass(frozen=True)
@@ -51,15 +58,10 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
     ------
     NoSuchToolError
         If the tool that `command` or the environment names cannot be started.
-    ToolchainError
-        If the C compiler that is asked for does not work.
     """
     if not runner.tools:
         return _interpreter(runner.package)
-    if command is not None:
-        compiler = toolchain.find_compiler(command)
-        return Tool(compiler.words, compiler.version)
-    named = os.environ.get(runner.variable) if runner.variable else None
+    named = command or (os.environ.get(runner.variable) if runner.variable else None)
     for candidate in (named,) if named else runner.tools:
         try:
             words = tuple(shlex.split(candidate))
@@ -68,7 +70,8 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
         if words and shutil.which(words[0]) is not None and (known := _version(words, runner.asked)) is not None:
             return Tool(words, known)
     if named:
-        raise NoSuchToolError(f"{runner.variable} is {named!r}, which does not start: expected a compiler's name")
+        given_by = "--cc, or CC" if runner.variable == "CC" else runner.variable
+        raise NoSuchToolError(f"there is no compiler {named!r} that starts: expected the name of one ({given_by})")
     return None
 
 
@@ -90,7 +93,7 @@ def _version(words: Sequence[str], asked: str) -> str | None:
     """Return the line that a tool prints of its version; None if it does not start."""
     name = re.split(r"[/\\]", words[0])[-1]
     try:
-        ran = _run((*words, asked), None)
+        ran = run((*words, asked))
     except ToolchainError:
         return None
     if ran.returncode:
@@ -129,7 +132,7 @@ class Program:
         """
         rows = np.stack(arguments, 1).astype(self.type)
         (self.directory / "in.bin").write_bytes(rows.tobytes())
-        _succeed(self.command, self.directory, environment)
+        succeed(self.command, self.directory, _FAILS, environment)
         results = np.frombuffer((self.directory / "out.bin").read_bytes(), self.type)
         if results.size != len(rows) * self.calls:
             raise ToolchainError(f"the program that runs the generated code writes {results.size} numbers")
@@ -186,14 +189,19 @@ def build(
         for line in (runner.build, runner.start)
     )
     if compiled:
-        _succeed(compiled, directory)
+        succeed(compiled, directory, _FAILS)
     return Program(command, np.dtype(f"f{number.arithmetics[0].form.bytes}"), len(calls), directory)
 
 
-def _succeed(words: Sequence[str], directory: Path, more: Mapping[str, str] | None = None) -> None:
-    """Run a command; report its first error."""
-    name = re.split(r"[/\\]", words[0])[-1]
-    ran = _run(words, directory, more)
+def succeed(words: Sequence[str], directory: Path, failure: str, more: Mapping[str, str] | None = None) -> None:
+    """Run a command in a directory.
+
+    Raises
+    ------
+    ToolchainError
+        If it fails; the message is `failure` and the first error that the command reports.
+    """
+    ran = run(words, directory, more)
     if ran.returncode == 0:
         return
     lines = [line.strip() for line in (ran.stderr + ran.stdout).splitlines() if line.strip()]
@@ -201,12 +209,14 @@ def _succeed(words: Sequence[str], directory: Path, more: Mapping[str, str] | No
     for place in (os.path.realpath(directory), str(directory)):
         for written in (f"file://{place}{os.sep}", f"{place}{os.sep}", place):
             first = first.replace(written, "")
-    raise ToolchainError(f"the generated code fails its check: {name}: {first[:300]}")
+    name = re.split(r"[/\\]", words[0])[-1]
+    raise ToolchainError(f"{failure}: {name}: {first[:300]}")
 
 
-def _run(
-    words: Sequence[str], directory: Path | None, more: Mapping[str, str] | None = None
+def run(
+    words: Sequence[str], directory: Path | None = None, more: Mapping[str, str] | None = None
 ) -> subprocess.CompletedProcess[str]:
+    """Run a command, with more names in the environment; ToolchainError if it does not start, or does not end."""
     start = str(directory / words[0]) if directory is not None and words[0] == _PROGRAM else words[0]
     try:
         return subprocess.run(

@@ -1,0 +1,129 @@
+"""The C compiler of the benchmark with this machine's flags, and the shared libraries that it builds."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Literal
+
+from viscopade.kernels.write.languages import language
+from viscopade.kernels.write.runners import ToolchainError, find_tool, missing, run, succeed
+
+SCALAR_FLAGS = ("-O2",)
+FAST_MATH = "-ffast-math"
+# The first that the compiler takes; gcc and clang for ARM want the second.
+_NATIVE = (("-O3", "-march=native"), ("-O3", "-mcpu=native"), ("-O3",))
+_FAILS = "the benchmark is not built"
+
+Sources = Mapping[str, str]
+Library = Literal["scalar", "array", "vector"]
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A compiler and its flags.
+
+    Attributes
+    ----------
+    words : tuple of str
+        The command.
+    version : str
+    array_flags : tuple of str
+    """
+
+    words: tuple[str, ...]
+    version: str
+    array_flags: tuple[str, ...]
+
+    def flags(self, library: Library) -> tuple[str, ...]:
+        """Return the flags for a library."""
+        if library == "scalar":
+            return SCALAR_FLAGS
+        return self.array_flags if library == "array" else (*self.array_flags, FAST_MATH)
+
+
+def find_compiler(command: str | None = None) -> Compiler:
+    """Return the compiler named by the argument, by CC, or the first installed one.
+
+    Raises
+    ------
+    ToolchainError
+        If there is none, or it does not compile an empty file.
+    """
+    runner = language("c").run
+    tool = find_tool(runner, command)
+    if tool is None:
+        raise ToolchainError(f"there is no {missing(runner)}: expected a C compiler (--cc, or CC)")
+    with TemporaryDirectory() as folder:
+        directory = Path(folder)
+        (directory / "empty.c").write_text("int viscopade_empty;\n")
+        compiling = (*tool.words, "-c", "empty.c")
+        succeed(compiling, directory, _FAILS)
+        taken = (flags for flags in _NATIVE if run((*compiling, *flags, "-Werror"), directory).returncode == 0)
+        return Compiler(tool.words, tool.version, next(taken))
+
+
+def build_libraries(
+    compiler: Compiler, units: Mapping[Library, Sources], headers: Sources
+) -> dict[Library, ctypes.CDLL]:
+    """Compile the files of each library one by one, link and load the libraries.
+
+    They are linked without their flags: with -ffast-math, gcc would link code that makes the whole process flush
+    subnormal numbers to zero.
+
+    Raises
+    ------
+    ToolchainError
+        If the compiler reports an error, or the library cannot be loaded.
+    """
+    with TemporaryDirectory() as directory:
+        for name, text in headers.items():
+            Path(directory, name).write_text(text, encoding="utf-8")
+        return {library: _library(compiler, library, sources, directory) for library, sources in units.items()}
+
+
+def _library(compiler: Compiler, library: Library, sources: Sources, directory: str) -> ctypes.CDLL:
+    here = Path(directory, library)
+    here.mkdir()
+    for name, text in sources.items():
+        (here / name).write_text(text, encoding="utf-8")
+    succeed((*compiler.words, *compiler.flags(library), "-fPIC", "-I..", "-c", *sources), here, _FAILS)
+    shared = here / "library.so"
+    objects = [str(Path(name).with_suffix(".o")) for name in sources]
+    succeed((*compiler.words, "-shared", "-o", shared.name, *objects, "-lm"), here, _FAILS)
+    try:
+        return ctypes.CDLL(str(shared))
+    except OSError as error:
+        reason = str(error).replace(f"{here}{os.sep}", "")
+        raise ToolchainError(f"the library that {compiler.words[0]} built cannot be loaded: {reason}") from None
+
+
+def read_from(directory: str | os.PathLike[str], name: str) -> str:
+    """Return the text of an exported header in a directory.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read.
+    """
+    path = Path(directory, name)
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise ValueError(f"cannot read {path}: {reason}; expected a directory with the exported headers") from None
+
+
+def processor() -> str:
+    """Return the model of the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    models = (line.partition(":")[2].strip() for line in lines if line.startswith(("model name", "cpu model")))
+    return next(models, "") or platform.processor() or platform.machine() or "unknown"
