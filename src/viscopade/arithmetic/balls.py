@@ -144,6 +144,21 @@ def exact_middle(ball: arb) -> Fraction:
     return Fraction(mantissa << exponent) if exponent >= 0 else Fraction(mantissa, 1 << -exponent)
 
 
+def magnitude(ball: arb) -> Fraction:
+    """Return an upper bound of the absolute value, as a fraction."""
+    return exact_middle(ball.abs_upper())
+
+
+def joined(low: Fraction, high: Fraction) -> arb:
+    """Return a ball with both numbers and all between."""
+    return ball_of(low).union(ball_of(high))
+
+
+def coefficient_sum(coefficients: Iterable[arb]) -> arb:
+    """Return an upper bound of |p(z)| for |z| <= 1, given the coefficients of p."""
+    return sum((abs(c) for c in coefficients), arb(0)).abs_upper()
+
+
 def known_decimal(ball: arb, digits: int) -> str:
     """Return the number that `ball` encloses, rounded to `digits` digits, or to fewer if the ball determines fewer.
 

@@ -23,7 +23,7 @@ from typing import NamedTuple, cast
 
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly, fmpz_poly
 
-from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.arithmetic.balls import coefficient_sum, exact_middle, magnitude, working
 from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.collision.flow import integrate
@@ -78,7 +78,7 @@ class PanelBounds(NamedTuple):
 
     def recorded(self) -> list[int]:
         """Return the bounds in the record's units, rounded up."""
-        return [math.ceil(exact_middle(bound.abs_upper()) * 2**RECORD_BITS) for bound in self]
+        return [math.ceil(magnitude(bound) * 2**RECORD_BITS) for bound in self]
 
 
 # --- the record -------------------------------------------------------------------------------------------------------
@@ -232,11 +232,11 @@ class _PanelProof:
     def _relative(self, difference: arb_poly, whole: arb_poly) -> arb:
         """Return an upper bound of |difference/whole| on the panel: the largest one of its parts."""
         shifts = list(self._parts())
-        return max(_sum(difference(shift)) / _least(whole(shift)) for shift in shifts)
+        return max(coefficient_sum(difference(shift).coeffs()) / _least(whole(shift)) for shift in shifts)
 
     def _most(self, polynomial: arb_poly) -> arb:
         """Return an upper bound of the absolute value on the panel."""
-        return max(_sum(polynomial(shift)) for shift in self._parts())
+        return max(coefficient_sum(polynomial(shift).coeffs()) for shift in self._parts())
 
     def _parts(self) -> Iterator[arb_poly]:
         """Yield z on each part of the panel as a polynomial in t, |t| <= 1.
@@ -246,11 +246,6 @@ class _PanelProof:
         ends = [arb(round(-math.cos(i * math.pi / PARTS) * 2**20)) / 2**20 for i in range(PARTS + 1)]
         for low, high in pairwise((z + 1) / 2 if self.power else z for z in ends):
             yield arb_poly([(low + high) / 2, (high - low) / 2])
-
-
-def _sum(polynomial: arb_poly) -> arb:
-    """Return an upper bound of the absolute value for |t| <= 1."""
-    return sum((abs(c) for c in polynomial.coeffs()), arb(0)).abs_upper()
 
 
 def _small(bound: arb) -> arb:

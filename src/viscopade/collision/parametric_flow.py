@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_mat, fmpz, fmpz_poly
 
-from viscopade.arithmetic.balls import fixed_point, working
+from viscopade.arithmetic.balls import coefficient_sum, fixed_point, working
 from viscopade.arithmetic.function_balls import FunctionBall, Wiener, norm, shifted_up
 from viscopade.collision.flow import Dyadic, integrate
 from viscopade.collision.validation import falls_less_than_start
@@ -500,7 +500,10 @@ class _Proof:
         most_p = arb(slope.bound) * self.unit / (2 * self._least_step(piece)) * (1 + eta)
         most_r = arb(r.bound) * self.unit
         if self.branch.unloading:
-            force = _norm(self._force(piece, r, slope)) / (2 * self._least_step(piece)) + self.k_most * most_p * eta
+            force = (
+                coefficient_sum(self._force(piece, r, slope).coeffs()) / (2 * self._least_step(piece))
+                + self.k_most * most_p * eta
+            )
             growth = most_r * force * force
         else:
             growth = 2 * most_r**5 / 5 + 4 * self.k_most * most_p * most_r**3 / 3
@@ -520,10 +523,6 @@ def _sum_element(branch: ParametricBranch, piece: ParametricPiece) -> tuple[Func
 def _enclosed(element: FunctionBall, unit: arb) -> arb_poly:
     """Return the element's polynomial times `unit`, its error being put into the first coefficient."""
     return (arb_poly(element.polynomial) + arb(0, element.error)) * unit
-
-
-def _norm(polynomial: arb_poly) -> arb:
-    return sum((abs(c) for c in polynomial.coeffs()), arb(0)).abs_upper()
 
 
 def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:

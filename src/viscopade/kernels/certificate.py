@@ -20,7 +20,7 @@ from typing import Literal
 
 from flint import arb, arb_series
 
-from viscopade.arithmetic.balls import ball_of, power_of_series, rational_power, working
+from viscopade.arithmetic.balls import ball_of, coefficient_sum, power_of_series, rational_power, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.collision import exact, panel_proof
 from viscopade.kernels import reference
@@ -236,5 +236,5 @@ def _largest(functions: Functions, low: arb, high: arb) -> arb:
         if min(at_centre.prec, everywhere.prec) <= ORDER:
             raise TypeError("the formula loses coefficients of a series")
         terms = [*at_centre.coeffs()[:ORDER], *everywhere.coeffs()[ORDER:]]
-        bound = bound.max(sum((abs(c) for c in terms), arb(0)).abs_upper())
+        bound = bound.max(coefficient_sum(terms))
     return bound if bound.is_finite() else arb.pos_inf()

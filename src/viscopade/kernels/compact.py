@@ -29,7 +29,7 @@ from viscopade.approximation import half_line as approximants
 from viscopade.approximation.half_line import BEST, DEGREES_MORE, SHIFT, require_half_line_degrees
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
-from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.balls import ball_of, joined, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
@@ -387,14 +387,14 @@ def _on_part(
 ) -> Mapping[str, arb]:
     """Return bounds of the relative errors for y from low to high."""
     error, model = _error_of_y(machine, low, high), machine.model
-    y = ball_of(low).union(ball_of(high)) * (arb(0) + arb(0, error)).exp()
+    y = joined(low, high) * (arb(0) + arb(0, error)).exp()
     given = {name: Rounded(arb(c), model) for name, c in constants(form, a, b).items()}
     # The speed is exact, and the slope of rebound that at constant speed.
     given |= {"y": Rounded(y, model, slope=1), "speed": Rounded(arb(1), model)}
 
     found = read(body(form), [*MEANINGS], given, reading(machine))
     moved = {name: number.with_error_of_y(error) for name, number in found.items()}
-    return {name: arb((x.relative + x.underflow / arb(x.value.abs_lower())).abs_upper()) for name, x in moved.items()}
+    return {name: (x.relative + x.underflow / x.value.abs_lower()).abs_upper() for name, x in moved.items()}
 
 
 def _error_of_y(machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
@@ -416,12 +416,12 @@ def _error_in_base(ln_base: arb, machine: Arithmetic, low: Fraction, high: Fract
 
     def log(w: Rounded) -> Rounded:  # of w = y^ROOT, a wide ball of which might contain 0
         value, of_w = ends[0].log().union(ends[1].log()) * ROOT / ln_base, -(1 - w.relative).log() / ln_base
-        size = arb(value.abs_upper()) + of_w
+        size = value.abs_upper() + of_w
         of_call = size * library * ulp + ball_of(machine.log2_absolute)
         return Rounded(value, model).with_absolute_error(of_call + of_w)
 
     def exp(x: Rounded) -> Rounded:
-        size = arb(x.value.abs_upper()) + x.absolute
+        size = x.value.abs_upper() + x.absolute
         of_call = ulp * (library + ball_of(machine.exp2_slope) * size)
         return Rounded((x.value * ln_base).exp(), model, (x.absolute * ln_base).exp() - 1).with_error(of_call)
 
@@ -436,7 +436,7 @@ def _error_in_base(ln_base: arb, machine: Arithmetic, low: Fraction, high: Fract
     reached = all(y.value.overlaps(end) for end in ends)
     if not (reached and ends[0] * (1 - ball_of(_WIDER)) < y.value < ends[1] * (1 + ball_of(_WIDER))):
         raise ArithmeticError("y of the program is not the root of w")
-    return arb((-(1 - y.relative).log()).abs_upper())
+    return (1 - y.relative).log().abs_upper()
 
 
 def _ends(form: Format) -> Part:
@@ -468,7 +468,7 @@ def _check_overflow(form: Powers, a: Values, b: Values, kind: Format) -> None:
 
 def _relative_of(name: str, least: arb) -> Callable[[Found], arb]:
     """Return the bound of the relative error of a function's values from `least` on."""
-    return lambda found: found[name].relative + found[name].underflow / arb(found[name].value.abs_lower()).max(least)
+    return lambda found: found[name].relative + found[name].underflow / found[name].value.abs_lower().max(least)
 
 
 def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:

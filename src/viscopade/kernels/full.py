@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from flint import arb, arb_poly, fmpq, fmpq_poly
 
-from viscopade.arithmetic.balls import ball_of, exact_middle, working
+from viscopade.arithmetic.balls import ball_of, exact_middle, joined, magnitude, working
 from viscopade.arithmetic.chebyshev import cut, greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD, HALF_WIDTHS, PANELS, PERIOD
@@ -139,7 +139,7 @@ def _cut_on_unit(p: fmpq_poly, degree: int) -> fmpq_poly:
 
 def _greatest_on_unit(p: fmpq_poly) -> arb:
     """Return a bound of |p| on [0, 1]."""
-    return _above(arb(to_fmpq(greatest(p(_UNIT)))))
+    return arb(to_fmpq(greatest(p(_UNIT)))).abs_upper()
 
 
 def _coefficients(p: fmpq_poly, half: Fraction, count: int) -> list[Fraction]:
@@ -398,27 +398,13 @@ def rounded_numbers(names: Sequence[str], values: Sequence[float], **inputs: arb
     return {name: Rounded(value, DOUBLE) for name, value in given.items()}
 
 
-def ball_between(low: Fraction, high: Fraction) -> arb:
-    """Return a ball with both numbers and all between."""
-    return ball_of(low).union(ball_of(high))
-
-
-def _above(ball: arb) -> arb:
-    """Return an exact upper bound."""
-    return arb(ball.upper())
-
-
-def _magnitude(ball: arb) -> arb:
-    return arb(ball.abs_upper())
-
-
 def _in_ulp(error: arb, least: arb) -> Fraction:
     """Return the bound of a result of at least `least` that is rounded once after it had `error`.
 
     Where `error`, less than an ulp, moves it up across a power of 2, it is rounded to this power.
     """
-    unit = ball_of(DOUBLE.ulp(exact_middle(arb(least.lower()))))
-    return Fraction(1, 2) + exact_middle(_above(_above(error) / unit))
+    unit = ball_of(DOUBLE.ulp(exact_middle(least.lower())))
+    return Fraction(1, 2) + magnitude(error.abs_upper() / unit)
 
 
 def panel_bound(index: int, loss: bool) -> Fraction:
@@ -429,9 +415,9 @@ def panel_bound(index: int, loss: bool) -> Fraction:
     difference = greatest(machine * (-1 if panel.elastic else 1) - panel.p)
 
     def bound(low: Fraction, high: Fraction) -> Fraction:
-        p, t = arb_poly(panel.p)(ball_between(low, high)), ball_between(panel.half * low, panel.half * high)
+        p, t = arb_poly(panel.p)(joined(low, high)), joined(panel.half * low, panel.half * high)
         given = _given_error(panel, difference, p)
-        numbers = rounded_numbers(COLUMNS, row, t=t, t2=ball_between(Fraction(0), _step(panel)))
+        numbers = rounded_numbers(COLUMNS, row, t=t, t2=joined(Fraction(0), _step(panel)))
         rest = of_branch(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
         if loss == panel.elastic:
             return _in_ulp(rest.absolute + given, p)
@@ -445,7 +431,7 @@ def panel_bound(index: int, loss: bool) -> Fraction:
 def _given_error(panel: SmallerOnPanel, difference: Fraction, values: arb) -> arb:
     """Return a bound of the machine polynomial's error: its own, and that of what it approximates."""
     relative = ball_of(TABLE_ERROR + (FOLD_ERROR if panel.centre > 2**FOLD else 0))
-    return _above(arb(to_fmpq(difference))) + _magnitude(values) * relative * (1 + 2 * relative)
+    return arb(to_fmpq(difference)).abs_upper() + values.abs_upper() * relative * (1 + 2 * relative)
 
 
 def _exactly(row: Sequence[float], t: fmpq_poly) -> fmpq_poly:
@@ -467,14 +453,14 @@ def _near_bound() -> Fraction:
     """Bound the error of 1 - eps on [0, NEAR]."""
     ratio, sums, constants = _ratio(), near_sums(), near_constants()
     least = arb(ratio[0]) - _greatest_on_unit(ratio - ratio[0])
-    given = _above(2 * arb(ratio[0]) - least) * ball_of(TABLE_ERROR)  # of the largest value
+    given = (2 * arb(ratio[0]) - least).abs_upper() * ball_of(TABLE_ERROR)  # of the largest value
     x = fmpq_poly([0, to_fmpq(NEAR)])
     inputs = {"v_star": x, "w": 2 * x, "high": x / 3}  # w is v* times any power of 2, `high` any part of it
     machine = exactly(sums, "result", inputs, constants) / 4
     given += _greatest_on_unit(_over_square(machine) - ratio)
-    numbers = rounded_numbers(list(constants), list(constants.values()), v_star=ball_between(Fraction(0), NEAR))
+    numbers = rounded_numbers(list(constants), list(constants.values()), v_star=joined(Fraction(0), NEAR))
     error = _product_error(constants["c_high"], of_branch(sums, ["factor"], numbers, DOUBLE)["factor"]) + given
-    lost: Fraction = exact_middle(_above(_above(error) / least)) * 2**DOUBLE.precision
+    lost: Fraction = magnitude(error.abs_upper() / least) * 2**DOUBLE.precision
     # Intermediate results that underflow are below 2^-60 ulp of a result of at least 2^(2 TINY).
     return Fraction(1, 2) + lost + Fraction(1, 2**60)
 
@@ -483,7 +469,7 @@ def _product_error(c_high: float, rest: Rounded) -> arb:
     """Bound the error of c_high (w^2 - high^2) + w^2 rest, with the rounding of this sum, in units of w^2."""
     u = ball_of(_U)
     tail = arb(c_high) * arb(2) ** (2 - CENTRE_BITS)
-    other = _magnitude(rest.value) + rest.absolute
+    other = rest.value.abs_upper() + rest.absolute
     error = tail * ((1 + u) ** 3 - 1) + rest.absolute + other * ((1 + u) ** 2 - 1)
     return error + u * (tail + other + error)
 
@@ -491,9 +477,9 @@ def _product_error(c_high: float, rest: Rounded) -> arb:
 def _near_one_bound() -> Fraction:
     """Bound the error of eps on [0, NEAR], from the table's first row."""
     ratio, row = _ratio(), panel_table()[0]
-    most = _above(arb(ratio[0]) + _greatest_on_unit(ratio - ratio[0]))
+    most = (arb(ratio[0]) + _greatest_on_unit(ratio - ratio[0])).abs_upper()
     machine = -_exactly(row, fmpq_poly([0, to_fmpq(NEAR)]))
     given = most * ball_of(TABLE_ERROR) + _greatest_on_unit(_over_square(machine) - ratio)
-    x = ball_between(Fraction(0), NEAR)
+    x = joined(Fraction(0), NEAR)
     rest = of_branch(panel_sums(False), ["rest"], rounded_numbers(COLUMNS, row, t=x, t2=x), DOUBLE)["rest"]
-    return _in_ulp(rest.absolute + given * ball_of(NEAR**2), 1 - _magnitude(rest.value) * 2)
+    return _in_ulp(rest.absolute + given * ball_of(NEAR**2), 1 - rest.value.abs_upper() * 2)

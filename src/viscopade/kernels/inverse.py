@@ -245,7 +245,7 @@ def inverse_rounding(
 
         def of_v_star(found: Found) -> arb:
             v_star = found["v_star"]
-            return arb((v_star.relative + v_star.underflow / arb(v_star.value.abs_lower())).abs_upper())
+            return (v_star.relative + v_star.underflow / v_star.value.abs_lower()).abs_upper()
 
         start = below_root(machine.form.smallest, root)
         end = above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)

@@ -20,7 +20,7 @@ from flint import arb, arb_poly
 from viscopade import arguments
 from viscopade.approximation import cheapest, machine_coefficients, minimax
 from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
-from viscopade.arithmetic.balls import ball_of, bits_for, exact_middle, known_decimal, working
+from viscopade.arithmetic.balls import ball_of, bits_for, joined, known_decimal, magnitude, working
 from viscopade.arithmetic.decimals import above, at_most, below, identifier, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format, float_text
 from viscopade.collision import exact
@@ -232,13 +232,13 @@ class ProvenPade:
         if 2 ** threshold(self.label, *self.reduced, machine.form) < end:
             return None
         with working(BITS):
-            v_star = ball_of(high).union(ball_of(end))
+            v_star = joined(high, end)
             found = _computed(*self.reduced, machine, coefficients=True)(v_star)
             smaller = found.value.min(1 - found.value) / (1 + ball_of(bound.formula))  # at most the true one
             if not smaller > 0:
                 return None
-            steepness = exact_middle((abs(found.slope) * found.value / smaller).abs_upper()) / STEEPEST
-            last = exact_middle((_relative(found) * (1 + ball_of(bound.formula))).abs_upper())
+            steepness = magnitude(abs(found.slope) * found.value / smaller) / STEEPEST
+            last = magnitude(_relative(found) * (1 + ball_of(bound.formula)))
         return Beyond(max(Fraction(1), steepness), max(bound.last, last))
 
 
@@ -560,7 +560,7 @@ def quotient_rounding(
             parts = list(speeds(low, high, number))
             with suppress(ArithmeticError):
                 most: arb = max(_relative(computed(parts[i])) for i in track(range(len(parts)), "rounding"))
-                return arb(most.abs_upper())
+                return most.abs_upper()
     raise ArithmeticError("numerator or denominator may vanish within its rounding error")
 
 
@@ -583,7 +583,7 @@ def _computed(
 
 def _relative(found: Rounded) -> arb:
     """Return a bound of the relative error; ArithmeticError if there is none."""
-    size = found.relative + found.underflow / arb(found.value.abs_lower())
+    size = found.relative + found.underflow / found.value.abs_lower()
     if not size.is_finite():
         raise ArithmeticError("the numerator may vanish within its rounding error")
     return arb(size)

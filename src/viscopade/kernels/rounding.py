@@ -50,7 +50,7 @@ class Rounded:
     def __init__(self, value: arb, form: Format, relative: arb | int = 0, slope: arb | int = 0) -> None:
         self.value, self.form = value, form
         self.relative, self.underflow = arb(relative), arb(0)
-        self.absolute = _above(value) * self.relative
+        self.absolute = value.abs_upper() * self.relative
         self.slope = arb(slope)
         self.change = value * self.slope
 
@@ -75,7 +75,7 @@ class Rounded:
         """Return the sum if it is exact."""
         value, change = self.value + other.value, self.change + other.change
         absolute = self.absolute + other.absolute
-        least = arb(value.abs_lower())
+        least = value.abs_lower()
         if not least > 0:
             return self._with(value, _INFINITE, _NOTHING, absolute, change, _INFINITE)
         of_self, of_other = _portion(self.value, other.value), _portion(other.value, self.value)
@@ -95,7 +95,7 @@ class Rounded:
         slope = self.slope + other.slope
         if not slope.is_finite() and not value.contains(0):
             slope = change / value
-        size, other_size = _above(self.value), _above(other.value)
+        size, other_size = self.value.abs_upper(), other.value.abs_upper()
         absolute = size * other.absolute + other_size * self.absolute + self.absolute * other.absolute
         if not (self.relative.is_finite() and other.relative.is_finite()):
             return self._with(value, _INFINITE, _NOTHING, absolute, change, slope)
@@ -112,7 +112,7 @@ class Rounded:
         ArithmeticError
             If the denominator may vanish within its rounding error.
         """
-        least = arb(other.value.abs_lower())
+        least = other.value.abs_lower()
         if not least > 0:
             raise ArithmeticError("a denominator may vanish within its rounding error")
         # What is left of the least denominator: of the two bounds, the one that leaves more.
@@ -123,7 +123,7 @@ class Rounded:
             raise ArithmeticError("a denominator may vanish within its rounding error")
         value = self.value / other.value
         change = (self.change - value * other.change) / other.value
-        absolute = (self.absolute + _above(value) * other.absolute) / (least * left)
+        absolute = (self.absolute + value.abs_upper() * other.absolute) / (least * left)
         slope = self.slope - other.slope
         if not self.relative.is_finite():
             return self._with(value, _INFINITE, _NOTHING, absolute, change, slope)
@@ -134,7 +134,7 @@ class Rounded:
         """Return what the number's error is in relation to a sum: a relative error and one by underflow."""
         by_size = self.absolute / least
         if self.relative.is_finite():
-            by_ratio = _above(portion) * self.relative
+            by_ratio = portion.abs_upper() * self.relative
             if by_ratio <= by_size:
                 return by_ratio, self.underflow
         return by_size, _NOTHING
@@ -142,38 +142,40 @@ class Rounded:
     def _with(self, value: arb, relative: arb, underflow: arb, absolute: arb, change: arb, slope: arb) -> Rounded:
         result = object.__new__(Rounded)
         result.value, result.form, result.change, result.slope = value, self.form, change, slope
-        result.relative, result.underflow, result.absolute = map(_above, (relative, underflow, absolute))
+        result.relative, result.underflow, result.absolute = (
+            bound.abs_upper() for bound in (relative, underflow, absolute)
+        )
         return result._settled()
 
     def _settled(self) -> Rounded:
         """Make each of the two bounds at most what follows from the other."""
-        least = arb(self.value.abs_lower())
+        least = self.value.abs_lower()
         if least > 0 and (by_size := self.absolute / least) < self.relative:
-            self.relative, self.underflow = _above(by_size), _NOTHING
+            self.relative, self.underflow = by_size.abs_upper(), _NOTHING
         if self.relative.is_finite():
-            self.absolute = _above(min(self.absolute, _above(self.value) * self.relative + self.underflow))
+            self.absolute = min(self.absolute, self.value.abs_upper() * self.relative + self.underflow).abs_upper()
         return self
 
     def _rounded(self, half: arb) -> Rounded:
         """Add the rounding of an operation; `half` is what it may lose to underflow."""
         unit = _power_of_two(-self.form.precision)
-        most = half_unit(_above(self.value) + self.absolute, self.form)
-        least = arb(self.value.abs_lower())
-        self.absolute = _above(self.absolute + most)
+        most = half_unit(self.value.abs_upper() + self.absolute, self.form)
+        least = self.value.abs_lower()
+        self.absolute = (self.absolute + most).abs_upper()
         if self.relative.is_finite():
             by_ratio = unit * (1 + self.relative)
             if least > 0 and most < by_ratio * least:
-                self.relative = _above(self.relative + most / least)
+                self.relative = (self.relative + most / least).abs_upper()
             else:
-                self.relative = _above(self.relative + by_ratio)
-                self.underflow = _above(self.underflow * (1 + unit) + half)
+                self.relative = (self.relative + by_ratio).abs_upper()
+                self.underflow = (self.underflow * (1 + unit) + half).abs_upper()
         return self._settled()
 
     def with_error(self, relative: arb) -> Rounded:
         """Return the exact result of an operation with the error of that operation instead of a rounding's."""
         more = (1 + self.relative) * (1 + relative) - 1
         underflow = self.underflow * (1 + relative) + _half(self.form)
-        absolute = self.absolute * (1 + relative) + _above(self.value) * relative + _half(self.form)
+        absolute = self.absolute * (1 + relative) + self.value.abs_upper() * relative + _half(self.form)
         return self._with(self.value, more, underflow, absolute, self.change, self.slope)
 
     def with_absolute_error(self, absolute: arb) -> Rounded:
@@ -190,9 +192,9 @@ class Rounded:
         """
         if not (self.relative.is_finite() and self.slope.is_finite()):
             raise ArithmeticError("a sum may vanish")
-        moved = (_above(self.slope) * error).exp()
+        moved = (self.slope.abs_upper() * error).exp()
         relative = (1 + self.relative) * moved - 1
-        absolute = self.absolute + _above(self.value) * (moved - 1)
+        absolute = self.absolute + self.value.abs_upper() * (moved - 1)
         return self._with(self.value, relative, self.underflow, absolute, self.change, self.slope)
 
 
@@ -200,7 +202,7 @@ def half_unit(largest: arb, form: Format) -> arb:
     """Return half a unit in the last place of numbers up to `largest`, which bounds the rounding of an operation."""
     if largest == 0:
         return _NOTHING
-    mantissa, exponent = _above(largest).man_exp()
+    mantissa, exponent = largest.abs_upper().man_exp()
     place = int(exponent) + int(mantissa).bit_length() - 1 - form.precision
     return _power_of_two(max(place, 1 - form.largest - form.precision))
 
@@ -223,11 +225,6 @@ def _half(form: Format) -> arb:
 @lru_cache(maxsize=1 << 12)
 def _power_of_two(exponent: int) -> arb:
     return arb(2) ** exponent
-
-
-def _above(ball: arb) -> arb:
-    """Return an upper bound of the absolute value, exactly."""
-    return arb(ball.abs_upper())
 
 
 # --- programs ---------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
-from viscopade.arithmetic.balls import ball_of, exact_middle, working
+from viscopade.arithmetic.balls import ball_of, magnitude, working
 from viscopade.collision import panel_proof
 from viscopade.kernels import formulas
 from viscopade.kernels.arithmetic import HOST, Arithmetic
@@ -37,8 +37,8 @@ def of_v_star(machine: Arithmetic = HOST, largest: Fraction | None = None) -> Fr
     with working(BITS):
         log = None if largest is None else ball_of(largest).log()
         relative = of_powers(formulas.v_star_branch(), "v_star", machine, {"speed": 0, "beta": 0}, log)
-        of_ln_v_star = exact_middle((-(1 - relative).log()).abs_upper())
-        change = exact_middle((ball_of(of_ln_v_star * slope).exp() - 1).abs_upper())
+        of_ln_v_star = magnitude((1 - relative).log())
+        change = magnitude(ball_of(of_ln_v_star * slope).exp() - 1)
     return change + 4 * Fraction(panel_proof.proven_error())
 
 

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from flint import arb
 
-from viscopade.arithmetic.balls import ball_of, exact_middle, known_decimal, working
+from viscopade.arithmetic.balls import ball_of, exact_middle, known_decimal, magnitude, working
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays import double
@@ -144,7 +144,7 @@ def _answer(
     exact = _exact(name, given, truth.at)
     if not machine.is_normal(kernel, name, *given, form=form):  # bounds of a part of v* assume that products are
         bounds = [bound for bound in bounds if bound.low == 0]
-    value = _above(exact.value)
+    value = magnitude(exact.value)
     allowed = [b.allowed(value, exact.smaller, speed) for b in bounds if b.holds_at(exact.v_star, speed)]
     if not allowed:
         return None
@@ -189,7 +189,7 @@ def _exact(name: str, given: Arguments, at: Any) -> ExactResult:
     if name in ("v_star", "v_star_from_loss", "beta"):
         ball = truth.exact_v_star(1 - first if name == "v_star_from_loss" else first)
         value = ball**2 / ball_of(Fraction(given[1])).root(5) if name == "beta" else ball
-        return ExactResult(value, _above(ball))
+        return ExactResult(value, magnitude(ball))
     w = first**10 if len(given) == 1 else first * Fraction(given[1]) ** 5
     portions: Portions = at(w)
     values = {
@@ -197,17 +197,13 @@ def _exact(name: str, given: Arguments, at: Any) -> ExactResult:
         "dissipation": portions.loss * (1 + portions.epsilon),
         "rebound": portions.epsilon * ball_of(first),
     }
-    smaller = min(_above(portions.epsilon), _above(portions.loss)) * (first if name == "rebound" else 1)
-    v_star = first if len(given) == 1 else _above(ball_of(w).root(10))
+    smaller = min(magnitude(portions.epsilon), magnitude(portions.loss)) * (first if name == "rebound" else 1)
+    v_star = first if len(given) == 1 else magnitude(ball_of(w).root(10))
     return ExactResult(values.get(name, portions.epsilon), v_star, smaller)
 
 
 def _ends(ball: arb) -> tuple[Fraction, Fraction]:
-    return exact_middle(arb(ball.lower())), exact_middle(arb(ball.upper()))
-
-
-def _above(ball: arb) -> Fraction:
-    return exact_middle(arb(ball.abs_upper()))
+    return exact_middle(ball.lower()), exact_middle(ball.upper())
 
 
 def hexadecimal(number: float) -> str:
