@@ -4,13 +4,12 @@ NAMES = (
     *(
         "materials",
         "truncated-series-diverge",
-        "truncated-series-errors",
         "pade-at-large-v-star",
         "local-exponent",
         "pade-on-linear-axes",
         "pade-errors",
     ),
-    *("poles-and-zeros", "ice-pade-and-measured-fit", "ice-errors", "minimax-errors", "cooling"),
+    *("poles-and-zeros", "ice-pade-and-measured-fit", "cooling"),
     *("universal-curves", "damping-formulas", "audit", "eps-over-speed", "weight"),
 )
 FORMATS = ("svg", "pdf", "png")

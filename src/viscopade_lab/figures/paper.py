@@ -1,4 +1,4 @@
-"""The paper's four figures, further figures of series and approximants, and best approximants.
+"""The paper's four figures, and further figures of series and approximants.
 
 Every curve is computed when its figure is drawn; only the ranges of the axes and the places of labels are typed in.
 A curve's `gid` is its name, in SVG the id of its group. Captions are in docs/figures/README.md.
@@ -9,7 +9,7 @@ Curves differ by colour (Okabe and Ito's, which colour-blind readers can tell ap
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from viscopade.approximation import minimax
 from viscopade.arrays import double
 from viscopade.collision import spheres
 from viscopade.plots.sheet import (
@@ -56,7 +55,7 @@ Floats = NDArray[np.float64]
 
 # Digits of the coefficients of series and approximants; more than a double holds.
 DIGITS = 18
-SERIES_ORDER = 80
+SERIES_ORDER = 40
 MAX_M = 25
 
 # The fit eps = 0.32 v^-0.234 (v in cm/s) by Bridges, Hatzes & Lin (1984), and the speeds it is drawn for,
@@ -86,20 +85,15 @@ LOOKS: Mapping[str, Look] = {
     "k_c=15": Look(VERMILION, DASHED, text=VERMILION),
     "k_c=20": Look(VERMILION, DASH_DOT_DOT, text=VERMILION),
     "k_c=40": Look(VERMILION, text=VERMILION),
-    "k_c=80": Look(VERMILION, LONG, text=VERMILION),
     "fit": Look(BLACK, LONG, 1.0),
     "paper-power": Look(BLACK, DOTTED, 0.9),
     "limit-power": Look(BLACK, (), 0.5),
     "best": Look(VERMILION, text=VERMILION),
-    "of-epsilon": Look(VERMILION, text=VERMILION),
-    "of-loss": Look(BLUE, SHORT, text=BLUE),
-    "larger": Look(GREY, width=3.4, text="#555555"),
 }
 
 
 # Marker and size in points of what is marked.
 MARKS = {"pole": ("x", 4.5), "zero": ("o", 4.0), "doublet": ("s", 5.5), "singularity": ("*", 7.0)}
-MARKS |= {"extremum": ("o", 3.2)}
 
 
 @dataclass(frozen=True)
@@ -144,11 +138,6 @@ def _truncated(v_star: Floats, order: int) -> Floats:
 
 def _pade(degrees: tuple[int, int], v_star: Floats) -> Floats:
     return pade(*degrees, DIGITS)(v_star)
-
-
-def _relative_error(epsilon: Floats, v_star: Floats) -> Floats:
-    value: Floats = np.abs(epsilon / double.epsilon(v_star) - 1)
-    return value
 
 
 def _label(degrees: tuple[int, int]) -> str:
@@ -291,7 +280,7 @@ def _mark(
 ) -> Line2D:
     """Mark points: `kind` is a key of `MARKS`, and their name in a legend if there is no label."""
     marker, size = MARKS[kind]
-    face = {"zero": "white", "extremum": "white", "doublet": "none"}.get(kind, color)
+    face = {"zero": "white", "doublet": "none"}.get(kind, color)
     # A mark on the frame is drawn whole.
     (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=label or kind)
     points.set(gid=identifier(gid), clip_on=not on_frame)
@@ -337,21 +326,6 @@ def _truncated_series_diverge() -> Sheet:
         text = f"$k_c={order}$" if order in (5, 40) else str(order)
         draw_curve(axes, f"k_c={order}", v_star, _until_out(_truncated(v_star, order), -0.1, 1.2), place, text=text)
     draw_curve(axes, "[1/4]", v_star, _pade((1, 4), v_star), (1.55, 3, 3))
-    return sheet
-
-
-@figure("relative error of the truncated series, and how far the series converges")
-def _truncated_series_errors() -> Sheet:
-    sheet, (axes,) = new_sheet(2.6)
-    label_axes(axes, V_STAR, "relative error of " + EPSILON, (0.2, 1.6), (1e-12, 1e2), "y")
-    v_star = LINEAR[(LINEAR >= 0.2) & (LINEAR <= 1.6)]
-    places = {5: (0.4, -3, 3), 10: (0.4, -3, 3), 20: (0.4, -5, 0), 40: (0.66, -5, 0), 80: (0.84, 6, 0)}
-    for order, place in places.items():
-        error = _relative_error(_truncated(v_star, order), v_star)
-        draw_curve(axes, f"k_c={order}", v_star, error, place, text=f"$k_c={order}$" if order == 5 else str(order))
-    radius = abs(_singularity())
-    axes.axvline(radius, color=BLACK, linewidth=0.7, dashes=DASHED, gid="radius")
-    write_text(axes, f"radius of\nconvergence\n{radius:.4f}", (radius, 1e-10), (5, 0))
     return sheet
 
 
@@ -509,96 +483,13 @@ def _ice_pade_and_measured_fit() -> Sheet:
     return sheet
 
 
-@figure("ice: relative errors of [1/4], [3/6] and the series, and how far the published fit is from eps")
-def _ice_errors() -> Sheet:
-    sheet, (axes,) = new_sheet(2.6)
-    label_axes(axes, "$v$ (cm/s)", "relative error of " + EPSILON, (1e-3, 1e2), (1e-8, 1e2), "xy")
-    v_star = _ice(SPEEDS)
-    series_error = _relative_error(_truncated(v_star, 40), v_star)
-    draw_curve(axes, "k_c=40", SPEEDS, series_error, (0.02, 5, 0), text="series, $k_c=40$")
-    for degrees in ((1, 4), (3, 6)):
-        draw_curve(axes, _label(degrees), SPEEDS, _relative_error(_pade(degrees, v_star), v_star), (5, 3, -4))
-    measured = np.geomspace(*FIT_SPEEDS, 1001)
-    difference = _relative_error(_fit(measured), _ice(measured))
-    draw_curve(axes, "fit", measured, difference, (0.016, 0, 5), text="difference from the\n" + FIT_LABEL)
-    return sheet
-
-
-# --- best approximants ------------------------------------------------------------------------------------------------
-
-# Degrees and interval of the error curves.
-COMPARED, COMPARED_END = (3, 6), 5.0
-# Their abscissas, uniform on the square-root axis of the figure.
-ROOTS = np.linspace(0, math.sqrt(COMPARED_END), 2002)[1:]
-
-
-def _deviation(a: Floats, b: Floats, v_star: Floats) -> Floats:
-    """Return a/b - eps without cancellation at small v*, for a_0 = b_0 and a_1 = b_1."""
-    difference = np.zeros(max(len(a), len(b)))
-    difference[: len(b)] += b
-    difference[: len(a)] -= a
-    value: Floats = double.one_minus_epsilon(v_star) - horner(difference, v_star) / horner(b, v_star)
-    return value
-
-
-def _with_crossings(x: Floats, y: Floats) -> Floats:
-    """Return x with the places added where y changes its sign, so that all zeros are drawn alike."""
-    left = np.flatnonzero(y[:-1] * y[1:] < 0)
-    places = x[left] - y[left] * (x[left + 1] - x[left]) / (y[left + 1] - y[left])
-    return np.sort(np.concatenate([x, places]))
-
-
-def _floats(decimals: Sequence[str]) -> Floats:
-    return np.array([float(c) for c in decimals])
-
-
-@figure("errors of the paper's [3/6] and of the best [3/6] on [0, 5], and how the latter's equioscillates")
-def _minimax_errors() -> Sheet:
-    sheet, (top, bottom) = new_sheet(4.0, (1, 1.2))
-    name, fit = _label(COMPARED), minimax.fit(*COMPARED, COMPARED_END)
-    a, b = _floats(fit.a), _floats(fit.b)
-    v_star = _with_crossings(ROOTS**2, _deviation(a, b, ROOTS**2))
-    best = _deviation(a, b, v_star)
-    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-    smaller = np.minimum(epsilon, loss)
-    a, b = (_floats(side) for side in pade(*COMPARED, DIGITS).decimals())
-    of_paper = _deviation(a, b, v_star)
-    _error_axes(top, "size of the error", (1e-8, 1))
-    top.set_yscale("log")
-    draw_curve(top, "[3/6]", v_star, np.abs(of_paper) / smaller, (1.4, -4, 3), text="paper's " + name)
-    draw_curve(top, "best", v_star, np.abs(best) / smaller, (3.6, 0, 4), text="best " + name)
-
-    power = math.floor(math.log10(fit.error))
-    unit = 10.0**power
-    _error_axes(bottom, f"error in units of $10^{{{power}}}$", (-1.25 * fit.error / unit, 1.6 * fit.error / unit))
-    for sign in (-1, 1):
-        bottom.axhline(sign * fit.error / unit, color=BLACK, linewidth=0.5)
-    larger = draw_curve(bottom, "larger", v_star, best / smaller / unit)
-    draw_curve(bottom, "of-epsilon", v_star, best / epsilon / unit, (2.8, 5, 0), text=r"of $\varepsilon$")
-    draw_curve(bottom, "of-loss", v_star, best / loss / unit, (0.115, 5, 0), text=r"of $1-\varepsilon$")
-    _mark(bottom, "extremum", fit.points, np.array(fit.deviations) / unit, BLACK, "extrema", on_frame=True)
-    names = "larger of the two", "extrema, $m + n = 9$"
-    bottom.legend([larger, bottom.lines[-1]], names, loc="upper center", ncol=2, frameon=False)
-    return sheet
-
-
-def _error_axes(axes: Axes, y_label: str, y: tuple[float, float]) -> None:
-    axes.set(xlabel=V_STAR, ylabel=y_label, ylim=y)
-    axes.set_xscale("function", functions=(np.sqrt, np.square))
-    axes.set(xlim=(0, COMPARED_END), xticks=(0, 0.1, 0.5, *range(1, int(COMPARED_END) + 1)))
-    axes.xaxis.set_major_formatter("{x:g}")
-
-
 FIGURES: Mapping[str, Figure] = {
     "materials": _materials,
     "truncated-series-diverge": _truncated_series_diverge,
-    "truncated-series-errors": _truncated_series_errors,
     "pade-at-large-v-star": _pade_at_large_v_star,
     "local-exponent": _local_exponent,
     "pade-on-linear-axes": _pade_on_linear_axes,
     "pade-errors": _pade_errors,
     "poles-and-zeros": _poles_and_zeros,
     "ice-pade-and-measured-fit": _ice_pade_and_measured_fit,
-    "ice-errors": _ice_errors,
-    "minimax-errors": _minimax_errors,
 }
