@@ -186,7 +186,7 @@ BAD = [
     (f"simulators lammps {EXAMPLES / 'rubber.toml'} --speed 1", "either a scene or a material"),
     ("audit x", "SIMULATOR is 'x': expected lammps"),
     ("audit LAMPS", "did you mean lammps?"),
-    ("simulators openfoam", "expected viscopade audit openfoam"),
+    ("simulators openfoam", "there is no file for openfoam; viscopade audit openfoam prints the number"),
     ("simulators MuJoCo", "neither given"),
     (
         "simulators mujoco --epsilon 0.5 --speed 1 --contact-time 31ms --gravity 9.81 --time-step 20ms",

@@ -5,13 +5,26 @@ The forces are written as the programs' sources have them, and integrated in tim
 
 import math
 import re
+from types import SimpleNamespace
 
 import pytest
 
-from tests.simulators.two_balls import RUBBER, SETUP, SMALL, elastic, flowing, integrated, matrix, setup, yade_names
-from viscopade import Pair
+from tests.simulators.two_balls import (
+    RUBBER,
+    SETUP,
+    SMALL,
+    elastic,
+    fallen,
+    flowing,
+    integrated,
+    matrix,
+    setup,
+    yade_names,
+)
+from viscopade import Pair, Sphere
+from viscopade.collision.weight import calibrated
 from viscopade.simulators import TARGETS, simulator_with, stated
-from viscopade.simulators.setup import NamedContact, Setup
+from viscopade.simulators.setup import NamedContact, Setup, of_pair
 from viscopade.simulators.simulator import InputFile
 from viscopade.simulators.text import render
 
@@ -54,9 +67,9 @@ def solved(en):
     return low
 
 
-def yade(text, pair):
+def yade(text, pair, types=(0, 0)):
     """Law2_ScGeom_MindlinPhys_Mindlin with beta."""
-    en, vn = (yade_names(text, vn=True)["physics"].values[name][0, 0] for name in ("en", "vn"))
+    en, vn = (yade_names(text, vn=True)["physics"].values[name][types] for name in ("en", "vn"))
     kno = 4 / 3 * pair.E_eff * math.sqrt(pair.R_eff)
     a = 2 / 3 * solved(en) ** 2 * vn**-0.2 * (kno / pair.m_eff) ** -0.4
     return lambda x, u: kno * x**1.5 + a * 3 / 2 * kno * math.sqrt(x) * u
@@ -147,6 +160,48 @@ def test_the_constant_eps(program, epsilon):
     (balanced,) = {integrated(force(best, contact.pair), case, 1.0, end_of(program, text))}
     ends = [balanced / contact.pair.epsilon(speed) - 1 for speed in (contact.slowest, contact.fastest)]
     assert sum(ends) == pytest.approx(0, abs=1e-4)
+
+
+FALL = of_pair(
+    calibrated(
+        Pair(
+            Sphere(radius=0.01, density=2500, young_modulus=5e6, poisson_ratio=0.22, dissipative_constant=0),
+            Sphere.wall(young_modulus=5e6, poisson_ratio=0.22, dissipative_constant=0),
+        ),
+        0.1,
+        0.5,
+        9.81,
+    ),
+    0.1,
+    (0.05, 1.0),
+    gravity=9.81,
+)
+"""A ball that falls on a wall: eps is 0.5 at 0.1 m/s with its weight, 0.63 without; g t_c/v is 0.49."""
+
+
+@pytest.mark.parametrize("program", CONSTANT)
+def test_the_constant_eps_is_with_the_weight(program):
+    """YADE takes R/2 for R_eff at a wall."""
+    (contact,), text = FALL.contacts, render(program, FALL, COMMAND)
+    name, force = CONSTANT[program]
+    pair = SimpleNamespace(
+        E_eff=contact.pair.E_eff, m_eff=contact.pair.m_eff, R_eff=0.005 if program == "yade" else 0.01
+    )
+    number = float(re.search(rf"{name} (\S+) gives eps = 0.5 with weight", flowing(text))[1])
+    end = end_of(program, text)
+    found = {v: fallen(force(number, pair), pair.m_eff, 9.81, v, 0.005 * v**-0.2, end)[0] for v in (0.1, 1.0)}
+    assert found[0.1] == pytest.approx(0.5, abs=1e-6)
+    fast = re.search(r"with weight eps at 0\.05 and 1 m/s: \S+ and (\S+); of viscoelastic spheres ", flowing(text))[1]
+    assert float(fast) == pytest.approx(found[1.0], abs=1e-4)
+
+
+def test_yade_has_the_viscoelastic_eps_with_the_weight():
+    (contact,), text = FALL.contacts, render("yade", FALL, COMMAND)
+    pair = SimpleNamespace(E_eff=contact.pair.E_eff, m_eff=contact.pair.m_eff, R_eff=0.005)
+    assert fallen(yade(text, pair, (0, 1)), pair.m_eff, 9.81, 0.1, 0.007)[0] == pytest.approx(0.5, abs=1e-6)
+    facet = SimpleNamespace(E_eff=contact.pair.E_eff, m_eff=contact.pair.m_eff, R_eff=0.02 / 3)
+    stated_epsilon = float(re.search(r"at a Facet \(2/3 R\) eps = \S+ and (\S+)", flowing(text))[1])
+    assert fallen(yade(text, facet, (0, 1)), pair.m_eff, 9.81, 0.1, 0.007)[0] == pytest.approx(stated_epsilon, abs=1e-4)
 
 
 def test_what_liggghts_cannot_have():

@@ -1,7 +1,9 @@
 """Programs with contacts of their own law: what `viscopade simulators` writes for them, run in them where they are."""
 
 import math
+import re
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from mpmath import mp
 
 import viscopade as vp
 from tests.closed_forms import nu_1, nu_2
+from tests.simulators.two_balls import fallen
 from viscopade.cli.main import command
 from viscopade.simulators import simulator_with
 from viscopade.simulators.soft import SoftContact, Softness, Wanted
@@ -17,6 +20,7 @@ from viscopade.simulators.soft import SoftContact, Softness, Wanted
 PROGRAMS = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
 ASKED = ("--epsilon", "0.5", "--speed", "1")
 SOFT = ("--contact-time", "31 ms")
+BALL = ("--radius", "1 cm", "--density", "2.5 g/cm^3", "--young-modulus", "70 GPa", "--poisson-ratio", "0.22")
 
 
 def text_of(*words):
@@ -37,7 +41,7 @@ def formula_of(name):
 
 def contact(name, epsilon=0.5, speeds=(1.0, 1.0), time_step=None, **softness):
     wanted = Wanted.at(epsilon, 1.0, speeds, mass=2.0)
-    return SoftContact(formula_of(name), wanted, Softness(**softness), text_with_own_law(name).per_mass, time_step)
+    return SoftContact(formula_of(name), wanted, Softness(**softness), time_step)
 
 
 def own_epsilon(name, kappa):
@@ -120,11 +124,107 @@ def test_contact_lasts_and_reaches_as_stated(name):
     assert made.penetration == pytest.approx(depth, rel=1e-4)
     same = [
         contact(name, penetration=made.penetration),
-        contact(name, stiffness=made.stiffness_over_mass if name == "mujoco" else made.stiffness),
+        contact(name, stiffness_over_mass=made.stiffness_over_mass),
+        contact(name, stiffness=made.stiffness),
     ]
     for other in same:
         assert other.contact_time == pytest.approx(0.02, rel=1e-9)
         assert other.stiffness == pytest.approx(made.stiffness, rel=1e-9)
+
+
+def solref(*words):
+    return [float(x) for x in re.search(r'<geom solref="-(\S+) -(\S+)"', text_of("mujoco", *ASKED, *words)).groups()]
+
+
+def test_a_stiffness_is_over_the_mass_or_is_not():
+    """MuJoCo has k/m and c/m: 1e5 N/m of 2 kg is 5e4 1/s^2; Drake has k."""
+    by_mass = solref("--stiffness", "1e5 N/m", "--mass", 2)
+    assert by_mass == solref("--stiffness", "5e4 1/s^2") == solref("--stiffness", 5e4)
+    assert by_mass[0] == 5e4
+    for words in (("1e5 N/m",), (1e5,), ("100 N/mm", "--mass", 2), ("5e4 1/s^2", "--mass", 2)):
+        text = text_of("drake", *ASKED, "--stiffness", *words)
+        assert number_of(text, '"point_stiffness"') == 1e5
+        assert "stiffness 100000 N/m, not per mass" in text
+    text = text_of("mujoco", *ASKED, "--stiffness", "1e5 N/m", "--mass", "2 kg")
+    assert "stiffness 50000 1/s^2, which is per effective mass: k = 100000 N/m of the effective mass 2 kg" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "warning"),
+    [
+        # A contact of 61.5 us is 0.031 of 2 ms; with 10 steps or more in a contact the damping can adapt.
+        ((*BALL, "--wall"), 'of 2 ms is 33 contacts long; the option contact-time "40 ms" makes a contact that it'),
+        (("--contact-time", "19 ms"), 'of 2 ms is 0.11 contacts long; the option contact-time "40 ms" makes a'),
+        (("--contact-time", "31 ms"), 'the option time-step "2 ms" adapts the damping'),
+        (("--contact-time", "31 ms", "--time-step", "2 ms"), None),
+        (("--contact-time", "10 s"), None),
+    ],
+)
+def test_the_default_step_of_the_program_is_compared_with_the_contact(words, warning):
+    text = " ".join(text_of("mujoco", *ASKED, *words).split())
+    assert ("MuJoCo's default step" in text) == (warning is not None)
+    assert warning is None or warning in text
+    ElementTree.fromstring(text)  # a comment has no "--"
+    assert r"-\-" not in text.partition("?>")[2]
+
+
+def test_mujoco_with_its_default_step_gives_what_the_warning_says():
+    text = text_of("mujoco", *ASKED, *SOFT)
+    drops = np.array(list(mujoco_drops(text, 2e-3, phases=64)))[:, 0]
+    said = re.search(r"eps is (\S+) on average, (\S+) to (\S+) in single", " ".join(text.split())).groups()
+    assert [drops.mean(), drops.min(), drops.max()] == pytest.approx([float(x) for x in said], abs=1e-4)
+
+
+def test_a_longer_contact_narrows_the_range_of_single_collisions():
+    """In MuJoCo, with 2 ms steps: 0.045 for 31 ms."""
+    text = text_of("mujoco", *ASKED, *SOFT, "--time-step", "2 ms")
+    longer = re.search(r'with the option contact-time "(\S+ ms)" single collisions differ by 0.02', text)[1]
+    ranges = []
+    for duration in ("31 ms", longer):
+        text = text_of("mujoco", *ASKED, "--contact-time", duration, "--time-step", "2 ms")
+        ranges.append(np.ptp(np.array(list(mujoco_drops(text, 2e-3, phases=64)))[:, 0]))
+    assert ranges[0] > 0.04
+    assert 0.017 < ranges[1] < 0.02
+
+
+# --- with weight ------------------------------------------------------------------------------------------------------
+
+
+def number_of(text, name):
+    """The number after a name of the code, such as "dissipation": 1.04."""
+    return float(re.search(rf"{name}\W+(?:2 \* )?([-+.e\d]+)", text)[1])
+
+
+def force_of(name, text):
+    """The force that a program makes of its file, by its source."""
+    if name == "drake":
+        k, d = number_of(text, '"point_stiffness"'), number_of(text, '"dissipation"')
+        return lambda x, u: k * x * (1 + d * u)
+    if name == "simbody":
+        k, c = number_of(text, r'STIFFNESS = {\n    "contact"'), number_of(text, r'DISSIPATION = {\n    "contact"')
+        return lambda x, u: k * x**1.5 * (1 + 1.5 * c * u)
+    e, k = re.search(
+        r"made\((\S+), (\S+)\);" if name == "chrono" else r'"contact": ([\d.]+),[^"]+"contact": ([\d.]+),', text
+    ).groups()
+    k, loss = float(k), -math.log(float(e))
+    zeta = loss / math.hypot(math.pi, loss)
+    if name == "chrono":  # Hertz' spring and Tsuji's damping
+        return lambda x, u: k * x**1.5 + math.sqrt(5) * zeta * math.sqrt(2 * k) * x**0.25 * u
+    return lambda x, u: k * x + 2 * zeta * math.sqrt(2 * k) * u
+
+
+@pytest.mark.parametrize("name", ["drake", "simbody", "chrono", "jaxdem"])
+@pytest.mark.parametrize("asked", [("--contact-time", "31 ms"), ("--penetration", "7 mm")])
+def test_eps_duration_and_depth_are_with_the_weight(name, asked):
+    """2 kg fall on a plane at 1 m/s: by an integration of the force that the program makes of its file."""
+    text = text_of(name, *ASKED, *asked, "--mass", 2, "--gravity", 9.81)
+    epsilon, depth, duration = fallen(force_of(name, text), 2.0, 9.81, 1.0, 0.031)
+    assert epsilon == pytest.approx(0.5, abs=1e-6)
+    assert stated(text, "contact lasts") == pytest.approx(duration, rel=1e-5)
+    assert stated(text, "the penetration reaches") == pytest.approx(depth, rel=2e-4)
+    assert (duration if asked[0] == "--contact-time" else depth) == pytest.approx(
+        {"31 ms": 0.031, "7 mm": 0.007}[asked[1]], rel=1e-6
+    )
 
 
 # --- in the programs --------------------------------------------------------------------------------------------------
@@ -132,7 +232,7 @@ def test_contact_lasts_and_reaches_as_stated(name):
 MODEL = """
 <mujoco>
   <include file="contact.xml"/>
-  <option timestep="{step!r}" gravity="0 0 0"/>
+  <option timestep="{step!r}" gravity="0 0 -{gravity}"/>
   <worldbody>
     <geom class="contact" type="plane" size="1 1 .1" condim="1"/>
     <body><freejoint/><geom class="contact" type="sphere" size="0.1" mass="3" condim="1"/></body>
@@ -141,19 +241,24 @@ MODEL = """
 """
 
 
-def mujoco_drops(text, step, speed=1.0, phases=8):
-    """Eps and penetrations of a sphere that hits a plane; both have the class of the text."""
+def mujoco_drops(text, step, speed=1.0, phases=8, gravity=0.0):
+    """Eps, penetrations and durations of a sphere that hits a plane; both have the class of the text."""
     mujoco = pytest.importorskip("mujoco", reason="there is no Python package mujoco")
-    model = mujoco.MjModel.from_xml_string(MODEL.format(step=step), {"contact.xml": text.encode()})
+    model = mujoco.MjModel.from_xml_string(MODEL.format(step=step, gravity=gravity), {"contact.xml": text.encode()})
     for i in range(phases):
-        data = mujoco.MjData(model)
-        data.qpos[2], data.qvel[2] = 0.1 + (i + 0.5) / phases * step * speed, -speed
-        deepest = 0.0
+        data, before = mujoco.MjData(model), (i + 0.5) / phases * step
+        # mj_step kicks, then drifts: half a step earlier than the sphere's path the speed is that of the path.
+        data.qpos[2] = 0.1 + before * speed - gravity / 2 * before**2
+        data.qvel[2] = gravity * before - speed + gravity * step / 2
+        deepest, last = 0.0, 0.0
         while data.qvel[2] <= 0 or data.qpos[2] <= 0.1:
             mujoco.mj_step(model, data)
             deepest = max(deepest, 0.1 - data.qpos[2])
+            pushes = data.nefc > 0 and data.efc_force[0] > 0  # at the start of the step
+            last = data.time - before if pushes else last
             assert data.time < 1
-        yield data.qvel[2] / speed, deepest
+        squared = (data.qvel[2] - gravity * step / 2) ** 2 + 2 * gravity * (data.qpos[2] - 0.1)
+        yield math.sqrt(squared) / speed, deepest, last
 
 
 def stated(text, pattern):
@@ -169,6 +274,32 @@ def test_mujoco_delivers_what_was_asked_for():
     longest = stated(text, "Time steps up to")
     worst = [np.abs(np.array(list(mujoco_drops(text, f * longest)))[:, 0] / 0.5 - 1).max() for f in (1, 2)]
     assert worst[0] < 0.01 < worst[1]
+
+
+@pytest.mark.parametrize("asked", [("--contact-time", "31 ms"), ("--penetration", "7 mm")])
+def test_mujoco_has_eps_duration_and_depth_with_the_weight(asked):
+    text = text_of("mujoco", *ASKED, *asked, "--gravity", 9.81)
+    epsilon, depth, duration = np.array(list(mujoco_drops(text, 1e-5, gravity=9.81))).T
+    assert epsilon.mean() == pytest.approx(0.5, abs=2e-4)
+    assert depth.max() == pytest.approx(stated(text, "the penetration reaches"), rel=1e-3)
+    assert duration.mean() == pytest.approx(stated(text, "contact lasts"), rel=1e-3)
+    assert {"31 ms": duration.mean() / 0.031, "7 mm": depth.max() / 0.007}[asked[1]] == pytest.approx(1, rel=1e-3)
+
+
+@pytest.mark.parametrize("softness", [SOFT, ("--penetration", "7 mm"), ()])
+def test_mujoco_makes_up_for_its_weight_and_its_time_step_together(softness):
+    """Without a stiffness the contact lasts 20 time steps."""
+    text = text_of("mujoco", *ASKED, *softness, "--gravity", 9.81, "--time-step", "2 ms")
+    epsilon, depth, duration = np.array(list(mujoco_drops(text, 2e-3, phases=64, gravity=9.81))).T
+    assert epsilon.mean() == pytest.approx(0.5, abs=1e-3)
+    assert epsilon.max() - epsilon.min() == pytest.approx(
+        stated(text, "average, " + str(stated(text, "average,")) + " to") - stated(text, "average,"), abs=1e-3
+    )
+    assert depth.mean() == pytest.approx(stated(text, "the penetration reaches"), rel=1e-3)
+    assert duration.mean() == pytest.approx(stated(text, "contact lasts"), rel=1e-2)  # a step more in a few phases
+    if not softness:
+        assert stated(text, "contact lasts") == pytest.approx(0.04, rel=1e-3)
+        assert "0.04 s (20 time steps, as nothing else says how long)" in " ".join(text.split())
 
 
 def test_mujoco_makes_up_for_its_time_step():
@@ -199,7 +330,6 @@ dissipative_constant = "1 us"
 material = "glass"
 radius = "1 mm"
 """
-BALL = ("--radius", "1 cm", "--density", "2.5 g/cm^3", "--young-modulus", "70 GPa", "--poisson-ratio", "0.22")
 
 
 @pytest.mark.parametrize("name", ["mujoco", "chrono"])
@@ -227,13 +357,16 @@ def test_a_scene_in_other_units(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("mujoco", *ASKED), "MuJoCo needs a stiffness: expected --stiffness, --contact-time or --penetration"),
+        (("mujoco", *ASKED), "MuJoCo needs a stiffness: expected --stiffness, --contact-time, --penetration"),
         (("mujoco", *ASKED, *SOFT, "--stiffness", 1), "stiffness and contact_time are given: expected one of them"),
-        (("drake", *ASKED, "--time-step", "1 ms"), "a time step needs the contact's duration"),
+        (("drake", *ASKED, "--gravity", 9.81), "gravity needs the contact's duration: expected a contact time, or a"),
         (("simbody", *ASKED, *SOFT, "--time-step", "1 ms"), "expected none, as the program chooses its own"),
         (("mujoco", "--epsilon", 0.5), "a material also needs --speed"),
         (("mujoco", "--epsilon", 0, "--speed", 1, *SOFT), "epsilon is 0: expected a number > 0 and <= 1"),
-        (("mujoco", *ASKED, *SOFT, "--time-step", "40 ms"), "time-step is 1.115 contact times: expected 0.001 to 1"),
+        (
+            ("mujoco", *ASKED, *SOFT, "--time-step", "40 ms"),
+            "time-step is 1.115 contact times: expected a contact of 20 s",
+        ),
         (("mujoco", *ASKED, *SOFT, "--time-step", "20 ms"), "time-step is 0.5576 of the contact time"),
         (("mujoco", *ASKED, "--contact-time", "1e-200"), "contact-time is 1e-200: expected a number from 1e-30"),
         (("drake", *ASKED, *SOFT, "--speeds", "1e-9:1"), "expected 1e-12 to 1e+12, and at most 1e+06 times"),
@@ -242,6 +375,20 @@ def test_a_scene_in_other_units(tmp_path):
         (("mujoco", *ASKED, "--penetration", "-1 mm"), "expected"),
         (("mujoco", *BALL, *ASKED, "--mass", 1), "--mass and bodies with masses are given"),
         (("jaxdem", "--epsilon", 0.1, "--speed", 1), "epsilon is 0.1: expected 0.1399 to 1, which e from 1e-6 to 1"),
+        (("lethe", *ASKED), "there is no file for lethe; viscopade audit lethe prints the number to write"),
+        (
+            ("mujoco", *BALL, *ASKED, "--time-step", "2 ms"),
+            'expected a contact of 20 steps, --contact-time "40 ms", or',
+        ),
+        (
+            ("mujoco", *ASKED, "--stiffness", 1e5, "--mass", 2),
+            'per mass (1/s^2) and needs no mass; write "100000.0 N/m"',
+        ),
+        (("mujoco", *ASKED, "--stiffness", "1e5 N/m"), "MuJoCo has the stiffness in 1/s^2: expected --mass with it"),
+        (("drake", *ASKED, "--stiffness", "1e5 1/s^2"), "Drake has the stiffness in N/m: expected --mass with it"),
+        (("chrono", *ASKED, "--stiffness", "1e5 N/m"), 'expected k, such as "1e5 N/m^(3/2)", or k over the effective'),
+        (("mujoco", *ASKED, *SOFT, "--mass", 2), '--mass has no effect: expected --stiffness, such as "1e5 N/m" with'),
+        (("drake", *ASKED, "--mass", 2), "--mass has no effect: expected --contact-time, --penetration or"),
         (("lammps", *ASKED), "lammps needs a material: expected a scene, or --radius"),
         (("yade", *BALL, *ASKED, *SOFT), "--contact-time is given for yade: expected mujoco, drake"),
     ],

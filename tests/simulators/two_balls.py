@@ -79,6 +79,32 @@ def integrated(force, case, speed, end):
     return -run.y[1, -1]
 
 
+def fallen(force, mass, gravity, speed, time, end="force"):
+    """Return eps, the depth and the duration of a body that falls on a plane with a law F(x, x'), integrated in time.
+
+    Contact ends where the force vanishes, from where the body flies on, or where the compression does. `time` is a
+    typical time, for the scale.
+    """
+
+    def rates(_, state):
+        x, u = max(state[0], 0.0), state[1]
+        return u, (gravity - force(x * speed * time, u * speed) / mass) * time / speed
+
+    def turn(_, state):
+        return state[1]
+
+    def over(_, state):
+        x, u = state
+        return x if end == "position" or x <= 0 else force(x * speed * time, u * speed) / force(speed * time, 0)
+
+    turn.terminal = over.terminal = True
+    down = solve_ivp(rates, (0, 100), (0.0, 1.0), method="DOP853", rtol=1e-11, atol=1e-13, events=turn)
+    up = solve_ivp(rates, (0, 100), (down.y[0, -1], 0.0), method="DOP853", rtol=1e-11, atol=1e-13, events=over)
+    x, u = up.y[:, -1]
+    rebound = math.sqrt(u * u - 2 * gravity * time / speed * x)
+    return rebound, down.y[0, -1] * speed * time, (down.t[-1] + up.t[-1]) * time
+
+
 def flowing(text):
     """Return a text without comment marks and ends of lines."""
     return " ".join(re.sub(r"^ *(?:#|//|\*)", " ", text, flags=re.MULTILINE).split())

@@ -55,7 +55,7 @@ def _name(param: click.Parameter | None) -> str:
 class OneOf(click.Choice[str]):
     """Type of an argument: one of several names in any case; a refusal names those that look like the given one.
 
-    `others` has further names, with what is expected instead.
+    `others` has further names, with the sentence that refuses each.
     """
 
     def __init__(self, choices: Iterable[str], others: Mapping[str, str] | None = None) -> None:
@@ -66,7 +66,7 @@ class OneOf(click.Choice[str]):
         """Take one of the names, in upper or lower case."""
         name = str(value).lower()
         if name in self.others:
-            raise click.UsageError(f"{_name(param)} is {value!r}: expected {self.others[name]}")
+            raise click.UsageError(self.others[name])
         if name not in self.choices:
             listed = ", ".join(self.choices)
             near = arguments.meant(name, self.choices)

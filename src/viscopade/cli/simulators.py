@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,7 +37,11 @@ if TYPE_CHECKING:
 _SOFT = ("law", "stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
 """Options of programs whose contacts have a law of their own."""
 _LONG = 10  # s; a longer contact time probably lacks its unit
-_AUDITED = {name: f"viscopade audit {name}" for name, own in SIMULATORS.items() if not own}
+_AUDITED = {
+    name: f"there is no file for {name}; viscopade audit {name} prints the number to write"
+    for name, own in SIMULATORS.items()
+    if not own
+}
 
 
 class SpeedRange(click.ParamType):  # type: ignore[type-arg]
@@ -69,7 +75,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 @click.option("--law", metavar="NAME|A,B", help="Law of contact with that eps at --speed.  [default: viscoelastic]")
 @click.option("--speeds", type=SpeedRange(), help="Range of speeds, for which the file states the error of eps.")
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
-@click.option("--stiffness", type=Real(), help="Stiffness of a contact in SI units, for MuJoCo divided by the mass.")
+@click.option("--stiffness", help="Stiffness k, such as '1e5 N/m', or k/m, such as '1e5 1/s^2'.")
 @click.option("--contact-time", type=Quantity("time"), help="Duration of a contact at --speed.")
 @click.option("--penetration", type=Quantity("length"), help="Penetration in the fastest impact.")
 @EFFECTIVE_MASS
@@ -199,6 +205,8 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     error = STEP_ERROR if soft["step_error"] is None else soft["step_error"]
     if not 1e-8 <= error <= 1:
         raise ValueError(f"--step-error is {error:.4g}: expected 1e-08 to 1")
+    if soft["mass"] is not None and found.setup is not None:
+        raise click.UsageError("--mass and bodies with masses are given: expected one of them")
     scale = Scale() if found.scene is None else found.scene.scale
     if soft["stiffness"] is not None and found.setup is not None and found.setup.units != SI:
         raise click.UsageError(
@@ -214,15 +222,14 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     )
     if (soft["contact_time"] or 0) > _LONG:
         click.echo(f"Warning: contact-time is {soft['contact_time']:g} s: is a unit missing?", err=True)
-    softness = Softness(soft["stiffness"], time, length)
+    stiffness = _stiffness(target, soft, found.setup is not None or soft["mass"] is not None)
+    softness = Softness(**stiffness, contact_time=time, penetration=length)
     if found.setup is None:
         assert found.epsilon is not None
         wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, soft["mass"], found.gravity, law)]
         of = "" if law == VISCOELASTIC else f", and at other speeds that of the law {law}"
         opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s{of}"], SI
     else:
-        if soft["mass"] is not None:
-            raise click.UsageError("--mass and bodies with masses are given: expected one of them")
         wanted = [Wanted.of(contact, found.setup.weighty) for contact in found.setup.contacts]
         opening, units = found.setup.heading, found.setup.units
     return render_own_law(
@@ -235,6 +242,53 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
         step_error=error,
         units=units,
     )
+
+
+def _stiffness(target: str, soft: Mapping[str, Any], has_mass: bool) -> dict[str, float]:
+    """Return the wanted k, or k/m, under its name in `Softness`: a plain number is what the program's file has.
+
+    Raises
+    ------
+    click.UsageError
+        If a mass is missing that makes one of the other, or one is given that has no effect.
+    """
+    from viscopade import arguments, quantity
+    from viscopade.simulators.simulator import OwnLaw
+
+    program, text, mass = simulator_with(target), soft["stiffness"], soft["mass"]
+    own = program.texts[target]
+    assert isinstance(own, OwnLaw)
+    k_unit = program.formula(own.formula).law.stiffness_unit
+    units = {"stiffness": k_unit, "stiffness_over_mass": "1/s^2" if k_unit == "N/m" else f"{k_unit}/kg"}
+    in_file = "stiffness_over_mass" if own.per_mass else "stiffness"
+    found: dict[str, float] = {}
+    if text is not None:
+        try:
+            found[in_file] = float(arguments.exact_number("--stiffness", text, "", lambda k: k > 0))
+            if own.per_mass and mass is not None:
+                raise click.UsageError(
+                    f"--stiffness is {text}: a plain number is per mass ({units[in_file]}) and needs no mass; write "
+                    f'"{text} {k_unit}"'
+                )
+        except ValueError:
+            for name, unit in units.items():
+                number = quantity.decimal_in(*(re.sub(r"\b1/(\w+)\^2$", r"\1^-2", words) for words in (text, unit)))
+                if number is not None and number > 0:
+                    found[name] = float(number)
+            if not found:
+                raise click.UsageError(
+                    f'--stiffness is {text!r}: expected k, such as "1e5 {units["stiffness"]}", or k over the effective '
+                    f'mass, such as "1e5 {units["stiffness_over_mass"]}"; a plain number is in {units[in_file]}'
+                ) from None
+        if in_file not in found and not has_mass:
+            raise click.UsageError(f"{program.title} has the stiffness in {units[in_file]}: expected --mass with it")
+    converted = any(soft[name] is not None for name in ("stiffness", "contact_time", "penetration", "time_step"))
+    if mass is not None and ("stiffness" not in found if own.per_mass else not converted):
+        needs = (
+            f'--stiffness, such as "1e5 {k_unit}"' if own.per_mass else "--contact-time, --penetration or --stiffness"
+        )
+        raise click.UsageError(f"--mass has no effect: expected {needs} with it")
+    return found
 
 
 @click.command(epilog=examples("viscopade verification lammps --out lammps_cases"))

@@ -14,7 +14,8 @@ Read in multibody of Drake (RobotLocomotion/drake at commit be259df):
 - plant/contact_defaults_doxygen.h: "the inverse of the dissipation parameter, d, is the maximum bounce speed", with a
   reference to Hunt and Crossley (1975), whose d is 3 (1 - e)/(2 v).
 
-A step that begins without contact has no force.
+A step that begins without contact has no force. `MultibodyPlantConfig` (plant/multibody_plant_config.h, commit 007f5fc)
+has a time step of 0.001 s.
 """
 
 from __future__ import annotations
@@ -159,4 +160,5 @@ SIMULATOR = Simulator(
     },
     lines={"any": "AddContactMaterial(dissipation={parameter}, properties=properties)  # exact at {speed} m/s"},
     native=_NATIVE,
+    default_step=0.001,
 )

@@ -6,6 +6,7 @@ Read in jaxdem of cdelv/JaxDEM:
   ends at x = 0; a force that would pull is 0. k is the harmonic mean of E R of both spheres.
 - integrators/velocity_verlet.py (commit 0d7bcb9): the force is computed after half of the kick. direct_euler.py (commit
   0352c82), "euler", kicks and then drifts.
+- `System.create` of system.py (commit 01296bd): dt = 0.005.
 """
 
 from __future__ import annotations
@@ -71,4 +72,5 @@ SIMULATOR = Simulator(
     texts={"jaxdem": OwnLaw("cundallstrack", "restitution", "#", _USE, _CODE)},
     lines={"any": 'Material.create("elasticfrict", e={parameter}, …)'},
     native=_NATIVE,
+    default_step=0.005,
 )

@@ -44,7 +44,7 @@ from viscopade.simulators.formula import (
 )
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.soft import SoftContact, Wanted, constant_lines
+from viscopade.simulators.soft import SoftContact, Softness, Wanted, constant_lines
 from viscopade.simulators.stated import (
     damping_per_mass,
     described,
@@ -94,14 +94,19 @@ def _values(setup: Setup) -> dict[str, Any]:
 
 def _usual_law(setup: Setup) -> list[str]:
     """Return lines on the model `hertz`, with `limitForce on` if all contacts can have it, as they share the switch."""
-    why = ""
+    why, weight = "", " (without weight)" if setup.weighty else ""
     for name, switch in (("hertz, limitForce on", "on"), ("hertz", "off")):
         try:
-            contacts = [SoftContact(SIMULATOR.formula(name), Wanted.of(contact)) for contact in setup.contacts]
+            contacts = [
+                SoftContact(
+                    SIMULATOR.formula(name), Wanted.of(each, setup.weighty), Softness(each.pair.rho), units=setup.units
+                )
+                for each in setup.contacts
+            ]
         except ValueError as error:
             why = str(error)
             continue
-        lines = [f"The usual law, hertz with {_E} and limitForce {switch}, has one eps for all speeds:"]
+        lines = [f"The usual law, hertz with {_E} and limitForce {switch}, has one eps for all speeds{weight}:"]
         for contact in contacts:
             lines += [f"  {contact.wanted.name}:", *(f"  {line}" for line in constant_lines(contact, _E))]
         return lines

@@ -52,7 +52,7 @@ from viscopade.simulators.formula import (
 )
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.soft import SoftContact, Wanted, constant_lines
+from viscopade.simulators.soft import SoftContact, Softness, Wanted, constant_lines
 from viscopade.simulators.stated import described, time_step
 from viscopade.theory.law import VISCOELASTIC
 
@@ -79,7 +79,7 @@ def _values(setup: Setup) -> dict[str, Any]:
 
     return {
         **time_step(setup),
-        "contacts": [described(contact, setup.units, *_older_versions(contact)) for contact in setup.contacts],
+        "contacts": [described(contact, setup.units, *_older_versions(contact, setup)) for contact in setup.contacts],
         "species": [own(name) for name in setup.bodies],
         "mixed": [
             (names[contact.first], names[contact.second], contact.pair)
@@ -89,13 +89,15 @@ def _values(setup: Setup) -> dict[str, Any]:
     }
 
 
-def _older_versions(contact: NamedContact) -> list[str]:
+def _older_versions(contact: NamedContact, setup: Setup) -> list[str]:
     """Return lines on the species that all versions have."""
     formula = SIMULATOR.formula("HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient")
-    constant = SoftContact(formula, Wanted.of(contact))
+    wanted = Wanted.of(contact, setup.weighty)
+    constant = SoftContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
     return [
         "  error of eps: none except for that of the time step",
-        "  older versions have HertzianViscoelasticSpecies: one eps for all speeds, the force may attract",
+        "  older versions have HertzianViscoelasticSpecies: one eps for all speeds"
+        f"{' (without weight)' if setup.weighty else ''}, the force may attract",
         *(f"  {line}" for line in constant_lines(constant, "setDissipation", lambda e: float(tsuji_kappa(mp.mpf(e))))),
     ]
 

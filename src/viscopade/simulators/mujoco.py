@@ -14,8 +14,9 @@ Read in src/engine of MuJoCo 3.12.1 (google-deepmind/mujoco at commit a725507):
   friction. The force per mass is max(0, d' (g + B x' + d K x)): d' multiplies a part of the weight as well (g).
 - `timeconst` counts as two time steps at least (flag `refsafe`).
 
-`mj_Euler` and `mj_implicit` kick with the force at the start of a step and then drift, which is semi-implicit Euler's
-method: implicitfast takes no derivative of contact forces. `mj_RungeKutta` is the classical method.
+`mj_defaultOption` of engine_init.c has a time step of 0.002. `mj_Euler` and `mj_implicit` kick with the force at the
+start of a step and then drift, which is semi-implicit Euler's method: implicitfast takes no derivative of contact
+forces. `mj_RungeKutta` is the classical method.
 """
 
 from __future__ import annotations
@@ -138,7 +139,6 @@ MuJoCo: <include file="..."/> this file in a model and give geoms, or pairs, cla
 must have the class; a pair needs it alone. The numbers are per mass: eps depends on no mass. They are in
 {{ units.length }} and {{ units.time }}. solimp has a constant impedance: with another one eps is off by up to 0.005.
 Friction changes eps in the pyramidal cone, the default, for any condim except 1: <option cone="elliptic"/> does not.
-A comment may not contain two hyphens: a shell reads -\\- as these.
 """
 
 _CODE = """\
@@ -178,4 +178,5 @@ SIMULATOR = Simulator(
     },
     lines={"any": '<geom solref="-{stiffness} -{parameter}" solimp="0.9 0.9 0.001"/>'},
     native=NATIVE,
+    default_step=0.002,
 )

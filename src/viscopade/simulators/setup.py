@@ -29,8 +29,16 @@ class Units:
         """Unit of beta."""
         return f"({self.time}/{self.length})^(1/5)"
 
+    def time_text(self, time: float) -> str:
+        """Return a time as an option has it; in seconds with a prefix, "2 ms" instead of "0.002 s"."""
+        if self.time != "s":
+            return f"{time:.6g} {self.time}"
+        name, unit = next((prefix for prefix in _PREFIXES if time >= prefix[1]), _PREFIXES[-1])
+        return f"{time / unit:.6g} {name}"
+
 
 SI = Units()
+_PREFIXES = (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))
 NO_WEIGHT = "Weight does not change eps when both bodies fall"
 
 

@@ -88,6 +88,8 @@ class Simulator:
         Whether it has walls.
     native : Native or None
         Its contact in the parameters of a user's file; None if the file has no contact.
+    default_step : float or None
+        The time step that it has unless the user gives one, in the units of the file (of Drake in s).
     """
 
     name: str
@@ -98,6 +100,7 @@ class Simulator:
     lines: Mapping[str, str] = field(default_factory=dict)
     walls: bool = True
     native: Native | None = None
+    default_step: float | None = None
 
     def __post_init__(self) -> None:
         if len({formula.name for formula in self.formulas}) < len(self.formulas):

@@ -5,9 +5,10 @@ MuJoCo, Drake, Simbody, Chrono and JaxDEM have no viscoelastic law. Each has ano
 law, so it is off: `SoftContact.errors` says by how much. The error may be largest between the slowest and the fastest
 speed.
 
-The damping does not depend on the stiffness. That is free: a stiff contact is short and shallow, and needs short time
-steps. With a force k x^a it is stated as k/m (m is the effective mass), which follows from the contact time or from the
-largest penetration alone.
+The stiffness is free: a stiff contact is short and shallow, and needs short time steps. With a force k x^a it is stated
+as k/m (m is the effective mass), which follows from the contact time or from the largest penetration alone. Without
+weight and time steps the damping does not depend on it. What weight and time steps do depends on the duration of
+contact, so with them damping and stiffness are solved together.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from mpmath import mp
@@ -26,20 +27,27 @@ from viscopade.collision import exact
 from viscopade.collision.contact import SampledCollision
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import beta_from_restitution, v_star
-from viscopade.collision.weight import EARTH, FallingContact
+from viscopade.collision.weight import EARTH, FallingContact, loaded
 from viscopade.simulators.audit import Advice, advised
 from viscopade.simulators.formula import DampingFormula, compensated, epsilon_of, same, stepped_collision, wanted_kappa
-from viscopade.simulators.setup import NamedContact
+from viscopade.simulators.setup import SI, NamedContact, Units
 from viscopade.simulators.stated import SPEEDS, SpeedErrors, error_lines, program_number, speed_errors
 from viscopade.theory.law import VISCOELASTIC, Law
 
 STEP_ERROR = 0.01
 """Relative error of eps by the time step, for the longest step that the files state."""
+CHOSEN_STEPS = 20
+"""Time steps in a contact of which nothing else says how long it is."""
+SPREAD = 0.02
+"""Difference of eps in single collisions, by where in a step contact begins, from which on texts warn."""
 _CLOSE = 1e-12  # square of the difference of the greatest and the least error, where they are balanced
 _DIGITS = 15
 _LEAST = 1e-30
 _SLOWEST, _WIDEST = 1e-12, 1e6  # impact speed, and range of speeds
 _LEAST_STEP = 1e-3  # in contact times
+_LENGTHENINGS = 6  # tries of a longer contact
+_STRETCH, _MOST_STRETCHES, _HALVINGS = 0.2, 40, 60  # search for a contact with weight, or with time steps
+_ALIKE, _NARROW = 1e-10, 1e-7  # error at which it ends; width at which it ends where the duration jumps
 
 
 @dataclass(frozen=True)
@@ -66,6 +74,8 @@ class Wanted:
         Wanted eps at the typical speed with this weight, instead of that without.
     law : Law
         That of the collisions.
+    spheres : FallingContact, optional
+        The viscoelastic contact with this weight, if the bodies are known.
     """
 
     name: str
@@ -79,6 +89,7 @@ class Wanted:
     gravity: float = EARTH
     with_weight: float | None = None
     law: Law = VISCOELASTIC
+    spheres: FallingContact | None = None
 
     def __post_init__(self) -> None:
         if self.mass is not None and not _LEAST <= self.mass <= 1 / _LEAST:
@@ -107,6 +118,9 @@ class Wanted:
     def of(cls, contact: NamedContact, weighty: bool = False) -> Wanted:
         """Return the collisions of a contact."""
         pair = contact.pair
+        spheres = contact.falling if weighty and contact.falls else None
+        if spheres is not None and not spheres.contact(contact.typical).collide().parts:
+            spheres = None  # no damping makes a contact that has eps = 0
         return cls(
             contact.name,
             pair.beta,
@@ -117,7 +131,8 @@ class Wanted:
             float(pair.contact_time(contact.typical)),
             tuple(size.beta for size in contact.extremes),
             contact.gravity if contact.falls else 0.0,
-            float(contact.falling.epsilon([contact.typical])[0]) if weighty and contact.falls else None,
+            None if spheres is None else float(spheres.epsilon([contact.typical])[0]),
+            spheres=spheres,
         )
 
     def epsilon(self, speed: float, beta: float | None = None) -> float:
@@ -130,12 +145,14 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Softness:
-    """How soft a contact is, by one of three numbers; the viscoelastic contact's duration if none is given.
+    """How soft a contact is, by one number; if none is given, it has the duration of the viscoelastic contact.
 
     Attributes
     ----------
     stiffness : float, optional
-        k of the force k x^a; for MuJoCo k/m.
+        k of the force k x^a.
+    stiffness_over_mass : float, optional
+        k/m.
     contact_time : float, optional
         At the typical speed.
     penetration : float, optional
@@ -148,21 +165,32 @@ class Softness:
     """
 
     stiffness: float | None = None
+    stiffness_over_mass: float | None = None
     contact_time: float | None = None
     penetration: float | None = None
 
     def __post_init__(self) -> None:
         given = {name: value for name, value in vars(self).items() if value is not None}
         if len(given) > 1:
-            raise ValueError(f"{' and '.join(given)} are given: expected one of them")
+            names = " and ".join(name.removesuffix("_over_mass") for name in given)
+            raise ValueError(f"{names} are given: expected one of them")
         for name, value in given.items():
             if not _LEAST <= value <= 1 / _LEAST:
                 raise ValueError(f"{name} is {value!r}: expected a number from {_LEAST:g} to {1 / _LEAST:g}")
 
 
+class _Course(NamedTuple):
+    epsilon: float
+    depth: float
+    duration: float
+
+
 @dataclass(frozen=True)
 class SoftContact:
     """A program's contact that has the wanted eps at the typical speed.
+
+    If eps is wanted of a body that falls, all numbers of the collision are with its weight. With a time step they are
+    means over where in a step contact begins.
 
     Attributes
     ----------
@@ -170,25 +198,25 @@ class SoftContact:
         The program's, with its law, end of contact and integrator.
     wanted : Wanted
     softness : Softness
-    per_mass : bool
-        Whether the program's stiffness is k/m.
     time_step : float or None
-        If given, the damping makes up for it.
+        If given, the damping makes up for it. If nothing else says how long contact lasts, it lasts 20 steps.
     carried : float
         The part of a weight that the program's contact carries without a penetration.
+    units : Units
+        Of all numbers.
 
     Raises
     ------
     ValueError
-        If a time step is given and the contact's duration is not known, or no damping gives the wanted eps.
+        If there is a weight or a time step and the contact's duration is not known, or no damping gives the wanted eps.
     """
 
     formula: DampingFormula
     wanted: Wanted
     softness: Softness = Softness()
-    per_mass: bool = False
     time_step: float | None = None
     carried: float = 0.0
+    units: Units = SI
 
     def __post_init__(self) -> None:
         slowest, fastest = self.wanted.slowest, self.wanted.fastest
@@ -197,17 +225,8 @@ class SoftContact:
                 f"speeds of {self.wanted.name} are {slowest:g} to {fastest:g}: expected {_SLOWEST:g} to "
                 f"{1 / _SLOWEST:g}, and at most {_WIDEST:g} times the slowest"
             )
-        if self.wanted.with_weight is not None and self.stiffness_over_mass is None:
-            raise ValueError("gravity needs the contact's duration: expected a contact time with it")
         if self.time_step is not None and self.formula.scheme is None:
             raise ValueError("a time step is given: expected none, as the program chooses its own")
-        if self.time_step is not None and self.stiffness_over_mass is None:
-            raise ValueError("a time step needs the contact's duration: expected a contact time with it")
-        step = self._step(self.wanted.typical)
-        if step is not None and not _LEAST_STEP <= step <= 1:
-            raise ValueError(
-                f"time-step is {step:.4g} contact times: expected {_LEAST_STEP:g} to 1; shorter ones need no number"
-            )
         if self._parameter(self.kappa) is None:
             dampings = (self.formula.kappa(mp.mpf(end)) for end in self.formula.accepted)
             least, most = sorted(float(epsilon_of(self.formula.law, kappa)) for kappa in dampings)
@@ -222,33 +241,139 @@ class SoftContact:
         alone = self.wanted.epsilon(self.wanted.typical)
         return alone if self.wanted.with_weight is None else self.wanted.with_weight
 
-    @cached_property
+    @property
     def kappa(self) -> float:
         """Damping of the scaled equation at the typical speed; it makes up for a time step, and for a weight."""
-        step, scheme, load = self._step(self.wanted.typical), self.formula.scheme, self._load
-        if not load and (step is None or scheme is None):
+        return self._solution[0]
+
+    @property
+    def stiffness_over_mass(self) -> float | None:
+        """k/m of the force k x^a; None if nothing is known of it."""
+        return self._solution[1]
+
+    @cached_property
+    def _solution(self) -> tuple[float, float | None]:
+        """The damping kappa at the typical speed and k/m, solved together."""
+        given, wanted, law = self.softness, self.wanted, self.formula.law
+        over_mass = given.stiffness_over_mass
+        if given.stiffness is not None and wanted.mass is not None:
+            over_mass = given.stiffness / wanted.mass
+        if over_mass is not None:
+            return self._damping(over_mass), over_mass
+
+        # Else a depth or a duration is asked for, at one of the speeds.
+        asked, speed = given.penetration, wanted.fastest
+        if asked is None:
+            asked, speed = self._asked_duration, wanted.typical
+        if asked is None or given.stiffness is not None:
+            missing = "a contact time, or a time step" if given.stiffness is None else "a mass with the stiffness"
+            for name, counts in (("gravity", wanted.with_weight), ("time-step", self.time_step)):
+                if counts is not None:
+                    raise ValueError(f"{name} needs the contact's duration: expected {missing}")
+            return self._continuum, None
+
+        def measured(course: _Course) -> float:
+            return course.duration if given.penetration is None else course.depth
+
+        # Lengths and times of the scaled equation are in proportion to (k/m)^(-1/(a+1)): without weight and time steps
+        # this gives k/m.
+        power = float(law.elastic) + 1
+        plain = (measured(self._plain(speed, self._continuum, 1.0)) / asked) ** power
+        if wanted.with_weight is None and self.time_step is None:
+            return self._continuum, plain
+
+        # With them the contact is stretched or compressed until it is as asked.
+        def excess(stretch: float) -> float:
+            k_m = plain * math.exp(-power * stretch)
+            return math.log(measured(self._course(speed, self._damping(k_m), k_m)) / asked)
+
+        over_mass = plain * math.exp(-power * _zero(excess))
+        return self._damping(over_mass), over_mass
+
+    @property
+    def _asked_duration(self) -> float | None:
+        """The duration of contact that is asked for; None if nothing says how long it is."""
+        duration = self.wanted.contact_time if self.softness.contact_time is None else self.softness.contact_time
+        return CHOSEN_STEPS * self.time_step if self.is_chosen and self.time_step is not None else duration
+
+    @property
+    def is_chosen(self) -> bool:
+        """Whether contact lasts `CHOSEN_STEPS` time steps because nothing else says how long it lasts."""
+        return self.time_step is not None and self.softness == Softness() and self.wanted.contact_time is None
+
+    @property
+    def _continuum(self) -> float:
+        """The kappa without weight and time steps."""
+        return float(wanted_kappa(self.formula.law, repr(self.epsilon)))
+
+    def _damping(self, over_mass: float) -> float:
+        """Return the kappa at the typical speed that gives the wanted eps with a k/m, by the program's own steps."""
+        speed, scheme = self.wanted.typical, self.formula.scheme or SEMI_IMPLICIT
+        load, step = self._load(speed, over_mass), self._step(speed, over_mass)
+        if not load and step is None:
             return self._continuum
-        return compensated(self.formula.law, self.epsilon, step, scheme or SEMI_IMPLICIT, load, self.carried)
+        self._check_step(over_mass)
+        return compensated(self.formula.law, self.epsilon, step, scheme, load, self.carried)
+
+    def _check_step(self, over_mass: float) -> None:
+        """Raise ValueError if the time step is longer than the undamped contact, or needlessly short."""
+        step = self._step(self.wanted.typical, over_mass)
+        if step is None or self.time_step is None or _LEAST_STEP <= step <= 1:
+            return
+        if step < 1:
+            raise ValueError(f"time-step is {step:.4g} contact times: so short a one needs no number, leave it out")
+        raise ValueError(
+            f"time-step is {step:.4g} contact times: expected a contact of {CHOSEN_STEPS} steps, --contact-time "
+            f'"{self.units.time_text(with_two_digits(CHOSEN_STEPS * self.time_step))}", or steps up to '
+            f"{self.units.time_text(with_two_digits(self.time_step / step / CHOSEN_STEPS))}"
+        )
+
+    def _course(self, speed: float, kappa: float, over_mass: float) -> _Course:
+        """Return the collision at a speed, with the wanted weight and the program's own time steps."""
+        load, step, scheme = self._load(speed, over_mass), self._step(speed, over_mass), self.formula.scheme
+        if not load and step is None:
+            return self._plain(speed, kappa, over_mass)
+        law, damping, time = self.formula.law, self._at(kappa, speed), self._time_scale(speed, over_mass)
+        if step is None or scheme is None:
+            found = loaded(law, damping, load, self.carried).collide()
+        else:
+            found = stepped_collision(law, damping, step, scheme, load, self.carried)
+        return _Course(found.epsilon, found.depth * time * speed, found.duration * time)
+
+    def _plain(self, speed: float, kappa: float, over_mass: float) -> _Course:
+        """Return the collision without weight and time steps."""
+        time = self._time_scale(speed, over_mass)
+        found = exact.collision(kappa=repr(self._at(kappa, speed)), law=self.formula.law, digits=_DIGITS).floats()
+        return _Course(found["epsilon"], found["x_max"] * time * speed, found["tau_c"] * time)
+
+    def _at(self, kappa: float, speed: float) -> float:
+        """Return kappa at a speed, from that at the typical one."""
+        return float(kappa * (speed / self.wanted.typical) ** float(2 / self.formula.law.nu - 1))
+
+    def _time_scale(self, speed: float, over_mass: float) -> float:
+        """Return the unit of tau at a speed."""
+        return self.formula.law.time_scale(speed, k=over_mass, mass=1.0)
+
+    def _load(self, speed: float, over_mass: float) -> float:
+        """Return G of the scaled equation, if eps is wanted with weight."""
+        if self.wanted.with_weight is None:
+            return 0.0
+        return self.wanted.gravity * self._time_scale(speed, over_mass) / speed
+
+    def _step(self, speed: float, over_mass: float) -> float | None:
+        """Return the time step in undamped contact times at a speed."""
+        if self.time_step is None:
+            return None
+        return self.time_step / (self.formula.law.contact_time * self._time_scale(speed, over_mass))
 
     @property
     def falling(self) -> FallingContact | None:
         """The contact with a weight; None if there is none, or the duration of contact is not known."""
-        speed = self.wanted.typical
-        time = self._time_scale(speed)
-        if time is None or not self.wanted.gravity:
+        speed, over_mass = self.wanted.typical, self.stiffness_over_mass
+        if over_mass is None or not self.wanted.gravity:
             return None
+        time = self._time_scale(speed, over_mass)
         return FallingContact(self.formula.law, self.kappa, time, speed, self.wanted.gravity, self.carried)
-
-    @property
-    def _load(self) -> float:
-        """G of the scaled equation at the typical speed that the damping makes up for."""
-        time = None if self.wanted.with_weight is None else self._time_scale(self.wanted.typical)
-        return 0.0 if time is None else self.wanted.gravity * time / self.wanted.typical
-
-    @property
-    def _continuum(self) -> float:
-        """The kappa without a time step."""
-        return float(wanted_kappa(self.formula.law, repr(self.epsilon)))
 
     @property
     def parameter(self) -> float:
@@ -261,45 +386,23 @@ class SoftContact:
         found = self.formula.parameter_of(mp.mpf(kappa))
         return None if found is None else float(found)
 
-    @cached_property
-    def stiffness_over_mass(self) -> float | None:
-        """k/m of the force k x^a; None if nothing is known of it."""
-        given, wanted, law = self.softness, self.wanted, self.formula.law
-        if given.stiffness is not None:
-            if self.per_mass:
-                return given.stiffness
-            return None if wanted.mass is None else given.stiffness / wanted.mass
-        power = float(law.elastic) + 1
-        kappa = self._continuum  # a step is known only in units of what is computed here
-        if given.penetration is not None:
-            length = given.penetration / self._scaled(self._at(kappa, wanted.fastest))["x_max"]
-            return float((wanted.fastest ** (2 / power) / length) ** power)
-        duration = wanted.contact_time if given.contact_time is None else given.contact_time
-        if duration is None:
-            return None
-        time = duration / self._scaled(kappa)["tau_c"]
-        return float((wanted.typical ** (2 / power - 1) / time) ** power)
-
     @property
     def stiffness(self) -> float | None:
         """Constant k of the force k x^a; None if it or the mass is not known."""
-        if self.softness.stiffness is not None and not self.per_mass:
-            return self.softness.stiffness
         mass, over_mass = self.wanted.mass, self.stiffness_over_mass
-        return None if mass is None or over_mass is None else over_mass * mass
+        return self.softness.stiffness if mass is None or over_mass is None else over_mass * mass
 
     @property
     def contact_time(self) -> float | None:
         """Duration of contact at the typical speed."""
-        unit = self._time_scale(self.wanted.typical)
-        return None if unit is None else self._scaled(self.kappa)["tau_c"] * unit
+        over_mass = self.stiffness_over_mass
+        return None if over_mass is None else self._course(self.wanted.typical, self.kappa, over_mass).duration
 
     @property
     def penetration(self) -> float | None:
         """Largest compression at the fastest speed."""
-        speed = self.wanted.fastest
-        unit = self._time_scale(speed)
-        return None if unit is None else self._scaled(self._at(self.kappa, speed))["x_max"] * unit * speed
+        over_mass = self.stiffness_over_mass
+        return None if over_mass is None else self._course(self.wanted.fastest, self.kappa, over_mass).depth
 
     def delivered(self, speed: float, kappa: float | None = None) -> float:
         """Return eps at a speed; with a time step its mean over where in a step contact begins.
@@ -310,18 +413,41 @@ class SoftContact:
         kappa : float, optional
             Damping at the typical speed, instead of `kappa`.
         """
-        damping, step = self._at(self.kappa if kappa is None else kappa, speed), self._step(speed)
-        if step is None or self.formula.scheme is None:
-            return float(epsilon_of(self.formula.law, mp.mpf(damping)))
-        return stepped_collision(self.formula.law, damping, step, self.formula.scheme).epsilon
+        damping, over_mass = self.kappa if kappa is None else kappa, self.stiffness_over_mass
+        if over_mass is None or (self.time_step is None and self.wanted.with_weight is None):
+            return float(epsilon_of(self.formula.law, mp.mpf(self._at(damping, speed))))
+        return self._course(speed, damping, over_mass).epsilon
 
-    @property
-    def range(self) -> SampledCollision | None:
-        """Eps at the typical speed with the time step: single collisions differ."""
-        step = self._step(self.wanted.typical)
-        if step is None or self.formula.scheme is None:
+    def stepped(self, time_step: float | None = None) -> SampledCollision | None:
+        """Return eps at the typical speed with its time step, or with another one; None if there is none.
+
+        Single collisions differ.
+        """
+        over_mass, scheme, speed = self.stiffness_over_mass, self.formula.scheme, self.wanted.typical
+        step = self.time_step if time_step is None else time_step
+        if over_mass is None or scheme is None or step is None:
             return None
-        return stepped_collision(self.formula.law, self.kappa, step, self.formula.scheme, self._load, self.carried)
+        step /= self.formula.law.contact_time * self._time_scale(speed, over_mass)
+        load = self._load(speed, over_mass)
+        return stepped_collision(self.formula.law, self.kappa, step, scheme, load, self.carried)
+
+    def resolved(self) -> float | None:
+        """Return a contact time at which eps of single collisions differs by `SPREAD` at most, if more steps can do it.
+
+        None for a contact that needs no other one, or without time steps.
+        """
+        found, asked, longer = self.stepped(), self._asked_duration, None
+        if asked is None or self.softness.stiffness_over_mass is not None or self.softness.stiffness is not None:
+            asked = self.contact_time
+        for _ in range(_LENGTHENINGS):
+            if found is None or asked is None or found.largest - found.least <= SPREAD:
+                return longer
+            longer = asked = with_two_digits(1.01 * asked * (found.largest - found.least) / SPREAD)
+            try:
+                found = replace(self, softness=Softness(contact_time=longer)).stepped()
+            except ValueError:  # no damping gives this eps with weight and so few steps
+                return None
+        return None
 
     def errors(self, kappa: float | None = None) -> list[SpeedErrors]:
         """Return the errors over the speeds, for typical and for extreme sizes; with another kappa if one is given."""
@@ -363,36 +489,44 @@ class SoftContact:
     def advice(self, error: float = STEP_ERROR) -> Advice | None:
         """Return how eps depends on the time step without a damping that makes up for it, in units of time.
 
-        None if there is no time step, or the duration of contact is not known.
+        It is without weight. None if there is no time step, or the duration of contact is not known.
         """
-        unit = self._unit_of_steps(self.wanted.typical)
-        if unit is None:
-            return None
-        found = advised(self.formula, self._continuum, self.epsilon, error)
-        return None if found is None else Advice(error, found.largest_step * unit, found.slope / unit)
-
-    def _scaled(self, kappa: float) -> dict[str, float]:
-        """Return the numbers of the scaled equation."""
-        return exact.collision(kappa=repr(kappa), law=self.formula.law, digits=_DIGITS).floats()
-
-    def _at(self, kappa: float, speed: float) -> float:
-        """Return kappa at a speed, from that at the typical one."""
-        return float(kappa * (speed / self.wanted.typical) ** float(2 / self.formula.law.nu - 1))
-
-    def _time_scale(self, speed: float) -> float | None:
-        """Return the unit of tau at a speed."""
         over_mass = self.stiffness_over_mass
-        return None if over_mass is None else self.formula.law.time_scale(speed, k=over_mass, mass=1.0)
+        found = None if over_mass is None else advised(self.formula, self._continuum, self.epsilon, error)
+        if found is None or over_mass is None:
+            return None
+        unit = self.formula.law.contact_time * self._time_scale(self.wanted.typical, over_mass)
+        return Advice(error, found.largest_step * unit, found.slope / unit)
 
-    def _unit_of_steps(self, speed: float) -> float | None:
-        """Return the undamped contact time at a speed."""
-        unit = self._time_scale(speed)
-        return None if unit is None else self.formula.law.contact_time * unit
 
-    def _step(self, speed: float) -> float | None:
-        """Return the time step in undamped contact times at a speed."""
-        unit = self._unit_of_steps(speed)
-        return None if unit is None or self.time_step is None else self.time_step / unit
+def _zero(function: Callable[[float], float]) -> float:
+    """Return where an increasing function vanishes, or jumps from below to above 0."""
+    low, high = 0.0, 0.0
+    below = above = function(0.0)
+    for _ in range(_MOST_STRETCHES):
+        if below < 0 <= above:
+            break
+        if below >= 0:
+            high, above, low = low, below, low - _STRETCH
+            below = function(low)
+        else:
+            low, below, high = high, above, high + _STRETCH
+            above = function(high)
+    for i in range(_HALVINGS):
+        # Secants and halvings in turn: one is fast where the function is smooth, the other at a jump.
+        part = 0.5 if i % 2 else below / (below - above)
+        middle = low + part * (high - low)
+        value = function(middle)
+        if abs(value) < _ALIKE or high - low < _NARROW:
+            return middle
+        low, below, high, above = (middle, value, high, above) if value < 0 else (low, below, middle, value)
+    return low
+
+
+def with_two_digits(number: float) -> float:
+    """Return the next larger number with two digits."""
+    unit = 10.0 ** (math.floor(math.log10(number)) - 1)
+    return math.ceil(number / unit * (1 - 1e-9)) * unit
 
 
 def best_line(contact: SoftContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
@@ -403,8 +537,23 @@ def best_line(contact: SoftContact, name: str, number: Callable[[float], float] 
 
 
 def constant_lines(contact: SoftContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
-    """Yield lines on a contact with one eps for all speeds: the number for it, and its errors."""
+    """Yield lines on a contact whose law has one eps for all speeds: the number for it, and its errors."""
     written = program_number(number(contact.parameter))
-    yield f"  {name} {written} gives eps = {program_number(contact.epsilon)}, the exact one at the typical speed"
-    yield from error_lines(contact.errors())
-    yield from best_line(contact, name, number)
+    if contact.wanted.with_weight is None:
+        yield f"  {name} {written} gives eps = {program_number(contact.epsilon)}, the exact one at the typical speed"
+        yield from error_lines(contact.errors())
+        yield from best_line(contact, name, number)
+    else:
+        yield f"  {name} {written} gives eps = {contact.epsilon:.6g} with weight, as wanted, at the typical speed"
+        yield from weighed_lines(contact)
+
+
+def weighed_lines(contact: SoftContact) -> Iterator[str]:
+    """Yield a line on eps with weight at the slowest and the fastest speed, if the bodies are known."""
+    wanted = contact.wanted
+    ends = wanted.slowest, wanted.fastest
+    if wanted.spheres is not None and wanted.slowest < wanted.fastest:
+        own = " and ".join(f"{contact.delivered(speed):.4f}" for speed in ends)
+        others = " and ".join(f"{epsilon:.4f}" for epsilon in wanted.spheres.epsilon(ends).tolist())
+        at = f"{ends[0]:.6g} and {ends[1]:.6g} {contact.units.speed}"
+        yield f"  with weight eps at {at}: {own}; of viscoelastic spheres {others}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
@@ -12,8 +13,18 @@ from viscopade.collision.weight import loss_slope
 from viscopade.generated import WIDTH, harmless, marker_lines, written_template, xml_comment
 from viscopade.simulators import simulator_with
 from viscopade.simulators.setup import NO_WEIGHT, SI, Setup, Units
-from viscopade.simulators.simulator import Comment, InputFile, OwnLaw
-from viscopade.simulators.soft import STEP_ERROR, SoftContact, Softness, Wanted, best_line
+from viscopade.simulators.simulator import Comment, InputFile, OwnLaw, Simulator
+from viscopade.simulators.soft import (
+    CHOSEN_STEPS,
+    SPREAD,
+    STEP_ERROR,
+    SoftContact,
+    Softness,
+    Wanted,
+    best_line,
+    weighed_lines,
+    with_two_digits,
+)
 from viscopade.simulators.stated import error_lines, program_number
 from viscopade.theory.law import VISCOELASTIC
 
@@ -24,6 +35,8 @@ _FRAMES: Mapping[Comment, tuple[str, str, str]] = {
     "<!--": ("<!--\n", "    ", "-->\n"),
 }
 """Before a comment of several lines, before each line, and after the comment."""
+_OPTION = re.compile(r"(?<!\S)--(?=[a-z])")
+_FEWEST_STEPS = 10  # in a contact that damping can adapt to a time step
 
 
 def render(target: str, setup: Setup, command: str, **options: str) -> str:
@@ -102,16 +115,18 @@ def render_own_law(
     contacts = []
     for each in wanted:
         formula = simulator.formula(own.formula)
-        contact = SoftContact(formula, each, softness or Softness(), own.per_mass, time_step, own.carried)
+        contact = SoftContact(formula, each, softness or Softness(), time_step, own.carried, units)
         stiffness = contact.stiffness_over_mass if own.per_mass else contact.stiffness
         if own.per_mass and stiffness is None:
             raise ValueError(
-                f"{simulator.title} needs a stiffness: expected --stiffness, --contact-time or --penetration"
+                f"{simulator.title} needs a stiffness: expected --stiffness, --contact-time, --penetration, or "
+                "--time-step for a contact of 20 steps"
             )
+        steps = _on_steps(contact, simulator, units, step_error)
         contacts.append(
             {
                 "name": each.name,
-                "lines": [*_facts(contact, own, units, step_error)],
+                "lines": [*_facts(contact, own, units), *steps],
                 "stiffness": None if stiffness is None else program_number(stiffness),
                 own.number: program_number(_number(contact, own, contact.parameter)),
             }
@@ -123,10 +138,13 @@ def _written(file: InputFile | OwnLaw, command: str, opening: Sequence[str], val
     """Return the text of a file."""
     before, mark, after = _FRAMES[file.comment]
     use, code = (written_template(text).render(values, number=program_number) for text in (file.use, file.code))
+    facts = [text for contact in values["contacts"] for text in contact["lines"]]
+    if file.comment == "<!--":  # sentences name an option without its hyphens, which a comment of XML cannot have
+        use, *facts = (_OPTION.sub("the option ", text) for text in (use, *facts))
     parts: list[list[str]] = [
         [line for text in opening for line in _wrapped(text)],
         [*_paragraphs(use)][:-1],
-        [line for contact in values["contacts"] for text in contact["lines"] for line in _wrapped(text)],
+        [line for text in facts for line in _wrapped(text)],
     ]
     if file.comment == "<!--":  # a comment of XML has no "--", but a processing instruction may
         before = f"<?{harmless(command).replace('?>', '? >')}?>\n{before}"
@@ -167,25 +185,42 @@ def _number(contact: SoftContact, own: OwnLaw, parameter: float) -> float:
     return parameter / contact.wanted.typical if own.per_speed else parameter
 
 
-def _facts(contact: SoftContact, own: OwnLaw, units: Units, step_error: float) -> Iterator[str]:
-    """Yield lines on a contact: its eps over the speeds, how long and deep it is, and its time step."""
+def _facts(contact: SoftContact, own: OwnLaw, units: Units) -> Iterator[str]:
+    """Yield lines on a contact: its eps over the speeds, how long and deep it is, and what weight does."""
     wanted, law = contact.wanted, contact.formula.law
     of = "without weight" if wanted.with_weight is None else "of a body that falls on a plane"
     yield (
         f"{wanted.name}: eps = {contact.epsilon:.6g} at {wanted.typical:.6g} {units.speed} {of}; the law is "
         f"{law.equation}, kappa = {contact.kappa:.10g}, and contact ends where the force vanishes"
     )
-    if wanted.with_weight is None and wanted.slowest < wanted.fastest:
+    if wanted.with_weight is not None:
+        yield from weighed_lines(contact)
+    elif wanted.slowest < wanted.fastest:
         yield from _over_speeds(contact, own, units)
-    elif wanted.with_weight is None and law.nu != 2:
+    elif law.nu != 2:
         yield "  at other speeds eps is different: --speeds MIN:MAX states its error"
     if contact.contact_time is not None and contact.penetration is not None:
+        weight = ", without weight" if wanted.with_weight is None and wanted.gravity else ""
+        chosen = f" ({CHOSEN_STEPS} time steps, as nothing else says how long)" if contact.is_chosen else ""
         yield (
-            f"  contact lasts {contact.contact_time:.6g} {units.time} at the typical speed, the penetration reaches "
-            f"{contact.penetration:.4g} {units.length} at the fastest"
+            f"  contact lasts {contact.contact_time:.6g} {units.time}{chosen} at the typical speed, the penetration "
+            f"reaches {contact.penetration:.4g} {units.length} at the fastest{weight}"
         )
+    yield from _on_stiffness(contact, own, units)
     yield from _on_weight(contact, units)
-    yield from _on_steps(contact, units, step_error)
+
+
+def _on_stiffness(contact: SoftContact, own: OwnLaw, units: Units) -> Iterator[str]:
+    """Yield a line on the stiffness that the text has: whether it is over a mass."""
+    k, k_m, mass, law = contact.stiffness, contact.stiffness_over_mass, contact.wanted.mass, contact.formula.law
+    power, length = ("", "") if law.elastic == 1 else (f"^({law.elastic})", f" {units.length}^({law.elastic - 1})")
+    unit = law.stiffness_unit if units == SI else f"{units.mass}/({units.time}^2{length})"
+    of = "" if mass is None else f" of the effective mass {mass:.6g} {units.mass}"
+    if own.per_mass and k_m is not None:
+        whole = "" if k is None else f": k = {k:.6g} {unit}{of}"
+        yield f"  stiffness {k_m:.6g} 1/{units.time}^2, which is per effective mass{whole}"
+    elif k is not None:
+        yield f"  stiffness {k:.6g} {unit}, not per mass: k of the force k x{power}"
 
 
 def _over_speeds(contact: SoftContact, own: OwnLaw, units: Units) -> Iterator[str]:
@@ -213,21 +248,48 @@ def _on_weight(contact: SoftContact, units: Units) -> Iterator[str]:
         note, fall = falling.sentences(wanted.slowest, wanted.fastest, units.speed, wanted.with_weight is not None)
         yield f"  {note}"
         if fall is not None:
-            fine = "" if contact.range is None else "with infinitely fine steps "
+            fine = "" if contact.time_step is None else "with infinitely fine steps "
             yield f"  {'Warning: ' if wanted.with_weight is None else ''}{fine}{fall}"
 
 
-def _on_steps(contact: SoftContact, units: Units, step_error: float) -> Iterator[str]:
-    found, advice = contact.range, contact.advice(step_error)
-    if found is not None:
+def _on_steps(contact: SoftContact, simulator: Simulator, units: Units, step_error: float) -> Iterator[str]:
+    """Yield lines on the time step for which the damping makes up, or on that of the program."""
+    found, advice, default = contact.stepped(), contact.advice(step_error), simulator.default_step
+    if found is not None and contact.time_step is not None:
         yield (
             f"  with the time step {contact.time_step:.6g} {units.time}, for which the damping makes up: eps = "
             f"{found.epsilon:.6g} on average, {found.least:.6g} to {found.largest:.6g} in single collisions"
         )
-    elif contact.formula.scheme is not None and advice is None:
+        longer = contact.resolved()
+        if longer is not None:
+            yield f'  with --contact-time "{units.time_text(longer)}" single collisions differ by {SPREAD:g} at most'
+        return
+    if contact.formula.scheme is not None and advice is None:
         yield "  the longest time step is not known, as nothing says how long contact lasts"
-    elif advice is not None:
+    if advice is not None:
+        light = "" if contact.wanted.with_weight is None else ", without weight"
         yield (
-            f"  Time steps up to {advice.largest_step:.4g} {units.time} change eps by at most {100 * step_error:g} %. "
-            "For a longer step, give --time-step: viscopade then adapts the damping."
+            f"  Time steps up to {advice.largest_step:.4g} {units.time} change eps by at most {100 * step_error:g} %"
+            f"{light}. For a longer step, give --time-step: viscopade then adapts the damping."
+        )
+    if default is not None and contact.contact_time is not None and (advice is None or default > advice.largest_step):
+        yield from default_step_warning(contact, simulator.title, default, units)
+
+
+def default_step_warning(contact: SoftContact, title: str, step: float, units: Units) -> Iterator[str]:
+    """Yield a warning if a program's default time step is too long for a contact."""
+    assert contact.contact_time is not None
+    steps, name = contact.contact_time / step, f"{title}'s default step of {units.time_text(step)}"
+    if steps < _FEWEST_STEPS:
+        longer = units.time_text(with_two_digits(CHOSEN_STEPS * step))
+        yield (
+            f'  Warning: {name} is {1 / steps:.2g} contacts long; --contact-time "{longer}" makes a contact that it '
+            "resolves"
+        )
+        return
+    found = contact.stepped(step)
+    if found is not None:
+        yield (
+            f"  Warning: with {name} eps is {found.epsilon:.4g} on average, {found.least:.4g} to {found.largest:.4g}"
+            f' in single collisions; --time-step "{units.time_text(step)}" adapts the damping'
         )

@@ -51,6 +51,7 @@ from mpmath import mp
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
+from viscopade.collision.weight import FallingContact
 from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR,
@@ -65,7 +66,7 @@ from viscopade.simulators.formula import (
 )
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.soft import SoftContact, Wanted, constant_lines
+from viscopade.simulators.soft import SoftContact, Softness, Wanted, constant_lines, weighed_lines
 from viscopade.simulators.stated import described, error_lines, program_number, same_beta, size_errors, time_step
 from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.paper import TABLE
@@ -92,16 +93,42 @@ def _values(setup: Setup) -> dict[str, Any]:
     """Return what the templates have: bodies become materials, contacts the pairs of them that may meet."""
     contacts = []
     for contact in setup.contacts:
-        pair, constant = contact.pair, SoftContact(SIMULATOR.formula("MindlinPhys, betan"), Wanted.of(contact))
-        en, vn = printed_pade(pair.v_star(contact.typical)), contact.typical
-        viscoelastic = (
+        vn, wanted = contact.typical, Wanted.of(contact, setup.weighty)
+        # Weight acts for as long as contact lasts, which at a wall depends on the program's own R_eff.
+        weighty = wanted.with_weight is not None
+        softness = Softness(contact.pair.rho * (math.sqrt(_RADII["wall"]) if weighty else 1))
+        constant, viscoelastic = (
+            SoftContact(SIMULATOR.formula(f"MindlinPhys, {name}"), wanted, softness, units=setup.units)
+            for name in ("betan", "en and vn")
+        )
+        pair = contact.pair
+        if weighty:
+            pair = pair.damped(float(pair.dissipative_constant(viscoelastic.kappa * vn**-0.2)))
+        en = printed_pade(pair.v_star(vn))
+        lines = [
+            "  constant eps:" if not weighty else "  constant eps (without weight):",
+            *(f"  {line}" for line in constant_lines(constant, "betan")),
             f"  viscoelastic: en {program_number(en)} with vn {program_number(vn)} gives the exact beta",
             "    (en is the printed [3/6] at the exact v*, which the program inverts; eps would leave its error)",
-            *(f"  {line}" for line in error_lines(size_errors(contact, same_beta(pair)))),
-        )
-        lines = ("  constant eps:", *(f"  {line}" for line in constant_lines(constant, "betan")), *viscoelastic)
-        contacts.append(described(contact, setup.units, *lines, betan=constant.parameter, en=en, vn=vn, A=pair.A))
+        ]
+        if weighty:
+            facets = " and ".join(f"{at_facets(body).epsilon([vn])[0]:.4f}" for body in (constant, viscoelastic))
+            lines += weighed_lines(viscoelastic)
+            lines += [
+                "  with weight A, beta, betan and en are for a Wall, where the program takes R/2 for R_eff, and "
+                f"contacts last longer; at a Facet (2/3 R) eps = {facets}"
+            ]
+        else:
+            lines += (f"  {line}" for line in error_lines(size_errors(contact, same_beta(pair))))
+        numbers = {"betan": constant.parameter, "en": en, "vn": vn, "A": pair.A}
+        contacts.append(described(replace(contact, pair=pair), setup.units, *lines, **numbers))
     return {**time_step(setup), "contacts": contacts}
+
+
+def at_facets(contact: SoftContact) -> FallingContact:
+    """Return the contact at a wall with the R_eff of a facet; times are in proportion to R_eff^(-1/5)."""
+    assert contact.falling is not None
+    return replace(contact.falling, time=contact.falling.time * (_RADII["wall"] / _RADII["facet"]) ** 0.2)
 
 
 _USE = """\
