@@ -314,6 +314,55 @@ def test_other_sizes_have_the_eps_that_is_stated(program):
     assert abs(wrong / EXTREMES[0].epsilon(0.3) - 1) > 0.1
 
 
+def instead(text):
+    """The include file with the lines that stand as comments in place of the lines before them."""
+    return re.sub(r"^(pair_coeff \d \d) .*\n# Instead, .*\n# (\1 .*)$", r"\2", text, flags=re.MULTILINE)
+
+
+def test_the_line_with_a_constant_eps_has_the_range_that_is_stated(program):
+    """For all sizes and speeds the eps of the typical sizes at the typical speed, 0.3 m/s."""
+    contact, text = SETUP.contacts[0], flowing(TEXT)
+    wanted = UNLIKE.epsilon(0.3)
+    errors = [wanted / pair.epsilon(v) - 1 for pair in (UNLIKE, *EXTREMES) for v in (0.01, 2.0)]
+    assert f"{min(errors):+.0%} to {max(errors):+.0%}".replace("%", " %") in text.split("Instead, one eps")[1]
+    assert "Warning: over the sizes and speeds eps is off by " in text
+    for pair, speed in ((UNLIKE, 0.3), (EXTREMES[0], 2.0)):
+        found, _ = in_lammps(SETUP, replace(contact, pair=pair, extremes=()), speed, change=lambda _: instead(TEXT))
+        assert found == pytest.approx(wanted, rel=2e-3)
+
+
+POUR = """\
+units si
+atom_style sphere
+boundary p p f
+comm_modify vel yes
+region box block -0.05 0.05 -0.05 0.05 -0.1 0.3
+create_box 2 box
+variable wall1_floor index "zplane 0.0 NULL"
+variable wall2_lid index "zplane NULL 0.3"
+include viscopade.lammps
+fix motion all nve/sphere
+fix fall all gravity 9.81 vector 0 0 -1
+region slab block -0.04 0.04 -0.04 0.04 0.05 0.1
+fix drops {group} pour 8 1 4767548 region slab diam one 0.01 dens 7800 7800
+timestep 2e-5
+compute lowest all reduce min z
+thermo_style custom step atoms c_lowest
+thermo_modify lost ignore
+run 12000
+print "atoms $(atoms) lowest $(c_lowest)"
+"""
+
+
+@pytest.mark.parametrize(("group", "stays"), [("viscopade_type1", True), ("all", False)])
+def test_poured_spheres_stay_above_the_floor_if_they_are_poured_into_their_group(program, group, stays):
+    assert '"fix ID viscopade_type1 pour N 1 ...", not into all' in flowing(TEXT)
+    printed = simulators.lammps(POUR.format(group=group), **{"viscopade.lammps": TEXT})
+    found = re.search(r"^atoms (\S+) lowest (\S+)$", printed, re.MULTILINE)
+    assert float(found[1]) == (8 if stays else 0)  # those that fell through have left the box
+    assert not stays or float(found[2]) > 0.004
+
+
 def test_mindlin_without_a_stiffness_finds_that_of_unlike_spheres(program):
     """A spinning sphere: what NULL gives is what the effective shear modulus of both materials gives."""
 

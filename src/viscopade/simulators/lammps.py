@@ -36,8 +36,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -57,9 +57,11 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_formula,
 )
-from viscopade.simulators.setup import Setup
+from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
+from viscopade.simulators.soft import STEP_ERROR, SoftContact, Softness, Wanted
 from viscopade.simulators.stated import (
+    SpeedErrors,
     damping_per_mass,
     described,
     error_lines,
@@ -143,6 +145,55 @@ def _common_poisson_ratio(first: Sphere, second: Sphere) -> float:
     return 1 - 1 / (share / (1 - first.poisson_ratio) + (1 - share) / (1 - second.poisson_ratio))
 
 
+@dataclass(frozen=True)
+class ConstantRestitution:
+    """The line with `damping coeff_restitution`, which has one eps for all sizes and speeds.
+
+    Attributes
+    ----------
+    number : float
+        The coefficient that gives the wanted eps at the typical speed.
+    range : str
+        Errors of its eps over the sizes and speeds, such as "-21 % to +47 %"; "" with weight.
+    """
+
+    number: float
+    range: str
+
+    def style(self, line: HertzMaterial) -> str:
+        """Return the words of the viscoelastic line with this damping."""
+        return replace(line, eta_n0=self.number).style.replace("damping viscoelastic", "damping coeff_restitution")
+
+
+def _constant_restitution(contact: NamedContact, setup: Setup) -> ConstantRestitution | None:
+    """Return the line with a constant eps; None if it cannot have this eps."""
+    formula, wanted = SIMULATOR.formula("hertz, coeff_restitution, limit_damping"), Wanted.of(contact, setup.weighty)
+    try:
+        constant = SoftContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
+    except ValueError:
+        return None
+    return ConstantRestitution(constant.parameter, "" if wanted.with_weight else _range(constant.errors()))
+
+
+def _range(errors: Sequence[SpeedErrors]) -> str:
+    """Return the least and the greatest error in percent."""
+    return f"{min(each.least for each in errors):+.0%} to {max(each.greatest for each in errors):+.0%}".replace(
+        "%", " %"
+    )
+
+
+def _on_sizes(contact: NamedContact, constant: ConstantRestitution | None) -> Iterator[str]:
+    """Yield lines on the errors of eps over the sizes, and a warning if they are large."""
+    errors = size_errors(contact, same_damping_per_mass(contact.pair))
+    yield from error_lines(errors)
+    if max(each.largest for each in errors) > STEP_ERROR:
+        way_out = "make types of fewer sizes"
+        if constant is not None:
+            off = f", whose eps is off by {constant.range}" if constant.range else ""
+            way_out += f", or take the line with a constant eps, which stands as a comment below{off}"
+        yield f"  Warning: over the sizes and speeds eps is off by {_range(errors)} of the right one; {way_out}"
+
+
 def _number(x: float) -> str:
     """Return a number for LAMMPS: 15 digits, which decide eps to as many."""
     return f"{x:.15g}"
@@ -156,15 +207,21 @@ def _values(setup: Setup) -> dict[str, Any]:
     spheres, walls = setup.spheres, [name for name, body in setup.bodies.items() if body.is_wall]
     variables = {wall: f"wall{number}_" + re.sub(r"[^A-Za-z0-9]", "_", wall) for number, wall in enumerate(walls, 1)}
     types = {name: number for number, name in enumerate(spheres, 1)}
-    pairs, meant = setup.pairs(), {frozenset((each.first, each.second)) for each in setup.contacts}
+    pairs, meant = setup.pairs(), {frozenset((each.first, each.second)): each for each in setup.contacts}
+    constants = {both: _constant_restitution(contact, setup) for both, contact in meant.items() if contact.extremes}
 
     def line(first: str, second: str, words: str) -> dict[str, str]:
-        numbers = hertz_material(pairs[frozenset((first, second))])
+        both = frozenset((first, second))
+        numbers, constant = hertz_material(pairs[both]), constants.get(both)
         about = f"{harmless(first)} and {harmless(second)}; the same law: hertz {_number(numbers.k_n)} "
-        unmeant = "" if {first, second} in meant else ". Not among the contacts that are meant to occur"
+        unmeant = "" if both in meant else ". Not among the contacts that are meant to occur"
+        styles = [numbers.style, *(() if constant is None else (constant.style(numbers),))]
+        command, *instead = (words.format(types.get(first), types.get(second), style=style) for style in styles)
         return {
             "about": f"{about}{_number(numbers.eta_n0)}{unmeant}",
-            "command": words.format(types.get(first), types.get(second), style=numbers.style),
+            "command": command,
+            "instead": "".join(instead),
+            "range": "" if constant is None else constant.range,
         }
 
     def wall_line(sphere: str, wall: str) -> dict[str, str]:
@@ -175,8 +232,7 @@ def _values(setup: Setup) -> dict[str, Any]:
     return {
         **time_step(setup),
         "contacts": [
-            described(contact, setup.units, *error_lines(size_errors(contact, same_damping_per_mass(contact.pair))))
-            for contact in setup.contacts
+            described(contact, setup.units, *_on_sizes(contact, constants.get(both))) for both, contact in meant.items()
         ],
         "units_style": _STYLES.get((setup.units.length, setup.units.mass, setup.units.time)),
         "types": [
@@ -196,7 +252,7 @@ def _values(setup: Setup) -> dict[str, Any]:
 
 
 _USE = """\
-For LAMMPS, pair_style granular. Include this file where the atoms have been created already; before it stand
+For LAMMPS, pair_style granular. Include this file after create_box, or read_data; before it stand
 units {{ units_style or "lj" }}, an atom_style with radii (sphere) and "comm_modify vel yes".
 Units: {{ units.length }}, {{ units.mass }}, {{ units.time }}.
 {% if not units_style %}
@@ -233,6 +289,10 @@ pair_style granular
 
 # {{ line.about }}
 {{ line.command }}
+{% if line.instead %}
+# Instead, one eps for all speeds and sizes{{ " (off by " ~ line.range ~ ")" if line.range }}:
+# {{ line.instead }}
+{% endif %}
 {% endfor %}
 {% if walls %}
 
@@ -240,7 +300,8 @@ pair_style granular
 # definitions here are ignored then), as "zplane lo hi" (xplane, yplane; NULL for a side that is open)
 # or as "region ID" with fix wall/gran/region in place of wall/gran.
 {% if groups %}
-# Atoms that are created after this are not in the groups, and do not feel walls.
+# A wall acts on the group of a type. Atoms that are created after this are in none, and fall through walls: pour each
+# type into its group, "fix ID viscopade_type1 pour N 1 ...", not into all; after create_atoms repeat the group lines.
 {% endif %}
 {% for wall, variable in walls.items() %}
 variable {{ variable }} index "zplane 0.0 NULL"  # {{ wall }}
@@ -252,6 +313,10 @@ group viscopade_type{{ number }} type {{ number }}
 
 # {{ line.about }}
 {{ line.command }}
+{% if line.instead %}
+# Instead, one eps for all speeds and sizes{{ " (off by " ~ line.range ~ ")" if line.range }}:
+# {{ line.instead }}
+{% endif %}
 {% endfor %}
 {% endif %}
 """
