@@ -5,8 +5,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+import viscopade as vp
 from tests import daily
+from tests.simulators.two_balls import fallen
 from viscopade.simulators import simulators
+from viscopade.theory.law import law_of
 from viscopade_lab.studies import audit
 
 PAGE = (Path(__file__).parents[2] / "docs" / "results" / "audit.md").read_text("utf-8")
@@ -29,6 +32,20 @@ def test_other_tables():
     assert audit.sources_table() in PAGE
     assert audit.runs_table() in PAGE
     assert audit.instead_table() in PAGE
+
+
+WEIGHT = PAGE.partition("stays down from |")[2].partition("\n\n")[0].splitlines()[2:]
+
+
+@pytest.mark.parametrize("row", WEIGHT)
+def test_the_table_of_weight_names_its_laws(row):
+    """By an integration in time at g t_c/v = 0.1, of the law that the row names."""
+    name, contact_ends, _, _, stated, *_ = row.strip("| ").split(" | ")
+    law = law_of(name, "return" if contact_ends == "$x = 0$" else "force")
+    a, b, kappa = float(law.elastic), float(law.damping), vp.exact.invert("0.5", law=law).floats()["v_star"] ** law.d
+    end = "position" if law.end == "return" else "force"
+    found, *_ = fallen(lambda x, u: x**a + kappa * x**b * u, 1.0, 0.1 / law.contact_time, 1.0, 1.0, end)
+    assert found == pytest.approx(float(stated), abs=5e-5)
 
 
 def test_the_text(monkeypatch):

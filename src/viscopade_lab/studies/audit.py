@@ -270,7 +270,7 @@ def _steps(law: Law, name: str, words: str, scheme: Scheme = SEMI_IMPLICIT) -> l
 def weight_table() -> str:
     """Return the table of weight: s of the factor, eps at `SHARES`, and g t_c/v from which on bodies stay down."""
     head = ["law", "contact ends at", "$s$", *(f"$g t_c/v = {share:g}$" for share in SHARES), "stays down from"]
-    return markdown(head, (_weight(law, name.partition(":")[0]) for name in LAWS for law in _with_ends(name)))
+    return markdown(head, (_weight(law, name) for name in LAWS for law in _with_ends(name)))
 
 
 def _weight(law: Law, words: str) -> list[str]:
