@@ -146,7 +146,7 @@ def _in_si(text: str, unit: str) -> float | None:
 def decimal_in(text: str, unit: str) -> Decimal | None:
     """Return a number with a unit in another unit, exactly, or None."""
     match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
-    if match is None or not _UNIT.fullmatch(match[2].strip()):
+    if match is None or not _UNIT.fullmatch(match[2].strip().removeprefix("1/")):  # such as 1/s^2
         return None
     try:
         size = _size_of_unit(_BARE_EXPONENT.sub("^", match[2].strip().replace("μ", "µ")), unit)

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import shlex
 
 import pytest
 from click.testing import CliRunner
@@ -45,6 +46,30 @@ def test_a_viscoelastic_row_names_the_programs_own_damping(program, formula, nam
     options = (word for setting in settings.format(damping).split() for word in ("--set", setting.replace(",", " ")))
     words = (program, *options, "--mass", "2e-5", "--radius", "1e-3", "--speed", "0.3", "--format", "json")
     assert json.loads(run(*words).output)["delivered"] == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        ("mujoco --set solref='-2500 -20' --mass 1", "--mass"),
+        ("newton --scheme SolverMuJoCo --set ke=1e5 --set kd=100 --mass 2", "--mass"),
+        ("newton --set ke=1e5 --set kd=100 --mass 2", None),
+        ("newton --set ke=1e5 --set kd=100 --mass 2 --radius 1", "--radius"),
+        ("--force 1e5*x+100*v --mass 1 --radius 1", "--radius"),
+        ("rebound --set coefficient_of_restitution=0.5 --radius 1", "--radius"),
+        ("lammps --set units=si --set normal=hooke --set 'coefficients=1e5 2' --mass 1 --radius 1", None),
+        ("liggghts --set model=hertz/stiffness --set kn=1e5 --set gamman=1 --mass 1 --radius 1", None),
+        (
+            "liggghts --set model=hertz/stiffness --set kn=1 --set gamman=1 --set youngsModulus=1 --mass 1 --radius 1",
+            "--set youngsModulus",
+        ),
+    ],
+)
+def test_an_option_without_effect_is_refused(words, option):
+    result = run(*shlex.split(words), "--speed", "1")
+    assert (result.exit_code, f"{option} has no effect on this contact" in result.output) == (
+        (0, False) if option is None else (2, True)
+    )
 
 
 def test_the_table_has_a_column_for_each_eps():

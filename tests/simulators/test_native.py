@@ -393,6 +393,19 @@ def test_newton_damps_the_approach():
         assert float(formula.delivered(formula.kappa(mp.mpf(ratio)))) == pytest.approx(one, rel=1e-8)
 
 
+def test_newton_has_other_units_with_the_solver_of_mujoco():
+    """k/m in 1/s^2 and c/m in 1/s: 1e5 N/m of 2 kg is 5e4 1/s^2."""
+    solver = {"solver": "SolverMuJoCo"}
+    plain, units = ({"ke": "5e4", "kd": "50"}, {"ke": "0.05 1/ms^2", "kd": "50 1/s"})
+    assert delivered("newton", plain | solver).collision == delivered("newton", units | solver).collision
+    springs = {"ke": "100 N/mm", "kd": "100 N s/m"}
+    for settings, accepted in ((springs | solver, r"in 1/s\^2"), (units, "in N/m")):
+        with pytest.raises(ValueError, match=accepted):
+            delivered("newton", settings, mass=2.0)
+    with pytest.raises(ValueError, match=r"ke \(a number > 0, N/m or 1/s\^2 with SolverMuJoCo, one for"):
+        delivered("newton", {"k": "1"})
+
+
 def test_newton_without_damping_has_the_default_of_mujoco():
     solver = {"solver": "SolverMuJoCo"}
     assert delivered("newton", {**solver, "kd": "0"}).collision == delivered("mujoco", {}).collision

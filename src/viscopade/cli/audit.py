@@ -158,7 +158,7 @@ def _show_contact(
     **quantities: str | None,
 ) -> None:
     """Print the eps of the contact in a user's file, or with any force."""
-    from viscopade.simulators.native import Impact, delivery
+    from viscopade.simulators.native import Impact, delivery, without_effect
 
     title, version, native = _native(simulator, force, end)
     given = _given([*settings, *([] if scheme is None else [f"{native.integrator}={scheme}"])])
@@ -173,6 +173,10 @@ def _show_contact(
         raise click.UsageError("--speed is missing: expected the impact speed")
     numbers["gravity"] = numbers["gravity"] or 0.0
     wanted = epsilon and float(arguments.exact_number("--epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
+    useless = without_effect(native, given, Impact(**numbers))
+    if useless is not None:
+        option = f"--set {useless}" if useless in given else f"--{useless}"
+        raise click.UsageError(f"{option} has no effect on this contact: expected a command without it")
     found = delivery(native, given, Impact(**numbers), wanted or None)
     collision, units = found.collision, found.units
     fields: dict[str, Any] = {

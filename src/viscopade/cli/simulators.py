@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -272,7 +271,7 @@ def _stiffness(target: str, soft: Mapping[str, Any], has_mass: bool) -> dict[str
                 )
         except ValueError:
             for name, unit in units.items():
-                number = quantity.decimal_in(*(re.sub(r"\b1/(\w+)\^2$", r"\1^-2", words) for words in (text, unit)))
+                number = quantity.decimal_in(text, unit)
                 if number is not None and number > 0:
                     found[name] = float(number)
             if not found:

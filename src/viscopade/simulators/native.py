@@ -52,6 +52,8 @@ class Parameter:
         The accepted words, if it has no numbers.
     least_written : float or None
         If the parameter is a coefficient of restitution, the least one that is written instead of the user's.
+    other_units : mapping of str to str
+        SI units that differ from `unit`, by the integrator with which the program has them.
     """
 
     name: str
@@ -63,11 +65,13 @@ class Parameter:
     both: bool = False
     words: tuple[str, ...] = ()
     least_written: float | None = None
+    other_units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def described(self) -> str:
         """Name, unit, accepted values and default, for a list of parameters."""
-        what = "|".join(self.words) if self.words else self.accepted + (f", {self.unit}" if self.unit else "")
+        unit = " or ".join((self.unit, *(f"{other} with {name}" for name, other in self.other_units.items())))
+        what = "|".join(self.words) if self.words else self.accepted + (f", {unit}" if unit else "")
         what += ", one for both bodies or two" if self.both else ""
         return f"{self.name} ({what}{'' if self.default is None else f'; default {self.default}'})"
 
@@ -118,7 +122,27 @@ def _plain(text: str) -> Decimal | None:
 
 
 class Values(dict[str, Any]):
-    """Values of parameters by name; one that is missing is asked for in one line."""
+    """Values of parameters by name; one that is missing is asked for in one line.
+
+    Attributes
+    ----------
+    read : set of str
+        Names of those that were looked up.
+    """
+
+    def __init__(self, *values: Any) -> None:
+        super().__init__(*values)
+        self.read: set[str] = set()
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a value."""
+        self.read.add(name)
+        return super().__getitem__(name)
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether there is a value, which decides what a contact is."""
+        self.read.add(str(name))
+        return super().__contains__(name)
 
     def __missing__(self, name: str) -> Any:
         """Raise ValueError."""
@@ -348,7 +372,9 @@ class Native:
                 there = "; ".join(parameter.described for parameter in known.values())
                 raise ValueError(f"there is no parameter {name!r}: expected {there}")
         texts = {name: each.default for name, each in known.items() if each.default is not None} | dict(settings)
-        found = Values((name, known[name].value(text)) for name, text in texts.items())
+        scheme = texts[self.integrator]
+        units = {name: each.other_units.get(scheme, each.unit) for name, each in known.items()}
+        found = Values((name, replace(known[name], unit=units[name]).value(text)) for name, text in texts.items())
         for name, each in known.items():
             if each.words and name not in found:
                 choice = " or ".join(f'"{name}={word}"' for word in each.words)
@@ -358,6 +384,32 @@ class Native:
     def written(self, values: Mapping[str, Any]) -> dict[str, str]:
         """Return values as a file has them."""
         return {name: self.known[name].written(value) for name, value in values.items()}
+
+
+def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) -> str | None:
+    """Return the name of a given parameter, "mass" or "radius", that the contact does not depend on; None if none.
+
+    Raises
+    ------
+    ValueError
+        As `Native.values` does.
+    """
+    values = native.values(settings)
+    values.read.clear()
+    hit, scheme = impact.in_units(native.units(values)), native.schemes[values[native.integrator]]
+
+    def collision(hit: Impact) -> SampledCollision | None:
+        """Return the collision; None if it is not accepted, for instance because a mass is missing."""
+        try:
+            return native.contact(values, hit).collide(hit.speed, step=hit.step, scheme=scheme or SEMI_IMPLICIT)
+        except ValueError:
+            return None
+
+    found = collision(hit)
+    for name, other in (("mass", replace(hit, mass=None)), ("radius", replace(hit, radius=None))):
+        if found is not None and other != hit and collision(other) == found:
+            return name
+    return next((name for name in settings if found is not None and name not in values.read), None)
 
 
 @dataclass(frozen=True)

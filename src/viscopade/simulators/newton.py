@@ -97,10 +97,17 @@ def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
     return {"kd": (c * math.sqrt(sum(values["ke"]) / 2 * mass),) * 2}
 
 
+def _per_mass(unit: str) -> dict[str, str]:
+    """Return the unit with the solver whose numbers are per effective mass."""
+    return {"SolverMuJoCo": unit}
+
+
 _NATIVE = Native(
     (
-        Parameter("ke", "N/m", "2500", "a number > 0", lambda pair: min(pair) > 0, both=True),
-        Parameter("kd", "N s/m", "100", both=True),
+        Parameter(
+            "ke", "N/m", "2500", "a number > 0", lambda pair: min(pair) > 0, both=True, other_units=_per_mass("1/s^2")
+        ),
+        Parameter("kd", "N s/m", "100", both=True, other_units=_per_mass("1/s")),
         Parameter("mu", default="1", both=True),
         Parameter(
             "restitution", "", "0", "a number from 0 to 1", lambda pair: 0 <= min(pair) <= max(pair) <= 1, both=True
