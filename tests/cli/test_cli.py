@@ -337,7 +337,7 @@ def test_the_command_in_a_file_makes_the_same_file(words, tmp_path, monkeypatch)
             assert text == (shown if path.name == "out" else path.read_text())
 
 
-SOFT = ["simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1000", "--mass", "1"]
+SOFT = ["simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1000 N/m", "--mass", "1"]
 
 
 @pytest.mark.parametrize(

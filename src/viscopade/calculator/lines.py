@@ -16,7 +16,10 @@ from viscopade.simulators.simulator import OwnLaw
 
 
 def programs() -> list[dict[str, Any]]:
-    """Return name, title and texts of each program; of a soft one its law, and its parameter in terms of kappa."""
+    """Return name, title, texts and default time step of each program.
+
+    A soft one also has its law, and its parameter in terms of kappa.
+    """
     found = []
     for target in TARGETS:
         simulator = simulator_with(target)
@@ -26,6 +29,7 @@ def programs() -> list[dict[str, Any]]:
             "title": simulator.title + (f" ({interface.title()})" if interface else ""),
             "texts": dict(simulator.lines),
             "walls": simulator.walls,
+            "step": simulator.default_step,
         }
         text = simulator.texts[target]
         if isinstance(text, OwnLaw):

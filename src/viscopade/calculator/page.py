@@ -14,6 +14,8 @@ from viscopade.generated import marker_lines
 from viscopade.kernels import catalogue, requests
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.languages import NAMES, language
+from viscopade.simulators.soft import CHOSEN_STEPS, FEWEST_STEPS
+from viscopade.simulators.stated import STEPS
 from viscopade.theory.law import Law
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
@@ -108,6 +110,7 @@ def _facts() -> dict[str, Any]:
         },
         "sentences": limits.SENTENCES,
         "programs": lines.programs(),
+        "steps": {"chosen": CHOSEN_STEPS, "fewest": FEWEST_STEPS, "fine": STEPS},
         "printedPade": [[float(c) for c in row] for row in TABLE[3, 6]],
         "snippets": [_snippet(name) for name in snippets()],
         "otherLaw": _template("other_law.jinja", {}),

@@ -30,6 +30,8 @@ Other dampings, at commit 07b704c, with the elastic force F:
   spring-dashpot contact that ends at x = 0.
 
 With `limit_damping` a force that would pull is 0, with any of them; without, contact ends at x = 0.
+
+A script without `timestep` has 1e-8 s in units si (its manual; the tests ask the program).
 """
 
 from __future__ import annotations
@@ -470,4 +472,5 @@ SIMULATOR = Simulator(
     texts={"lammps": InputFile("#", _USE, _CODE, _values)},
     lines={"pair": f"pair_coeff 1 1 {STYLE}", "wall": _WALL},
     native=_NATIVE,
+    default_step=1e-8,
 )

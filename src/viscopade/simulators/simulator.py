@@ -89,7 +89,7 @@ class Simulator:
     native : Native or None
         Its contact in the parameters of a user's file; None if the file has no contact.
     default_step : float or None
-        The time step that it has unless the user gives one, in the units of the file (of Drake in s).
+        The time step that it has unless the user gives one, in SI units; MuJoCo and JaxDEM have none.
     """
 
     name: str

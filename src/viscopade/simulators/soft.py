@@ -38,6 +38,8 @@ STEP_ERROR = 0.01
 """Relative error of eps by the time step, for the longest step that the files state."""
 CHOSEN_STEPS = 20
 """Time steps in a contact of which nothing else says how long it is."""
+FEWEST_STEPS = 10
+"""Time steps in a contact from which on texts advise a damping for the step; for fewer ones, a longer contact."""
 SPREAD = 0.02
 """Difference of eps in single collisions, by where in a step contact begins, from which on texts warn."""
 _CLOSE = 1e-12  # square of the difference of the greatest and the least error, where they are balanced

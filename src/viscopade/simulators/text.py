@@ -16,6 +16,7 @@ from viscopade.simulators.setup import NO_WEIGHT, SI, Setup, Units
 from viscopade.simulators.simulator import Comment, InputFile, OwnLaw, Simulator
 from viscopade.simulators.soft import (
     CHOSEN_STEPS,
+    FEWEST_STEPS,
     SPREAD,
     STEP_ERROR,
     SoftContact,
@@ -36,7 +37,6 @@ _FRAMES: Mapping[Comment, tuple[str, str, str]] = {
 }
 """Before a comment of several lines, before each line, and after the comment."""
 _OPTION = re.compile(r"(?<!\S)--(?=[a-z])")
-_FEWEST_STEPS = 10  # in a contact that damping can adapt to a time step
 
 
 def render(target: str, setup: Setup, command: str, **options: str) -> str:
@@ -280,7 +280,7 @@ def default_step_warning(contact: SoftContact, title: str, step: float, units: U
     """Yield a warning if a program's default time step is too long for a contact."""
     assert contact.contact_time is not None
     steps, name = contact.contact_time / step, f"{title}'s default step of {units.time_text(step)}"
-    if steps < _FEWEST_STEPS:
+    if steps < FEWEST_STEPS:
         longer = units.time_text(with_two_digits(CHOSEN_STEPS * step))
         yield (
             f'  Warning: {name} is {1 / steps:.2g} contacts long; --contact-time "{longer}" makes a contact that it '

@@ -34,7 +34,7 @@ For the audit, read in pkg/dem of YADE 2025.2.0 (c61292558/yade4deepin at commit
 - For both, a body of mass 0 counts as one of the other's mass: half of m_eff at a wall or a facet.
 
 `NewtonIntegrator` is a leapfrog: the damping takes the velocity half a step before. Its own damping D, 0.2 unless set,
-multiplies an acceleration a, that of gravity too, by 1 - D sign(a v).
+multiplies an acceleration a, that of gravity too, by 1 - D sign(a v). `O.dt` is 1e-8 unless set (core/Scene.hpp).
 """
 
 from __future__ import annotations
@@ -335,4 +335,5 @@ SIMULATOR = Simulator(
         "Ip2_FrictMat_FrictMat_MindlinPhys(en={en}, vn={speed})  # versions after 2023.02a"
     },
     native=_NATIVE,
+    default_step=1e-8,
 )

@@ -360,7 +360,26 @@ function linesOf(name, answer, input) {
   const command = simulatorCommand(program, answer, input);
   if (!program.walls && answer.pair && isWall(answer.pair)) return { command: null, reason: `${program.title} has no walls: two spheres are needed.` };
   if (answer.epsilon === 1 && program.law) return { ...command, reason: "Without damping there is no parameter to write." };
-  return { ...command, ...(program.law ? softLine(program, answer, input) : hardLine(program, answer, input)) };
+  const warning = stepWarning(program, answer);
+  return { ...command, warning, ...(program.law ? softLine(program, answer, input) : hardLine(program, answer, input)) };
+}
+
+// A warning if the time step that a program has unless the user gives one is no small part of the contact, or "".
+function stepWarning(program, answer) {
+  const { chosen, fewest, fine } = FACTS.steps;
+  const steps = answer.contactTime / program.step;
+  if (!(steps < fine)) return "";
+  const step = timeText(program.step);
+  const whose = `Warning: ${program.title}'s default step of ${step} is ${general(1 / steps, 2)} contacts long`;
+  if (!program.law) return `${whose}: write a step of ${timeText(Number(general(answer.contactTime / fine, 2)))}.`;
+  if (steps < fewest) return `${whose}; --contact-time "${timeText(chosen * program.step)}" makes a contact that it resolves.`;
+  return `${whose}; --time-step "${step}" adapts the damping.`;
+}
+
+// A time in s with a prefix, as the command line takes it.
+function timeText(time) {
+  const [name, unit] = [["s", 1], ["ms", 1e-3], ["us", 1e-6]].find(([, size]) => time >= size) ?? ["ns", 1e-9];
+  return `${general(time / unit, 6)} ${name}`;
 }
 
 const isWall = (pair) => pair.second.radius === Infinity;

@@ -208,9 +208,9 @@ function show() {
 }
 
 function showProgram() {
-  const { line, reason, command, scene } = linesOf($("program").value, answer, input);
+  const { line, reason, warning, command, scene } = linesOf($("program").value, answer, input);
   $("line").textContent = line || "";
-  $("reason").textContent = reason || "In SI units:";
+  $("reason").textContent = reason || [warning, "In SI units:"].filter(Boolean).join(" ");
   for (const id of ["line", "copy-line"]) $(id).classList.toggle("hidden", !line);
   $("simulator").textContent = command || "";
   $("by-scene").classList.toggle("hidden", !scene);
