@@ -93,7 +93,7 @@ def test_an_added_simulator_with_its_own_law_has_its_text(with_two_simulators):
 def test_an_added_simulator_is_in_the_calculator(with_two_simulators):
     page = with_two_simulators("calculator")
     assert '{"name":"bounce","title":"Bounce","texts":{"any":"restitution {parameter}"},"walls":true' in page
-    assert '{"name":"glide","title":"Glide","texts":{},"walls":true}' in page
+    assert '{"name":"glide","title":"Glide","texts":{},"walls":true,"step":null}' in page
 
 
 def test_an_added_simulator_with_the_viscoelastic_law_has_its_text(with_two_simulators):

@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -274,6 +275,12 @@ def test_mujoco_delivers_what_was_asked_for():
     longest = stated(text, "Time steps up to")
     worst = [np.abs(np.array(list(mujoco_drops(text, f * longest)))[:, 0] / 0.5 - 1).max() for f in (1, 2)]
     assert worst[0] < 0.01 < worst[1]
+
+
+def test_the_page_has_the_numbers_of_the_file():
+    page = (Path(__file__).parents[2] / "docs" / "usage" / "simulators" / "mujoco.md").read_text("utf-8")
+    for words in ((), ("--gravity", 9.81)):
+        assert "`solref=" + re.search(r'solref=("\S+ \S+")', text_of("mujoco", *ASKED, *SOFT, *words))[1] in page
 
 
 @pytest.mark.parametrize("asked", [("--contact-time", "31 ms"), ("--penetration", "7 mm")])
