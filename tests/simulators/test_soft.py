@@ -176,6 +176,12 @@ def test_mujoco_with_its_default_step_gives_what_the_warning_says():
     assert [drops.mean(), drops.min(), drops.max()] == pytest.approx([float(x) for x in said], abs=1e-4)
 
 
+def test_what_no_damping_makes_up_for():
+    """An implicit step damps by itself: in Drake eps is 0.73 without dissipation."""
+    text = " ".join(text_of("drake", "--epsilon", 1, "--speed", 1, *SOFT, "--time-step", "2 ms").split())
+    assert "with the time step 0.002 s, for which no damping makes up: eps = 0.734" in text
+
+
 def test_a_longer_contact_narrows_the_range_of_single_collisions():
     """In MuJoCo, with 2 ms steps: 0.045 for 31 ms."""
     text = text_of("mujoco", *ASKED, *SOFT, "--time-step", "2 ms")
@@ -366,6 +372,11 @@ def test_a_scene_in_other_units(tmp_path):
     [
         (("mujoco", *ASKED), "MuJoCo needs a stiffness: expected --stiffness, --contact-time, --penetration"),
         (("mujoco", *ASKED, *SOFT, "--stiffness", 1), "stiffness and contact_time are given: expected one of them"),
+        (("simbody", *ASKED, "--gravity", 9.81), "gravity needs the contact's duration: expected a contact time"),
+        (
+            ("mujoco", "--epsilon", 0.05, "--speed", 1, *SOFT, "--gravity", 9.81),
+            "contact-time is 0.031: no contact with eps = 0.05, weight and time steps is like that",
+        ),
         (("drake", *ASKED, "--gravity", 9.81), "gravity needs the contact's duration: expected a contact time, or a"),
         (("simbody", *ASKED, *SOFT, "--time-step", "1 ms"), "expected none, as the program chooses its own"),
         (("mujoco", "--epsilon", 0.5), "a material also needs --speed"),

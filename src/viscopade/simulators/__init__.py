@@ -20,6 +20,7 @@ __all__ = [
     "setup",
     "simulator",
     "soft",
+    "stated",
     "text",
     "textbook",
     "typed_force",

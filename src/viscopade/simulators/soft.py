@@ -47,9 +47,10 @@ _DIGITS = 15
 _LEAST = 1e-30
 _SLOWEST, _WIDEST = 1e-12, 1e6  # impact speed, and range of speeds
 _LEAST_STEP = 1e-3  # in contact times
-_LENGTHENINGS = 6  # tries of a longer contact
+_LENGTHENINGS = 4  # tries of a longer contact
 _STRETCH, _MOST_STRETCHES, _HALVINGS = 0.2, 40, 60  # search for a contact with weight, or with time steps
 _ALIKE, _NARROW = 1e-10, 1e-7  # error at which it ends; width at which it ends where the duration jumps
+_UNLIKE = 0.02  # error by such a jump, from which on the contact is another one than was asked for
 
 
 @dataclass(frozen=True)
@@ -268,7 +269,8 @@ class SoftContact:
         if asked is None:
             asked, speed = self._asked_duration, wanted.typical
         if asked is None or given.stiffness is not None:
-            missing = "a contact time, or a time step" if given.stiffness is None else "a mass with the stiffness"
+            missing = "a contact time" + (", or a time step" if self.formula.scheme is not None else "")
+            missing = "a mass with the stiffness" if given.stiffness is not None else missing
             for name, counts in (("gravity", wanted.with_weight), ("time-step", self.time_step)):
                 if counts is not None:
                     raise ValueError(f"{name} needs the contact's duration: expected {missing}")
@@ -289,7 +291,14 @@ class SoftContact:
             k_m = plain * math.exp(-power * stretch)
             return math.log(measured(self._course(speed, self._damping(k_m), k_m)) / asked)
 
-        over_mass = plain * math.exp(-power * _zero(excess))
+        stretch = _zero(excess)
+        over_mass = plain * math.exp(-power * stretch)
+        if abs(excess(stretch)) > _UNLIKE:
+            name = "contact-time" if given.penetration is None else "penetration"
+            raise ValueError(
+                f"{name} is {asked:.4g}: no contact with eps = {self.epsilon:g}, weight and time steps is like that; "
+                "expected a shorter and shallower one"
+            )
         return self._damping(over_mass), over_mass
 
     @property
@@ -441,8 +450,10 @@ class SoftContact:
         found, asked, longer = self.stepped(), self._asked_duration, None
         if asked is None or self.softness.stiffness_over_mass is not None or self.softness.stiffness is not None:
             asked = self.contact_time
+        if found is None or asked is None or not found.duration < math.inf:
+            return None
         for _ in range(_LENGTHENINGS):
-            if found is None or asked is None or found.largest - found.least <= SPREAD:
+            if found is None or found.largest - found.least <= SPREAD:
                 return longer
             longer = asked = with_two_digits(1.01 * asked * (found.largest - found.least) / SPREAD)
             try:

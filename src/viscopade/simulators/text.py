@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from math import sqrt
 from textwrap import wrap
 from typing import Any
 
@@ -36,6 +36,7 @@ _FRAMES: Mapping[Comment, tuple[str, str, str]] = {
     "<!--": ("<!--\n", "    ", "-->\n"),
 }
 """Before a comment of several lines, before each line, and after the comment."""
+_MADE_UP = 0.01  # difference of eps from the wanted one up to which the damping makes up for a time step
 _OPTION = re.compile(r"(?<!\S)--(?=[a-z])")
 
 
@@ -181,7 +182,7 @@ def _number(contact: SoftContact, own: OwnLaw, parameter: float) -> float:
     """Return the number that the text has for a parameter of the formula."""
     if own.per_mass:
         assert contact.stiffness_over_mass is not None
-        return parameter * sqrt(contact.stiffness_over_mass)
+        return parameter * math.sqrt(contact.stiffness_over_mass)
     return parameter / contact.wanted.typical if own.per_speed else parameter
 
 
@@ -202,9 +203,11 @@ def _facts(contact: SoftContact, own: OwnLaw, units: Units) -> Iterator[str]:
     if contact.contact_time is not None and contact.penetration is not None:
         weight = ", without weight" if wanted.with_weight is None and wanted.gravity else ""
         chosen = f" ({CHOSEN_STEPS} time steps, as nothing else says how long)" if contact.is_chosen else ""
+        lasts = f"lasts {contact.contact_time:.6g} {units.time}{chosen}"
+        lasts = lasts if contact.contact_time < math.inf else "does not end in some collisions"
         yield (
-            f"  contact lasts {contact.contact_time:.6g} {units.time}{chosen} at the typical speed, the penetration "
-            f"reaches {contact.penetration:.4g} {units.length} at the fastest{weight}"
+            f"  contact {lasts} at the typical speed, the penetration reaches {contact.penetration:.4g} {units.length} "
+            f"at the fastest{weight}"
         )
     yield from _on_stiffness(contact, own, units)
     yield from _on_weight(contact, units)
@@ -256,8 +259,9 @@ def _on_steps(contact: SoftContact, simulator: Simulator, units: Units, step_err
     """Yield lines on the time step for which the damping makes up, or on that of the program."""
     found, advice, default = contact.stepped(), contact.advice(step_error), simulator.default_step
     if found is not None and contact.time_step is not None:
+        makes_up = "the damping" if abs(found.epsilon - contact.epsilon) < _MADE_UP else "no damping"
         yield (
-            f"  with the time step {contact.time_step:.6g} {units.time}, for which the damping makes up: eps = "
+            f"  with the time step {contact.time_step:.6g} {units.time}, for which {makes_up} makes up: eps = "
             f"{found.epsilon:.6g} on average, {found.least:.6g} to {found.largest:.6g} in single collisions"
         )
         longer = contact.resolved()
