@@ -25,7 +25,8 @@ from viscopade.collision import exact
 DEGREES = [(m, n) for m in range(7) for n in range(10) if max(m, n) >= 2]
 SPEEDS = ("0.1", "0.5", 1, 2, 5, 10, 30, 100, 1000)
 GRID = [(m, n, v, measure) for measure in ("both", "relative") for v in SPEEDS for m, n in DEGREES]
-NO_ANSWER = ("no best approximant exists", "expected an error below 1")
+NOT_FOUND = {(3, 8, 30), (2, 9, 100), (0, 9, 1000), (6, 8, 1000)}
+"""In both measures, the only ones of the grid that Remez's algorithm does not find (docs/theory/minimax.md)."""
 
 
 def polynomial(c, v: Fraction) -> Fraction:
@@ -61,7 +62,8 @@ def converges(m, n, high, measure, low=0) -> bool:
     else:
         assert_good(found)
         return True
-    assert any(part in text for part in NO_ANSWER), (m, n, low, high, measure, text)
+    missed = "expected other degrees" in text and (measure == "relative" or (m, n, high) in NOT_FOUND)
+    assert missed or "expected an error below 1" in text, (m, n, low, high, measure, text)
     return False
 
 
@@ -75,7 +77,8 @@ def test_sampled_grid():
 @pytest.mark.parametrize("v_max", SPEEDS)
 def test_whole_grid(v_max, measure):
     results = {(m, n): converges(m, n, v_max, measure) for m, n in DEGREES}
-    assert all(results[m, n] for m, n in DEGREES if n >= 4 and measure == "both")
+    wanted = {(m, n) for m, n in DEGREES if n >= 4 and measure == "both" and (m, n, v_max) not in NOT_FOUND}
+    assert all(results[degrees] for degrees in wanted)
 
 
 # --- against proven values --------------------------------------------------------------------------------------------
@@ -328,5 +331,5 @@ def test_useless_fits_are_refused():
 
 
 def test_where_no_best_approximant_exists():
-    with pytest.raises(ValueError, match=r"^\[4/3\] on \[0, 5\]: no best approximant exists: the error's infimum"):
+    with pytest.raises(ValueError, match=r"^\[4/3\] on \[0, 5\]: .*; expected other degrees$"):
         fit(4, 3, 5, measure="relative")

@@ -235,7 +235,6 @@ def minimax_problem(m: int, n: int, interval: Interval, measure: Measure, digits
         contact=2,
         digits=eps.digits,
         coordinate=remez.Coordinate(),
-        beyond=(3 * high,) if 3 * high <= LARGEST else (),
     )
 
 

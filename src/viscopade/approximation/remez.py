@@ -51,8 +51,6 @@ GRID = 16  # points between neighbours, on the fixed grid and again between the 
 MAX_REFINEMENTS = 15
 APART = 0.02  # least width of a bracket's halves, over the distance between two changes of sign
 CLOSE = 1e-5  # error of an extremum's place, over its bracket; its value is far more accurate
-CONTINUATION = (0.03, 0.1, 0.2, 0.4, 0.7)
-LEAST_STEP = 1e-3
 SCALES = (1, 0.3, 3, 0.1, 10)
 LAYERS = (0.3, 0.03, 1e-3, 1e-5)
 GUARD = 5  # digits of the values beyond the error's
@@ -72,17 +70,6 @@ class TooAccurate(NoBest):
     def __init__(self, error: float, digits: int) -> None:
         super().__init__(f"the error is about {error:.1e}, which is too small for values of {digits} digits")
         self.error = error
-
-
-class NotAttained(NoBest):
-    """No best approximant exists; approximants with a pole that tends to 0 approach the infimum."""
-
-    def __init__(self, infimum: float) -> None:
-        super().__init__(
-            f"no best approximant exists: the error's infimum {infimum:.3e} is only approached, with a Froissart "
-            "doublet (a pole and a zero that nearly cancel) that tends to 0"
-        )
-        self.infimum = infimum
 
 
 @dataclass(frozen=True)
@@ -125,8 +112,6 @@ class Problem:
     digits : int
         Accuracy of g (relative to w/v^k) and of p.
     coordinate : Coordinate
-    beyond : tuple of float
-        At most one number > x1 up to which g and p are also known, for a better first guess.
     """
 
     powers: Powers
@@ -135,7 +120,6 @@ class Problem:
     contact: int = 0
     digits: int = 17
     coordinate: Coordinate = field(default_factory=Coordinate)
-    beyond: tuple[float, ...] = ()
     known: _Known = field(default_factory=_Known, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -289,11 +273,7 @@ def _references(problem: Problem, start: Sequence[float] | None) -> Iterator[lis
         raise TooAccurate(problem.known.level, problem.digits)
     powers = problem.powers
     if powers == full_powers(powers.m, powers.n) and min(powers.m, powers.n) >= 1:
-        lower = replace(problem, powers=full_powers(powers.m - 1, powers.n - 1))
-        _refuse_if_not_attained(problem, lower)
-        yield from _from_lower_degrees(problem, lower)
-    for towards in (problem.interval[0], *problem.beyond):
-        yield from _continued(problem, towards)
+        yield from _from_lower_degrees(problem, replace(problem, powers=full_powers(powers.m - 1, powers.n - 1)))
 
 
 def _starts(problem: Problem) -> Iterator[list[float]]:
@@ -303,33 +283,6 @@ def _starts(problem: Problem) -> Iterator[list[float]]:
     cosines = np.cos(np.pi * (np.arange(number - 1, -1, -1) / max(number - 1 + vanishing, 1)))
     for factor in SCALES:
         yield _spread(problem, cosines, replace(problem.coordinate, scale=factor * problem.coordinate.scale))
-
-
-def _refuse_if_not_attained(problem: Problem, lower: Problem) -> None:
-    """Raise NotAttained if there is no best approximant, and that can be shown.
-
-    Let R = N/D of degrees [m-1/n-1], with N - D = O(v^(k-1)) only, level its error at m + n - k + 1 points, x the first
-    of them. If N^/D^ of degrees [m/n], with N^ - D^ = O(v^k), were as good, N^ D - N D^ = v^(k-1) q would have a q of
-    degree m + n - k with as many zeros between the points, and q(0) = -(a_(k-1) - b_(k-1)). If
-    this is of the other sign than q(x), there is one more zero: none is as good. But [m/n] with the common factor
-    v + delta in D and nearly in N approach R for delta -> 0.
-    """
-    k = problem.contact - 1
-    if k < 0 or problem.sees_zero:
-        return
-
-    def values(v: arb) -> tuple[arb, arb]:
-        g, p = problem.values(v)
-        return v * g, arb(0) if v == 0 else p / v
-
-    relaxed = replace(lower, contact=k, values=values, known=_Known())
-    try:
-        found = _first(relaxed, _starts(relaxed))
-    except _NotFromHere:
-        return
-    slope = sum(float(c) for c in found.a[k : k + 1]) - sum(float(c) for c in found.b[k : k + 1])
-    if slope * found.deviations[0] < 0:
-        raise NotAttained(found.error)
 
 
 def _from_lower_degrees(problem: Problem, lower: Problem) -> Iterator[list[float]]:
@@ -353,41 +306,6 @@ def _from_lower_degrees(problem: Problem, lower: Problem) -> Iterator[list[float
         merged = np.unique([*t, *more])
         if len(merged) == problem.number_of_points:
             yield _inside(problem, problem.coordinate.v(merged))
-
-
-def _continued(problem: Problem, towards: float) -> Iterator[list[float]]:
-    """Yield the points of the best on an interval that ends nearer to `towards`, its end moved back step by step.
-
-    Best approximants depend continuously on the interval, but where they nearly have a common factor their extrema
-    move fast, and no first guess would find them.
-    """
-    low, high = problem.interval
-    goal, far = problem.coordinate.t(high), problem.coordinate.t(towards)
-
-    def ending(t: float) -> Problem:
-        return replace(problem, interval=(low, float(problem.coordinate.v(t))))
-
-    for fraction in CONTINUATION:
-        at = goal + fraction * (far - goal)
-        step = (goal - at) / 2
-        least = LEAST_STEP * abs(goal - at)
-        try:
-            found = _exchanged(ending(at), next(_starts(ending(at))))
-        except NoBest:
-            continue
-        while abs(step) > least:
-            # If the goal's own reference leads nowhere, it is tried again from nearer.
-            if abs(step) >= abs(goal - at):
-                yield [min(v, high) for v in found.points[:-1]] + [high]
-                step /= 4
-                continue
-            moved = ending(at + step)
-            end = moved.interval[1]
-            try:
-                found = _exchanged(moved, [min(v, end) for v in found.points[:-1]] + [end])
-                at, step = at + step, 2 * step
-            except NoBest:
-                step /= 4
 
 
 def _spread(problem: Problem, cosines: FloatArray, coordinate: Coordinate) -> list[float]:

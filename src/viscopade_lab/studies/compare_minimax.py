@@ -123,7 +123,7 @@ def ours_free(m: int, n: int, v_max: float) -> tuple[float, float]:
     def values(v: arb) -> tuple[arb, arb]:
         return target.at(v)[1], arb(1)
 
-    problem = remez.Problem(full_powers(m, n), values, (0.0, v_max), beyond=(3 * v_max,))
+    problem = remez.Problem(full_powers(m, n), values, (0.0, v_max))
     found, seconds = tried(lambda: remez.solve(problem))
     approximant = found and rational(map(float, found.a), map(float, found.b))
     return largest_error(approximant, v_max), seconds
