@@ -215,8 +215,13 @@ def test_what_liggghts_cannot_have():
 def test_stated_errors_of_other_sizes_are_those_of_the_force(program):
     contact = SETUP.contacts[0]
     text = render(program, SETUP, COMMAND)
-    assert "error of eps: 0 at the slowest, 0 at the fastest speed" in flowing(text)
-    found = re.findall(r"with the \w+ v\*: error of eps: (\S+) at the slowest, (\S+) at", flowing(text))[-2:]
+    assert "relative error of eps: 0 at the slowest, 0 at the fastest speed" in flowing(text)
+    found = re.findall(r"with the \w+ v\*: relative error of eps: (\S+) at the slowest, (\S+) at", flowing(text))[-2:]
+    percent = re.search(
+        r"Warning: over the sizes and speeds eps is off by (\S+) % to (\S+) % of the right one", flowing(text)
+    )
+    ends = [100 * float(error) for errors in found for error in errors]
+    assert [*map(float, percent.groups())] == pytest.approx([min(ends), max(ends)], abs=0.6)
     for errors, pair in zip(found, contact.extremes, strict=True):
         case = Setup("t", {"a": pair.first}, (NamedContact("a", "a", pair, 0.01, 0.1, 1.0),))
         for speed, error in zip((0.01, 1.0), errors, strict=True):

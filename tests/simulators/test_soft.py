@@ -388,6 +388,7 @@ def test_a_scene_in_other_units(tmp_path):
         (("mujoco", *ASKED, *SOFT, "--time-step", "20 ms"), "time-step is 0.5576 of the contact time"),
         (("mujoco", *ASKED, "--contact-time", "1e-200"), "contact-time is 1e-200: expected a number from 1e-30"),
         (("drake", *ASKED, *SOFT, "--speeds", "1e-9:1"), "expected 1e-12 to 1e+12, and at most 1e+06 times"),
+        (("mujoco", *ASKED, *SOFT, "--step-error", 0.1, "--time-step", 1e-3), "--step-error has no effect with --time"),
         (("mujoco", *ASKED, *SOFT, "--step-error", 3), "step-error is 3: expected 1e-08 to 1"),
         (("mujoco", *ASKED, *SOFT, "--speeds", "2:3"), "--speeds is 2:3 m/s: expected 0 < MIN <= 1 <= MAX"),
         (("mujoco", *ASKED, "--penetration", "-1 mm"), "expected"),

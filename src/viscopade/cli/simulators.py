@@ -202,6 +202,8 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
             "--law and a scene or a material are given: expected --law with --epsilon and --speed alone"
         )
     error = STEP_ERROR if soft["step_error"] is None else soft["step_error"]
+    if soft["step_error"] is not None and soft["time_step"] is not None:
+        raise click.UsageError("--step-error has no effect with --time-step: expected one of them")
     if not 1e-8 <= error <= 1:
         raise ValueError(f"--step-error is {error:.4g}: expected 1e-08 to 1")
     if soft["mass"] is not None and found.setup is not None:

@@ -38,7 +38,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -61,14 +61,13 @@ from viscopade.simulators.formula import (
 )
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.soft import STEP_ERROR, SoftContact, Softness, Wanted
+from viscopade.simulators.soft import SoftContact, Softness, Wanted
 from viscopade.simulators.stated import (
-    SpeedErrors,
     damping_per_mass,
     described,
-    error_lines,
+    in_percent,
     same_damping_per_mass,
-    size_errors,
+    size_lines,
     time_step,
 )
 from viscopade.theory.law import Law
@@ -174,26 +173,16 @@ def _constant_restitution(contact: NamedContact, setup: Setup) -> ConstantRestit
         constant = SoftContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
     except ValueError:
         return None
-    return ConstantRestitution(constant.parameter, "" if wanted.with_weight else _range(constant.errors()))
+    return ConstantRestitution(constant.parameter, "" if wanted.with_weight else in_percent(constant.errors()))
 
 
-def _range(errors: Sequence[SpeedErrors]) -> str:
-    """Return the least and the greatest error in percent."""
-    return f"{min(each.least for each in errors):+.0%} to {max(each.greatest for each in errors):+.0%}".replace(
-        "%", " %"
-    )
-
-
-def _on_sizes(contact: NamedContact, constant: ConstantRestitution | None) -> Iterator[str]:
-    """Yield lines on the errors of eps over the sizes, and a warning if they are large."""
-    errors = size_errors(contact, same_damping_per_mass(contact.pair))
-    yield from error_lines(errors)
-    if max(each.largest for each in errors) > STEP_ERROR:
-        way_out = "make types of fewer sizes"
-        if constant is not None:
-            off = f", whose eps is off by {constant.range}" if constant.range else ""
-            way_out += f", or take the line with a constant eps, which stands as a comment below{off}"
-        yield f"  Warning: over the sizes and speeds eps is off by {_range(errors)} of the right one; {way_out}"
+def _way_out(constant: ConstantRestitution | None) -> str:
+    """Return what to do if one line is not right for all sizes."""
+    types = "make types of fewer sizes"
+    if constant is None:
+        return types
+    off = f", whose eps is off by {constant.range}" if constant.range else ""
+    return f"{types}, or take the line with a constant eps, which stands as a comment below{off}"
 
 
 def _number(x: float) -> str:
@@ -234,7 +223,12 @@ def _values(setup: Setup) -> dict[str, Any]:
     return {
         **time_step(setup),
         "contacts": [
-            described(contact, setup.units, *_on_sizes(contact, constants.get(both))) for both, contact in meant.items()
+            described(
+                contact,
+                setup.units,
+                *size_lines(contact, same_damping_per_mass(contact.pair), _way_out(constants.get(both))),
+            )
+            for both, contact in meant.items()
         ],
         "units_style": _STYLES.get((setup.units.length, setup.units.mass, setup.units.time)),
         "types": [

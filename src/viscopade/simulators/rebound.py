@@ -46,7 +46,7 @@ from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, DampingFormula, viscoelastic_formula, wanted_kappa
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.stated import described, error_lines, same_beta, size_errors
+from viscopade.simulators.stated import described, same_beta, size_lines
 
 
 def callback_kernel(tier: str) -> Kernel:
@@ -109,7 +109,7 @@ def _values(setup: Setup, tier: str = "1e-5") -> dict[str, Any]:
         pair = contact.pair
         numbers = {"beta": pair.beta, "m_eff": pair.m_eff, "R_eff": pair.R_eff}
         exact = {f"{name}_c": DOUBLE.hexadecimal(value) for name, value in numbers.items()}
-        errors = "  with one beta for all sizes:", *error_lines(size_errors(contact, same_beta(pair)))
+        errors = "  with one beta for all sizes:", *size_lines(contact, same_beta(pair), "use the resolve function")
         lines = (
             f"  functions: viscopade_callback_{symbol}, viscopade_resolve_{symbol}",
             *(errors if contact.extremes else ()),

@@ -19,6 +19,8 @@ STEPS = 100
 """Time steps in the shortest contact; the texts state the error of eps that they leave."""
 PHASES = (0.0, 0.25, 0.5, 0.75)
 """Where in a step contact begins: errors of time steps are the largest over these."""
+LARGE = 0.01
+"""Relative error of eps over the sizes from which on texts warn."""
 SPEEDS = 13  # at which errors are computed
 _ROUNDING = 1e-13
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
@@ -98,7 +100,21 @@ def error_lines(found: Sequence[SpeedErrors]) -> Iterator[str]:
         most = max(map(abs, ends))
         between = f", up to {each.largest:.2e} between" if each.largest > max(most, _ROUNDING) else ""
         slow, fast = map(_signed, ends)
-        yield f"  {label}error of eps: {slow} at the slowest, {fast} at the fastest speed{between}"
+        yield f"  {label}relative error of eps: {slow} at the slowest, {fast} at the fastest speed{between}"
+
+
+def size_lines(contact: NamedContact, program: Callable[[Pair], Pair], way_out: str) -> Iterator[str]:
+    """Yield lines on the errors for typical and for extreme sizes, and a warning with a way out if they are large."""
+    errors = size_errors(contact, program)
+    yield from error_lines(errors)
+    if max(each.largest for each in errors) > LARGE:
+        yield f"  Warning: over the sizes and speeds eps is off by {in_percent(errors)} of the right one; {way_out}"
+
+
+def in_percent(errors: Sequence[SpeedErrors]) -> str:
+    """Return the least and the greatest of several errors, such as "-21 % to +47 %"."""
+    least, greatest = min(each.least for each in errors), max(each.greatest for each in errors)
+    return f"{100 * least:+.0f} % to {100 * greatest:+.0f} %"
 
 
 def _signed(error: float) -> str:

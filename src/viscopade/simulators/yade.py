@@ -67,9 +67,11 @@ from viscopade.simulators.formula import (
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 from viscopade.simulators.soft import SoftContact, Softness, Wanted, constant_lines, weighed_lines
-from viscopade.simulators.stated import described, error_lines, program_number, same_beta, size_errors, time_step
+from viscopade.simulators.stated import described, program_number, same_beta, size_lines, time_step
 from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.paper import TABLE
+
+_WAY_OUT = "make materials of fewer sizes, or use viscoelastic()"
 
 
 def betan(epsilon: Any) -> Any:
@@ -119,7 +121,7 @@ def _values(setup: Setup) -> dict[str, Any]:
                 f"contacts last longer; at a Facet (2/3 R) eps = {facets}"
             ]
         else:
-            lines += (f"  {line}" for line in error_lines(size_errors(contact, same_beta(pair))))
+            lines += (f"  {line}" for line in size_lines(contact, same_beta(pair), _WAY_OUT))
         numbers = {"betan": constant.parameter, "en": en, "vn": vn, "A": pair.A}
         contacts.append(described(replace(contact, pair=pair), setup.units, *lines, **numbers))
     return {**time_step(setup), "contacts": contacts}
