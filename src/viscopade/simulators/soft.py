@@ -14,7 +14,7 @@ contact, so with them damping and stiffness are solved together.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -320,7 +320,8 @@ class SoftContact:
     def _damping(self, over_mass: float) -> float:
         """Return the kappa at the typical speed that gives the wanted eps with a k/m, by the program's own steps."""
         speed, scheme = self.wanted.typical, self.formula.scheme or SEMI_IMPLICIT
-        load, step = self._load(speed, over_mass), self._step(speed, over_mass)
+        load = 0.0 if self.wanted.with_weight is None else self._load(speed, over_mass)
+        step = self._step(speed, over_mass)
         if not load and step is None:
             return self._continuum
         self._check_step(over_mass)
@@ -339,9 +340,14 @@ class SoftContact:
             f"{self.units.time_text(with_two_digits(self.time_step / step / CHOSEN_STEPS))}"
         )
 
-    def _course(self, speed: float, kappa: float, over_mass: float) -> _Course:
-        """Return the collision at a speed, with the wanted weight and the program's own time steps."""
-        load, step, scheme = self._load(speed, over_mass), self._step(speed, over_mass), self.formula.scheme
+    def _course(self, speed: float, kappa: float, over_mass: float, falls: bool | None = None) -> _Course:
+        """Return the collision at a speed, with the program's own time steps, and with the weight, if it is wanted.
+
+        `falls` says whether the weight counts, if another answer than the wanted one is asked for.
+        """
+        weight = self.wanted.with_weight is not None if falls is None else falls
+        load = self._load(speed, over_mass) if weight else 0.0
+        step, scheme = self._step(speed, over_mass), self.formula.scheme
         if not load and step is None:
             return self._plain(speed, kappa, over_mass)
         law, damping, time = self.formula.law, self._at(kappa, speed), self._time_scale(speed, over_mass)
@@ -366,9 +372,7 @@ class SoftContact:
         return self.formula.law.time_scale(speed, k=over_mass, mass=1.0)
 
     def _load(self, speed: float, over_mass: float) -> float:
-        """Return G of the scaled equation, if eps is wanted with weight."""
-        if self.wanted.with_weight is None:
-            return 0.0
+        """Return G of the scaled equation for a body that falls."""
         return self.wanted.gravity * self._time_scale(speed, over_mass) / speed
 
     def _step(self, speed: float, over_mass: float) -> float | None:
@@ -429,6 +433,13 @@ class SoftContact:
             return float(epsilon_of(self.formula.law, mp.mpf(self._at(damping, speed))))
         return self._course(speed, damping, over_mass).epsilon
 
+    def rebounds(self, speeds: Sequence[float], falls: bool) -> list[float]:
+        """Return eps at speeds with the time step, with or without weight; nothing if k/m is not known."""
+        over_mass = self.stiffness_over_mass
+        if over_mass is None:
+            return []
+        return [self._course(speed, self.kappa, over_mass, falls).epsilon for speed in speeds]
+
     def stepped(self, time_step: float | None = None) -> SampledCollision | None:
         """Return eps at the typical speed with its time step, or with another one; None if there is none.
 
@@ -439,7 +450,7 @@ class SoftContact:
         if over_mass is None or scheme is None or step is None:
             return None
         step /= self.formula.law.contact_time * self._time_scale(speed, over_mass)
-        load = self._load(speed, over_mass)
+        load = 0.0 if self.wanted.with_weight is None else self._load(speed, over_mass)
         return stepped_collision(self.formula.law, self.kappa, step, scheme, load, self.carried)
 
     def resolved(self) -> float | None:

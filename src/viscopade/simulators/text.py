@@ -250,9 +250,17 @@ def _on_weight(contact: SoftContact, units: Units) -> Iterator[str]:
     else:
         note, fall = falling.sentences(wanted.slowest, wanted.fastest, units.speed, wanted.with_weight is not None)
         yield f"  {note}"
+        if fall is not None and contact.time_step is not None:  # that sentence is without steps
+            speeds = list(dict.fromkeys((wanted.fastest, wanted.slowest)))
+            heavy, light = (
+                " and ".join(f"{epsilon:.4f}" for epsilon in contact.rebounds(speeds, falls)) for falls in (True, False)
+            )
+            fall = (
+                f"a body that falls on a plane at {' and '.join(f'{v:.4g}' for v in speeds)} {units.speed} rebounds "
+                f"with eps = {heavy} on average, without weight {light}"
+            )
         if fall is not None:
-            fine = "" if contact.time_step is None else "with infinitely fine steps "
-            yield f"  {'Warning: ' if wanted.with_weight is None else ''}{fine}{fall}"
+            yield f"  {'Warning: ' if wanted.with_weight is None else ''}{fall}"
 
 
 def _on_steps(contact: SoftContact, simulator: Simulator, units: Units, step_error: float) -> Iterator[str]:
