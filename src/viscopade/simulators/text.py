@@ -257,7 +257,7 @@ def _on_weight(contact: SoftContact, units: Units) -> Iterator[str]:
             )
             fall = (
                 f"a body that falls on a plane at {' and '.join(f'{v:.4g}' for v in speeds)} {units.speed} rebounds "
-                f"with eps = {heavy} on average, without weight {light}"
+                f"with eps = {heavy} (mean, sampled), without weight {light}"
             )
         if fall is not None:
             yield f"  {'Warning: ' if wanted.with_weight is None else ''}{fall}"
