@@ -1,8 +1,9 @@
-"""The verification cases: known numbers by other routes, and each case run in LAMMPS as its unit tests would."""
+"""The cases in examples/verification: known numbers by other routes, and each case run in LAMMPS as its tests would."""
 
 import json
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,14 +11,12 @@ from scipy.integrate import solve_ivp
 
 from tests.simulators.two_balls import need
 from viscopade.collision import exact
-from viscopade.simulators import verification
 from viscopade.theory.law import law_of
 from viscopade_lab.runs import simulators
 
-FILES = verification.verification_files("viscopade verification lammps")
-CASES = {case["name"]: case for case in json.loads(FILES[verification.JSON])["cases"]}
-
-ON_PLANE = {case["name"]: case for case in json.loads(FILES[verification.JSON])["on_a_plane"]}
+FILES = {path.name: path.read_text() for path in (Path(__file__).parents[2] / "examples" / "verification").iterdir()}
+WHOLE = json.loads(FILES["viscoelastic.json"])
+CASES, ON_PLANE = ({case["name"]: case for case in WHOLE[key]} for key in ("cases", "on_a_plane"))
 
 
 def block(text, key):
@@ -35,7 +34,7 @@ def variables(text):
 
 def test_the_files_are_the_cases():
     scripts = {f"in.{name}" for name in ON_PLANE}
-    assert set(FILES) == {f"{name}.yaml" for name in CASES} | scripts | {verification.JSON}
+    assert set(FILES) == {f"{name}.yaml" for name in CASES} | scripts | {"viscoelastic.json"}
     assert (len(CASES), len(ON_PLANE)) == (12, 6)
     for name, case in CASES.items():
         text = FILES[f"{name}.yaml"]

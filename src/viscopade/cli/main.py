@@ -30,7 +30,7 @@ NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # o
 SECTIONS = {
     "Compute": ("epsilon", "invert", "table", "plot", "calculator", "coefficients", "pade"),
     "Measure": ("fit",),
-    "Simulators": ("audit", "simulators", "verification"),
+    "Simulators": ("audit", "simulators"),
     "Code": ("scene", "export"),
     "Evidence": ("reproduce", "claims", "figures", "bench", "hardcases"),
 }

@@ -1,4 +1,4 @@
-"""Commands for other programs: their contact parameters (simulators), and cases to verify them (verification)."""
+"""Command for the contact parameters of other programs."""
 
 from __future__ import annotations
 
@@ -21,11 +21,9 @@ from viscopade.cli.console import (
     limits_of,
     material,
     pair_with,
-    say,
     write_or_print,
 )
 from viscopade.cli.generate import read_scene
-from viscopade.cli.writer import write_all
 from viscopade.kernels.catalogue import TIERS
 from viscopade.simulators import SIMULATORS, TARGETS, simulator_with
 
@@ -292,22 +290,4 @@ def _stiffness(target: str, soft: Mapping[str, Any], has_mass: bool) -> dict[str
     return found
 
 
-@click.command(epilog=examples("viscopade verification lammps --out lammps_cases"))
-@click.argument("program", type=OneOf(["lammps"]))
-@click.option("--out", required=True, type=click.Path(path_type=Path), help="Directory for the files.")
-def verification(program: str, out: Path) -> None:
-    """Write collisions with known results, to verify a program.
-
-    In most cases two spheres collide with viscoelastic damping; in others a sphere with weight falls on a plane or
-    slides over it. The expected eps, largest overlap and contact time are exact, and the tolerances allow for the
-    time step. For LAMMPS the cases are input scripts, and YAML files as in its granular unit tests. A JSON file has all
-    cases for any program.
-    """
-    from viscopade.simulators.verification import verification_files
-
-    texts = verification_files(command_line())
-    write_all({out / name: text for name, text in texts.items()}, parents=True)
-    say(f"wrote {len(texts)} files to {out}")
-
-
-COMMANDS = (simulators_command, verification)
+COMMANDS = (simulators_command,)

@@ -24,7 +24,6 @@ __all__ = [
     "text",
     "textbook",
     "typed_force",
-    "verification",
 ]
 
 SIMULATORS: Mapping[str, tuple[str, ...]] = {
