@@ -72,6 +72,19 @@ def test_an_option_without_effect_is_refused(words, option):
     )
 
 
+@pytest.mark.parametrize(
+    ("words", "is_long"),
+    [("solref='-1e8 -100'", True), ("solref='-1e8 -100' --time-step 1e-5", False), ("solref='-2500 -20'", False)],
+)
+def test_the_default_step_of_the_program_is_compared_with_the_contact(words, is_long):
+    """1e8 1/s^2 is a contact of pi 1e-4 s; MuJoCo's step is 2 ms."""
+    flat = ("--set", "solimp=0.9 0.9 0.001", "--speed", "1")
+    text = " ".join(run("mujoco", *flat, "--set", *shlex.split(words)).output.split())
+    assert (
+        'MuJoCo\'s default step of 2 ms is 6.4 contacts long: --time-step "2 ms" computes its eps' in text
+    ) == is_long
+
+
 def test_the_table_has_a_column_for_each_eps():
     rows = list(csv.DictReader(io.StringIO(run("mercurydpm", "--format", "csv").output)))
     assert [*rows[0]] == ["program", "formula", *(f"eps = {e}" for e in ("0.9", "0.75", "0.5", "0.3", "0.1"))]

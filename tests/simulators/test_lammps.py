@@ -130,6 +130,16 @@ def test_units(units, style, warned):
     assert ("no units style" in text) == warned
 
 
+def test_the_file_says_that_the_default_time_step_is_too_long():
+    """Balls of 1 um in pg, um, us: the contact lasts about 0.006 us, and the default step of units micro is 2 us."""
+    ball = Sphere(radius=1, density=2.5, young_modulus=7e4, poisson_ratio=0.25, dissipative_constant=0)
+    micro = replace(uniform(ball, ball, 1.0), units=Units("um", "pg", "us"))
+    assert re.search(
+        r'Warning: write "timestep \S+": a script without timestep has 2 us', flowing(render("lammps", micro, COMMAND))
+    )
+    assert re.search(r' Write "timestep \S+": a script without timestep has 1e-08 s', flowing(TEXT))
+
+
 def test_names_of_walls_become_names_that_lammps_accepts():
     bodies = {"a": RUBBER, "the floor": FLOOR, "the-floor": LID}
     setup = Setup("Walls", bodies, (NamedContact("a", "the floor", Pair(RUBBER, FLOOR), 1, 1, 1),))
@@ -189,9 +199,10 @@ def program():
     need("lammps")
 
 
-def test_the_default_time_step(program):
-    printed = simulators.lammps('units si\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\nprint "step $(dt)"\n')
-    assert float(re.search(r"^step (\S+)", printed, re.MULTILINE)[1]) == lammps.SIMULATOR.default_step
+@pytest.mark.parametrize("style", lammps._DEFAULT_STEPS)
+def test_the_default_time_step(program, style):
+    printed = simulators.lammps(f'units {style}\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\nprint "step $(dt)"\n')
+    assert float(re.search(r"^step (\S+)", printed, re.MULTILINE)[1]) == lammps._DEFAULT_STEPS[style]
 
 
 SCRIPT = """\

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -158,7 +158,9 @@ def _show_contact(
     **quantities: str | None,
 ) -> None:
     """Print the eps of the contact in a user's file, or with any force."""
-    from viscopade.simulators.native import Impact, delivery, without_effect
+    from viscopade.simulators.native import FileUnits, Impact, delivery, without_effect
+    from viscopade.simulators.setup import SI
+    from viscopade.simulators.soft import FEWEST_STEPS
 
     title, version, native = _native(simulator, force, end)
     given = _given([*settings, *([] if scheme is None else [f"{native.integrator}={scheme}"])])
@@ -178,6 +180,12 @@ def _show_contact(
         option = f"--set {useless}" if useless in given else f"--{useless}"
         raise click.UsageError(f"{option} has no effect on this contact: expected a command without it")
     found = delivery(native, given, Impact(**numbers), wanted or None)
+    default = None if simulator is None or time_step else simulator_of(simulator).default_step
+    steps = found.collision.duration / default if default and found.units == FileUnits() else FEWEST_STEPS
+    if steps < FEWEST_STEPS:
+        step = SI.time_text(default or 0.0)
+        long = f"{title}'s default step of {step} is {1 / steps:.2g} contacts long"
+        found = replace(found, warnings=(*found.warnings, f'{long}: --time-step "{step}" computes its eps'))
     collision, units = found.collision, found.units
     fields: dict[str, Any] = {
         "simulator": simulator,

@@ -30,8 +30,6 @@ Other dampings, at commit 07b704c, with the elastic force F:
   spring-dashpot contact that ends at x = 0.
 
 With `limit_damping` a force that would pull is 0, with any of them; without, contact ends at x = 0.
-
-A script without `timestep` has 1e-8 s in units si (its manual; the tests ask the program).
 """
 
 from __future__ import annotations
@@ -63,6 +61,7 @@ from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 from viscopade.simulators.soft import SoftContact, Softness, Wanted
 from viscopade.simulators.stated import (
+    LONG,
     damping_per_mass,
     described,
     in_percent,
@@ -77,6 +76,8 @@ _LAW = f"{_FRICTIONLESS} damping viscoelastic limit_damping"
 STYLE = f"hertz/material {{E}} {{eta_n0}} {{nu}} {_LAW}"
 """The words after the types in pair_coeff, and after `granular` in fix wall/gran, with `HertzMaterial` in braces."""
 _WALL = f'fix wall all wall/gran granular {STYLE} zplane 0.0 NULL  # for "zplane 0.0 NULL" put your wall'
+_DEFAULT_STEPS = {"lj": 0.005, "si": 1e-8, "cgs": 1e-8, "micro": 2.0, "nano": 0.00045}
+"""Time steps of scripts without `timestep`, by units (the manual's page on timestep; the tests ask the program)."""
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
 
 
@@ -220,8 +221,12 @@ def _values(setup: Setup) -> dict[str, Any]:
         name = variables[wall]
         return line(sphere, wall, f"fix {name}_type{{0}} {group} wall/gran granular {{style}} ${{{{{name}}}}}")
 
+    steps, style = time_step(setup), _STYLES.get((setup.units.length, setup.units.mass, setup.units.time))
+    default = _DEFAULT_STEPS[style or "lj"]
     return {
-        **time_step(setup),
+        **steps,
+        "default": f"{default:g}",
+        "is_long": default > LONG * float(steps["timestep"]),
         "contacts": [
             described(
                 contact,
@@ -230,7 +235,7 @@ def _values(setup: Setup) -> dict[str, Any]:
             )
             for both, contact in meant.items()
         ],
-        "units_style": _STYLES.get((setup.units.length, setup.units.mass, setup.units.time)),
+        "units_style": style,
         "types": [
             f"{number}  {harmless(name)}: R = {setup.bodies[name].radius:.10g} {setup.units.length}, "
             f"m = {setup.bodies[name].mass:.10g} {setup.units.mass}"
@@ -276,6 +281,8 @@ Tangential forces: there are none here (LAMMPS refuses "tangential none", so it 
     tangential mindlin NULL 1.0 0.5
 
 {{ time_step }}
+{{ "Warning: w" if is_long else "W" }}rite "timestep {{ timestep }}": a script without timestep has {{ default }} {{
+units.time }}.
 """
 
 _CODE = """\
@@ -466,5 +473,5 @@ SIMULATOR = Simulator(
     texts={"lammps": InputFile("#", _USE, _CODE, _values)},
     lines={"pair": f"pair_coeff 1 1 {STYLE}", "wall": _WALL},
     native=_NATIVE,
-    default_step=1e-8,
+    default_step=_DEFAULT_STEPS["si"],
 )

@@ -296,8 +296,8 @@ class SoftContact:
         if abs(excess(stretch)) > _UNLIKE:
             name = "contact-time" if given.penetration is None else "penetration"
             raise ValueError(
-                f"{name} is {asked:.4g}: no contact with eps = {self.epsilon:g}, weight and time steps is like that; "
-                "expected a shorter and shallower one"
+                f"{name} is {asked:.4g}: no contact with eps = {self.epsilon:g}, weight and time steps is like that, "
+                "expected another one"
             )
         return self._damping(over_mass), over_mass
 
@@ -458,9 +458,7 @@ class SoftContact:
 
         None for a contact that needs no other one, or without time steps.
         """
-        found, asked, longer = self.stepped(), self._asked_duration, None
-        if asked is None or self.softness.stiffness_over_mass is not None or self.softness.stiffness is not None:
-            asked = self.contact_time
+        found, asked, longer = self.stepped(), self.contact_time, None
         if found is None or asked is None or not found.duration < math.inf:
             return None
         for _ in range(_LENGTHENINGS):

@@ -19,6 +19,8 @@ STEPS = 100
 """Time steps in the shortest contact; the texts state the error of eps that they leave."""
 PHASES = (0.0, 0.25, 0.5, 0.75)
 """Where in a step contact begins: errors of time steps are the largest over these."""
+LONG = 10
+"""Times the stated time step, from which on a program's own default one is too long: 10 steps in a contact."""
 LARGE = 0.01
 """Relative error of eps over the sizes from which on texts warn."""
 SPEEDS = 13  # at which errors are computed
