@@ -220,6 +220,13 @@ def force_of(name, text):
     return lambda x, u: k * x + 2 * zeta * math.sqrt(2 * k) * u
 
 
+def test_eps_over_the_speeds_is_with_the_weight():
+    text = text_of("drake", *ASKED, *SOFT, "--mass", 2, "--gravity", 9.81, "--speeds", "0.3:2")
+    force = force_of("drake", text)
+    slow, fast = (fallen(force, 2.0, 9.81, speed, 0.031)[0] for speed in (0.3, 2.0))
+    assert f"with weight eps at 0.3 and 2 m/s: {slow:.4f} and {fast:.4f}" in " ".join(text.replace("\n#", " ").split())
+
+
 @pytest.mark.parametrize("name", ["drake", "simbody", "chrono", "jaxdem"])
 @pytest.mark.parametrize("asked", [("--contact-time", "31 ms"), ("--penetration", "7 mm")])
 def test_eps_duration_and_depth_are_with_the_weight(name, asked):

@@ -571,11 +571,12 @@ def constant_lines(contact: SoftContact, name: str, number: Callable[[float], fl
 
 
 def weighed_lines(contact: SoftContact) -> Iterator[str]:
-    """Yield a line on eps with weight at the slowest and the fastest speed, if the bodies are known."""
+    """Yield a line on eps with weight at the slowest and the fastest speed, and on that of viscoelastic spheres."""
     wanted = contact.wanted
+    if wanted.slowest == wanted.fastest:
+        return
     ends = wanted.slowest, wanted.fastest
-    if wanted.spheres is not None and wanted.slowest < wanted.fastest:
-        own = " and ".join(f"{contact.delivered(speed):.4f}" for speed in ends)
-        others = " and ".join(f"{epsilon:.4f}" for epsilon in wanted.spheres.epsilon(ends).tolist())
-        at = f"{ends[0]:.6g} and {ends[1]:.6g} {contact.units.speed}"
-        yield f"  with weight eps at {at}: {own}; of viscoelastic spheres {others}"
+    own = " and ".join(f"{contact.delivered(speed):.4f}" for speed in ends)
+    others = "" if wanted.spheres is None else " and ".join(f"{e:.4f}" for e in wanted.spheres.epsilon(ends).tolist())
+    at = f"{ends[0]:.6g} and {ends[1]:.6g} {contact.units.speed}"
+    yield f"  with weight eps at {at}: {own}{others and f'; of viscoelastic spheres {others}'}"
