@@ -7,7 +7,7 @@ foreach(_viscopade_folder ../../../include ../exports)
     break()
   endif()
 endforeach()
-string(REGEX REPLACE ".*\"([0-9.]+).*" "\\1" PACKAGE_VERSION "${_viscopade_line}")
+string(REGEX REPLACE ".*\"([0-9]+[.][0-9]+[.][0-9]+).*" "\\1" PACKAGE_VERSION "${_viscopade_line}")
 string(REGEX MATCH "^[0-9]+" _viscopade_major "${PACKAGE_VERSION}")
 
 set(PACKAGE_VERSION_COMPATIBLE FALSE)

@@ -148,7 +148,7 @@ def test_results_are_within_the_proven_bounds_and_have_the_bits(results, way, ke
 
 @pytest.mark.parametrize("way", [way for way, found in WAYS.items() if found.exact], ids=of)
 def test_ten_thousand_results_have_the_hashes(run, way):
-    """Those of version 1.0.0, as `test_same_bits` has it."""
+    """Those that `test_same_bits` has."""
     for form in WAYS[way].written.forms:
         found = run(way, form, 1)(*v_stars(form))
         for kind in ("pade", "minimax"):

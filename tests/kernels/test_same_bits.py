@@ -1,6 +1,6 @@
 """Functions that call no function of a math library return the same bits in every version and on every machine.
 
-The hashes are those of version 1.0.0 within the domain of each function, beyond which all languages return NaN now. A
+The hashes are of values within the domain of each function, beyond which all languages return NaN. A
 change of the package that alters one bit of a result fails here: a hash may change only where a better kernel takes the
 place of a function.
 """

@@ -21,6 +21,8 @@ from mpmath import mp, mpf
 
 from viscopade import progress
 from viscopade.arithmetic.decimals import at_most
+from viscopade.collision import exact
+from viscopade.theory import pade as theory_pade
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
 from viscopade_lab import singularity
@@ -194,6 +196,19 @@ def test_the_page_rounds_errors_up(numbers):
         assert cells.split(" | ") == [
             f"{float(at_most(error, 2)):.1e}" if error > pade.ROUNDING else f"< {pade.ROUNDING:.0e}" for error in errors
         ]
+
+
+def test_the_page_has_the_bias_of_the_damping_from_an_approximant():
+    """Each number from the root of a(v*) - eps b(v*), which mpmath finds."""
+    rows = re.findall(r"^\| (0\.\d+) \| ([-+].* %) \| ([-+].* %) \|$", PAGE, re.MULTILINE)
+    assert len(rows) == 4
+    for epsilon, *cells in rows:
+        v_star = exact.invert(epsilon, 25).mpf()["v_star"]
+        for m, cell in zip((3, 1), cells, strict=True):
+            a, b = theory_pade.pade(m, m + 3).mpf()
+            difference = [b_i * mpf(epsilon) - a_i for a_i, b_i in zip((*a, 0, 0, 0), b, strict=True)]
+            root = mp.findroot(lambda v, c=difference[::-1]: mp.polyval(c, v), v_star)
+            assert cell == f"{float(100 * ((root / v_star) ** 2 - 1)):+.2g} %"
 
 
 # --- the series -------------------------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 Run as `python -m viscopade_lab.studies.audit > docs/results/audit.md`; with `--pages docs/usage/simulators` it writes
 the tables of each program into its own page instead. The measured values are the package's
-(`python -m viscopade_lab.runs.simulators`, and version 1.0.0 for Drake, Kratos and Simbody); all others are computed.
+(`python -m viscopade_lab.runs.simulators`; Drake, Kratos and Simbody were run once); all others are computed.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ LANGUAGE = Language(
     end="end",
     close="end",
     generic="export {name}\n{name}({names}) = {name}(Float64.(({names},))...)",
-    version='const VERSION = v"{version}"\nconst VERSION_NUMBER = {number}  # 10000 major + 100 minor + patch',
+    version='const VERSION = "{version}"\nconst VERSION_NUMBER = {number}  # 10000 major + 100 minor + patch',
     file="{head}\n\nmodule {Module}\n\n{version}\n\n{functions}\n\n{generics}\n\nend\n",
     call="Viscopade.{name}({arguments})",
     take='include("{module}.jl")',
