@@ -28,7 +28,7 @@ from viscopade.collision.contact import SampledCollision
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import beta_from_restitution, v_star
 from viscopade.collision.weight import EARTH, FallingContact, loaded
-from viscopade.simulators.audit import Advice, advised
+from viscopade.simulators.audit import largest_step
 from viscopade.simulators.formula import DampingFormula, compensated, epsilon_of, same, stepped_collision, wanted_kappa
 from viscopade.simulators.setup import SI, NamedContact, Units
 from viscopade.simulators.stated import SPEEDS, SpeedErrors, error_lines, program_number, speed_errors
@@ -508,17 +508,16 @@ class SoftContact:
         parameter = self._parameter(kappa)
         return None if parameter is None else (parameter, max(each.largest for each in self.errors(kappa)))
 
-    def advice(self, error: float = STEP_ERROR) -> Advice | None:
-        """Return how eps depends on the time step without a damping that makes up for it, in units of time.
+    def longest_step(self, error: float = STEP_ERROR) -> float | None:
+        """Return the longest time step with a relative error of eps, without a damping that makes up for it.
 
         It is without weight. None if there is no time step, or the duration of contact is not known.
         """
-        over_mass = self.stiffness_over_mass
-        found = None if over_mass is None else advised(self.formula, self._continuum, self.epsilon, error)
-        if found is None or over_mass is None:
+        over_mass, law, scheme = self.stiffness_over_mass, self.formula.law, self.formula.scheme
+        if over_mass is None or scheme is None:
             return None
-        unit = self.formula.law.contact_time * self._time_scale(self.wanted.typical, over_mass)
-        return Advice(error, found.largest_step * unit, found.slope / unit)
+        unit = law.contact_time * self._time_scale(self.wanted.typical, over_mass)
+        return largest_step(law, self._continuum, error, self.epsilon, scheme) * unit
 
 
 def _zero(function: Callable[[float], float]) -> float:
@@ -562,7 +561,11 @@ def constant_lines(contact: SoftContact, name: str, number: Callable[[float], fl
     """Yield lines on a contact whose law has one eps for all speeds: the number for it, and its errors."""
     written = program_number(number(contact.parameter))
     if contact.wanted.with_weight is None:
-        yield f"  {name} {written} gives eps = {program_number(contact.epsilon)}, the exact one at the typical speed"
+        light = ", without weight" if contact.wanted.gravity else ""
+        yield (
+            f"  {name} {written} gives eps = {program_number(contact.epsilon)}, the exact one at the typical speed"
+            f"{light}"
+        )
         yield from error_lines(contact.errors())
         yield from best_line(contact, name, number)
     else:

@@ -265,7 +265,7 @@ def _on_weight(contact: SoftContact, units: Units) -> Iterator[str]:
 
 def _on_steps(contact: SoftContact, simulator: Simulator, units: Units, step_error: float) -> Iterator[str]:
     """Yield lines on the time step for which the damping makes up, or on that of the program."""
-    found, advice, default = contact.stepped(), contact.advice(step_error), simulator.default_step
+    found, default = contact.stepped(), simulator.default_step
     if found is not None and contact.time_step is not None:
         makes_up = "the damping" if abs(found.epsilon - contact.epsilon) < _MADE_UP else "no damping"
         yield (
@@ -276,15 +276,16 @@ def _on_steps(contact: SoftContact, simulator: Simulator, units: Units, step_err
         if longer is not None:
             yield f'  with --contact-time "{units.time_text(longer)}" single collisions differ by {SPREAD:g} at most'
         return
-    if contact.formula.scheme is not None and advice is None:
+    longest = contact.longest_step(step_error)
+    if contact.formula.scheme is not None and longest is None:
         yield "  the longest time step is not known, as nothing says how long contact lasts"
-    if advice is not None:
+    if longest is not None:
         light = "" if contact.wanted.with_weight is None else ", without weight"
         yield (
-            f"  Time steps up to {advice.largest_step:.4g} {units.time} change eps by at most {100 * step_error:g} %"
+            f"  Time steps up to {longest:.4g} {units.time} change eps by at most {100 * step_error:g} %"
             f"{light}. For a longer step, give --time-step: viscopade then adapts the damping."
         )
-    if default is not None and contact.contact_time is not None and (advice is None or default > advice.largest_step):
+    if default is not None and longest is not None and default > longest:
         yield from default_step_warning(contact, simulator.title, default, units)
 
 
