@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from mpmath import mp
+from scipy.optimize import brentq
 
 import viscopade as vp
 from tests.closed_forms import nu_1, nu_2
@@ -239,6 +240,32 @@ def test_eps_duration_and_depth_are_with_the_weight(name, asked):
     assert (duration if asked[0] == "--contact-time" else depth) == pytest.approx(
         {"31 ms": 0.031, "7 mm": 0.007}[asked[1]], rel=1e-6
     )
+
+
+def implicit_falls(force, mass, gravity, speed, h, phases=64):
+    """Eps and largest depth of a body in steps of implicit Euler's method; steps that begin apart have no force."""
+    for i in range(phases):
+        before = (i + 0.5) / phases * h
+        x, u = gravity / 2 * before**2 - speed * before, speed - gravity * before - gravity * h / 2
+        deepest = 0.0
+        while u > 0 or x > 0:
+
+            def missed(w, x=x, u=u):
+                at = x + h * w
+                return w - u - h * (gravity - (max(force(at, w), 0.0) / mass if x > 0 and at > 0 else 0.0))
+
+            u = brentq(missed, -10 * speed, 10 * speed, xtol=1e-14)
+            x += h * u
+            deepest = max(deepest, x)
+        yield math.sqrt((u + gravity * h / 2) ** 2 - 2 * gravity * x) / speed, deepest
+
+
+def test_drake_s_implicit_steps_and_the_weight_are_made_up_for_together():
+    text = text_of("drake", *ASKED, *SOFT, "--mass", 2, "--gravity", 9.81, "--time-step", "1 ms")
+    epsilon, depth = np.array(list(implicit_falls(force_of("drake", text), 2.0, 9.81, 1.0, 1e-3))).T
+    assert epsilon.mean() == pytest.approx(0.5, abs=1e-4)
+    assert depth.mean() == pytest.approx(stated(text, "the penetration reaches"), rel=1e-3)
+    assert stated(text, "contact lasts") == pytest.approx(0.031, rel=1e-3)
 
 
 # --- in the programs --------------------------------------------------------------------------------------------------
