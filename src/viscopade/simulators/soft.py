@@ -14,7 +14,7 @@ contact, so with them damping and stiffness are solved together.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -341,10 +341,7 @@ class SoftContact:
         )
 
     def _course(self, speed: float, kappa: float, over_mass: float, falls: bool | None = None) -> _Course:
-        """Return the collision at a speed, with the program's own time steps, and with the weight, if it is wanted.
-
-        `falls` says whether the weight counts, if another answer than the wanted one is asked for.
-        """
+        """Return the collision at a speed, with the program's own time steps; arguments as of `delivered`."""
         weight = self.wanted.with_weight is not None if falls is None else falls
         load = self._load(speed, over_mass) if weight else 0.0
         step, scheme = self._step(speed, over_mass), self.formula.scheme
@@ -419,7 +416,7 @@ class SoftContact:
         over_mass = self.stiffness_over_mass
         return None if over_mass is None else self._course(self.wanted.fastest, self.kappa, over_mass).depth
 
-    def delivered(self, speed: float, kappa: float | None = None) -> float:
+    def delivered(self, speed: float, kappa: float | None = None, falls: bool | None = None) -> float:
         """Return eps at a speed; with a time step its mean over where in a step contact begins.
 
         Parameters
@@ -427,18 +424,13 @@ class SoftContact:
         speed : float
         kappa : float, optional
             Damping at the typical speed, instead of `kappa`.
+        falls : bool, optional
+            Whether the weight counts; by default if eps is wanted with it.
         """
         damping, over_mass = self.kappa if kappa is None else kappa, self.stiffness_over_mass
         if over_mass is None or (self.time_step is None and self.wanted.with_weight is None):
             return float(epsilon_of(self.formula.law, mp.mpf(self._at(damping, speed))))
-        return self._course(speed, damping, over_mass).epsilon
-
-    def rebounds(self, speeds: Sequence[float], falls: bool) -> list[float]:
-        """Return eps at speeds with the time step, with or without weight; nothing if k/m is not known."""
-        over_mass = self.stiffness_over_mass
-        if over_mass is None:
-            return []
-        return [self._course(speed, self.kappa, over_mass, falls).epsilon for speed in speeds]
+        return self._course(speed, damping, over_mass, falls).epsilon
 
     def stepped(self, time_step: float | None = None) -> SampledCollision | None:
         """Return eps at the typical speed with its time step, or with another one; None if there is none.

@@ -253,7 +253,7 @@ def _on_weight(contact: SoftContact, units: Units) -> Iterator[str]:
         if fall is not None and contact.time_step is not None:  # that sentence is without steps
             speeds = list(dict.fromkeys((wanted.fastest, wanted.slowest)))
             heavy, light = (
-                " and ".join(f"{epsilon:.4f}" for epsilon in contact.rebounds(speeds, falls)) for falls in (True, False)
+                " and ".join(f"{contact.delivered(v, falls=falls):.4f}" for v in speeds) for falls in (True, False)
             )
             fall = (
                 f"a body that falls on a plane at {' and '.join(f'{v:.4g}' for v in speeds)} {units.speed} rebounds "
