@@ -94,8 +94,9 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
     --stiffness is what the file has: over the effective mass for MuJoCo, not so for the others. --law names the law
     that your data follow; `viscopade fit` prints its name.
 
-    With --gravity a body that falls on a plane has the wanted eps and contact time. During the contact its weight presses it against the
-    plane, and it loses more energy. Two spheres that fall together have no weight in their frame.
+    With --gravity a body that falls on a plane has the wanted eps and contact time. During the contact its weight
+    presses it against the plane, and it loses more energy. Two spheres that fall together have no weight in their
+    frame.
 
     Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
     """
