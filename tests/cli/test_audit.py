@@ -130,7 +130,7 @@ def test_a_file_of_a_user_as_json():
         "sampled",
     )
     assert found["delivered"] == pytest.approx(0.122181, abs=2e-6)
-    assert (found["least"], found["largest"]) == pytest.approx((0.103048, 0.143140), abs=2e-6)
+    assert (found["least"], found["largest"]) == pytest.approx((0.1027, 0.1435), abs=5e-5)  # 505 phases in MuJoCo 4.0.0
     assert found["depth"] == pytest.approx(0.0065, rel=0.01)
     assert found["units"] == {"length": "m", "time": "s"}
     assert found["errors"]["epsilon"] < 1e-3
@@ -162,11 +162,89 @@ def test_any_force():
     assert run(*words).output.startswith("eps = 0.263964 without weight; 0.236172 for a body that falls")
     found = json.loads(run(*words, "--time-step", "0.1 ms", "--format", "json").output)
     assert found["simulator"] is None
-    assert (found["delivered"], found["least"], found["largest"]) == pytest.approx((0.2522, 0.2392, 0.2653), abs=2e-4)
+    assert (found["delivered"], found["least"], found["largest"]) == pytest.approx((0.2522, 0.2390, 0.2655), abs=2e-4)
     coarse = json.loads(run(*words, "--time-step", "1 ms", "--format", "json").output)
-    assert (coarse["least"], coarse["largest"]) == pytest.approx((0.0025, 0.3177), abs=2e-4)
+    assert (coarse["least"], coarse["largest"]) == pytest.approx((0, 0.3202), abs=2e-4)
     heavy = json.loads(run(*words, "--time-step", "0.1 ms", "--gravity", "9.81", "--format", "json").output)
     assert (heavy["delivered"], heavy["least"], heavy["largest"]) == pytest.approx((0.2248, 0.2116, 0.2380), abs=1e-3)
     pulls = ("--force", "1e5*x + 139*v", "--mass", "1", "--speed", "1", "--end")
     force, back = (json.loads(run(*pulls, end, "--format", "json").output)["delivered"] for end in ("force", "return"))
     assert force > back
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("mujoco", "--speed", ""), "--speed is '': expected a speed > 0"),
+        (("mujoco", "--speed", "1", "--epsilon", ""), "--epsilon is '': expected a number > 0 and < 1"),
+        (("mujoco", "--epsilon", ""), "--epsilon is '': expected a number from 0.001 to 1"),
+        (("mujoco", "--epsilon", "0.5", "--time-step", ""), "--time-step is '': expected a number of contact times"),
+        (("mujoco", "--speed", "1", "--time-step", ""), "--time-step is '': expected a time > 0"),
+        (("--force", "1e5*x", "--speed", "1", "--mass", ""), "--mass is '': expected a mass > 0"),
+        (("--force", "1e5*x", "--speed", "1", "--mass", "1", "--gravity", ""), "--gravity is '': expected an accel"),
+        (("--force", "1e5*x", "--speed", "1", "--mass", "1", "--radius", "1"), "--radius has no effect on eps"),
+        (("--force", "1e5*x", "--speed", "1", "--mass", "1", "--radius", ""), "--radius is '': expected a length > 0"),
+        (("mujoco", "--speed", "1", "--mass", "2"), "--mass has no effect on eps of this contact: expected none"),
+        (("newton", "--scheme", "SolverMuJoCo", "--speed", "1", "--mass", "2"), "--mass has no effect on eps"),
+        (("mujoco", "--speed", "1", "--all"), "--all is given with --speed, --set and --force: expected one of both"),
+        (("--force", "0*x", "--speed", "1", "--mass", "1"), "the force does not stop a body"),
+    ],
+)
+def test_refusals_name_the_option_that_was_typed(words, message):
+    found = CliRunner().invoke(command, ["audit", *words])
+    assert found.exit_code
+    text = str(found.exception.message if hasattr(found.exception, "message") else found.exception) + found.stderr
+    assert message in text
+
+
+def test_drakes_defaults():
+    """A largest bounce of 1/d."""
+    assert run("drake", "--mass", "1", "--speed", "1").output.startswith(
+        "Drake: eps = 0.02 without weight; 0 for a body"
+    )
+
+
+def test_restitution_that_is_off():
+    words = ("newton", "--scheme", "SolverXPBD", "--set", "restitution=0.3", "--mass", "1", "--speed", "1")
+    text = " ".join(run(*words, "--epsilon", "0.3").output.split())
+    assert "for eps = 0.3 at 1 m/s write restitution = 0.3, enable_restitution = True" in text
+    assert "Warning: enable_restitution is off" in text
+
+
+def test_bodies_that_part_in_some_phases_have_no_duration():
+    words = ("newton", "--set", "ke=1e5", "--set", "kd=1e3", "--mass", "1", "--speed", "1", "--time-step", "1e-3")
+    text = run(*words, "--gravity", "9.81").output
+    assert "depth 0.0005064 m; if contact begins at some places in a step, the bodies do not part" in text
+    assert "inf" not in text.replace("infinitely", "")
+    found = json.loads(run(*words, "--gravity", "9.81", "--format", "json").output)
+    assert (found["parts"], found["duration"]) == (True, None)
+    assert " ".join(run(*words).output.split()).startswith(
+        "Newton and Warp: eps = 0.1601 (0.0000 to 0.3202: where in a step contact begins) without weight; "
+        "0.1248 (0.0000 to 0.2876) for a body that falls on a plane, sampled"
+    )
+
+
+def test_three_formulas_are_printed_unless_all_are_wanted():
+    few, all_ = run("lammps", "--epsilon", "0.5").output, run("lammps", "--epsilon", "0.5", "--all").output
+    rows = json.loads(run("lammps", "--epsilon", "0.5", "--format", "json").output)["rows"]
+    errors = sorted((abs(float(row["delivered"]) - 0.5) for row in rows), reverse=True)
+    printed = [float(line.split()[1]) for line in few.splitlines() if "delivered:" in line]
+    assert sorted((abs(eps - 0.5) for eps in printed), reverse=True) == pytest.approx(errors[:3], abs=1e-6)
+    assert f"--all prints {len(rows) - 3} more" in few
+    assert all_.count("delivered:") == len(rows)
+    assert "--all" not in all_
+
+
+def test_a_longer_contact_is_suggested():
+    words = ("mercurydpm", "--epsilon", "0.5", "--time-step")
+    rows = json.loads(run(*words, "0.3", "--format", "json").output)["rows"]
+    steps = rows[-1]["resolving_steps"]
+    text = " ".join(run(*words, "3 ms", "--contact-time", "10 ms").output.split())
+    assert f"unless an undamped contact lasts {steps} time steps ({steps * 0.003:.3g} s)." in text
+    for number, resolved in ((steps, True), (steps / 2, False)):
+        (row,) = [
+            row
+            for row in json.loads(run(*words, repr(1 / number), "--format", "json").output)["rows"]
+            if row["formula"] == rows[-1]["formula"]
+        ]
+        assert (row["resolving_steps"] is None) == resolved

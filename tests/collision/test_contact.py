@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mpmath import mp
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 from scipy.special import beta as euler_beta
+from scipy.special import lambertw
 
 from viscopade.collision import exact
-from viscopade.collision.contact import Contact, damping_factor
+from viscopade.collision.contact import PHASES, Contact, damping_factor, resolving_factor
 from viscopade.collision.schemes import FORWARD, IMPLICIT, RUNGE_KUTTA, SCHEMES, SEMI_IMPLICIT, TAYLOR
 from viscopade.theory.law import Law, law_of
 
@@ -187,6 +189,40 @@ def test_forces_with_kinks_and_jumps(name):
         assert found.epsilon == pytest.approx(0.6, abs=1e-13)
 
 
+def test_a_force_with_a_jump():
+    """Little damping, so the loss is the work of the damping along the motion without it."""
+    k, c, jump, f, mass, speed = 613.4, 0.1838, 1.67e-5, 0.739, 0.0725, 0.12
+    contact = Contact(lambda x, v: k * x**2 + c * x * v + np.where(x > jump, f, 0), mass)
+
+    def square(x):
+        return speed**2 - 2 / mass * (k * x**3 / 3 + f * max(x - jump, 0))
+
+    deepest = brentq(square, jump, 1)
+    work = 2 * quad(lambda x: c * x * math.sqrt(max(square(x), 0)), 0, deepest)[0]
+    assert 1 - contact.collide(speed).epsilon == pytest.approx(work / mass / speed**2, rel=1e-3)
+
+
+@pytest.mark.parametrize("mass", [1.0, 2.0])
+@pytest.mark.parametrize("load", [0.0, 3.0])
+def test_a_force_of_the_approach_alone_does_not_part_bodies(mass, load):
+    contact = Contact(lambda x, v: np.where(v < 0, 0, 1e5 * x), mass, load)
+    found = contact.collide()
+    assert (found.epsilon, found.parts, found.duration) == (0, False, math.inf)
+    deepest = (load + math.sqrt(load**2 + 1e5 * mass)) / 1e5
+    assert found.depth == pytest.approx(deepest, rel=1e-9)
+
+
+@pytest.mark.parametrize("kappa", [10, 38, 50, 1e3, 1e6])
+@pytest.mark.parametrize(("k", "mass", "speed"), [(1, 1, 1), (5e5, 1, 1), (106.4, 3.09, 1.1), (2.4e8, 1e-6, 0.15)])
+def test_strong_damping(kappa, k, mass, speed):
+    """Hunt-Crossley: the speed tends to that at which the force vanishes, v/kappa; eps by Lambert's function."""
+    true = (1 + lambertw(-(1 + kappa) * math.exp(-(1 + kappa))).real) / kappa
+    c = k * kappa / speed
+    found = Contact(lambda x, v: k * x + c * x * v, mass).collide(speed)
+    assert found.epsilon == pytest.approx(true, rel=1e-10)
+    assert found.duration + found.errors["duration"] > kappa * found.depth / speed
+
+
 def loss(law, load):
     """Return lambda(G) by quadrature in an angle, x = x_m sin^2."""
     a, b = float(law.elastic), float(law.damping)
@@ -310,10 +346,48 @@ def test_semi_implicit_euler_is_what_newton_computes():
     """Newton 1.8.0's semi-implicit solver, a sphere on a plane, ke = 1e5, kd = 1e3, m = 1 kg, 1 m/s."""
     assert NEWTON.collide().epsilon == pytest.approx(0.263964, abs=1e-6)
     for step, expected in ((1e-4, (0.2522, 0.2392, 0.2653)), (1e-3, (0.1601, 0.0025, 0.3177))):
-        found = NEWTON.collide(step=step)
+        found = NEWTON.collide(step=step, phases=PHASES)
         assert (found.epsilon, found.least, found.largest) == pytest.approx(expected, abs=6e-5)
     falls = Contact(NEWTON.force, load=9.81).collide(step=1e-4)
     assert (falls.epsilon, falls.least, falls.largest) == pytest.approx((0.2248, 0.2116, 0.2380), abs=1e-3)
+
+
+@pytest.mark.parametrize("g", [0.0, 9.81])
+def test_the_range_over_all_phases_is_that_of_a_plain_loop(g):
+    """Newton's map at 1 ms, with the limits of first contact at both ends of a step."""
+    h, found = 1e-3, []
+    for before in h * np.concatenate(([0], np.linspace(1e-4, 1 - 1e-12, 3000))):
+        x, v, force = g / 2 * before**2 - before, 1 - g * before + g * h / 2, 1.0
+        for _ in range(100):
+            x += h * v
+            force = 1e5 * x + 1e3 * max(v, 0) if x > 0 else 0.0
+            v += h * (g - force)
+            if x <= 0 and v < 0:
+                found.append(math.sqrt((v - g * h / 2) ** 2 - 2 * g * x))
+                break
+        else:
+            found.append(0.0)
+    collision = Contact(NEWTON.force, load=g).collide(step=h)
+    assert (collision.least, collision.largest) == pytest.approx((min(found), max(found)), abs=2e-4)
+    assert collision.least <= min(found) + 1e-9
+    assert collision.largest >= max(found) - 1e-9
+
+
+@pytest.mark.parametrize("scheme", [SEMI_IMPLICIT, IMPLICIT, RUNGE_KUTTA], ids=lambda scheme: scheme.name)
+@pytest.mark.parametrize("law", NAMED[::3], ids=identity)
+def test_no_phase_is_outside_of_the_range(law, scheme):
+    for step, load in ((0.1, 0.0), (0.5, 0.1), (1.5, 0.0)):
+        contact = Contact.of_law(law, 0.4, load)
+        found = contact.collide(step=step, scheme=scheme)
+        epsilon = contact.rebounds(1.0, step, np.linspace(0, 1 - 1e-12, 3001), scheme).epsilon
+        assert found.least - 5e-6 < epsilon.min() < found.least + 2e-3
+        assert found.largest - 2e-3 < epsilon.max() < found.largest + 5e-6
+
+
+def test_time_steps_do_not_need_the_solution_without_them(monkeypatch):
+    expected = NEWTON.collide(step=1e-3)
+    monkeypatch.delattr("viscopade.collision.contact._exact")
+    assert NEWTON.collide(step=1e-3) == expected
 
 
 def test_forward_euler_is_what_kratos_computes():
@@ -404,6 +478,34 @@ def test_the_range_over_phases_is_within_its_estimate(law, step):
         assert abs(getattr(found, name) - getattr(many, name)) < 100 * found.errors[name] + 1e-12
 
 
+def test_the_undamped_contact_time():
+    """Of a linear spring pi sqrt(m/k), of Hertz's 2.9432751 x_max/v."""
+    linear = Contact(lambda x, v: 5e5 * x * (1 + 50 * v), mass=2.0, load=3.0)
+    assert linear.contact_time(0.3) == pytest.approx(math.pi * math.sqrt(2 / 5e5), rel=1e-9)
+    hertz = Contact(lambda x, v: 1e6 * x**1.5 + np.sqrt(x) * v, mass=0.1)
+    deepest = (5 / 4 * 0.1 * 0.3**2 / 1e6) ** 0.4
+    assert hertz.contact_time(0.3) == pytest.approx(2.9432751 * deepest / 0.3, rel=1e-7)
+
+
+def test_a_contact_that_a_step_resolves():
+    def family(c):
+        return Contact(lambda x, v: 2500 * x + c * v)
+
+    step = 0.01
+    c = damping_factor(family, 0.5, 10.0, step=step)
+    found = family(c).collide(step=step)
+    assert found.largest - found.least > 0.02
+    factor = resolving_factor(family, 0.5, c, 0.02, step=step)
+
+    def longer(c):  # mass over stiffness, and mass over damping, grow
+        return Contact(lambda x, v: 2500 / factor**2 * x + c * v)
+
+    c = damping_factor(longer, 0.5, 10 / factor, step=step)
+    found = longer(c).collide(step=step)
+    assert found.epsilon == pytest.approx(0.5, abs=1e-9)
+    assert 0.01 < found.largest - found.least <= 0.02
+
+
 # --- the inverse ------------------------------------------------------------------------------------------------------
 
 
@@ -427,6 +529,58 @@ def test_the_damping_of_a_contact_that_damps_while_approaching():
 def test_an_eps_that_no_damping_gives():
     with pytest.raises(ValueError, match=r"epsilon is 0.9: expected at most 0\.\d+"):
         damping_factor(lambda c: Contact.of_law("linear", c), 0.9, near=0.1, step=0.5, scheme=IMPLICIT)
+
+
+# --- the user's function ----------------------------------------------------------------------------------------------
+
+
+def in_place(x, v):
+    """Damping of the approach, by a function that changes its arguments."""
+    np.maximum(v, 0, out=v)
+    x += 0.3 * v
+    return x
+
+
+@pytest.mark.parametrize("step", [None, 0.02])
+def test_a_force_that_changes_its_arguments(step):
+    expected = Contact(lambda x, v: x + 0.3 * np.maximum(v, 0)).collide(step=step)
+    assert Contact(in_place).collide(step=step) == expected
+    assert expected.epsilon > 0.8
+
+
+@pytest.mark.parametrize("step", [None, 0.02])
+@pytest.mark.parametrize("load", [0.0, 0.05])
+def test_a_force_in_single_precision(step, load):
+    def force(x, v):
+        return x**1.5 + 0.4 * np.sqrt(x) * v
+
+    def single(x, v):
+        return force(x.astype(np.float32), v.astype(np.float32))
+
+    found = Contact(single, np.float32(1), load).collide(np.float32(1), step=step and np.float32(step))
+    expected = Contact(force, load=load).collide(step=step)
+    assert found.epsilon == pytest.approx(expected.epsilon, abs=1e-6)
+    assert abs(found.epsilon - expected.epsilon) < 100 * found.errors["epsilon"]
+
+
+@pytest.mark.parametrize("step", [None, 0.02])
+@pytest.mark.parametrize(
+    "force",
+    [
+        lambda x, v: x + 0.1j * v,
+        lambda x, v: 10**400,
+        lambda x, v: "1",
+        lambda x, v: x.astype(np.float16),
+        lambda x, v: [1.0, 2.0],
+        lambda x, v: [object()] * len(x),
+    ],
+)
+def test_what_is_no_force(force, step):
+    with pytest.raises(
+        ValueError, match=r"the force is .*: expected a real number in single or double precision"
+    ) as error:
+        Contact(force).collide(step=step)
+    assert "\n" not in str(error.value)
 
 
 # --- refusals ---------------------------------------------------------------------------------------------------------
@@ -477,6 +631,6 @@ def test_bodies_that_stay_are_seen_to_stay_before_long():
     for damping, most in ((20, 12_000), (2000, 200_000)):
         contact = Contact(lambda x, v, c=damping: 1e5 * x + c * v, load=1e3)
         counted.clear()
-        found = contact.collide(0.05, step=5e-6, scheme=scheme)
+        found = contact.collide(0.05, step=5e-6, scheme=scheme, phases=PHASES)
         assert (found.epsilon, found.parts) == (0, False)
         assert len(counted) < most

@@ -1,9 +1,13 @@
 """Native parameters: eps that the real programs delivered, what to write instead, and forces that are typed."""
 
+import re
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from mpmath import mp
 
+from viscopade.collision.contact import PHASES
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.simulators import simulator_of
 from viscopade.simulators.formula import force_end_kappa, tsuji_kappa
@@ -13,6 +17,8 @@ from viscopade.simulators.typed_force import native as typed
 from viscopade_lab.runs import decks
 
 EARTH = 9.81
+KRATOS = {"law": "DEM_D_Linear_viscous_Coulomb", "YOUNG_MODULUS": "1e5", "POISSON_RATIO": "0"}
+KRATOS |= {"COEFFICIENT_OF_RESTITUTION": "0.5"}
 SOFT, HARD = "-7672.00354889 -44.7191729394", "-294911.816419 -277.258872224"  # eps 0.5: contacts of 31 ms and 5 ms
 FLAT = {"solimp": "0.9 0.9 0.001", "condim": "1"}
 
@@ -36,10 +42,36 @@ MUJOCO = [
 
 @pytest.mark.parametrize(("settings", "step", "gravity", "measured"), MUJOCO)
 def test_mujoco_in_time_steps(settings, step, gravity, measured):
-    found = delivered("mujoco", settings, gravity=gravity, step=step).collision
+    native, hit = simulator_of("mujoco").native, Impact(1.0, None, None, gravity, step)
+    values = native.values(settings)
+    scheme = native.schemes[values["integrator"]]
+    found = native.contact(values, hit).collide(step=step, scheme=scheme, phases=PHASES)
     assert (found.epsilon, found.least, found.largest) == pytest.approx(measured, abs=2e-6)
     assert found.parts == (gravity == 0)
     assert found.status == "sampled"
+
+
+@dataclass(frozen=True)
+class AtPhases(decks.Deck):
+    """A deck with phases of one's choice, without gravity."""
+
+    parts: tuple[float, ...] = ()
+
+    @property
+    def starts(self):
+        """The height and the velocity from which contact begins at each phase."""
+        yield from ((part * self.time_step * self.speed, -self.speed) for part in self.parts)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.003])
+def test_the_range_over_all_phases_is_that_of_mujoco_itself(step):
+    pytest.importorskip("mujoco")
+    found = delivered("mujoco", {"solref": "0.02 1"}, step=step).collision
+    text, parts = "solref=0.02 1; solimp=0.9 0.95 0.001 0.5 2; condim=3", np.linspace(1e-9, 1 - 1e-9, 201)
+    epsilon = [*decks.mujoco_epsilons(AtPhases("mujoco", "Euler", text, 3.0, 1.0, 0.0, step, 0.06, 0, tuple(parts)))]
+    assert (found.least, found.largest) == pytest.approx((min(epsilon), max(epsilon)), abs=3e-5)
+    assert found.least < min(epsilon) + 1e-7
+    assert found.largest > max(epsilon) - 1e-7
 
 
 @pytest.mark.parametrize(
@@ -95,18 +127,89 @@ def test_a_short_timeconst_counts_as_two_steps():
 
 def test_warnings():
     (weight,) = delivered("mujoco", {"solref": SOFT, **FLAT}).warnings
-    assert weight == "Without weight. A body that falls on a plane has g t_c/v = 0.3, and eps = 0.4482: --gravity 9.81"
+    assert weight == "Without weight. A body that falls on a plane has g t_c/v = 0.35, and eps = 0.4482: --gravity 9.81"
     (signs,) = delivered("mujoco", {"solref": "2500 100"}, gravity=EARTH).warnings
     assert "for stiffness and damping write solref = -2500 -100" in signs
     (step,) = delivered("mujoco", {"solref": SOFT, **FLAT}, gravity=EARTH, step=0.02).warnings
-    assert step.startswith("A contact has 1.7 time steps only")
+    assert step.startswith("A contact has 1.8 time steps only")  # pi/sqrt(stiffness) is 35.9 ms
     assert not delivered("mujoco", {"solref": SOFT, **FLAT}, gravity=EARTH, step=0.002).warnings
 
 
-@pytest.mark.parametrize("step", [1e-9, 1.0])
-def test_steps_that_are_far_too_short_or_long_are_refused(step):
-    with pytest.raises(ValueError, match=r"expected 6\.2e-06 to 0\.31 s"):
-        delivered("mujoco", {"solref": SOFT, **FLAT}, step=step)
+def test_steps_that_are_far_too_short_give_the_eps_without_one():
+    short, without = (delivered("mujoco", {"solref": SOFT, **FLAT}, step=step) for step in (1e-9, None))
+    assert short.collision == without.collision
+    assert (short.stepped, without.stepped) == (False, False)
+    assert short.warnings[0] == "A contact has 3.6e+07 time steps: this is eps with infinitely many"
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.3, 1 - 1e-12])
+def test_steps_longer_than_a_contact_are_computed(phase):
+    """Drake's approximation sap, by hand: each step of implicit Euler solves a linear equation."""
+    sap, h, k, c = {"discrete_contact_approximation": "sap"}, 0.01, 5e5, 5e5 * 0.2
+    found = delivered("drake", sap, mass=1.0, step=h)
+    assert any(text.startswith("A time step is 2.3 contacts long") for text in found.warnings)
+    x, v = -phase * h + h, 1.0  # after the step in which contact begins
+    while x > 0:
+        v = min(v, (v - h * k * x) / (1 + h * c + h * h * k))  # the force never pulls
+        x += h * v
+    assert found.collision.least - 1e-6 < -v < found.collision.largest + 1e-6
+    assert (found.collision.epsilon, found.collision.largest) == pytest.approx((0.0231, 0.0466), abs=5e-5)
+
+
+def test_a_step_of_seconds_is_warned_of():
+    texts = delivered("mujoco", {}, step=2.0).warnings
+    assert any(text.startswith("A time step is 32 contacts long") for text in texts)
+
+
+@pytest.mark.parametrize(
+    ("program", "settings", "step"),
+    [
+        ("newton", {"ke": "1e5", "kd": "1e3"}, 1e-3),
+        ("drake", {"hunt_crossley_dissipation": "0.5"}, 5e-4),
+        ("kratos", {**KRATOS, "TranslationalIntegrationScheme": "Forward_Euler"}, 2e-3),
+        (typed("1e5*x + 139*v", "force"), {"scheme": "forward-euler"}, 1e-3),
+        (typed("1e5*x + 139*v", "force"), {}, None),
+    ],
+)
+def test_both_numbers_of_a_line_are_those_of_the_program(program, settings, step):
+    """The second is what is printed if gravity is asked for, in the same steps."""
+    given = {"mass": 1.0, "radius": 0.5, "step": step}
+    alone, falls = (delivered(program, settings, gravity=g, **given) for g in (0.0, EARTH))
+    assert alone.falling == falls.collision
+    assert alone.collision != falls.collision
+    assert falls.falling is None
+
+
+def test_newton_with_weight_and_a_step():
+    found = delivered("newton", {"ke": "1e5", "kd": "1e3"}, mass=1.0, step=1e-3)
+    assert (found.collision.epsilon, found.falling.epsilon) == pytest.approx((0.1601, 0.1248), abs=5e-5)
+    (weight,) = found.warnings
+    assert "g t_c/v = 0.097, and eps = 0.1248" in weight  # 9.81 pi sqrt(1/1e5)
+
+
+def test_attraction_that_is_cut_off_is_warned_of():
+    """The force at rest is below 0 up to (0.02/1e6)^(2/3) m."""
+    adhesion, hit = "1e6*x**1.5 - 0.02 + 3*sqrt(x)*v", {"speed": 0.05, "mass": 1e-4}
+    for step in (None, 1e-5, 1e-9):
+        (text, *_) = delivered(typed(adhesion, "force"), {}, step=step, **hit).warnings
+        assert text.startswith("The force pulls at a compression of 7")
+        assert text.endswith('e-06 m, which the end "force" cuts off: --end return')
+    for other in (typed(adhesion, "return"), typed("1e6*x**1.5 + 3*sqrt(x)*v", "force")):
+        assert not any("pulls" in text for text in delivered(other, {}, **hit).warnings)
+
+
+def test_a_contact_that_a_step_resolves_is_suggested():
+    given = {"solref": "-2500 -100", "solimp": "0.9 0.9 0.001", "condim": "1"}
+    text = delivered("mujoco", given, 1.0, step=0.01, epsilon=0.5).warnings[-1]
+    before, after = text.split(";")
+    least, most = map(float, re.findall(r"0\.\d+", before)[1:])
+    assert most - least > 0.02
+    longer = float(re.search(r"last ([\d.]+) s without", after)[1])
+    soft = {**given, "solref": f"{-((np.pi / longer) ** 2)!r} -1"}
+    again = delivered("mujoco", soft, 1.0, step=0.01, epsilon=0.5)
+    found = delivered("mujoco", {**soft, **again.instead}, 1.0, step=0.01).collision
+    assert found.epsilon == pytest.approx(0.5, abs=1e-5)
+    assert 0.01 < found.largest - found.least < 0.0202  # the time has two digits
 
 
 # --- falls in the real programs ---------------------------------------------------------------------------------------
@@ -421,6 +524,9 @@ def test_the_rule_of_xpbd():
     falls = delivered("newton", settings, speed=0.015, gravity=EARTH, step=1e-3).collision
     assert (falls.epsilon, falls.parts) == (0, False)
     assert delivered("newton", settings, epsilon=0.7, gravity=EARTH).instead == {"restitution": "0.7"}
+    off = delivered("newton", settings | {"enable_restitution": "False"}, epsilon=0.7)
+    assert off.instead == {"restitution": "0.7", "enable_restitution": "True"}
+    assert off.warnings == ("enable_restitution is off, the default: SolverXPBD then ignores restitution",)
     assert delivered("newton", settings, gravity=EARTH, step=1e-3).warnings == ()
 
 

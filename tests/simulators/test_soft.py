@@ -362,7 +362,7 @@ def test_mujoco_makes_up_for_its_time_step():
     text = text_of("mujoco", *ASKED, *SOFT, "--time-step", "2 ms")
     drops = np.array(list(mujoco_drops(text, 2e-3, phases=64)))[:, 0]
     assert drops.mean() == pytest.approx(0.5, abs=1e-4)
-    assert drops.min() == pytest.approx(stated(text, "on average,"), abs=1e-5)
+    assert 0 <= drops.min() - stated(text, "on average,") < 5e-4  # the range is that of all phases
 
 
 def test_mujoco_error_over_speeds():

@@ -16,12 +16,14 @@ from viscopade.simulators import SIMULATORS, simulator_of, simulators
 from viscopade.theory.law import ENDS, End
 
 if TYPE_CHECKING:
+    from viscopade.collision.contact import SampledCollision
     from viscopade.simulators.audit import Audit
     from viscopade.simulators.native import Delivery, Native
     from viscopade.simulators.simulator import Simulator
 
 _LEAST_STEP, _LEAST_ERROR = 1e-3, 1e-8
 _FIGURES = 6  # of a number in a table
+_SHOWN = 3  # formulas of a program
 _BETWEEN = "a number > 0 and < 1"
 _QUANTITIES = {
     "speed": Quantity("speed", " > 0"),
@@ -65,6 +67,7 @@ _MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
     type=click.Choice(ENDS),
     help="End of contact for --force: where the force vanishes, or at x = 0.  [default: force]",
 )
+@click.option("--all", "whole", is_flag=True, help="With --epsilon: print all formulas of a program, not three only.")
 @STYLE
 def audit(
     simulator: str | None,
@@ -72,6 +75,7 @@ def audit(
     time_step: str | None,
     contact_time: float | None,
     step_error: float | None,
+    whole: bool,
     style: str,
     **own: Any,
 ) -> None:
@@ -91,18 +95,18 @@ def audit(
     The contact time is without damping: `viscopade epsilon` prints it for a material with A = 0. Plain numbers are in
     SI units.
     """
-    of_audit = {"--contact-time": contact_time, "--step-error": step_error}
+    of_audit = {"--contact-time": contact_time, "--step-error": step_error, "--all": whole}
     if own["speed"] is not None or own["settings"] or own["force"] is not None:
         _refuse("with --speed, --set and --force", of_audit)
         _show_contact(simulator, epsilon, time_step, style, **own)
     else:
         _refuse("without --speed", {f"--{name}": own[name] for name in ("mass", "radius", "gravity", "scheme", "end")})
-        _show_audits(simulator, epsilon, time_step, contact_time, step_error, style)
+        _show_audits(simulator, epsilon, time_step, contact_time, step_error, whole, style)
 
 
 def _refuse(where: str, options: Mapping[str, object]) -> None:
     for flag, value in options.items():
-        if value is not None:
+        if value not in (None, False):
             raise click.UsageError(f"{flag} is given {where}: expected one of both")
 
 
@@ -112,6 +116,7 @@ def _show_audits(
     time_step: str | None,
     contact_time: float | None,
     step_error: float | None,
+    whole: bool,
     style: str,
 ) -> None:
     """Print the eps that the formulas of one simulator, or of all, give."""
@@ -127,15 +132,21 @@ def _show_audits(
         raise ValueError(f"--step-error is {step_error:.4g}: expected {_LEAST_ERROR:g} to 1")
     wanted = ASKED if epsilon is None else (epsilon.strip(),)
     found, refused = _audits(chosen, wanted, step, step_error)
-    whole = {"rows": [_json(row) for row in found], "refused": refused}
+    data = {"rows": [_json(row, epsilon is not None) for row in found], "refused": refused}
+    left_out = 0
     if epsilon is None:
-        _show_table(style, wanted, found, whole)
+        _show_table(style, wanted, found, data)
     else:
-        columns = [_columns(row, unit) for row in found]
+        # As text, of each program the formulas whose eps differ most from the wanted one.
+        shown = found if whole or style != "text" else _most_different(found)
+        left_out = len(found) - len(shown)
+        columns = [_columns(row, unit, contact_time is not None) for row in shown]
         used = [name for name in columns[0] if any(each[name] for each in columns)]
         rows = [[each[name] for name in used] for each in columns]
-        show(style, used, rows, whole, title=f"eps = {epsilon} is asked for")
+        show(style, used, rows, data, title=f"eps = {epsilon} is asked for")
     if style == "text":
+        if left_out:
+            say(f"--all prints {left_out} more, whose eps is closer to {epsilon}")
         for line in refused:
             say(line)
         say(f"{rule(row.formula.law for row in found)}.")
@@ -143,6 +154,21 @@ def _show_audits(
         for line in _integrators(found):
             say(line)
         say(f"time step: {step:.6g} undamped contact times; eps on average, and its range over where contact begins")
+
+
+def _most_different(found: Sequence[Audit]) -> list[Audit]:
+    """Return of each program the formulas whose eps differ most from the one asked for, in their order."""
+
+    def difference(row: Audit) -> float:
+        delivered = row.delivered if row.stepped is None else row.stepped.epsilon
+        return abs(float(delivered or 0) - float(row.asked))
+
+    kept: list[Audit] = []
+    for program in dict.fromkeys(row.program.name for row in found):
+        own = [row for row in found if row.program.name == program]
+        worst = sorted(own, key=difference, reverse=True)[:_SHOWN]
+        kept += [row for row in own if row in worst]
+    return kept
 
 
 def _show_contact(
@@ -167,19 +193,21 @@ def _show_contact(
     unsized = native.units(native.values(given)).unsized
     numbers: dict[str, Any] = {}
     for name, text in {**quantities, "time-step": time_step}.items():
-        number = text and _QUANTITIES[name].decimal(text, f"--{name}")
+        number = None if text is None else _QUANTITIES[name].decimal(text, f"--{name}")
         if number != text and unsized:
             raise click.UsageError(f"--{name} has a unit, and {unsized}")
         numbers["step" if name == "time-step" else name] = None if number is None else float(number)
     if numbers["speed"] is None:
         raise click.UsageError("--speed is missing: expected the impact speed")
     numbers["gravity"] = numbers["gravity"] or 0.0
-    wanted = epsilon and float(arguments.exact_number("--epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
+    wanted = None
+    if epsilon is not None:
+        wanted = float(arguments.exact_number("--epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
     useless = without_effect(native, given, Impact(**numbers))
     if useless is not None:
         option = f"--set {useless}" if useless in given else f"--{useless}"
         raise click.UsageError(f"{option} has no effect on this contact: expected a command without it")
-    found = delivery(native, given, Impact(**numbers), wanted or None)
+    found = delivery(native, given, Impact(**numbers), wanted)
     default = None if simulator is None or time_step else simulator_of(simulator).default_step
     steps = found.collision.duration / default if default and found.units == FileUnits() else FEWEST_STEPS
     if steps < FEWEST_STEPS:
@@ -193,16 +221,16 @@ def _show_contact(
         "least": collision.least,
         "largest": collision.largest,
         "depth": collision.depth,
-        "duration": collision.duration if collision.parts else None,
+        "duration": collision.duration if collision.duration < math.inf else None,
         "parts": collision.parts,
         "instead": None if found.instead is None else dict(found.instead),
-        "scheme": found.scheme if time_step else None,
+        "scheme": found.scheme if found.stepped else None,
         "source": ", ".join(filter(None, (native.source, version))),
     }
     errors = {name: error if error < math.inf else None for name, error in collision.errors.items()}
     more = {"status": collision.status, "units": {"length": units.length, "time": units.time}, "errors": errors}
     if style == "text":
-        _say_contact(title, found, native, time_step is not None, epsilon, numbers["speed"])
+        _say_contact(title, found, native, epsilon, numbers["speed"])
     else:
         fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})
         row = ["" if value is None else value for value in fields.values()]
@@ -243,18 +271,23 @@ def _words(values: Mapping[str, str]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in values.items())
 
 
-def _say_contact(title: str, found: Delivery, native: Native, stepped: bool, epsilon: str | None, speed: float) -> None:
+def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | None, speed: float) -> None:
     """Print a collision in sentences."""
-    collision, units = found.collision, found.units
-    between = f" ({collision.least:.4f} to {collision.largest:.4f}: where in a step contact begins)" if stepped else ""
-    text = f"{collision.epsilon:.4f}{between}" if stepped else f"{collision.epsilon:.6g}"
-    if not collision.parts:
-        text = "0, as the bodies do not part"
-    elif found.falling is not None:
-        text += f" without weight; {found.falling:.6g} for a body that falls on a plane"
+    collision, units, stepped = found.collision, found.units, found.stepped
+
+    def eps(of: SampledCollision, why: str = "") -> str:
+        if not of.parts:
+            return "0"
+        return f"{of.epsilon:.4f} ({of.least:.4f} to {of.largest:.4f}{why})" if stepped else f"{of.epsilon:.6g}"
+
+    text = eps(collision, ": where in a step contact begins") if collision.parts else "0, as the bodies do not part"
+    if collision.parts and found.falling is not None:
+        text += f" without weight; {eps(found.falling)} for a body that falls on a plane"
     say(f"{title}{': ' if title else ''}eps = {text}, sampled")
-    duration = f", duration {collision.duration:.4g} {units.time}" if collision.parts else ""
-    say(f"depth {collision.depth:.4g} {units.length}{duration}")
+    duration = f", duration {collision.duration:.4g} {units.time}"
+    if collision.duration == math.inf:
+        duration = "; if contact begins at some places in a step, the bodies do not part"
+    say(f"depth {collision.depth:.4g} {units.length}{duration if collision.parts else ''}")
     used = {name: value for name, value in found.values.items() if name != native.integrator}
     if used:
         say(f"for {_words(native.written(used))}")
@@ -308,9 +341,18 @@ def _audits(
     return found, refused
 
 
-def _columns(row: Audit, contact_time: float) -> dict[str, str]:
+def _columns(row: Audit, contact_time: float, is_time: bool) -> dict[str, str]:
     """Return the cells of a row, with the heads of their columns as keys."""
-    stepped, advice, parameter = row.stepped, row.advice, row.formula.parameter
+    from viscopade.simulators.native import SPREAD
+
+    stepped, advice, parameter, reasons = row.stepped, row.advice, row.formula.parameter, [*row.reasons]
+    steps = row.resolving_steps
+    if steps is not None and row.time_step is not None:
+        seconds = f" ({steps * row.time_step * contact_time:.3g} s)" if is_time else ""
+        reasons.append(
+            f"eps differs by more than {SPREAD:g} over where in a step contact begins, unless an undamped contact "
+            f"lasts {steps} time steps{seconds}."
+        )
     return {
         "program": row.program.title,
         "formula": row.formula.name,
@@ -323,7 +365,7 @@ def _columns(row: Audit, contact_time: float) -> dict[str, str]:
         "write instead": "" if row.instead is None else f"{row.instead:.{10 if stepped is None else _FIGURES}g}",
         "largest time step": "" if advice is None else f"{advice.largest_step * contact_time:.4g}",
         "d eps/d step": "" if advice is None else f"{advice.slope / contact_time:.3g}",
-        "why": " ".join(row.reasons),
+        "why": " ".join(reasons),
     }
 
 
@@ -352,7 +394,7 @@ def _show_table(style: str, wanted: Sequence[str], found: Sequence[Audit], whole
     show(style, header, rows, whole, title="eps that programs give, for the eps asked for")
 
 
-def _json(row: Audit) -> dict[str, Any]:
+def _json(row: Audit, resolved: bool) -> dict[str, Any]:
     from mpmath import mp
 
     from viscopade.simulators.formula import DIGITS
@@ -371,6 +413,7 @@ def _json(row: Audit) -> dict[str, Any]:
         "time_step": row.time_step,
         "integrator": formula.scheme and formula.scheme.name,
         "at_time_step": stepped and {"mean": stepped.epsilon, "least": stepped.least, "largest": stepped.largest},
+        **({"resolving_steps": row.resolving_steps} if resolved else {}),
         "advice": row.advice and asdict(row.advice),
         "why": list(row.reasons),
         "instead": None if row.instead is None else {formula.parameter: row.instead},

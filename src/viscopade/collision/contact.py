@@ -21,14 +21,16 @@ Equations I, section II.7). Pieces end where the motion turns back, where the fo
 x = 0, so that a force with a kink there is smooth in every piece. The difference from a second solution, of order 32
 and with other pieces, estimates the error.
 
-With a time step a program's own map is iterated, from many phases, because contact begins anywhere in a step.
+With a time step a program's own map is iterated, from many phases, because contact begins anywhere in a step. As a
+function of the phase, eps is smooth in pieces. The range over all phases includes both ends of a step as limits. More
+phases are computed between neighbours where eps may go beyond the range, until little can be missing.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Literal, NamedTuple
 
@@ -36,18 +38,18 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
-from viscopade.arguments import integer, without_unit
+from viscopade.arguments import integer, refusal, without_unit
 from viscopade.arrays import checked
 from viscopade.arrays.checked import Accepted, FloatArray
 from viscopade.collision.schemes import SCHEMES, SEMI_IMPLICIT, Rebounds, Scheme, rebounds
 from viscopade.theory.law import ENDS, End, Law, law_of
 
-__all__ = ["PHASES", "SCHEMES", "Contact", "SampledCollision", "damping_factor"]
+__all__ = ["PHASES", "SCHEMES", "Contact", "SampledCollision", "damping_factor", "phase_range", "resolving_factor"]
 
 Force = Callable[[FloatArray, FloatArray], ArrayLike]
 
 PHASES = np.arange(0.5, 64) / 64
-"""Parts of a step at which contact begins: the midpoints of 64 equal parts."""
+"""Phases, which are parts of a step at which contact begins, of a mean: the midpoints of 64 equal parts."""
 
 _METHODS = ((20, 1e-12), (16, 1e-11))  # number of nodes (half of the order); error of a piece over the largest speed
 _SOLVED = 1e-14  # error of the equations of a piece
@@ -55,10 +57,19 @@ _SHORTEST = 1e-8  # length of a piece where a force has a jump
 _ESCAPES = 1e6  # speed over the speed of impact from which on a piece cannot be solved
 _ROUNDING, _ROUNDED = 4e-16, 2e-14  # rounding error of a number, and of the error of a piece
 _NEWTON = 20  # largest number of steps to solve a piece
+_LANDING = 60  # largest number of pieces to find an event; halving finds that of a force that jumps
+_RATE_ERROR = 3e-15  # relative error of a rate
 _PIECES = 1000  # largest number of pieces of a collision
 _SUBSTEPS = 1_000_000  # largest number of parts of a time step
+_LAST_PHASE = 1 - 1e-12  # stands for the limit at the end of a step, where bodies touch at first by rounding only
+_PARTS, _DIVISIONS = 8, 12  # into how many parts an interval of phases is divided, and how often
+_MOST_PHASES = 10_000  # of a range; with very long steps eps may have a thousand extrema
+_RANGE_ERROR = 1e-6  # error of the least and the largest eps over all phases
+_NARROW, _SAME_PHASE = 1e-5, 1e-12  # lengths up to which intervals with a jump, or any intervals, are divided
+_ROUNDS = 30  # largest number of attempts to find a resolving factor
 _STEPS = 100_000  # largest number of steps in a contact, roughly
 _EXPECTED = "expected a function of compression and rate that pushes bodies apart"
+_NOISY = 10  # error of a piece over the unit roundoff of the force
 _CREEP = 1e-12  # share of the speed of impact: slower bodies that slow down do not part
 _NUDGE = 1e-7  # for derivatives of the force
 _EDGE = 1e-3  # share of the part of a piece without nodes
@@ -79,8 +90,8 @@ class SampledCollision:
     Attributes
     ----------
     epsilon, least, largest : float
-        Coefficient of restitution: its mean over the phases, its least and its largest value. 0 for bodies that do not
-        part.
+        Coefficient of restitution: its mean over 64 phases, its least and its largest value over all. 0 for bodies that
+        do not part.
     depth : float
         Largest compression, a length; with a time step its mean, of compressions at the ends of steps.
     duration : float
@@ -175,7 +186,7 @@ class Contact:
         step: float | None = None,
         scheme: Scheme = SEMI_IMPLICIT,
         substeps: int = 1,
-        phases: ArrayLike = PHASES,
+        phases: ArrayLike | None = None,
     ) -> SampledCollision:
         """Return the collision at a speed of impact.
 
@@ -189,14 +200,15 @@ class Contact:
             Integrator, if a time step is given.
         substeps : int
             Number of parts of a time step; each is one step of the scheme.
-        phases : array_like
-            Parts of the first (sub-)step at which contact begins, from 0 to 1.
+        phases : array_like, optional
+            Parts of the first (sub-)step at which contact begins, from 0 to 1. By default the mean is that of `PHASES`,
+            and the range is that of all phases.
 
         Raises
         ------
         TypeError, ValueError
-            If an argument is out of range, a step is below about 1e-5 of a contact, the force is not finite, or the
-            force does not stop the bodies.
+            If an argument is out of range, a step is below about 1e-5 of a contact, the force is not real or not
+            finite, or it does not stop the bodies.
         """
         v = checked.number("speed", speed, _POSITIVE)
         if step is None:
@@ -208,7 +220,7 @@ class Contact:
             raise ValueError(
                 f"step is {h:g}: expected a number >= {shortest:.3g}, that is {_STEPS} steps in a contact, or no step"
             )
-        begins = checked.array("phases", phases, PHASE).ravel()
+        begins = PHASES if phases is None else checked.array("phases", phases, PHASE).ravel()
         if not begins.size:
             raise ValueError("phases is empty: expected at least one number from 0 to 1")
         if not isinstance(scheme, Scheme):
@@ -223,12 +235,47 @@ class Contact:
             with np.errstate(invalid="ignore"):  # of infinite durations
                 jumps = np.nan_to_num(np.abs(values - np.roll(values, 1)))
             errors[name] = float(jumps.max()) / len(values)  # a jump lies anywhere between two phases
-            if name == "epsilon":  # between phases, eps may exceed an extreme by as much as it differs from the next
-                for extreme, at in (("least", int(values.argmin())), ("largest", int(values.argmax()))):
-                    errors[extreme] = float(max(jumps[at], jumps[(at + 1) % len(values)]))
+        if phases is None:
+            least, largest, error = phase_range(lambda p: self.rebounds(v, h, p, scheme).epsilon, begins, found.epsilon)
+        else:
+            least, largest, error = float(found.epsilon.min()), float(found.epsilon.max()), 0.0
+        errors["least"] = errors["largest"] = error
         parts = bool(np.isfinite(found.duration).any())
-        extremes = float(found.epsilon.min()), float(found.epsilon.max())
-        return SampledCollision(mean["epsilon"], *extremes, mean["depth"], mean["duration"], parts, errors)
+        return SampledCollision(mean["epsilon"], least, largest, mean["depth"], mean["duration"], parts, errors)
+
+    @property
+    def roundoff(self) -> float:
+        """Unit roundoff of the force, which may be in single precision; twice that of rounding to nearest."""
+        kind = np.asarray(without_unit("force", self.force(np.ones(1), np.ones(1)))).dtype
+        return float(np.finfo(kind if kind.kind == "f" else float).eps)
+
+    def contact_time(self, speed: float) -> float:
+        """Return the undamped contact time at a speed of impact: the duration under F(x, 0), without a load."""
+        return replace(self, force=lambda x, v: self.force(x, 0 * v), load=0.0).collide(speed).duration
+
+    def softened(self, factor: float) -> Contact:
+        """Return the contact whose motion without a load is the same, but `factor` times as long and as deep."""
+        return replace(self, force=lambda x, v: np.asarray(self.force(x / factor, v)) / factor)
+
+    def forces(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the force at compressions and rates in double precision.
+
+        The user's function gets copies, because it may change its arguments.
+
+        Raises
+        ------
+        ValueError
+            If the force is not real, or has another shape.
+        """
+        force = without_unit("force", self.force(np.array(x), np.array(v)))
+        try:
+            numbers = np.asarray(force)
+            if numbers.dtype.kind not in "biufO" or numbers.dtype == np.float16:  # such as complex numbers
+                raise TypeError
+            return np.broadcast_to(numbers.astype(float), np.shape(x))
+        except (TypeError, ValueError, OverflowError):  # such as 10**400
+            expected = "a real number in single or double precision for each compression"
+            raise ValueError(refusal("the force", force, expected)) from None
 
     def rebounds(
         self,
@@ -257,7 +304,7 @@ class Contact:
             longest = _PATIENCE * math.pi * _length(self, speed) / speed
 
         def acceleration(x: FloatArray, v: FloatArray) -> FloatArray:
-            force = np.asarray(self.force(np.maximum(x, 0), v)) / self.mass
+            force = self.forces(np.maximum(x, 0), v) / self.mass
             return g - np.where(x > 0, np.maximum(force, 0) if pushes else force, 0)
 
         return rebounds(scheme, acceleration, g, speed, h, begin, longest)
@@ -343,6 +390,80 @@ def _root(function: Callable[[float], float], one: tuple[float, float], other: t
     return b if fb == 0 or abs(fb) < abs(fa) else a
 
 
+def resolving_factor(
+    family: Callable[[float], Contact],
+    epsilon: float,
+    near: float,
+    spread: float,
+    *,
+    speed: float = 1.0,
+    step: float,
+    scheme: Scheme = SEMI_IMPLICIT,
+) -> float | None:
+    """Return the factor of longer contacts whose eps differs by at most `spread` over the phases of a step.
+
+    The other arguments are those of `damping_factor`: each longer contact is damped so that its mean eps is `epsilon`.
+    None if no factor is found.
+    """
+    factor = 1.0
+    for _ in range(_ROUNDS):
+
+        def longer(c: float, factor: float = factor) -> Contact:
+            return family(c).softened(factor)
+
+        try:
+            near = damping_factor(longer, epsilon, near, speed=speed, step=step, scheme=scheme)
+        except ValueError:  # no damping gives this eps with so few steps
+            factor *= 2
+            continue
+        collision = longer(near).collide(speed, step=step, scheme=scheme)
+        differ = collision.largest - collision.least
+        if differ <= spread:
+            return factor
+        factor *= max(1.1, math.sqrt(differ / spread))  # eps differs in proportion to the step, or to its square
+    return None
+
+
+def phase_range(
+    epsilon: Callable[[FloatArray], FloatArray], phases: FloatArray, values: FloatArray
+) -> tuple[float, float, float]:
+    """Return the least and the largest eps over all phases, and an estimate of their error.
+
+    Parameters
+    ----------
+    epsilon : callable
+        From phases to the eps of each. It is smooth in pieces, and has a period of one step.
+    phases, values : array
+        Phases in order, and their eps.
+    """
+    # Both ends of a step are limits: the force acts from just after the start of a step, or from its end on.
+    ends = np.array([0.0, _LAST_PHASE])
+    at_start, at_end = epsilon(ends)
+    p, e = np.concatenate((ends[:1], phases, ends[1:])), np.concatenate(([at_start], values, [at_end]))
+    split = np.ones(len(p) - 1, bool)  # all intervals at first
+    for _ in range(_DIVISIONS):
+        width = np.diff(p)
+        more = (p[:-1, None] + width[:, None] * np.arange(1, _PARTS) / _PARTS)[split].ravel()
+        p, e = np.concatenate((p, more)), np.concatenate((e, epsilon(more)))
+        order = np.argsort(p)
+        p, e = p[order], e[order]
+
+        # An interval may contain a jump or an extremum. On either side of it, eps goes on with about the slope that it
+        # has in the interval before or after; the flatter one of two, because the other may contain a jump, too.
+        width = np.diff(p)
+        slope = np.abs(np.diff(e)) / width
+        rise = 2 * width * np.minimum(np.roll(slope, 1), np.roll(slope, 2))
+        fall = 2 * width * np.minimum(np.roll(slope, -1), np.roll(slope, -2))
+        above = np.maximum(e[:-1] + rise, e[1:] + fall) - e.max()
+        below = e.min() - np.minimum(e[:-1] - rise, e[1:] - fall)
+        beyond = np.maximum(above, below)
+        jumps = np.abs(np.diff(e)) > 4 * np.maximum(rise, fall)  # eps may be steep in front of a jump
+        split = ((beyond > _RANGE_ERROR) & (width > _SAME_PHASE)) | (jumps & (width > _NARROW))
+        if not split.any() or len(p) + split.sum() * _PARTS > _MOST_PHASES:
+            break
+    return float(e.min()), float(e.max()), float(beyond.max())
+
+
 # --- without a time step ----------------------------------------------------------------------------------------------
 
 
@@ -397,17 +518,25 @@ class _Motion:
     """The motion of a contact in the variables s and sigma, in units in which the largest speed is about 1."""
 
     def __init__(self, contact: Contact, speed: float, nodes: int, tolerance: float) -> None:
-        self.length, self.of = _length(contact, speed), contact.force
+        self.length, self.contact = _length(contact, speed), contact
         self.speed = _fastest(contact, speed, self.length)
         self.unit, self.start = contact.mass * self.speed**2 / self.length, speed / self.speed
         self.load, self.pushes = contact.load / self.unit, contact.end == "force"
-        self.rule, self.tolerance = _rule(nodes), tolerance
+        # In single precision the force has noise, so nothing can be solved to more digits.
+        coarser = contact.roundoff / float(np.finfo(float).eps)
+        self.rule, self.tolerance = _rule(nodes), float(max(tolerance, _NOISY * contact.roundoff))
+        self.solved, self.rounded, self.nudge = _SOLVED * coarser, _ROUNDED * coarser, _NUDGE * math.sqrt(coarser)
+        self.rate_error = _RATE_ERROR * coarser
 
     def force(self, s: FloatArray, v: FloatArray) -> FloatArray:
-        return np.asarray(self.of(self.length * s**4, self.speed * v), float) / self.unit + np.zeros_like(s)
+        return self.contact.forces(self.length * s**4, self.speed * v) / self.unit
 
     def force_at(self, s: float, v: float) -> float:
         return float(self.force(np.array([s]), np.array([v]))[0])
+
+    def noise(self, s: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the error of the force due to that of rates: with strong damping the force is close to 0 for long."""
+        return np.abs(self.force(s, v * (1 + self.rate_error)) - self.force(s, v))
 
     def rate(self, s: float, v: float, acts: bool) -> float:
         """Return dv/dsigma."""
@@ -417,7 +546,7 @@ class _Motion:
         """Return eps (0 if the bodies do not part), depth, duration and the sum of the errors of all pieces."""
         s, v, time, error, h = 0.0, self.start, 0.0, 0.0, 0.25
         acts, approaches, depth, vanished = not self.pushes or self.force_at(1e-3, v) >= 0, True, 0.0, 0.0
-        power, creep = 1 / len(self.rule.nodes), max(_CREEP * self.start, 10 * _SOLVED)
+        power, creep = 1 / len(self.rule.nodes), max(_CREEP * self.start, 10 * self.solved)
         for _ in range(_PIECES):
             piece = self.piece(s, v, h, acts)
             event = self.event(piece, s, v, acts, approaches)
@@ -443,15 +572,18 @@ class _Motion:
                 return -v / self.start, depth, time if acts else vanished, error / self.start
             if event and event.name == "turn":
                 v, approaches = 0.0, False
+                # A force that acts in the approach only does not push bodies apart: they stay at the turning point.
+                if self.rate(s, -creep, acts) >= 0:
+                    return 0.0, depth, math.inf, error / self.start
             elif event and event.name == "force":
                 acts, vanished = not acts, time
             rate = self.rate(s, v, acts)
             if abs(v) < creep and (s * abs(rate) < creep or (v * rate < 0 and not approaches)):
                 return 0.0, depth, math.inf, error / self.start
-            truncated = max(piece.error - _ROUNDED, _ROUNDED / 1000)  # rounding does not fall with the length
+            truncated = max(piece.error - self.rounded, self.rounded / 1000)  # rounding does not fall with the length
             h *= min(4.0, max(0.3, 0.8 * (self.tolerance / truncated) ** power))
         where = f"compression {self.length * s**4:.4g} and rate {self.speed * v:.4g}"
-        raise ValueError(f"force cannot be integrated at {where}: expected a finite force, and weaker damping")
+        raise ValueError(f"the force cannot be integrated at {where}: expected a finite force, without noise")
 
     def piece(self, s: float, v: float, h: float, acts: bool) -> _Piece:
         """Solve the collocation equations for v at the nodes, by Newton's method with differences of the force."""
@@ -459,12 +591,12 @@ class _Motion:
         n, at = len(nodes), np.full(len(nodes), v)
         for _ in range(_NEWTON):
             path = s + h * (integrals @ at)
-            nudge = _NUDGE * (np.abs(path) + 1e-3)
-            all_s, all_v = np.concatenate((path, path + nudge, path)), np.concatenate((at, at, at + _NUDGE))
+            nudge = self.nudge * (np.abs(path) + 1e-3)
+            all_s, all_v = np.concatenate((path, path + nudge, path)), np.concatenate((at, at, at + self.nudge))
             rates = 4 * all_s**3 * (self.load - (self.force(all_s, all_v) if acts else 0))
             rate = rates[:n]
             missing = at - v - h * (integrals @ rate)
-            by_s, by_v = (rates[n : 2 * n] - rate) / nudge, (rates[2 * n :] - rate) / _NUDGE
+            by_s, by_v = (rates[n : 2 * n] - rate) / nudge, (rates[2 * n :] - rate) / self.nudge
             jacobian = np.eye(n) - h * (integrals * by_v) - h * h * ((integrals * by_s) @ integrals)
             try:
                 move = np.linalg.solve(jacobian, missing) if np.isfinite(missing).all() else missing
@@ -472,13 +604,14 @@ class _Motion:
                 move = np.full(n, np.inf)
             size = float(np.abs(move).max())
             at = at - move
-            if size < _SOLVED * (1 + abs(v)) or not size < _ESCAPES:
+            rate = rate - by_v * move - by_s * (h * (integrals @ move))  # strong damping multiplies what is left of v
+            if size < self.solved * (1 + abs(v)) or not size < _ESCAPES:
                 break
         relaxed = 1 + h * max(float(-by_v.max()), 0)  # strong damping reduces errors
         edges = s + h * (inner @ at)
         there = 4 * edges**3 * (self.load - (self.force(edges, v + h * (inner @ rate)) if acts else 0))
         missed = gap * float(np.abs(there - values @ rate).max())  # such as a kink between the last node and the end
-        error = h * max(float(np.abs(last @ rate).max()), missed) / relaxed + (size if size > 10 * _SOLVED else 0)
+        error = h * max(float(np.abs(last @ rate).max()), missed) / relaxed + (size if size > 10 * self.solved else 0)
         end = float(s + h * (weights @ at)), float(v + h * (weights @ rate))
         return _Piece(np.append(path, end[0]), np.append(at, end[1]), h * float(weights @ (4 * path**3)), error)
 
@@ -486,8 +619,9 @@ class _Motion:
         """Return the first event in a piece from s and v."""
         watched = {"turn": (v, piece.v)} if approaches else {"end": (s, piece.s), "turns back": (-v, -piece.v)}
         if self.pushes:
-            force = self.force(piece.s, piece.v)
-            watched["force"] = abs(self.force_at(s, v)), force if acts else -force
+            sign = 1 if acts else -1
+            start = abs(self.force_at(s, v))
+            watched["force"] = start, sign * self.force(piece.s, piece.v) + self.noise(piece.s, piece.v)
         places, found = np.append(self.rule.nodes, 1), []
         for name, (start, values) in watched.items():
             if (values < 0).any():
@@ -500,19 +634,23 @@ class _Motion:
     def landed(self, event: _Event, s: float, v: float, h: float, acts: bool) -> tuple[_Piece, float]:
         """Return the piece from s and v that ends with an event of the piece of length h, and its own length."""
         low, high, h = event.low * h, event.high * h, event.part * h
-        for _ in range(_NEWTON):
+        for _ in range(_LANDING):
             piece = self.piece(s, v, h, acts)
             at_s, at_v = float(piece.s[-1]), float(piece.v[-1])
-            rate = self.rate(at_s, at_v, acts)
+            rate, close = self.rate(at_s, at_v, acts), self.solved / 10
             value, slope = (at_v, rate) if event.name == "turn" else (at_s, at_v)
             if event.name == "force":
                 sign = 1 if acts else -1
                 value = sign * self.force_at(at_s, at_v)
-                slope = (sign * self.force_at(at_s + _NUDGE * at_v, at_v + _NUDGE * rate) - value) / _NUDGE
+                slope = (sign * self.force_at(at_s + self.nudge * at_v, at_v + self.nudge * rate) - value) / self.nudge
+                close = float(self.noise(piece.s[-1:], piece.v[-1:])[0])
             low, high = (h, high) if value > 0 else (low, h)
             move = -value / slope if slope else math.inf
-            if abs(move) < _SOLVED * max(h, 1) or (event.name != "force" and abs(value) < _SOLVED / 10):
+            if abs(move) < self.solved * max(h, 1) or abs(value) < close:
                 return piece, h
+            if high - low < self.solved * max(h, 1):  # the force jumps: this piece ends in front of the jump
+                h = max(low, self.solved)
+                return self.piece(s, v, h, acts), h
             h = h + move if low < h + move < high else (low + high) / 2
         return (piece if abs(move) < _CREEP * max(h, 1) else piece._replace(error=math.inf)), h
 
@@ -528,9 +666,7 @@ def _length(contact: Contact, speed: float) -> float:
         for _ in range(3):
             lengths = np.logspace(low, high, 41)
             with np.errstate(all="ignore"):
-                force = (
-                    np.asarray(without_unit("force", contact.force(lengths, np.full(41, rate))), float) - contact.load
-                )
+                force = contact.forces(lengths, np.full(41, rate)) - contact.load
                 stops = np.isfinite(force) & (force * lengths >= contact.mass * speed**2)
             if not stops.any():
                 break
@@ -538,7 +674,7 @@ def _length(contact: Contact, speed: float) -> float:
             low, high = np.log10(lengths[i - 1]), np.log10(lengths[i])
         else:
             return float(lengths[i])
-    raise ValueError(f"force does not stop a body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
+    raise ValueError(f"the force does not stop a body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
 
 
 def _fastest(contact: Contact, speed: float, length: float) -> float:

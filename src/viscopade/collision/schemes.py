@@ -30,6 +30,7 @@ _SECANTS, _SOLVED = 60, 4e-15  # largest number of secants that solve an implici
 _NEARBY = 1e-6  # length of the first secant
 _TURNS = 3  # a body that turns more often stays; one turn back before x = 0 may be due to the scheme's errors
 _CREEP = 1e-10  # share of the speed of impact: a body that is slower in two steps stays
+_FEWEST_STEPS = 100  # after which a body may be said to stay, however long a step is
 _PATH = np.linspace(0, 1, 65)
 
 
@@ -53,62 +54,78 @@ class Scheme:
     lead: float
 
 
-def _drift_then_kick(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
+def semi_implicit_euler(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
+    """Return x, v and the acceleration after a drift and a kick: x <- x + h v, v <- v + h a(x, v)."""
     x = x + h * v
     newest = acceleration(x, v)
     return x, v + h * newest, newest
 
 
-def _forward(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
-    newest = acceleration(x, v)
-    return x + h * v, v + h * newest, newest
+def forward_euler(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
+    """Return x + h v, v + h a(x, v) and a(x, v): nothing uses the newest position or rate."""
+    oldest = acceleration(x, v)
+    return x + h * v, v + h * oldest, oldest
 
 
-def _taylor(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
-    newest = acceleration(x, v)
-    return x + h * v + h * h / 2 * newest, v + h * newest, newest
+def taylor(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
+    """Return x + h v + h^2 a/2, v + h a and a = a(x, v)."""
+    oldest = acceleration(x, v)
+    return x + h * v + h * h / 2 * oldest, v + h * oldest, oldest
 
 
-def _implicit(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
-    """Solve w = v + h acceleration(x + h w, w) by secants from its right, which converge for convex forces."""
+def implicit_euler(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
+    """Return x, v and the acceleration after a step of implicit Euler's method.
 
-    def missing(w: FloatArray) -> FloatArray:
+    The new rate w solves w = v + h a(x + h w, w).
+    """
+
+    def residual(w: FloatArray) -> FloatArray:
         return w - v - h * acceleration(x + h * w, w)
 
-    free = v + h * acceleration(np.minimum(x, 0), v)  # the load alone
-    was, w = free + _NEARBY * (1 + np.abs(v)), free
-    before, now = missing(was), missing(w)
+    # Start from free flight, which only the load accelerates. A force that pushes makes w smaller, so the start lies to
+    # the right of the solution, and secants of a convex residual converge from there without crossing it.
+    free_flight = v + h * acceleration(np.minimum(x, 0), v)
+    w_last, w = free_flight + _NEARBY * (1 + np.abs(v)), free_flight
+    residual_last, residual_w = residual(w_last), residual(w)
     for _ in range(_SECANTS):
-        if np.all(np.abs(now) < _SOLVED * (1 + np.abs(v))):
+        if np.all(np.abs(residual_w) < _SOLVED * (1 + np.abs(v))):
             break
-        slope = np.divide(now - before, w - was, out=np.ones_like(w), where=w != was)
-        was, before, w = w, now, w - now / np.maximum(slope, 1)
-        now = missing(w)
-    w = np.where(x > 0, w, free)
+        slope = np.divide(residual_w - residual_last, w - w_last, out=np.ones_like(w), where=w != w_last)
+        w_last, residual_last = w, residual_w
+        # d residual/dw = 1 - h (h da/dx + da/dv) is at least 1 where the force grows with x and v.
+        w = w - residual_w / np.maximum(slope, 1)
+        residual_w = residual(w)
+
+    # Bodies that did not touch before the step do not feel the force in it.
+    w = np.where(x > 0, w, free_flight)
     return x + h * w, w, acceleration(x + h * w, w)
 
 
-def _runge_kutta(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
-    after_x, after_v, slope_x, slope_v = x, v, v, acceleration(x, v)
-    for part, weight in ((0.5, 1), (0.5, 2), (1, 2), (0, 1)):
-        after_x, after_v = after_x + weight * h / 6 * slope_x, after_v + weight * h / 6 * slope_v
-        at, speed = x + part * h * slope_x, v + part * h * slope_v
-        slope_x, slope_v = speed, acceleration(at, speed)
-    return after_x, after_v, slope_v
+def runge_kutta(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
+    """Return x, v and the acceleration after a step of the classical method of fourth order."""
+    next_x, next_v, slope_x, slope_v = x, v, v, acceleration(x, v)
+    # Each stage adds its slopes with its weight, in sixths; `part` is the place in the step of the next stage. The last
+    # stage is that of the result, where the acceleration is the newest one.
+    for weight, part in ((1, 0.5), (2, 0.5), (2, 1.0), (1, None)):
+        next_x, next_v = next_x + weight * h / 6 * slope_x, next_v + weight * h / 6 * slope_v
+        if part is not None:
+            stage_x, stage_v = x + part * h * slope_x, v + part * h * slope_v
+            slope_x, slope_v = stage_v, acceleration(stage_x, stage_v)
+    return next_x, next_v, slope_v
 
 
 SEMI_IMPLICIT = Scheme(
-    "semi-implicit Euler, or velocity Verlet whose damping lags by half a step", _drift_then_kick, 0.5
+    "semi-implicit Euler, or velocity Verlet whose damping lags by half a step", semi_implicit_euler, 0.5
 )
 """x <- x + h v, v <- v + h a(x, v), from either half on. Velocity Verlet, which carries its force from one step to the
 next, and the leapfrog are the same map wherever the damping takes the velocity between two steps."""
-FORWARD = Scheme("forward Euler", _forward, 0.5)
+FORWARD = Scheme("forward Euler", forward_euler, 0.5)
 """The force, the position and the velocity all use the old position and velocity."""
-TAYLOR = Scheme("Taylor's method of second order in the position", _taylor, 0.0)
+TAYLOR = Scheme("Taylor's method of second order in the position", taylor, 0.0)
 """The force of the old position and velocity: x <- x + h v + h^2 a/2, v <- v + h a."""
-IMPLICIT = Scheme("implicit Euler", _implicit, -0.5)
+IMPLICIT = Scheme("implicit Euler", implicit_euler, -0.5)
 """The force at the end of the step, in steps that begin in contact."""
-RUNGE_KUTTA = Scheme("Runge-Kutta of fourth order", _runge_kutta, 0.0)
+RUNGE_KUTTA = Scheme("Runge-Kutta of fourth order", runge_kutta, 0.0)
 """The classical method, whose steps ignore the beginning and the end of contact."""
 
 SCHEMES = {
@@ -167,24 +184,30 @@ def rebounds(
     longest : float
         Time after which bodies that still touch are said not to part, like those that turn back twice, or creep.
     """
-    before = phase * h if g <= 0 else np.minimum(phase * h, speed / g)  # the time in free flight, before first contact
-    x, v = -before * speed + g / 2 * before**2, speed - g * before + scheme.lead * g * h
+    # Free flight before first contact lasts for `flight`. Under a load, a body has been at rest speed/g before.
+    flight = phase * h if g <= 0 else np.minimum(phase * h, speed / g)
+    x, v = -flight * speed + g / 2 * flight**2, speed - g * flight + scheme.lead * g * h
     epsilon, deepest, depth = np.zeros_like(h), np.zeros_like(h), np.zeros_like(h)
     duration, touches = np.full_like(h, math.inf), np.ones(h.shape, bool)
     turns, stays = np.zeros(h.shape, int), np.zeros(h.shape, bool)
     with np.errstate(over="ignore", invalid="ignore"):  # steps that are far too long
-        for i in range(1, math.ceil(longest / float(h.min())) + 3):
-            was = v
+        for i in range(1, math.ceil(longest / float(h.min())) + _FEWEST_STEPS):
+            v_last = v
             x, v, newest = scheme.step(x, v, h, acceleration)
-            turns += was * v < 0
-            stays |= (turns > _TURNS) | (np.maximum(np.abs(was), np.abs(v)) < _CREEP * speed)
+
+            # Bodies that turn back and forth, or creep, stay together.
+            turns += v_last * v < 0
+            stays |= (turns > _TURNS) | (np.maximum(np.abs(v_last), np.abs(v)) < _CREEP * speed)
+
+            # Bodies have left where only the load acts, up to x = 0. From there v^2/2 - g x is constant, and eps is the
+            # speed at x = 0; v of the end of the step lacks the lead of the scheme.
             deepest = np.maximum(deepest, x)
             left = touches & ~stays & (newest == g) & (v < 0)
             if left.any():
                 left &= _flies(acceleration, g, x, v)
-                at = v - scheme.lead * g * h  # at the end of this step; between it and x = 0 the flight is free
-                epsilon = np.where(left, np.sqrt(np.maximum(at * at - 2 * g * x, 0)) / speed, epsilon)
-                depth, duration = np.where(left, deepest, depth), np.where(left, i * h - before, duration)
+                at_end = v - scheme.lead * g * h
+                epsilon = np.where(left, np.sqrt(np.maximum(at_end * at_end - 2 * g * x, 0)) / speed, epsilon)
+                depth, duration = np.where(left, deepest, depth), np.where(left, i * h - flight, duration)
                 touches &= ~left
             if not (touches & ~stays).any():
                 break

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 from mpmath import mp
 
-from viscopade.collision.contact import Contact, SampledCollision
+from viscopade.collision.contact import Contact, SampledCollision, resolving_factor
 from viscopade.collision.schemes import Scheme
 from viscopade.simulators.formula import DIGITS, REASONS, DampingFormula, compensated, stepped_collision, wanted_kappa
+from viscopade.simulators.native import SPREAD
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law
 
@@ -59,6 +61,23 @@ class Audit:
     instead: float | None
     reasons: tuple[str, ...]
     advice: Advice | None = None
+
+    @cached_property
+    def resolving_steps(self) -> int | None:
+        """The least number of time steps in a contact for which eps differs by at most `SPREAD` over the phases.
+
+        The damping gives eps on average. None without a time step or damping, or if the time step is short enough.
+        """
+        law, scheme, near = self.formula.law, self.formula.scheme, float(wanted_kappa(self.formula.law, self.asked))
+        if self.time_step is None or scheme is None or near == 0:
+            return None
+
+        def contact(kappa: float) -> Contact:
+            return Contact.of_law(law, kappa)
+
+        step = self.time_step * law.contact_time
+        factor = resolving_factor(contact, float(self.asked), near, SPREAD, step=step, scheme=scheme)
+        return None if factor is None or factor == 1 else math.ceil(factor / self.time_step)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Any, NamedTuple
@@ -18,14 +19,23 @@ from numpy.typing import ArrayLike
 
 from viscopade import arguments, quantity
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision.contact import PHASES, Contact, SampledCollision, damping_factor
+from viscopade.collision.contact import (
+    PHASES,
+    Contact,
+    SampledCollision,
+    damping_factor,
+    phase_range,
+    resolving_factor,
+)
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import COUNTS, EARTH
 from viscopade.simulators.setup import Units
 from viscopade.theory.law import Law
 
-_LONG = 0.5  # of a contact
-_MOST_STEPS, _LONGEST_STEP = 5000, 10  # steps in a contact; contacts in a step
+_FEW_STEPS = 2  # in a contact: eps then depends much on where in a step contact begins
+_MOST_STEPS = 5000  # in a contact; more are as good as infinitely many
+SPREAD = 0.02
+"""Range of eps over where in a step contact begins, above which a longer contact is suggested."""
 
 
 @dataclass(frozen=True)
@@ -278,15 +288,19 @@ class Impulse:
         *,
         step: float | None = None,
         scheme: Scheme = SEMI_IMPLICIT,
-        phases: ArrayLike = PHASES,
+        phases: ArrayLike | None = None,
     ) -> SampledCollision:
         """Return the collision, as `Contact.collide` does; without a time step at the middle phase."""
-        at = np.asarray(phases if step is not None else 0.5, float).ravel()
-        found = np.broadcast_to(np.asarray(self.epsilon(at), float), at.shape)
-        least, largest = float(found.min()), float(found.max())
-        jump = float(np.abs(np.diff(found)).max()) if len(found) > 1 else 0.0
-        errors = dict.fromkeys(("epsilon", "least", "largest"), jump) | {"depth": 0.0, "duration": 0.0}
-        return SampledCollision(float(found.mean()), least, largest, 0.0, 0.0, largest > 0, errors)
+        chosen = 0.5 if step is None else PHASES if phases is None else phases
+        at = np.asarray(chosen, float).ravel()
+        values = np.broadcast_to(np.asarray(self.epsilon(at), float), at.shape)
+        if step is not None and phases is None:
+            least, largest, error = phase_range(lambda p: np.asarray(self.epsilon(p), float) + 0 * p, at, values)
+        else:
+            least, largest, error = float(values.min()), float(values.max()), 0.0
+        jump = float(np.abs(np.diff(values)).max()) if len(values) > 1 else 0.0
+        errors = {"epsilon": jump / len(values), "least": error, "largest": error, "depth": 0.0, "duration": 0.0}
+        return SampledCollision(float(values.mean()), least, largest, 0.0, 0.0, largest > 0, errors)
 
 
 @dataclass(frozen=True)
@@ -396,12 +410,12 @@ def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) 
     """
     values = native.values(settings)
     values.read.clear()
-    hit, scheme = impact.in_units(native.units(values)), native.schemes[values[native.integrator]]
+    hit = impact.in_units(native.units(values))
 
     def collision(hit: Impact) -> SampledCollision | None:
         """Return the collision; None if it is not accepted, for instance because a mass is missing."""
         try:
-            return native.contact(values, hit).collide(hit.speed, step=hit.step, scheme=scheme or SEMI_IMPLICIT)
+            return delivered(native, values, hit)
         except ValueError:
             return None
 
@@ -429,8 +443,10 @@ class Delivery:
         Sentences.
     units : FileUnits
         Of depth and duration.
-    falling : float or None
-        The eps of a body that falls on a plane, if nothing was said of weight, and it would count.
+    falling : SampledCollision or None
+        That of a body that falls on a plane, if nothing was said of weight, and it would count.
+    stepped : bool
+        Whether both collisions are those of the program in its time steps.
     """
 
     values: Values
@@ -439,7 +455,8 @@ class Delivery:
     instead: Mapping[str, str] | None
     warnings: tuple[str, ...]
     units: FileUnits
-    falling: float | None
+    falling: SampledCollision | None
+    stepped: bool
 
 
 def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilon: float | None = None) -> Delivery:
@@ -461,20 +478,37 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
         If a parameter is unknown, missing or not accepted, or the contact stops no body.
     """
     values = native.values(settings)
-    name, units = values[native.integrator], native.units(values)
-    hit, scheme = impact.in_units(units), native.schemes[values[native.integrator]]
-    if scheme is None and hit.step is not None:
+    units = native.units(values)
+    hit, name = impact.in_units(units), values[native.integrator]
+    if native.schemes[name] is None and hit.step is not None:
         with_steps = [each for each, of in native.schemes.items() if of is not None]
         others = f"; expected with one --scheme {', '.join(with_steps)}" if with_steps else ""
         raise ValueError(f"time-step is given: {name} chooses its own steps{others}")
-    stepping: Any = {"step": hit.step, "scheme": scheme or SEMI_IMPLICIT}
-    warnings = [*native.warnings(values, hit), *_of_step(native, values, hit, units)]
-    falling = _falling(native, values, hit, units)
-    if falling is not None:
-        result = f"{falling.epsilon:.4f}" if falling.epsilon else "0, as it does not leave the plane"
-        words = f"A body that falls on a plane has g t_c/v = {falling.ratio:.2g}, and eps = {result}"
-        warnings.append(f"Without weight. {words}: --gravity 9.81")
-    collision = native.contact(values, hit).collide(hit.speed, **stepping)
+
+    # A time step is compared with the undamped contact time that the parameters say, which depends on no integrator.
+    duration, of_steps = contact_time(native, values, replace(hit, step=None)), []
+    if hit.step is not None and duration is not None:
+        steps = duration / hit.step
+        if steps > _MOST_STEPS:
+            of_steps.append(f"A contact has {steps:.2g} time steps: this is eps with infinitely many")
+            hit = replace(hit, step=None)
+        elif steps < _FEW_STEPS:
+            few = f"A contact has {steps:.2g} time steps only"
+            long = f"A time step is {1 / steps:.2g} contacts long"
+            of_steps.append(f"{few if steps >= 1 else long}: eps depends on where in a step contact begins")
+    warnings = [*native.warnings(values, hit), *of_steps]
+
+    # Both numbers, with and without weight, are those of the program: in its time steps, if there are some.
+    collision, falling = delivered(native, values, hit), None
+    gravity = 0.0 if units.unsized else EARTH * units.seconds**2 / units.metres
+    ratio = gravity * (contact_time(native, values, hit) or 0.0) / hit.speed
+    if not hit.gravity and ratio >= COUNTS:
+        with suppress(ValueError):  # too strong a damping
+            falling = delivered(native, values, replace(hit, gravity=gravity))
+            result = f"{falling.epsilon:.4f}" if falling.parts else "0, as it does not leave the plane"
+            words = f"A body that falls on a plane has g t_c/v = {ratio:.2g}, and eps = {result}"
+            warnings.append(f"Without weight. {words}: --gravity 9.81")
+
     instead = None
     if epsilon is not None and not native.damping and native.damped is None:
         warnings.append("No parameter is a damping: there is nothing to write instead")
@@ -483,53 +517,50 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
         def contact(c: float) -> Any:
             return native.contact(Values({**values, **native.with_damping(values, c, hit)}), hit)
 
+        stepping: Any = {"speed": hit.speed, "step": hit.step, "scheme": native.schemes[name] or SEMI_IMPLICIT}
         try:
-            c = damping_factor(contact, epsilon, 1.0, speed=hit.speed, **stepping)
+            c = damping_factor(contact, epsilon, 1.0, **stepping)
             instead = native.written(native.with_damping(values, c, hit))
         except ValueError as error:
             warnings.append(f"No damping gives {epsilon:g}: {error}")
-    return Delivery(values, name, collision, instead, tuple(warnings), units, falling and falling.epsilon)
+        else:
+            if hit.step is not None and duration is not None:
+                warnings.extend(_unresolved(contact(c), contact, epsilon, c, duration, units, stepping))
+    return Delivery(values, name, collision, instead, tuple(warnings), units, falling, hit.step is not None)
 
 
-def _of_step(native: Native, values: Values, hit: Impact, units: FileUnits) -> Iterable[str]:
-    """Yield a warning if the time step is no small part of the contact.
-
-    Raises
-    ------
-    ValueError
-        If there are too many steps in it, or far less than one.
-    """
-    if hit.step is None:
-        return
-    duration = _duration(native.contact(values, hit).collide(hit.speed), hit.speed)
-    if duration and not 1 / _MOST_STEPS <= hit.step / duration <= _LONGEST_STEP:
-        raise ValueError(
-            f"time-step is {hit.step:.4g} {units.time}: expected {duration / _MOST_STEPS:.3g} to "
-            f"{duration * _LONGEST_STEP:.3g} {units.time}; leave it out for infinitely fine steps"
-        )
-    if hit.step > _LONG * duration > 0:
-        yield f"A contact has {duration / hit.step:.2g} time steps only: eps depends on where in a step it begins"
+def delivered(native: Native, values: Values, hit: Impact) -> SampledCollision:
+    """Return the collision that a program makes of values: with the weight and in the time steps of the impact."""
+    scheme = native.schemes[values[native.integrator]] or SEMI_IMPLICIT
+    return native.contact(values, hit).collide(hit.speed, step=hit.step, scheme=scheme)
 
 
-def _duration(collision: SampledCollision, speed: float) -> float:
-    """Return the duration of contact; for bodies that stay together that of a linear contact so deep."""
-    return collision.duration if collision.parts else math.pi * collision.depth / speed
-
-
-class _Falling(NamedTuple):
-    epsilon: float
-    ratio: float  # g t_c/v
-
-
-def _falling(native: Native, values: Values, hit: Impact, units: FileUnits) -> _Falling | None:
-    """Return the fall of a body on a plane if nothing was said of weight, and it would count."""
-    falling = replace(hit, step=None, gravity=0.0 if units.unsized else EARTH * units.seconds**2 / units.metres)
-    if hit.gravity or not falling.gravity:
-        return None
+def contact_time(native: Native, values: Values, hit: Impact) -> float | None:
+    """Return the undamped contact time; None for an impulse, or if the bodies do not part without damping."""
+    contact = native.contact(values, replace(hit, gravity=0.0))
     try:
-        found = native.contact(values, falling).collide(hit.speed)
-        light = native.contact(values, replace(falling, gravity=0.0)).collide(hit.speed)
+        return None if isinstance(contact, Impulse) else contact.contact_time(hit.speed)
     except ValueError:
         return None
-    ratio = falling.gravity * _duration(light, hit.speed) / hit.speed
-    return _Falling(found.epsilon, ratio) if ratio >= COUNTS else None
+
+
+def _unresolved(
+    damped: Contact,
+    family: Callable[[float], Contact],
+    epsilon: float,
+    c: float,
+    duration: float,
+    units: FileUnits,
+    stepping: Mapping[str, Any],
+) -> Iterable[str]:
+    """Yield a warning if eps depends much on where in a step contact begins: the contact time for which it does not."""
+    collision = damped.collide(**stepping)
+    if collision.largest - collision.least > SPREAD:
+        text = f"With {epsilon:g} on average, eps is {collision.least:.4f} to {collision.largest:.4f}"
+        factor = resolving_factor(family, epsilon, c, SPREAD, **stepping)
+        if factor is not None:
+            text += (
+                f"; this range is below {SPREAD:g} if contacts last {factor * duration:.2g} {units.time} without "
+                f"damping, and these last {duration:.2g} {units.time}"
+            )
+        yield text

@@ -16,6 +16,7 @@ A box that falls flat has four contacts, each with the same ke and kd: in all fo
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -92,7 +93,8 @@ def xpbd_rebounds(restitution: float | None, impact: Impact, phases: FloatArray)
 def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
     """Return what damps as much for both shapes: kd = c sqrt(ke m), per mass in SolverMuJoCo, or restitution."""
     if values["solver"] == "SolverXPBD":
-        return {"restitution": (math.exp(-c),) * 2}
+        on = {} if values["enable_restitution"] == "True" else {"enable_restitution": "True"}
+        return {"restitution": (math.exp(-c),) * 2} | on
     mass = 1.0 if values["solver"] == "SolverMuJoCo" else impact.effective_mass
     return {"kd": (c * math.sqrt(sum(values["ke"]) / 2 * mass),) * 2}
 
@@ -100,6 +102,11 @@ def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
 def _per_mass(unit: str) -> dict[str, str]:
     """Return the unit with the solver whose numbers are per effective mass."""
     return {"SolverMuJoCo": unit}
+
+
+def _warnings(values: Values, impact: Impact) -> Iterator[str]:
+    if values["solver"] == "SolverXPBD" and values["enable_restitution"] == "False":
+        yield "enable_restitution is off, the default: SolverXPBD then ignores restitution"
 
 
 _NATIVE = Native(
@@ -119,6 +126,7 @@ _NATIVE = Native(
     schemes={"SolverSemiImplicit": SEMI_IMPLICIT, "SolverXPBD": SEMI_IMPLICIT, "SolverMuJoCo": SEMI_IMPLICIT},
     integrator="solver",
     damped=_damped,
+    warnings=_warnings,
 )
 
 SIMULATOR = Simulator(

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 import operator
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -16,12 +16,13 @@ import numpy as np
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SCHEMES
-from viscopade.simulators.native import Native
+from viscopade.simulators.native import Impact, Native, Values
 from viscopade.theory.law import End
 
 _Function = Callable[[FloatArray, FloatArray], Any]
 
 _LONGEST, _DEEPEST = 2000, 50
+_PLACES = np.logspace(-9, 0, 91)  # over the depth, where a force may pull
 _ACCEPTED = (
     "numbers, x, v, + - * / **, min, max, abs, sqrt, exp, where(x < 1e-3, A, B) and step(x, x0, h0, x1, h1), "
     f"up to {_LONGEST} characters and {_DEEPEST} levels"
@@ -146,9 +147,18 @@ def _refusal(formula: str, part: ast.expr | str) -> ValueError:
 def native(formula: str, end: End) -> Native:
     """Return the contact that has the force of a formula."""
     typed = force(formula)
-    return Native(
-        (),
-        lambda values, impact: Contact(typed, impact.effective_mass, impact.effective_mass * impact.gravity, end),
-        "",
-        schemes=SCHEMES,
-    )
+
+    def contact(values: Values, impact: Impact) -> Contact:
+        return Contact(typed, impact.effective_mass, impact.effective_mass * impact.gravity, end)
+
+    def warnings(values: Values, impact: Impact) -> Iterator[str]:
+        if end == "force":
+            depth = contact(values, impact).collide(impact.speed, step=impact.step, phases=[0.5]).depth
+            # Attraction of bodies at rest, or on the approach, is no effect of damping: it is adhesion.
+            x = depth * _PLACES
+            pulls = np.minimum(typed(x, np.zeros_like(x)), typed(x, np.full_like(x, impact.speed))) < 0
+            if pulls.any():
+                where = f"The force pulls at a compression of {x[pulls][-1]:.2g} m"
+                yield f'{where}, which the end "force" cuts off: --end return'
+
+    return Native((), contact, "", schemes=SCHEMES, warnings=warnings)
