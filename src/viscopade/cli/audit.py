@@ -84,8 +84,8 @@ def audit(
     There are two ways to use it. The first example starts from the eps that you want: the table has the number that the
     program's manual tells you to write, the eps that this number gives, the reason, and the number to write instead.
     Without a time step these eps are exact, and every digit is proven. With --time-step the program's own steps are
-    computed, from 64 positions within a step at which contact may begin; the result is a range of eps, and the number
-    to write instead gives your eps on average.
+    computed. Contact may begin anywhere in a step: the result is the mean of eps and its range, and the number to write
+    instead gives your eps on average. As text, three formulas of each program are printed: those whose eps differ most.
 
     The second example, with --speed, starts from the parameters of your file, set by --set. Other parameters have the
     program's defaults. --force replaces the program by a formula with numbers, x, v, + - * / **, min, max, abs, sqrt,

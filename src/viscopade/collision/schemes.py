@@ -67,7 +67,7 @@ def forward_euler(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acc
     return x + h * v, v + h * oldest, oldest
 
 
-def taylor(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
+def explicit_taylor(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
     """Return x + h v + h^2 a/2, v + h a and a = a(x, v)."""
     oldest = acceleration(x, v)
     return x + h * v + h * h / 2 * oldest, v + h * oldest, oldest
@@ -121,7 +121,7 @@ SEMI_IMPLICIT = Scheme(
 next, and the leapfrog are the same map wherever the damping takes the velocity between two steps."""
 FORWARD = Scheme("forward Euler", forward_euler, 0.5)
 """The force, the position and the velocity all use the old position and velocity."""
-TAYLOR = Scheme("Taylor's method of second order in the position", taylor, 0.0)
+TAYLOR = Scheme("Taylor's method of second order in the position", explicit_taylor, 0.0)
 """The force of the old position and velocity: x <- x + h v + h^2 a/2, v <- v + h a."""
 IMPLICIT = Scheme("implicit Euler", implicit_euler, -0.5)
 """The force at the end of the step, in steps that begin in contact."""
