@@ -170,6 +170,7 @@ FORCES = {
     "a cubic step": lambda x, v: x**1.5 + (lambda t: t * t * (3 - 2 * t))(np.clip(x / 0.3, 0, 1)) * v,
     "unloading on a softer spring": lambda x, v: np.where(v > 0, 1.0, 0.36) * x,
     "a dashpot from a depth on": lambda x, v: x + np.where(x > 0.3, 0.3, 0.0) * v,
+    "stairs": lambda x, v: np.ceil(20 * x) / 20 + 0.1 * v,
 }
 
 
