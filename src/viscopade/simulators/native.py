@@ -34,6 +34,7 @@ from viscopade.theory.law import Law
 
 _FEW_STEPS = 2  # in a contact: eps then depends much on where in a step contact begins
 _MOST_STEPS = 5000  # in a contact; more are as good as infinitely many
+_RESOLVED = 500  # steps in a contact, with which eps depends on where in a step it begins by far less than `SPREAD`
 SPREAD = 0.02
 """Range of eps over where in a step contact begins, above which a longer contact is suggested."""
 
@@ -485,10 +486,10 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
         others = f"; expected with one --scheme {', '.join(with_steps)}" if with_steps else ""
         raise ValueError(f"time-step is given: {name} chooses its own steps{others}")
 
-    # A time step is compared with the undamped contact time that the parameters say, which depends on no integrator.
-    duration, of_steps = contact_time(native, values, replace(hit, step=None)), []
-    if hit.step is not None and duration is not None:
-        steps = duration / hit.step
+    # A time step is compared with the undamped contact time that the parameters say; a program may soften the contact.
+    said, of_steps = contact_time(native, values, replace(hit, step=None)), []
+    if hit.step is not None and said is not None:
+        steps = said / hit.step
         if steps > _MOST_STEPS:
             of_steps.append(f"A contact has {steps:.2g} time steps: this is eps with infinitely many")
             hit = replace(hit, step=None)
@@ -500,8 +501,9 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
 
     # Both numbers, with and without weight, are those of the program: in its time steps, if there are some.
     collision, falling = delivered(native, values, hit), None
+    duration = contact_time(native, values, hit)
     gravity = 0.0 if units.unsized else EARTH * units.seconds**2 / units.metres
-    ratio = gravity * (contact_time(native, values, hit) or 0.0) / hit.speed
+    ratio = gravity * (duration or 0.0) / hit.speed
     if not hit.gravity and ratio >= COUNTS:
         with suppress(ValueError):  # too strong a damping
             falling = delivered(native, values, replace(hit, gravity=gravity))
@@ -518,14 +520,22 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
             return native.contact(Values({**values, **native.with_damping(values, c, hit)}), hit)
 
         stepping: Any = {"speed": hit.speed, "step": hit.step, "scheme": native.schemes[name] or SEMI_IMPLICIT}
+        longer = ""  # the contact time with which eps depends little on where in a step contact begins
+        if hit.step is not None and duration is not None and duration < _RESOLVED * hit.step:
+            factor = resolving_factor(contact, epsilon, 1.0, SPREAD, **stepping)
+            if factor is not None and factor > 1:
+                longer = (
+                    f"; if contacts last {factor * duration:.2g} {units.time} without damping, and not {duration:.2g} "
+                    f"{units.time}, its range is below {SPREAD:g}"
+                )
         try:
             c = damping_factor(contact, epsilon, 1.0, **stepping)
             instead = native.written(native.with_damping(values, c, hit))
+            if longer:
+                wide = contact(c).collide(**stepping)
+                warnings.append(f"With {epsilon:g} on average, eps is {wide.least:.4f} to {wide.largest:.4f}{longer}")
         except ValueError as error:
-            warnings.append(f"No damping gives {epsilon:g}: {error}")
-        else:
-            if hit.step is not None and duration is not None:
-                warnings.extend(_unresolved(contact(c), contact, epsilon, c, duration, units, stepping))
+            warnings.append(f"No damping gives {epsilon:g}: {error}{longer}")
     return Delivery(values, name, collision, instead, tuple(warnings), units, falling, hit.step is not None)
 
 
@@ -542,25 +552,3 @@ def contact_time(native: Native, values: Values, hit: Impact) -> float | None:
         return None if isinstance(contact, Impulse) else contact.contact_time(hit.speed)
     except ValueError:
         return None
-
-
-def _unresolved(
-    damped: Contact,
-    family: Callable[[float], Contact],
-    epsilon: float,
-    c: float,
-    duration: float,
-    units: FileUnits,
-    stepping: Mapping[str, Any],
-) -> Iterable[str]:
-    """Yield a warning if eps depends much on where in a step contact begins: the contact time for which it does not."""
-    collision = damped.collide(**stepping)
-    if collision.largest - collision.least > SPREAD:
-        text = f"With {epsilon:g} on average, eps is {collision.least:.4f} to {collision.largest:.4f}"
-        factor = resolving_factor(family, epsilon, c, SPREAD, **stepping)
-        if factor is not None:
-            text += (
-                f"; this range is below {SPREAD:g} if contacts last {factor * duration:.2g} {units.time} without "
-                f"damping, and these last {duration:.2g} {units.time}"
-            )
-        yield text
