@@ -227,7 +227,12 @@ class Contact:
             raise TypeError(checked.refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
         with np.errstate(over="ignore", invalid="ignore"):
             found = self.rebounds(v, h, begins, scheme)
-        if not (np.isfinite(found.epsilon) & np.isfinite(found.depth)).all():
+            least, largest, error = float(found.epsilon.min()), float(found.epsilon.max()), 0.0
+            if phases is None:
+                least, largest, error = phase_range(
+                    lambda p: self.rebounds(v, h, p, scheme).epsilon, begins, found.epsilon
+                )
+        if not (math.isfinite(largest - least) and np.isfinite(found.depth).all()):
             raise ValueError(f"step is {step:g}: expected a smaller one, because speeds exceed double precision")
         mean, errors = {}, {}
         for name, values in found._asdict().items():
@@ -235,10 +240,6 @@ class Contact:
             with np.errstate(invalid="ignore"):  # of infinite durations
                 jumps = np.nan_to_num(np.abs(values - np.roll(values, 1)))
             errors[name] = float(jumps.max()) / len(values)  # a jump lies anywhere between two phases
-        if phases is None:
-            least, largest, error = phase_range(lambda p: self.rebounds(v, h, p, scheme).epsilon, begins, found.epsilon)
-        else:
-            least, largest, error = float(found.epsilon.min()), float(found.epsilon.max()), 0.0
         errors["least"] = errors["largest"] = error
         parts = bool(np.isfinite(found.duration).any())
         return SampledCollision(mean["epsilon"], least, largest, mean["depth"], mean["duration"], parts, errors)
