@@ -202,7 +202,7 @@ BAD = [
     ("audit mujoco --speed 0", "--speed is '0': expected a speed > 0"),
     ("audit mujoco --speed 1 --mass -1", "mass is '-1': expected a mass > 0"),
     ("audit mujoco --speed 1 --time-step 0", "--time-step is '0': expected a time > 0"),
-    ("audit --force 1e5*x --mass 1 --speed 1 --radius 1", "--radius has no effect on eps of this contact"),
+    ("audit --force 1e5*x --mass 1 --speed 1 --radius 1", "--radius has no effect on this contact"),
     ("audit mujoco --speed 1 --gravity=-9.81", "--gravity is '-9.81': expected an acceleration >= 0"),
     ("audit mujoco --speed 1 --set condim=1 --set condim=3", "condim is set twice"),
     ("audit mujoco --speed 1 --gravity '1 kg'", "gravity is '1 kg': expected an acceleration"),

@@ -172,7 +172,7 @@ def test_the_default_step_of_the_program_is_compared_with_the_contact(words, war
 
 def test_mujoco_with_its_default_step_gives_what_the_warning_says():
     text = text_of("mujoco", *ASKED, *SOFT)
-    drops = np.array(list(mujoco_drops(text, 2e-3, phases=64)))[:, 0]
+    drops = np.array(list(mujoco_drops(text, 2e-3, phases=1024)))[:, 0]
     said = re.search(r"eps is (\S+) on average, (\S+) to (\S+) in single", " ".join(text.split())).groups()
     assert [drops.mean(), drops.min(), drops.max()] == pytest.approx([float(x) for x in said], abs=1e-4)
 
@@ -190,7 +190,7 @@ def test_a_longer_contact_narrows_the_range_of_single_collisions():
     ranges = []
     for duration in ("31 ms", longer):
         text = text_of("mujoco", *ASKED, "--contact-time", duration, "--time-step", "2 ms")
-        ranges.append(np.ptp(np.array(list(mujoco_drops(text, 2e-3, phases=64)))[:, 0]))
+        ranges.append(np.ptp(np.array(list(mujoco_drops(text, 2e-3, phases=1024)))[:, 0]))
     assert ranges[0] > 0.04
     assert 0.017 < ranges[1] < 0.02
 
@@ -337,7 +337,7 @@ def test_mujoco_has_eps_duration_and_depth_with_the_weight(asked):
 def test_mujoco_makes_up_for_its_weight_and_its_time_step_together(softness):
     """Without a stiffness the contact lasts 20 time steps."""
     text = text_of("mujoco", *ASKED, *softness, "--gravity", 9.81, "--time-step", "2 ms")
-    epsilon, depth, duration = np.array(list(mujoco_drops(text, 2e-3, phases=64, gravity=9.81))).T
+    epsilon, depth, duration = np.array(list(mujoco_drops(text, 2e-3, phases=512, gravity=9.81))).T
     assert epsilon.mean() == pytest.approx(0.5, abs=1e-3)
     assert epsilon.max() - epsilon.min() == pytest.approx(
         stated(text, "average, " + str(stated(text, "average,")) + " to") - stated(text, "average,"), abs=1e-3
@@ -351,7 +351,7 @@ def test_mujoco_makes_up_for_its_weight_and_its_time_step_together(softness):
 
 def test_a_warning_of_weight_has_the_time_step():
     text = " ".join(text_of("mujoco", *ASKED, *SOFT, "--time-step", "2 ms").split())
-    epsilon = np.array(list(mujoco_drops(text, 2e-3, phases=64, gravity=9.81)))[:, 0]
+    epsilon = np.array(list(mujoco_drops(text, 2e-3, phases=512, gravity=9.81)))[:, 0]
     said = re.search(
         r"Warning: a body that falls on a plane at 1 m/s rebounds with eps = (\S+) \(mean, sampled\), without", text
     )
@@ -360,7 +360,7 @@ def test_a_warning_of_weight_has_the_time_step():
 
 def test_mujoco_makes_up_for_its_time_step():
     text = text_of("mujoco", *ASKED, *SOFT, "--time-step", "2 ms")
-    drops = np.array(list(mujoco_drops(text, 2e-3, phases=64)))[:, 0]
+    drops = np.array(list(mujoco_drops(text, 2e-3, phases=1024)))[:, 0]
     assert drops.mean() == pytest.approx(0.5, abs=1e-4)
     assert 0 <= drops.min() - stated(text, "on average,") < 5e-4  # the range is that of all phases
 

@@ -404,6 +404,8 @@ class Native:
 def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) -> str | None:
     """Return the name of a given parameter, "mass" or "radius", that the contact does not depend on; None if none.
 
+    An impulse that is switched off depends on nothing. Then all are accepted: the program's warning names the switch.
+
     Raises
     ------
     ValueError
@@ -420,7 +422,8 @@ def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) 
         except ValueError:
             return None
 
-    found = collision(hit)
+    off = isinstance(native.contact(values, hit), Impulse) and any(native.warnings(values, hit))
+    found = None if off else collision(hit)
     for name, other in (("mass", replace(hit, mass=None)), ("radius", replace(hit, radius=None))):
         if found is not None and other != hit and collision(other) == found:
             return name
