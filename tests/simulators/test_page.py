@@ -1,9 +1,8 @@
-"""The page of the audit is what its command prints: the text, and the tables of one program, another every day."""
+"""The pages have the tables that the audit's command writes: those of one program, another every day."""
 
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 import viscopade as vp
 from tests import daily
@@ -21,17 +20,23 @@ PAGE = (Path(__file__).parents[2] / "docs" / "results" / "audit.md").read_text("
     ids=lambda program: program.name,
 )
 def test_tables_of_a_program(program):
-    assert audit.markdown(audit.SUMMARY, audit.summary(program)).splitlines()[2:] == [
-        line for line in PAGE.splitlines() if f"](../usage/simulators/{program.name}.md) |" in line
-    ]
+    rows = audit.markdown(audit.SUMMARY, audit.summary(program)).splitlines()[2:]
+    assert rows == [line for line in PAGE.splitlines() if f"](../usage/simulators/{program.name}.md) |" in line]
     own = (Path(__file__).parents[2] / "docs" / "usage" / "simulators" / f"{program.name}.md").read_text("utf-8")
-    assert audit.with_section(own, program) == own
+    assert audit.filled(own, audit.blocks_of(program)) == own
 
 
-def test_other_tables():
-    assert audit.sources_table() in PAGE
-    assert audit.runs_table() in PAGE
-    assert audit.instead_table() in PAGE
+def test_the_page_has_what_its_command_writes(monkeypatch):
+    """Without the table of all programs, whose rows the test above has, and those of steps and weight, which take long."""
+    for name in ("summary", "steps_table", "weight_table"):
+        monkeypatch.setattr(audit, name, lambda *_: "")
+    quick = {
+        name: text for name, text in audit.blocks().items() if text and name not in ("summary", "time steps", "weight")
+    }
+    assert len(quick) == 5
+    assert audit.filled(PAGE, quick) == PAGE
+    with pytest.raises(ValueError, match="the page lacks a mark"):
+        audit.filled("", quick)
 
 
 WEIGHT = PAGE.partition("stays down from |")[2].partition("\n\n")[0].splitlines()[2:]
@@ -46,14 +51,3 @@ def test_the_table_of_weight_names_its_laws(row):
     end = "position" if law.end == "return" else "force"
     found, *_ = fallen(lambda x, u: x**a + kappa * x**b * u, 1.0, 0.1 / law.contact_time, 1.0, 1.0, end)
     assert found == pytest.approx(float(stated), abs=5e-5)
-
-
-def test_the_text(monkeypatch):
-    """Without the tables, which take their time."""
-    monkeypatch.setattr(audit, "summary", lambda program: [])
-    printed = CliRunner().invoke(audit.main).output
-    assert printed.startswith("# The")
-    rows = {line for line in PAGE.splitlines() if line.startswith("|")}
-    assert [line for line in printed.splitlines() if line and line[0] != "|"] == [
-        line for line in PAGE.splitlines() if line and line not in rows
-    ]

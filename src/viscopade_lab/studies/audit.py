@@ -1,13 +1,12 @@
-"""The page docs/results/audit.md: the eps that programs give, beside values measured in them.
+"""Tables of docs/results/audit.md and of the programs' pages: the eps that programs give, beside measured values.
 
-Run as `python -m viscopade_lab.studies.audit > docs/results/audit.md`; with `--pages docs/usage/simulators` it writes
-the tables of each program into its own page instead. The measured values are the package's
-(`python -m viscopade_lab.runs.simulators`; Drake, Kratos and Simbody were run once); all others are computed.
+`python -m viscopade_lab.studies.audit` writes each table between its marks in these pages. The measured values are the
+package's (`python -m viscopade_lab.runs.simulators`; Drake, Kratos and Simbody were run once); all others are computed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import click
@@ -15,7 +14,7 @@ from mpmath import mp
 
 from viscopade.collision.contact import SampledCollision
 from viscopade.collision.schemes import IMPLICIT, RUNGE_KUTTA, SEMI_IMPLICIT, Scheme
-from viscopade.collision.weight import COUNTS, loaded, loss_slope
+from viscopade.collision.weight import loaded, loss_slope
 from viscopade.simulators import simulator_of, simulators
 from viscopade.simulators.audit import ASKED, Audit, advised, audited
 from viscopade.simulators.formula import DampingFormula, stepped_collision, wanted_kappa
@@ -37,115 +36,7 @@ OTHER_SCHEMES = (
 COARSE = 10  # steps in a contact
 ENDS = {"force": "force = 0", "return": "$x = 0$"}
 
-HEAD = r"""# The $\varepsilon$ that programs give
-
-You ask a program for $\varepsilon = 0.5$, and its bodies rebound with 0.55 or 0.62. The command
-`viscopade audit lammps --epsilon 0.5` prints the $\varepsilon$ that LAMMPS gives, the reason, and the value to set
-instead. Give `--time-step` to include the program's integrator. With `--step-error 0.01` the command prints the
-largest time step whose error is 1 %.
-
-| reason | meaning |
-| --- | --- |
-| other end | The formula assumes that contact ends at $x = 0$, but the program ends it at force 0, or the reverse. |
-| other law | The formula assumes a different contact law. |
-| normalisation | The formula assumes a different mass, radius or stiffness. |
-| approximate formula | The formula is an approximation. |
-| time step | Forces are computed at discrete times, often with a velocity half a step old ([below](#time-steps)). |
-| weight | Weight presses a falling body down during contact, so the body loses more energy ([below](#weight)). |
-
-`python -m viscopade_lab.studies.audit` writes this page. Values without a time step are proven (see
-[any power-law contact](laws.md)). Values with a time step come from the program's own update rule
-([`viscopade.collision.schemes`](../../src/viscopade/collision/schemes.py)).
-
-![eps that programs give over the eps asked for, and eps over the time step, with measured values](../figures/audit.svg)
-"""
-
-SUMMARY_TEXT = r"""
-## Asked for {chosen}
-
-The table is for fine time steps and without weight. The last column compares predictions with runs of the program: it
-is the largest difference over {runs} collisions, with $\varepsilon$ = {asked} asked for and time steps from {least} to
-{largest} contact times. An empty cell means that we read the program's source, but did not run it. Each program's page
-has the results for $\varepsilon$ from 0.1 to 0.9. The
-[damping formulas of the literature](laws.md#damping-formulas-in-wide-use) have a table of their own.
-"""
-
-INSTEAD_TEXT = rf"""
-## Measured with the corrected value
-
-These programs were asked for the corrected value, which also compensates for the time step $t$ (in contact times). The
-mean over the phase (the place in a step where contact begins) should then be {cases.WANTED}. The last column shows the
-scatter of single collisions.
-"""
-
-STEPS_TEXT = r"""
-## Time steps
-
-The error of $\varepsilon$ is of first order in the step: $\varepsilon(t) \approx \varepsilon + s t$ on average, with
-the step $t$ in units of the contact time without damping. The phase is random, so $\varepsilon$ scatters around this
-mean. The table is for {chosen}; with the number of steps in the last column every $\varepsilon$ is within {error}.
-
-LAMMPS, LIGGGHTS, MercuryDPM and YADE compute the damping with the velocity between two steps. Their velocity Verlet
-and leapfrog then equal the semi-implicit Euler method,
-
-$$x_{{n+1}} = x_n + h u_n, \qquad u_{{n+1}} = u_n - h F(x_{{n+1}}, u_n).$$
-
-MuJoCo (Euler, implicit and implicitfast), Chrono, Kratos and JaxDEM use the same method. The last rows of the table
-are for two other methods. Drake's discrete contacts use the force at the end of the step: implicit Euler, which adds
-numerical damping. MuJoCo's RK4 has no first-order error, but $\varepsilon$ scatters.
-"""
-
-AFTER_STEPS = r"""
-- **Hunt-Crossley contacts have no first-order error.** The lag multiplies the whole force by a function of $x$. If
-  $a = b$, $\varepsilon$ does not depend on the shape of the spring, so this function changes nothing.
-- **A linear dashpot scatters most.** Its damping force jumps at first contact, so the phase changes $\varepsilon$ as
-  much as the first-order error does.
-- **Implicit steps add damping.** With ten steps in a contact and no dissipation Drake gives $\varepsilon$ = {highest}
-  on average.
-- `viscopade audit lammps --epsilon 0.5 --time-step 0.02` prints the value that compensates for the step.
-"""
-SOURCES = "## Versions and files\n"
-
-WEIGHT = r"""## Weight
-
-Weight presses a body that falls on a plane down during contact:
-$m \ddot{{\xi}} + k \xi^a + c \xi^b \dot{{\xi}} = m g$. Without damping this changes nothing. With damping, the
-contact is deeper and longer, so the body loses more energy. For small losses $1 - \varepsilon$ grows by the factor
-$1 + s g t_c/v$ ([derivation](../../derivations/16_load.py)), with the duration $t_c$ of the undamped contact and the
-impact speed $v$. So weight matters for long (soft) contacts and slow bodies. Below the sticking speed a body does not
-leave the plane again: $\varepsilon = 0$.
-
-![eps of a falling body over its weight, for four laws and both ends of contact](../figures/weight.svg)
-
-*Solid: contact ends where the force vanishes; dashed: at $x = 0$; dash-dotted: the factor above, for viscoelastic
-spheres.*
-
-The table is for contacts that have {chosen} without weight. The numbers are sampled
-([`viscopade.collision.contact`](../../src/viscopade/collision/contact.py)).
-"""
-
-AFTER_WEIGHT = r"""
-- `viscopade epsilon` and `invert` take `--gravity` or `--load`. `viscopade table` and `plot` take `--gravity`.
-  `viscopade simulators --gravity` writes the damping that compensates for the weight.
-- Without it `viscopade simulators` and `viscopade scene` state $g t_c/v$ in their files. From {counts:g} on they warn,
-  and print the $\varepsilon$ and the sticking speed of a falling body.
-- MuJoCo's contacts carry a part of the weight without a penetration (0.9 of it with the `solimp` that we write). A
-  ball rebounds with 0.448 of 1 m/s from a contact of 31 ms. With a spring and a dashpot it would be 0.399.
-- Weight does not matter for two bodies that both fall. The direction of impact is normal to the plane.
-"""
 SHARES = (0.02, 0.1, 0.3)  # g t_c/v
-
-BEGIN, END = "<!-- audit -->", "<!-- end of the audit -->"
-SECTION = r"""
-![eps against speed of contacts that are made for 0.5 at 1 m/s](../../figures/eps-over-speed.svg)
-
-The $\varepsilon$ that the program gives, by its own formulas and with fine time steps
-([reasons and other programs](../../results/audit.md)):
-"""
-SECTION_MEASURED = f"""Asked for {CHOSEN}: the eps you get, the reason, and the value to set instead. *Measured* is
-with a time step of $t$ contact times, *predicted* for the same step. The last column is the largest difference over
-all collisions that were run. (`python -m viscopade_lab.studies.audit --pages docs/usage/simulators` writes the tables.)
-"""
 
 
 def delivered_table(program: Simulator) -> str:
@@ -298,11 +189,6 @@ def sources_table() -> str:
     return markdown(["program", "version read", "files"], rows)
 
 
-def notes(program: Simulator) -> Iterator[str]:
-    """Yield a line for each note of a formula."""
-    yield from (f"- *{formula.name}*: {formula.note}" for formula in program.formulas if formula.note)
-
-
 def runs_table() -> str:
     """Return the table of versions that were run."""
     versions = dict.fromkeys((each.program, each.version) for each in measurements())
@@ -311,53 +197,62 @@ def runs_table() -> str:
     return markdown(["program", "version run", "collisions"], rows)
 
 
-def parts() -> Iterator[str]:
-    """Yield the page, part by part."""
-    yield HEAD.rstrip()
+def range_of_runs() -> str:
+    """Return the sentence on the collisions that were run."""
     found = measurements()
-    asked = ", ".join(cases.ASKED)
     least, largest = (f"{bound(each.time_step for each in found):g}" for bound in (min, max))
-    yield SUMMARY_TEXT.format(
-        chosen=rf"$\varepsilon = {CHOSEN}$", runs=len(found), asked=asked, least=least, largest=largest
-    )
-    yield markdown(SUMMARY, (row for program in simulators() if program.name != "textbook" for row in summary(program)))
-    yield f"{INSTEAD_TEXT}\n{instead_table()}"
-    yield STEPS_TEXT.format(chosen=rf"$\varepsilon = {CHOSEN}$", error="1 %")
-    yield steps_table()
-    yield AFTER_STEPS.format(highest=f"{highest_epsilon():.2f}")
-    yield WEIGHT.format(chosen=rf"$\varepsilon = {CHOSEN}$")
-    yield weight_table()
-    yield AFTER_WEIGHT.format(counts=COUNTS)
-    yield SOURCES
-    yield f"{sources_table()}\n\n{runs_table()}"
+    asked = f"$\\varepsilon$ = {', '.join(cases.ASKED)} asked for, or the value to set instead"
+    return f"{len(found)} collisions were run, with {asked}, and time steps from {least} to {largest} contact times."
 
 
-def section(program: Simulator) -> str:
-    """Return the rows of a program for its own page, between its two marks."""
-    lines = "\n".join(notes(program))
-    return (
-        f"{BEGIN}\n{SECTION}\n{delivered_table(program)}\n\n{SECTION_MEASURED}\n{measured_table(program)}\n"
-        + (f"\n{lines}\n" if lines else "")
-        + END
-    )
+def blocks() -> dict[str, str]:
+    """Return the tables of the common page by the names of their marks."""
+    programs = [program for program in simulators() if program.name != "textbook"]
+    return {
+        "range of runs": range_of_runs(),
+        "summary": markdown(SUMMARY, (row for program in programs for row in summary(program))),
+        "corrected": instead_table(),
+        "time steps": steps_table(),
+        "coarse steps": f"Drake's lagged contacts give $\\varepsilon$ = {highest_epsilon():.2f} on average.",
+        "weight": weight_table(),
+        "sources": sources_table(),
+        "runs": runs_table(),
+    }
 
 
-def with_section(page: str, program: Simulator) -> str:
-    """Return a page with the program's rows between its marks."""
-    before, _, rest = page.partition(BEGIN)
-    return before + section(program) + rest.partition(END)[2]
+def blocks_of(program: Simulator) -> dict[str, str]:
+    """Return the tables of a program's own page, with a line for each note of a formula."""
+    notes = [f"- *{formula.name}*: {formula.note}" for formula in program.formulas if formula.note]
+    measured = measured_table(program)
+    return {"delivered": delivered_table(program), "measured": "\n".join([measured, *([""] if notes else []), *notes])}
+
+
+def filled(page: str, texts: Mapping[str, str]) -> str:
+    """Return a page with a text between each pair of marks, `<!-- NAME -->` and `<!-- end of NAME -->`.
+
+    Raises
+    ------
+    ValueError
+        If the page lacks a mark.
+    """
+    for name, text in texts.items():
+        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+        if begin not in page or end not in page:
+            raise ValueError(f"the page lacks a mark: expected {begin.strip()} and {end}")
+        before, _, rest = page.partition(begin)
+        page = f"{before}{begin}{text}\n{end}{rest.partition(end)[2]}"
+    return page
 
 
 @click.command()
-@click.option("--pages", type=click.Path(path_type=Path, file_okay=False, exists=True), help="Folder of the pages.")
-def main(pages: Path | None) -> None:
-    """Print the page in Markdown, or write the programs' rows into their own pages."""
-    if pages is None:
-        click.echo("\n".join(parts()))
-        return
-    for program in (program for program in simulators() if program.name != "textbook"):
-        page = pages / f"{program.name}.md"
-        page.write_text(with_section(page.read_text("utf-8"), program), "utf-8")
+@click.option("--docs", type=click.Path(path_type=Path, file_okay=False, exists=True), default=Path("docs"))
+def main(docs: Path) -> None:
+    """Write the tables into docs/results/audit.md and the pages of the programs."""
+    pages = {docs / "results" / "audit.md": blocks()}
+    programs = (program for program in simulators() if program.name != "textbook")
+    pages |= {docs / "usage" / "simulators" / f"{program.name}.md": blocks_of(program) for program in programs}
+    for path, texts in pages.items():
+        path.write_text(filled(path.read_text("utf-8"), texts), "utf-8")
 
 
 if __name__ == "__main__":
