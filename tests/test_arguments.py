@@ -419,3 +419,19 @@ def test_masked_quantities():
         result = PAIR.epsilon(given)
         assert result.mask.tolist() == mask
         assert result[0] == PAIR.epsilon(0.5)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: vp.fit("1.5"), "points is '1.5': expected Points, such as vp.Points.measured(speed, epsilon)"),
+        (lambda: vp.fit(None), "points is None: expected Points"),
+        (lambda: vp.contact.damping_factor(3, 0.5, 1.0), "family is 3: expected a function that returns the Contact"),
+        (lambda: vp.contact.damping_factor(lambda c: c, 0.5, 1.0), "the result of family is 1.0: expected a Contact"),
+        (lambda: vp.Contact(linear(1.0), end=np.array(["force", "return"])), "end is array(['force', 'return']"),
+    ],
+)
+def test_what_is_of_no_right_type_is_named_in_one_line(call, message):
+    with pytest.raises((TypeError, ValueError), match=re.escape(message)) as refusal:
+        call()
+    assert "\n" not in str(refusal.value)

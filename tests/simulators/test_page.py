@@ -27,7 +27,7 @@ def test_tables_of_a_program(program):
 
 
 def test_the_page_has_what_its_command_writes(monkeypatch):
-    """Without the table of all programs, whose rows the test above has, and those of steps and weight: they take long."""
+    """Without the table of all programs, whose rows the test above has, and the slow ones."""
     for name in ("summary", "steps_table", "weight_table"):
         monkeypatch.setattr(audit, name, lambda *_: "")
     slow = "summary", "time steps", "weight"

@@ -159,8 +159,8 @@ class Contact:
             raise TypeError(checked.refusal("force", self.force, "a function of compression and rate"))
         object.__setattr__(self, "mass", checked.number("mass", self.mass, _POSITIVE))
         object.__setattr__(self, "load", checked.number("load", self.load, _FINITE))
-        if self.end not in ENDS:
-            raise ValueError(f"end is {self.end!r}: expected 'force' or 'return'")
+        if not isinstance(self.end, str) or self.end not in ENDS:
+            raise ValueError(checked.refusal("end", self.end, "'force' or 'return'"))
 
     @classmethod
     def of_law(cls, law: Law | str, kappa: ArrayLike, load: float = 0.0) -> Contact:
@@ -345,11 +345,15 @@ def damping_factor(
     >>> f"{c:.4f}"
     '149.3849'
     """
+    if not callable(family):
+        raise TypeError(checked.refusal("family", family, "a function that returns the Contact of a damping factor"))
     tried: list[float] = []
     wanted, start = checked.number("epsilon", epsilon, _RESTITUTION), math.log(checked.number("near", near, _POSITIVE))
 
     def excess(log_c: float) -> float:
         contact = family(math.exp(log_c))
+        if not hasattr(contact, "collide"):
+            raise TypeError(checked.refusal("the result of family", contact, "a Contact"))
         tried.append(contact.collide(speed, step=step, scheme=scheme, phases=phases).epsilon)
         return tried[-1] - wanted
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from viscopade.arrays import double
-from viscopade.arrays.checked import Accepted, FloatArray, number
+from viscopade.arrays.checked import Accepted, FloatArray, number, refusal
 from viscopade.collision import weight_table
 from viscopade.collision.spheres import Pair, Sphere, restitution_error
 from viscopade.extras import require
@@ -189,6 +189,8 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     >>> f"{found.beta:.3f} +- {found.beta_standard_error:.3f}", found.verdict.word
     ('0.094 +- 0.001', 'holds')
     """
+    if not isinstance(points, Points):
+        raise TypeError(refusal("points", points, "Points, such as vp.Points.measured(speed, epsilon)"))
     require("fit", "scipy")
     from viscopade.fitting import verdict  # imported here, because it loads SciPy
     from viscopade.fitting.likelihood import Model
