@@ -156,11 +156,11 @@ class Contact:
 
     def __post_init__(self) -> None:
         if not callable(self.force):
-            raise TypeError(checked.refusal("force", self.force, "a function of compression and rate"))
+            raise TypeError(refusal("force", self.force, "a function of compression and rate"))
         object.__setattr__(self, "mass", checked.number("mass", self.mass, _POSITIVE))
         object.__setattr__(self, "load", checked.number("load", self.load, _FINITE))
-        if not isinstance(self.end, str) or self.end not in ENDS:
-            raise ValueError(checked.refusal("end", self.end, "'force' or 'return'"))
+        if str(self.end) not in ENDS:
+            raise ValueError(refusal("end", self.end, "'force' or 'return'"))
 
     @classmethod
     def of_law(cls, law: Law | str, kappa: ArrayLike, load: float = 0.0) -> Contact:
@@ -224,7 +224,7 @@ class Contact:
         if not begins.size:
             raise ValueError("phases is empty: expected at least one number from 0 to 1")
         if not isinstance(scheme, Scheme):
-            raise TypeError(checked.refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
+            raise TypeError(refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
         with np.errstate(over="ignore", invalid="ignore"):
             found = self.rebounds(v, h, begins, scheme)
             least, largest, error = float(found.epsilon.min()), float(found.epsilon.max()), 0.0
@@ -346,14 +346,14 @@ def damping_factor(
     '149.3849'
     """
     if not callable(family):
-        raise TypeError(checked.refusal("family", family, "a function that returns the Contact of a damping factor"))
+        raise TypeError(refusal("family", family, "a function that returns the Contact of a damping factor"))
     tried: list[float] = []
     wanted, start = checked.number("epsilon", epsilon, _RESTITUTION), math.log(checked.number("near", near, _POSITIVE))
 
     def excess(log_c: float) -> float:
         contact = family(math.exp(log_c))
         if not hasattr(contact, "collide"):
-            raise TypeError(checked.refusal("the result of family", contact, "a Contact"))
+            raise TypeError(refusal("the result of family", contact, "a Contact"))
         tried.append(contact.collide(speed, step=step, scheme=scheme, phases=phases).epsilon)
         return tried[-1] - wanted
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from viscopade.arguments import refusal
 from viscopade.arrays import double
-from viscopade.arrays.checked import Accepted, FloatArray, number, refusal
+from viscopade.arrays.checked import Accepted, FloatArray, number
 from viscopade.collision import weight_table
 from viscopade.collision.spheres import Pair, Sphere, restitution_error
 from viscopade.extras import require
