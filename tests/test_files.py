@@ -1,6 +1,7 @@
 """Files that would take all memory or all time are refused before they are parsed, in a process with little memory."""
 
 import io
+import os
 import subprocess
 import sys
 import zipfile
@@ -101,25 +102,21 @@ def damaged(content):
 HOSTILE = {
     "far.xlsx": (
         lambda: xlsx(CELLS + '<row r="1048576"><c r="ZZ1048576"><v>1</v></c></row>'),
-        "expected at most 8388608 cells",
+        "expected smaller tables",
     ),
-    "row.xlsx": (
-        lambda: xlsx(CELLS + '<row r="1048576">' + "<c><v>1</v></c>" * 9 + "</row>"),
-        "expected at most 8388608 cells",
-    ),
-    "far.ods": (lambda: ods(EMPTY + FAR), "expected at most 8388608 cells"),
-    "shared.xlsx": (shared_xlsx, "expected at most 134217728 bytes"),
-    "texts.ods": (lambda: ods(text_row("x" * 100_000, "100000")), "expected at most 134217728 bytes"),
-    "blanks.ods": (lambda: ods(text_row('<text:s text:c="2000000000"/>')), "expected at most 134217728 bytes"),
+    "far.ods": (lambda: ods(EMPTY + FAR), "expected smaller tables"),
+    "shared.xlsx": (shared_xlsx, "expected smaller tables"),
+    "texts.ods": (lambda: ods(text_row("x" * 100_000, "100000")), "expected smaller tables"),
+    "blanks.ods": (lambda: ods(text_row('<text:s text:c="2000000000"/>')), "expected smaller tables"),
     "word.ods": (lambda: ods(text_row("x", "many")), "the spreadsheet cannot be read"),
-    "far.xls": (far_xls, "expected at most 8388608 cells"),
+    "far.xls": (far_xls, "expected smaller tables"),
     "cells.csv": (lambda: ROWS + "," * 9_000_000, "expected at most 8388608 cells"),
     "lines.csv": (lambda: ROWS + "\n" * 9_000_000, "expected at most 8388608 cells"),
     "bomb.zip": (lambda: archive({f"{i}.csv": ROWS + "1,0.5\n" * 3_000_000 for i in range(8)}), "134217728 bytes"),
     "many.zip": (lambda: archive({f"{i}.csv": ROWS for i in range(1001)}), "1001 members: expected up to 1000"),
     "damaged.zip": (lambda: damaged(archive({"a.csv": ROWS * 50})), "the ZIP archive cannot be read"),
     "damaged.xlsx": (lambda: damaged(xlsx(CELLS)), "the ZIP archive cannot be read"),
-    "entities.xlsx": (lambda: xlsx("&a;"), "the spreadsheet cannot be read"),
+    "entities.xlsx": (lambda: xlsx("&a;"), "no sheet has rows below a header"),
     "blanks.csv": (lambda: "speed" + " " * 100_000 + "x(m/s,epsilon\n1,0.5\n", "the columns are 'speed "),
     "dots.toml": (lambda: "a." * 200_000 + "a = 1", "nested too deeply"),
     "quoted.toml": (lambda: 'x = {a = """\'"""", ' + "'b' . " * 100_000 + "c = 1}", "nested too deeply"),
@@ -148,7 +145,7 @@ def said():
     run = subprocess.run(
         [sys.executable, "-c", code],
         cwd=Path(__file__).parents[1],
-        env={"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
         preexec_fn=partial(resource.setrlimit, resource.RLIMIT_AS, (MEMORY, MEMORY)),
         capture_output=True,
         text=True,
@@ -182,7 +179,7 @@ def test_spreadsheets_as_programs_write_them_are_read():
         name = "a.ods" if b"opendocument" in content else "a.xlsx"
         assert read.recording([(content, name)]).points.epsilon.tolist() == [0.5]
     mixed = ods(table(("speed", "epsilon"), (1, 0.6), ("1,000", "0.5")))
-    with pytest.raises(ValueError, match="line 3: speed is '1,000': expected a number"):
+    with pytest.raises(ValueError, match="both commas and points, '1,000' in line 3 and '0.5' in line 3"):
         read.recording([(mixed, "a.ods")])
 
 

@@ -138,8 +138,6 @@ NO_LANGUAGES = {
     "viscopade.kernels.formulas",
     "viscopade.kernels.full",
     "viscopade.kernels.speed_table",
-    # The element of a cell in XLSX.
-    "viscopade.fitting.spreadsheet",
 }
 
 

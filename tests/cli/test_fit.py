@@ -47,9 +47,14 @@ def test_json_has_the_keys_that_others_rely_on(data):
     assert found["points"][0]["point"] == "line 2"
 
 
-def test_text_has_the_verdict_first_and_the_number_with_its_error(data):
+def test_text_has_what_was_read_then_the_verdict_then_what_a_report_quotes(data):
     text = printed("fit", data)
-    assert text.startswith("The viscoelastic law holds.\n")
+    columns = "speed: 'speed (cm/s)'; epsilon: 'epsilon'; error of epsilon: 'sigma_epsilon'; not used: none."
+    assert " ".join(text.split()).startswith(f"data.csv: 12 rows, lines 2 to 13. {columns} The viscoelastic law holds.")
+    quoted = r"beta = 0\.\d+ \+- 0\.\d+ \(s/m\)\^\(1/5\) \(standard errors; 12 points\): the viscoelastic law holds\."
+    assert re.search(quoted, " ".join(text.split()))
+    assert "A also needs --radius, --density or --mass, --poisson-ratio, and --young-modulus or" in text
+    assert re.search(r"\), A = \S+ \+- \S+ s \(standard errors", said("fit", data, *MATERIAL))
     assert re.search(r"eps at 0\.387 m/s: 0\.9\d+ \+- 0\.00\d+ \(standard error\)\.", text)
     assert "line 13" in text
     assert re.search(r"law +p +chi\^2 +degrees of freedom +AIC\n", text)

@@ -143,7 +143,7 @@ BAD = [
     ("fit data.csv --without 99", "there is no line 99 with data: expected 2 to 13"),
     ("fit data.csv --law nothing", "law is 'nothing'"),
     ("fit data.csv --column speed", "is no NAME=HEADER"),
-    ("fit data.csv --unit speed=m/s", "has the unit 'cm/s' in its header"),
+    ("fit data.csv --unit speed=m/s", "the units 'cm/s' in its header and 'm/s' in --unit"),
     (
         "fit data.csv --resolution '1 ms'",
         "--resolution is for instants, heights or speeds: expected a column sigma_epsilon",

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 import viscopade as vp
 from viscopade.fitting import bounces, read
-from viscopade.fitting.columns import Options
 from viscopade.fitting.flight import Flight
+from viscopade.fitting.read import Options
 
 G, SPEED, BOUNCES = 9.80665, 2.0, 9
 REPORTED = [0, 0.2779073, 0.4703741, 0.6070903, 0.7064419, 0.7801611, 0.8359377, 0.8789381, 0.9127162]

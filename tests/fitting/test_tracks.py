@@ -6,9 +6,9 @@ import pytest
 from viscopade.arrays import double
 from viscopade.fitting import read
 from viscopade.fitting.bounces import TooFew
-from viscopade.fitting.columns import Options
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.likelihood import fitted
+from viscopade.fitting.read import Options
 from viscopade.fitting.tracks import of_track
 from viscopade.fitting.verdict import MODELS
 

@@ -10,7 +10,7 @@ from tests.simulators.two_balls import need
 from viscopade import Points
 from viscopade.arrays import double
 from viscopade.fitting import read
-from viscopade.fitting.columns import Options
+from viscopade.fitting.read import Options
 from viscopade_lab.runs import fit_data
 from viscopade_lab.studies import coverage
 

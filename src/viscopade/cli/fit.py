@@ -25,6 +25,7 @@ from viscopade.cli.console import (
 )
 from viscopade.cli.writer import check_targets, write_all
 from viscopade.extras import require
+from viscopade.quantity import uncertain
 
 FORMS = ("power", "table")
 """Forms of empirical functions."""
@@ -37,10 +38,10 @@ if TYPE_CHECKING:
     from viscopade.fitting.flight import Flight
     from viscopade.fitting.likelihood import LawFit
     from viscopade.fitting.neglected import WeightInContacts
-    from viscopade.fitting.read import Recording
+    from viscopade.fitting.read import ColumnRead, Recording, SheetRead
 
-MOST_ROWS = 40
-"""Most rows of the table of points."""
+MOST_ROWS = 20
+"""Most rows of a table or a list; JSON has all."""
 _UNIT = "(s/m)^(1/5)"
 _BETAS = f"beta_i {_UNIT}"
 
@@ -57,16 +58,17 @@ class Neglected(NamedTuple):
         return [*([self.weight.sentence] if self.weight and self.weight.warns else []), *filter(None, [self.drag])]
 
 
-def _warnings(found: DampingFit, left: Neglected) -> list[str]:
-    """Return sentences on neglected effects that matter, and on eps above 1."""
+def _warnings(recording: Recording, found: DampingFit, left: Neglected) -> list[str]:
+    """Return sentences on units, on neglected effects that matter, and on eps above 1."""
+    warnings = [*recording.warnings, *left.warnings]
     above = [i for i, eps in enumerate(found.points.epsilon) if eps > 1]
     if not above:
-        return left.warnings
+        return warnings
     i, others = above[0], len(above) - 1
     off = (found.points.epsilon[i] - 1) / found.main.standard_errors[i]
     more = f", and {others} more eps are" * (others > 0)
     text = f"{found.points.labels[i]}: eps = {found.points.epsilon[i]:.6g} is above 1, by {off:.2g} standard errors"
-    return [*left.warnings, f"{text}{more}; {'they are' if others else 'it is'} in the fit"]
+    return [*warnings, f"{text}{more}; {'they are' if others else 'it is'} in the fit"]
 
 
 class Assignment(click.ParamType):  # type: ignore[type-arg]
@@ -77,11 +79,11 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
         """Parse the name of a column and its header or unit."""
-        from viscopade.fitting.columns import COLUMNS
+        from viscopade.fitting.forms import OPTIONS
 
         name, equals, rest = value.partition("=")
-        if not equals or name.strip() not in COLUMNS or not rest.strip():
-            self.fail(f"{value!r} is no {self.name}: expected one of the names {', '.join(COLUMNS)}")
+        if not equals or name.strip() not in OPTIONS or not rest.strip():
+            self.fail(f"{value!r} is no {self.name}: expected one of the names {', '.join(OPTIONS)}")
         return name.strip(), rest.strip()
 
 
@@ -89,9 +91,13 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 @click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--sheet", "sheets", multiple=True, metavar="NAME", help="Sheet to read; repeatable.  [default: all]")
 @click.option(
-    "--column", "columns", type=Assignment("NAME=HEADER"), multiple=True, help="Header or number of a column."
+    "--column",
+    "columns",
+    type=Assignment("NAME=HEADER"),
+    multiple=True,
+    help="Header or number of a column; - to omit it.",
 )
-@click.option("--unit", "units", type=Assignment("NAME=UNIT"), multiple=True, help="Unit of a column without one.")
+@click.option("--unit", "units", type=Assignment("NAME=UNIT"), multiple=True, help="Unit of a column.")
 @click.option("--rate", type=Real(" > 0"), help="Frames per second, for a column frame.")
 @click.option("--length-per-unit", type=Quantity("length", " > 0"), help="Length of one unit of position, as a pixel.")
 @click.option(
@@ -154,16 +160,18 @@ def fit(
 ) -> None:
     """Fit the damping to measured data; test the viscoelastic law.
 
-    DATA are CSV files or spreadsheets. All sheets and files are fitted together. Their headers name the columns, with
-    units in parentheses:
+    DATA are CSV files or spreadsheets. All sheets and files are fitted together. Their headers name the columns and
+    their units; +/- or sigma beside a quantity is its error:
 
     \b
-    speed (cm/s), epsilon   also sigma_epsilon and contact_time if known
-    time                    times of the bounces
-    height                  heights of the release and of the rebounds
-    time, position          track of a bouncing ball; frame instead of time
+    speed (cm/s), epsilon, +/-   collisions; also contact_time if known
+    time (s)                     times of the bounces
+    height (cm)                  heights of the release and of the rebounds
+    H (cm), h1 (cm), h2 (cm)     the same, a row for each drop
+    time (s), y (m)              track of a ball; frame instead of time
 
     Exports of phyphox's "(In)elastic collision" and acoustic stopwatch work, too. Echoes and missed bounces are found.
+    The first lines of the output say which columns were read, and in which units.
 
     The result is beta with its standard error and confidence intervals, and a verdict that compares the law with a
     constant eps, with nu = 1 and with a free exponent. --radius, --density, --poisson-ratio and --young-modulus add A.
@@ -232,7 +240,7 @@ def _fitted(
 
     from viscopade import files
     from viscopade.collision.spheres import Pair, Sphere
-    from viscopade.fitting import columns, damping, neglected, read
+    from viscopade.fitting import damping, neglected, read
 
     names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
     body = {name: options.pop(name) for name in names}
@@ -247,7 +255,7 @@ def _fitted(
         pair = Pair(sphere, _partner(sphere, body["wall"]))
         contact = pair if given is None else contact
     contents = [(files.content(each, "CSV or a spreadsheet"), str(each)) for each in data]
-    how = columns.Options(
+    how = read.Options(
         dict(options.pop("columns")),
         dict(options.pop("units")),
         _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),
@@ -258,6 +266,7 @@ def _fitted(
     )
     recording = read.recording(contents, how)
     points = recording.points
+    _require_speeds(recording, ", ".join(map(str, data)))
     found = damping.fit(points, laws=laws, robust=robust)
     constants: dict[str, Constant] = {}
     if sphere is not None and body["poisson_ratio"] is not None:
@@ -274,6 +283,28 @@ def _fitted(
     drag = None if in_air else neglected.drag(recording, sphere, gravity)
     left = Neglected(neglected.weight_in_contacts(recording, pair, gravity), drag)
     return recording, found, sphere, constants, left
+
+
+def _require_speeds(recording: Recording, files: str) -> None:
+    """Raise ValueError if the points are too few for a fit, or all have one speed."""
+    import numpy as np
+
+    points = recording.points
+    if len(points) < 3:
+        text = (
+            f"{len(points)} {'points have' if len(points) > 1 else 'point has'} a speed and an eps: expected 3 or more"
+        )
+    elif np.ptp(points.speed) <= 1e-9 * points.speed.max():
+        mean, error = points.epsilon.mean(), points.epsilon.std(ddof=1) / math.sqrt(len(points))
+        text = (
+            f"all speeds are {points.speed[0]:.4g} m/s: expected two or more; `viscopade invert --epsilon {mean:.4g}` "
+            f"gives the damping for the mean eps, which is {uncertain(mean, error)}"
+        )
+    else:
+        return
+    every = [*recording.left_out, *((name, made) for name, made in recording.sheets if isinstance(made, str))]
+    left_out = "".join(f"; {name} is left out: {why}" for name, why in every[:MOST_ROWS])
+    raise ValueError(f"{files}: {text}{left_out}")
 
 
 def _density(body: Mapping[str, Any], mass: float) -> float:
@@ -357,6 +388,9 @@ def _show(
     rows = [("beta", f"{found.beta:.6g}", f"{found.beta_standard_error:.2g}", *spans, _UNIT)]
     for name, each in constants.items():
         rows.append((name, f"{each.value:.6g}", f"{each.standard_error:.2g}", "", "", units[name]))
+    for paragraph in read_text(recording):
+        say(paragraph)
+    click.echo()
     say(f"{found.verdict.sentence}.")
     for reason in found.verdict.reasons:
         say(f"  {reason}", 2)
@@ -369,8 +403,14 @@ def _show(
     for label, off in found.outliers:
         advice = "" if found.main.robust else "; --without leaves a line out, --robust counts outliers less"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
-    for warning in _warnings(found, left):
+    for warning in _warnings(recording, found, left):
         say(f"  {warning}", 2)
+    click.echo()
+    say(_quoted(found, constants))
+    if "dissipative_constant" not in constants:
+        say(
+            "A also needs --radius, --density or --mass, --poisson-ratio, and --young-modulus or a column contact_time."
+        )
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
     show(style, header, rows, {}, title=found.number)
     known = found.points.known  # with a fitted scatter chi^2 says nothing about the law
@@ -385,20 +425,64 @@ def _show(
     ]
     header = ("law", "p", *(("chi^2", "degrees of freedom") if known else ("scatter of eps",)), "AIC")
     show(style, header, laws, {}, title="Laws, the best first")
-    if len(found.points) <= MOST_ROWS:
-        points = zip(*(column for _, column in _columns(found)), strict=True)
-        cells = [(label, *(f"{number:.4g}" for number in numbers)) for label, *numbers in points]
-        show(
-            style,
-            [name for name, _ in _columns(found)],
-            cells,
-            {},
-            title="Points; beta_i grow or fall with the speed if p is not 1/5",
-        )
+    points = list(zip(*(column for _, column in _columns(found)), strict=True))
+    show(
+        style,
+        [name for name, _ in _columns(found)],
+        [(label, *(f"{number:.4g}" for number in numbers)) for label, *numbers in points[:MOST_ROWS]],
+        {},
+        title="Points; beta_i grow or fall with the speed if p is not 1/5",
+    )
+    if len(points) > MOST_ROWS:
+        say(f"and {len(points) - MOST_ROWS} more points; --format json lists all")
     for sentence in _sentences(found):
         say(sentence)
     if left.weight and not left.weight.warns:
         say(f"{left.weight.sentence.capitalize()}.")
+
+
+def read_text(recording: Recording) -> list[str]:
+    """Return what was read, a paragraph for all sheets with the same columns."""
+    sheets: dict[str, list[str]] = {}
+    for sheet in recording.read:
+        text = [f"{name}: {_described(column)}" for name, column in sheet.quantities.items()]
+        text += [
+            f"error of {name}: {_headers(column.errors)}" for name, column in sheet.quantities.items() if column.errors
+        ]
+        text.append(f"not used: {_headers(sheet.unused) or 'none'}")
+        rows = f"{sheet.name}: {len(sheet.lines)} rows, lines {sheet.lines[0]} to {sheet.lines[-1]}"
+        sheets.setdefault("; ".join(text), []).append(rows)
+    return [f"{'; '.join(rows)}. {text}." for text, rows in sheets.items()]
+
+
+def _described(column: ColumnRead) -> str:
+    """Return the header of a column, and its unit if the header does not show it."""
+    known = not column.unit or (column.unit_from == "its header" and len(column.columns) < 3)
+    return _headers(column.columns) + ("" if known else f" in {column.unit} ({column.unit_from})")
+
+
+def _headers(columns: Sequence[str]) -> str:
+    return ", ".join(map(repr, columns))
+
+
+def _quoted(found: DampingFit, constants: Mapping[str, Constant]) -> str:
+    """Return the sentence that a report quotes."""
+    names = {"dissipative_constant": ("A", "s"), "young_modulus": ("Y", "Pa")}
+    numbers = [f"beta = {uncertain(found.beta, found.beta_standard_error)} {_UNIT}"]
+    for name, each in constants.items():
+        numbers.append(f"{names[name][0]} = {uncertain(each.value, each.standard_error)} {names[name][1]}")
+    verdict = found.verdict.sentence
+    return f"{', '.join(numbers)} (standard errors; {found.number}): {verdict[0].lower()}{verdict[1:]}."
+
+
+def _read_json(sheet: SheetRead) -> dict[str, Any]:
+    quantities = {}
+    for name, each in sheet.quantities.items():
+        column, error = (
+            [*found] if len(found) > 1 else found[0] if found else None for found in (each.columns, each.errors)
+        )
+        quantities[name] = {"column": column, "unit": each.unit, "unit_from": each.unit_from, "error": error}
+    return {**quantities, "rows": len(sheet.lines), "lines": [*sheet.lines], "unused": [*sheet.unused]}
 
 
 def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:
@@ -414,8 +498,6 @@ def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:
 
 
 def _sentences(found: DampingFit) -> list[str]:
-    from viscopade.quantity import uncertain
-
     value, error = found.epsilon(found.main.middle)
     alone = ", without weight" if found.points.weight_speed else ""
     text = [f"eps at {found.main.middle:.3g} m/s{alone}: {uncertain(value, error)} (standard error)."]
@@ -458,12 +540,13 @@ def fit_json(
         "epsilon": {"speed": found.main.middle, "value": value, "standard_error": error},
         "scatter": found.main.scatter,
         **{name: {"value": each.value, "standard_error": each.standard_error} for name, each in constants.items()},
+        "read": _read_json(recording.read[0]),
         "sheets": [
             {"sheet": name} | ({"points": made} if isinstance(made, int) else {"not_read": made})
             for name, made in recording.sheets
         ],
         "weight": left.weight and {"fitted": left.weight.fitted, "g_t_c_over_v": left.weight.shares},
-        "warnings": _warnings(found, left),
+        "warnings": _warnings(recording, found, left),
         "masked": found.points.masked,
         "left_out": [{"line": label, "why": why} for label, why in recording.left_out],
         "outliers": [{"point": label, "standard_errors": off} for label, off in found.outliers],

@@ -2,11 +2,11 @@
 
 __all__ = [
     "bounces",
-    "columns",
     "contacts",
     "damping",
     "empirical",
     "flight",
+    "forms",
     "likelihood",
     "neglected",
     "points",

@@ -140,6 +140,7 @@ def of_times(
     sigma: float | Sequence[FloatArray] = 0.0,
     contact_time: ContactTime = 0.0,
     durations: Sequence[FloatArray] = (),
+    of_flights: bool = False,
 ) -> Points:
     """Return the points of bounces whose contacts begin at given instants.
 
@@ -160,6 +161,8 @@ def of_times(
     durations : sequence of array
         Measured contact times, used in place of `contact_time`: for each drop an array with one for each instant. The
         ends of contact have the same standard errors as the instants.
+    of_flights : bool
+        Whether `sigma` are independent errors of the flights that end at the instants, not of the instants.
 
     Raises
     ------
@@ -174,7 +177,9 @@ def of_times(
         require_ascending(instants, labels)
         if len(instants) > 2:
             measured = array("contact_time", durations[i], _ERRORS) if len(durations) else None
-            parts.append(_of_drop(instants, labels, flight, _errors(sigma, i, instants, "s"), contact, measured))
+            parts.append(
+                _of_drop(instants, labels, flight, _errors(sigma, i, instants, "s"), contact, measured, of_flights)
+            )
     if not parts:
         raise TooFew("no drop has three bounces: expected three instants or more, for one eps")
     return _weighted(together(parts), contact, flight)
@@ -194,6 +199,7 @@ def _of_drop(
     sigma: FloatArray,
     contact_time: ContactTime,
     durations: FloatArray | None,
+    of_flights: bool,
 ) -> Points:
     spans = np.diff(instants)
     contact = contact_time if durations is None else durations[:-1]
@@ -219,7 +225,7 @@ def _of_drop(
         sparse.diags_array([sign], offsets=[k], shape=(len(spans), len(instants))) @ _rows(sigma)
         for sign, k in ((1.0, 1), (-1.0, 0))
     )
-    of_span = ends + starts if durations is None else sparse.hstack([ends, starts])
+    of_span = ends if of_flights else ends + starts if durations is None else sparse.hstack([ends, starts])
     made = _points(flight, launch, _rows(flight.launch_slope(launch)) @ of_span, labels[1:-1])
     return made if durations is None else replace(made, contact_time=durations[1:-1])
 
@@ -270,11 +276,18 @@ def _weighted(points: Points, contact: ContactTime, flight: Flight) -> Points:
     return replace(points, weight_speed=weight_speed(known, flight.gravity, points.speed, points.epsilon))
 
 
-def of_speeds(speed: FloatArray, after: FloatArray, *, sigma: float | FloatArray, labels: Sequence[str]) -> Points:
-    """Return the points of collisions from the speeds before and after, both with the standard error `sigma`."""
+def of_speeds(
+    speed: FloatArray,
+    after: FloatArray,
+    *,
+    sigma: float | FloatArray,
+    sigma_after: float | FloatArray,
+    labels: Sequence[str],
+) -> Points:
+    """Return the points of collisions from the speeds before and after, with their standard errors."""
     epsilon = after / speed
-    errors = _rows(np.broadcast_to(sigma, speed.shape))
-    of_epsilon = sparse.hstack([_rows(-epsilon / speed) @ errors, _rows(1 / speed) @ errors], format="csr")
+    errors, errors_after = (_rows(np.broadcast_to(each, speed.shape)) for each in (sigma, sigma_after))
+    of_epsilon = sparse.hstack([_rows(-epsilon / speed) @ errors, _rows(1 / speed) @ errors_after], format="csr")
     of_speed = sparse.hstack([errors, errors * 0], format="csr")
     return Points(speed, epsilon, sparse.csr_array(of_speed), sparse.csr_array(of_epsilon), tuple(labels))
 

@@ -87,6 +87,10 @@ def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | No
     change = float(changes[np.argmax(np.abs(changes))])
     if abs(change) < _LEAST_DRAG:
         return None
+    if abs(change) > 1:
+        raise ValueError(
+            f"in air drag would change eps by {change:.2g}: are the units of heights or times right? (--unit)"
+        )
     whose = "" if sphere else " of a table-tennis ball (2.7 g, 4 cm)"
     how = "--air-density" if sphere else "--air-density with --radius and --mass"
     return f"drag is neglected: in air it would change eps{whose} by up to {change:+.2g}; {how} includes it"

@@ -9,16 +9,17 @@ from dataclasses import dataclass
 from pathlib import PurePath
 
 from viscopade import files
+from viscopade.extras import require
 from viscopade.fitting import spreadsheet
 
-HEAD = re.compile(r"([^()\[\]]+)(?:[(\[]([^()\[\]]*)[)\]])?")
-"""A column's name, with its unit in parentheses or brackets."""
 _BLANK_SEPARATED = re.compile(r"[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?")
 _CSV_NAME = re.compile(r"(?i)[^/]*\.csv")
 _XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
-_ABOVE, _LONGEST_HEADER = 20, 1 << 16  # number of rows that are searched for a header, and its longest length
+_ABOVE, _LONGEST_HEADER = 100, 1 << 16  # number of rows that are searched for a header, and its longest length
+_ELSEWHERE = 1 << 24  # bytes of a spreadsheet, also when unpacked, on systems that do not limit memory
 
-IsHeader = Callable[[Sequence[str]], bool]
+Columns = Callable[[Sequence[str]], int]
+"""Number of columns in a row of headers that are recognised and read; 0 if no form fits."""
 
 
 @dataclass(frozen=True)
@@ -31,19 +32,19 @@ class Sheet:
         Names; `sheet` is empty if the file has no sheets.
     header : tuple of str
     rows : list
-        The cells as texts.
+        The cells: texts, or numbers of a spreadsheet.
     lines : sequence of int
         Line number of each row in the file.
-    comma : bool
-        Whether numbers may have decimal commas.
+    separator : str
+        The character between cells; empty for blanks, and in a spreadsheet.
     """
 
     file: str
     sheet: str
     header: tuple[str, ...]
-    rows: list[list[str]]
+    rows: Sequence[Sequence[str | float]]
     lines: Sequence[int]
-    comma: bool = False
+    separator: str = ""
 
     @property
     def source(self) -> str:
@@ -56,41 +57,52 @@ class Sheet:
         return PurePath(self.file).name + f", sheet {self.sheet}" * bool(self.sheet)
 
 
-def sheets(content: bytes, source: str, is_header: IsHeader) -> list[Sheet]:
+def sheets(content: bytes, source: str, columns: Columns) -> list[Sheet]:
     """Return the sheets of a file that are not empty.
 
-    The header is the first row for which `is_header` holds, or else the first row. In a CSV file it may be a comment.
+    The header is the row with the most recognised columns among the first hundred, or else the first row. In a CSV file
+    it may be a comment.
 
     Raises
     ------
     ValueError
         If the file is neither CSV nor a spreadsheet, or is empty.
-    ModuleNotFoundError
+    MissingPackage
         If python-calamine, which reads spreadsheets, is not installed.
     """
     suffix = source.lower().rpartition(".")[2]
     if content.startswith(_ZIP) and suffix not in ("xlsx", "ods"):
         parts = files.members(content, source).items()
-        tables = [_csv(part, source, name[:-4], is_header) for name, part in parts if _CSV_NAME.fullmatch(name)]
+        tables = [_csv(part, source, name[:-4], columns) for name, part in parts if _CSV_NAME.fullmatch(name)]
         if not tables:
             raise ValueError(f"{source}: the ZIP archive has no CSV file: expected one with phyphox's CSV files")
         return tables
     if not content.startswith((_XLS, _ZIP)):
         if suffix in ("xls", "xlsx", "ods", "zip"):
             raise ValueError(f"{source}: the content is not {suffix.upper()}: expected a file of the type in its name")
-        return [_csv(content, source, "", is_header)]
+        return [_csv(content, source, "", columns)]
+    require("fit", "python_calamine")
+    largest = files.LONGEST if spreadsheet.LIMITED else _ELSEWHERE
+    files.require_size(source, len(content), largest)
+    if content.startswith(_ZIP):
+        files.require_size(source, sum(map(len, files.members(content, source).values())), largest)
+    try:
+        read = spreadsheet.worksheets(content, files.MOST_CELLS, files.LONGEST)
+    except ValueError as error:
+        raise ValueError(f"{source}: the spreadsheet cannot be read: {error}") from None
     tables = []
-    for name, rows in spreadsheet.worksheets(content, source):
-        first = next((i for i, row in enumerate(rows[:_ABOVE]) if is_header(row)), 0)
-        if len(rows) > first + 1:
-            lines = range(first + 2, len(rows) + 1)
-            tables.append(Sheet(source, name, tuple(rows[first]), rows[first + 1 :], lines))
+    for name, rows in read:
+        texts = [list(map(str, cells)) for _, cells in rows[:_ABOVE]]
+        first = max(range(len(texts)), key=lambda i: columns(texts[i]), default=0)
+        if below := rows[first + 1 :]:
+            lines, cells = zip(*below, strict=True)
+            tables.append(Sheet(source, name, tuple(texts[first]), cells, lines))
     if not tables:
         raise ValueError(f"{source}: no sheet has rows below a header: expected one")
     return tables
 
 
-def _csv(content: bytes, file: str, sheet: str, is_header: IsHeader) -> Sheet:
+def _csv(content: bytes, file: str, sheet: str, columns: Columns) -> Sheet:
     source = Sheet(file, sheet, (), [], []).source
     wide = content[:2] in (b"\xff\xfe", b"\xfe\xff")
     for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):
@@ -108,36 +120,43 @@ def _csv(content: bytes, file: str, sheet: str, is_header: IsHeader) -> Sheet:
     for number, line in enumerate(text.split("\n"), 1):
         if line.strip():
             (comments if line.lstrip().startswith("#") else data).append((number, line))
-    header = next((row for row in data[:_ABOVE] + comments[:_ABOVE] if _is(row[1], is_header)), (data or [(0, "")])[0])
-    below = [row for row in data if row[0] > header[0]]
+    heads = (data[:_ABOVE] or [(0, "")]) + comments[:_ABOVE]
+    place, header = max(heads, key=lambda row: _recognised(row[1], columns))
+    below = [row for row in data if row[0] > place]
     if not below:
         raise ValueError(f"{source}: the file has {len(data)} lines with data: expected a header and rows below it")
-    delimiter = _delimiter(header[1])
-    lines = [header[1], *(line for _, line in below)]
+    delimiter = _delimiter(header)
+    lines = [line for _, line in below]
     if delimiter:
-        cells = sum(line.count(delimiter) + 1 for line in lines)
+        cells = sum(line.count(delimiter) + 1 for line in (header, *lines))
     else:
-        cells = sum(1 for line in lines for _ in _BLANK_SEPARATED.finditer(line))
+        cells = sum(1 for line in (header, *lines) for _ in _BLANK_SEPARATED.finditer(line))
     files.require_cells(source, cells)
     try:
-        rows = _cells(lines[1:], delimiter)
-        names = _cells([header[1].lstrip("# ")], delimiter)[0]
+        rows = _cells(lines, delimiter)
+        names = _names(header, columns)
     except csv.Error as error:
         raise ValueError(f"{source}: the file is not CSV: {error}") from None
     if len(rows) != len(below):
         raise ValueError(f"{source}: a quoted cell extends over several lines: expected one line for each row")
-    return Sheet(file, sheet, tuple(names), rows, [number for number, _ in below], comma=delimiter != ",")
+    return Sheet(file, sheet, tuple(names), rows, [number for number, _ in below], delimiter or "")
 
 
-def _is(line: str, is_header: IsHeader) -> bool:
+def _recognised(line: str, columns: Columns) -> int:
     try:
-        cells = _cells([line.lstrip("# ")], _delimiter(line)) if len(line) < _LONGEST_HEADER else [[]]
+        return columns(_names(line, columns)) if len(line) < _LONGEST_HEADER else 0
     except csv.Error:
-        return False
-    return is_header(cells[0])
+        return 0
+
+
+def _names(line: str, columns: Columns) -> list[str]:
+    """Return the names in a line; without separators it may be one name, as "t in s"."""
+    whole = line.lstrip("# ")
+    return [whole] if not _delimiter(line) and columns([whole]) else _cells([whole], _delimiter(line))[0]
 
 
 def _delimiter(line: str) -> str | None:
+    # A comma before a unit, as in "v, m/s; e", and in brackets, separates no cells: another separator comes first.
     return next((each for each in "\t;,|" if each in line), None)
 
 

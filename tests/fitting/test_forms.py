@@ -1,0 +1,265 @@
+"""Every form of a recording is a row: a small file, what is read, and what is said, by plain arithmetic."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli import json_of
+from viscopade.cli.fit import read_text
+from viscopade.fitting import forms, read
+from viscopade.fitting.read import Options
+
+DATA = Path(__file__).with_name("data")
+G = 9.80665
+
+
+def recorded(text, **options):
+    return read.recording([(text.encode(), "a.csv")], Options(**options))
+
+
+def fallen(*heights):
+    """Return the speeds after falls from these heights in metres."""
+    return [(2 * G * height) ** 0.5 for height in heights]
+
+
+def rises(*heights):
+    """Return eps of successive heights."""
+    return [(after / before) ** 0.5 for before, after in pairwise(heights)]
+
+
+def flown(*times):
+    return [G * time / 2 for time in times]
+
+
+def ratios(*times):
+    return [after / before for before, after in pairwise(times)]
+
+
+V, E = [1, 2, 3], [0.9, 0.85, 0.8]
+PAIRS = "1,0.9\n2,0.85\n3,0.8\n"
+CM = "100,0.9\n200,0.85\n300,0.8\n"
+T = [0.25, 1.25, 2.15, 2.95]  # flights of 1, 0.9 and 0.8 s
+TIMES = "\n".join(map(str, T))
+OF_TIMES = (flown(1, 0.9), ratios(1, 0.9, 0.8))
+H = (1.0, 0.81, 0.64)
+OF_HEIGHTS = (fallen(*H[:-1]), rises(*H))
+
+# The text, the speeds, eps, and the columns as they are named: quantity, header, error; and those that are not used.
+READ = {
+    "error beside its quantity": (
+        "Impact velocity (cm/s),COR,+/-,remark\n100,0.9,.01,a\n200,0.85,.01,b\n300,0.8,.01,\n",
+        V,
+        E,
+        "speed: 'Impact velocity (cm/s)'; epsilon: 'COR'; error of epsilon: '+/-'; not used: 'remark'",
+    ),
+    "error by the name of its column": (
+        "v,COR,sigma COR\n1,.9,.01\n2,.85,.01\n3,.8,.01",
+        V,
+        E,
+        "error of epsilon: 'sigma COR'",
+    ),
+    "d_eps": ("d_eps,v,eps\n.01,1,.9\n.01,2,.85\n.01,3,.8", V, E, "error of epsilon: 'd_eps'"),
+    "u(v)": ("v (cm/s),u(v),e\n100,1,.9\n200,1,.85\n300,1,.8", V, E, "error of speed: 'u(v)'"),
+    "both have errors": (
+        "v;±;COR;±\n1;0,1;0,9;0,01\n2;0,1;0,85;0,01\n3;0,1;0,8;0,01",
+        V,
+        E,
+        "error of speed: '±'; error of epsilon: '±'",
+    ),
+    "v / cm s^-1": (f"v / cm s^-1,e\n{CM}", V, E, "speed: 'v / cm s^-1'"),
+    "v_cm_s": (f"v_cm_s,e\n{CM}", V, E, "speed: 'v_cm_s'"),
+    "v/(cm/s)": (f"v/(cm/s),COR\n{CM}", V, E, "speed: 'v/(cm/s)'"),
+    "v_ms": (f"v_ms,eps\n{PAIRS}", V, E, "speed: 'v_ms'"),
+    "ms-1": (f"Velocity (ms⁻¹),COR\n{PAIRS}", V, E, "speed: 'Velocity (ms⁻¹)'"),
+    "v, m/s": (f'"v, m/s",eps\n{PAIRS}', V, E, "speed: 'v, m/s'"),
+    "German": (
+        "Geschwindigkeit v in cm/s;Restitutionskoeffizient;Fehler Restitutionskoeffizient\n"
+        "100;0,9;0,01\n200;0,85;0,01\n300;0,8;0,01\n",
+        V,
+        E,
+        "error of epsilon: 'Fehler Restitutionskoeffizient'",
+    ),
+    "French": (f"vitesse (m/s),coefficient de restitution\n{PAIRS}", V, E, "speed: 'vitesse (m/s)'"),
+    "quoted decimal commas": ('"v (m/s)","e"\n"1,0","0,9"\n"2,0","0,85"\n"3,0","0,8"\n', V, E, "epsilon: 'e'"),
+    "units below units": (f"v (m/s),e\nm/s,-\n{PAIRS}", V, E, "speed: 'v (m/s)'"),
+    "E, and nothing else": (f"v (m/s),E\n{PAIRS}", V, E, "epsilon: 'E'"),
+    "E and a speed after": ("v_in,v_out,E\n1,.9,7\n2,1.7,8\n3,2.4,9\n", V, E, "not used: 'E'"),
+    "times": (f"t (s)\n{TIMES}", *OF_TIMES, "time: 't (s)'; not used: none"),
+    "t in s": (f"t in s\n{TIMES}", *OF_TIMES, "time: 't in s'"),
+    "t_ms": ("t_ms\n250\n1250\n2150\n2950", *OF_TIMES, "time: 't_ms'"),
+    "Italian": (f"tempo (s)\n{TIMES}", *OF_TIMES, "time: 'tempo (s)'"),
+    "Spanish": (f"tiempo [s]\n{TIMES}", *OF_TIMES, "time: 'tiempo [s]'"),
+    "times and errors": (
+        "t (s),sigma_t (ms)\n" + "\n".join(f"{t},1" for t in T),
+        *OF_TIMES,
+        "time: 't (s)'; error of time: 'sigma_t (ms)'",
+    ),
+    "acoustic stopwatch": (
+        'Akustische Stoppuhr\n"Nr.";"Zeit (s)"\n' + "\n".join(f'{k};"{t}"'.replace(".", ",") for k, t in enumerate(T)),
+        *OF_TIMES,
+        "time: 'Zeit (s)'; not used: 'Nr.'",
+    ),
+    "intervals": ("interval (ms)\n\n1000\n900\n800", *OF_TIMES, "interval: 'interval (ms)'"),
+    "bounces in a row": (
+        "bounce 0 (s),bounce 1 (s),bounce 2 (s),bounce 3 (s)\n.25,1.25,2.15,2.95",
+        *OF_TIMES,
+        "bounces:",
+    ),
+    "heights": ("height_cm\n100\n81\n64\n", *OF_HEIGHTS, "height: 'height_cm'"),
+    "Höhe": ("Höhe h / cm;Nr.\n100;0\n81;1\n64;2\n", *OF_HEIGHTS, "height: 'Höhe h / cm'; not used: 'Nr.'"),
+    "hauteur": ("hauteur (m);±\n1;0,01\n0,81;0,01\n0,64;0,01", *OF_HEIGHTS, "error of height: '±'"),
+    "H and h": ("H (cm),h (cm)\n100,81\n81,64\n", *OF_HEIGHTS, "drop_height: 'H (cm)'; rebound_height: 'h (cm)'"),
+    "Drop and Rebound": ("Drop (cm),Rebound (cm)\n100,81\n81,64\n", *OF_HEIGHTS, "drop_height: 'Drop (cm)'"),
+    "H0 to H2": (
+        "drop,H0 (cm),H1 (cm),H2 (cm)\n1,100,81,64\n",
+        *OF_HEIGHTS,
+        "heights: 'H0 (cm)', 'H1 (cm)', 'H2 (cm)'",
+    ),
+    "H, h1, h2": (
+        "H,h1,h2\n1,.81,.64\n",
+        *OF_HEIGHTS,
+        "drop_height: 'H' in m (plain numbers); heights: 'h1', 'h2' in m",
+    ),
+    "T0 to T2": ("H,T0,T1,T2\n9,1,.9,.8\n", *OF_TIMES, "flights: 'T0', 'T1', 'T2' in s (plain numbers); not used: 'H'"),
+    "a gap in a row": (
+        "h0,h1,h2,h3\n1,.81,,.5\n1,.81,.64,\n.64,,,\n",
+        [fallen(1)[0], *OF_HEIGHTS[0]],
+        [0.9, *OF_HEIGHTS[1]],
+        "heights:",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", READ)
+def test_forms(case):
+    text, speed, epsilon, shown = READ[case]
+    found = recorded(text)
+    assert found.points.speed == pytest.approx(speed, rel=1e-12)
+    assert found.points.epsilon == pytest.approx(epsilon, rel=1e-9)
+    assert shown in " ".join(read_text(found))
+
+
+@pytest.mark.parametrize("form", forms.FORMS, ids=lambda form: form.header)
+def test_examples_are_forms_of_their_own(form):
+    assert forms.layout(form.header.split(", "), {}).form == form
+
+
+# The text, and the standard errors of eps = f(a, b): the root of the sum of squares.
+ERRORS = {
+    "percent points": ("v,COR (%),± (%)\n1,90,1\n2,85,2\n", [0.01, 0.02]),
+    "in the unit of the quantity": ("height (cm),±\n100,1\n64,1\n", [0.8 / 2 * np.hypot(1 / 64, 1 / 100)]),
+    "of each height": ("H (cm),±,h (cm),±\n100,1,64,0\n", [0.8 / 2 / 100]),
+    "of flights": ("T0,±,T1,±\n1,.01,.8,.02\n", [0.8 * np.hypot(0.01, 0.02 / 0.8)]),
+    "of all flights in a row": (
+        "T0,T1,T2,sigma\n1,.8,.7,.01\n",
+        [0.01 * np.hypot(1, 0.8), 0.01 / 0.8 * np.hypot(1, 0.875)],
+    ),
+    "of speeds before and after": ("v_in,u(v_in),v_out,u(v_out)\n2,.1,1,.2\n", [np.hypot(0.1 / 4, 0.2 / 2)]),
+}
+
+
+@pytest.mark.parametrize("case", ERRORS)
+def test_errors(case):
+    text, errors = ERRORS[case]
+    assert recorded(text).points.standard_errors == pytest.approx(errors, rel=1e-9)
+
+
+TRACK = "\n".join(f"{t:.2f},{1 - (t % 0.2):.3f}" for t in np.arange(0, 1, 0.04))
+
+# The text, and a part of the refusal.
+REFUSED = {
+    "one sigma beside two quantities": (
+        f"v,e,sigma\n{PAIRS}".replace("\n3", ",.1\n3"),
+        "'sigma' are of speed or of epsilon: expected --column sigma_speed='sigma' or --column sigma_epsilon='sigma'",
+    ),
+    "rising heights": (
+        "height (m)\n0.2\n0.4\n0.6\n",
+        "line 3: the height 0.4 m is above .* drops.* drop_height and rebound_height, or a column drop",
+    ),
+    "a rebound above its drop": ("H,h\n1,.8\n1,1.1\n", "line 3, h: the height 1.1 m is above .* independent drops"),
+    "equal heights": ("height (cm)\n50\n50\n50\n", "all heights are 0.5 m: are these independent drops"),
+    "fast": ("v,e\n100,.9\n200,.85\n300,.8\n", "line 3: the speed is 200 m/s: .* is the unit right.*--unit speed=UNIT"),
+    "eps of 1": ("v_in,v_out\n1,1\n2,2\n3,3\n", "eps is 1 at all points: are the columns and the units right"),
+    "times and heights of bounces": (
+        "Time (s),Height (m)\n.25,1\n1.34,.8\n2.2,.6\n2.9,.5\n",
+        "not evenly spaced .* --column position=- .* --column time=-",
+    ),
+    "E above 1": (f"v (m/s),E\n{PAIRS}4,1.2\n", "line 5: 'E' is 1.2: expected 0 to 1, or --column epsilon=E"),
+    "times that ascend as flights": ("T0,T1,T2,T3\n.3,.9,1.4,1.8\n", "are they instants of bounces"),
+    "a series with a gap": ("h0,h1,h3\n1,.8,.5\n", "the columns 'h0', 'h1', 'h3' are no series"),
+    "no unit of a speed": (f"v_px,e\n{PAIRS}", "'v_px' ends in 'px', no unit of speed: expected --unit speed=UNIT"),
+    "c is no unit": (f"v_c,e\n{PAIRS}", "'v_c' ends in 'c'"),
+    "pixels": (f"t (s),y (px)\n{TRACK}", "unit of position is 'px': .* --length-per-unit"),
+    "two units": (f"v (m/s),e\ncm/s,-\n{PAIRS}", "the units 'm/s' in its header and 'cm/s' in the row below"),
+    "commas and points": (
+        "v;e\n1,000;0.9\n2,000;0.8\n",
+        "both commas and points, '1,000' in line 2 and '0.9' in line 2",
+    ),
+    "thousands": (
+        "v\teps (%)\n1,053\t90\n1,250\t85\n",
+        "line 2: '1,053' may be 1.053 or 1053: expected no thousands separators",
+    ),
+    "time cells": ("time\n00:00:01\n00:00:02\n00:00:03\n", "line 2: time is '00:00:01': expected a number"),
+    "1_0": ("v,e\n1_0,.9\n2,.8\n", "line 2: speed is '1_0': expected a number > 0"),
+    "heights beside other heights": (
+        "Height (cm),Average bounce (cm)\n100,60\n80,50\n60,40\n",
+        "'Average bounce .cm.' is not read beside 'Height .cm.'.*rebound_height=2",
+    ),
+    "heights beside speeds": ("h,v,E\n1,4,.9\n.8,3.9,.8\n.6,3.4,.7\n", "the column 'v' is not read beside 'h'"),
+    "percent of what": ("v,COR,error (%)\n1,.9,5\n2,.85,5\n", "errors 'error .%.' are of speed or of epsilon"),
+    "percent of eps": ("v,COR,sigma_COR (%)\n1,.9,5\n2,.85,5\n", "the errors of epsilon are in %, but epsilon is not"),
+    "an error is missing": ("v,e,±\n1,.9,.1\n2,.85,\n", "line 3: sigma_epsilon is '': expected a number >= 0"),
+    "nothing": ("a,b\n1,2\n", "columns are 'a', 'b': expected .* --column NAME=HEADER .* --unit NAME=UNIT"),
+    "v*": ("v*,eps\n1,.9\n2,.8\n", "columns are 'v.', 'eps': expected"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refusals(case):
+    text, message = REFUSED[case]
+    with pytest.raises(ValueError, match=message) as caught:
+        recorded(text)
+    assert str(caught.value).startswith("a.csv: ")
+
+
+def test_options_lead_out_of_refusals():
+    """Each refusal that names an option is right about it."""
+    both = REFUSED["times and heights of bounces"][0]
+    assert recorded(both, columns={"position": "-"}).points.epsilon == pytest.approx(ratios(1.09, 0.86, 0.7))
+    assert recorded(both, columns={"time": "-"}).points.epsilon == pytest.approx(rises(1, 0.8, 0.6, 0.5))
+    beside = REFUSED["heights beside other heights"][0]
+    found = recorded(beside, columns={"rebound_height": "2"}).points
+    assert found.epsilon == pytest.approx([0.6**0.5, 0.625**0.5, (2 / 3) ** 0.5])
+    sigma = REFUSED["one sigma beside two quantities"][0].replace("0.9\n", "0.9,.1\n").replace("0.8\n", "0.8,.1\n")
+    assert recorded(sigma, columns={"sigma_epsilon": "sigma"}).points.standard_errors == pytest.approx([0.1] * 3)
+    assert recorded(REFUSED["fast"][0], units={"speed": "m/s"}).points.speed.tolist() == [100, 200, 300]
+    assert recorded(REFUSED["no unit of a speed"][0], units={"speed": "cm/s"}).points.speed == pytest.approx(
+        [0.01, 0.02, 0.03]
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "epsilon"),
+    [("H_h_pairs.csv", [0.853, 0.847, 0.860, 0.860, 0.872]), ("v_cm_s.csv", [0.93, 0.92, 0.91, 0.895, 0.88, 0.866])],
+)
+def test_files_of_owners(name, epsilon):
+    found = read.recording([((DATA / name).read_bytes(), name)]).points
+    assert np.round(found.epsilon, 3).tolist() == epsilon
+
+
+def test_drops_with_several_times_of_flight():
+    file = DATA / "drops_H_T0_T1_T2.csv"
+    found = read.recording([(file.read_bytes(), "a.csv")]).points
+    flights = np.loadtxt(file, delimiter=",", skiprows=1)[:, 1:]
+    assert found.epsilon.reshape(30, 2) == pytest.approx(flights[:, 1:] / flights[:, :-1])
+    assert found.epsilon.reshape(30, 2).mean(axis=0) == pytest.approx([0.942, 0.864], abs=5e-4)
+
+
+def test_errors_of_times_decide_the_verdict():
+    found = json_of("fit", DATA / "times_sigma_t.csv")
+    assert found["beta"] == pytest.approx(0.1528, abs=5e-5)
+    assert found["verdict"] == "holds"
+    assert found["read"]["time"] == {"column": "t (s)", "unit": "s", "unit_from": "its header", "error": "sigma_t (s)"}
+    assert (found["read"]["rows"], found["read"]["unused"]) == (10, [])
