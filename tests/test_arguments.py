@@ -148,8 +148,8 @@ COLUMNS = {
     ),
     "heard": (lambda x: bounces.heard(x)[0], "instants", DROP),
     "of_heights, heights": (lambda x: rebounds(OF_HEIGHTS([(x, NAMES)], Flight())), "heights", HIGH),
-    "of_track, time": (lambda x: of_track(x, TRACK, FRAMES, Flight()).epsilon, "instants", FRAMES_AT),
-    "of_track, position": (lambda x: of_track(FRAMES_AT, x, FRAMES, Flight()).speed, "heights", TRACK),
+    "of_track, time": (lambda x: of_track(x, TRACK, FRAMES, Flight()).points.epsilon, "instants", FRAMES_AT),
+    "of_track, position": (lambda x: of_track(FRAMES_AT, x, FRAMES, Flight()).points.speed, "heights", TRACK),
 }
 NUMBERS |= {
     "of_times, sigma": (lambda x: rebounds(OF_TIMES([(DROP, NAMES)], Flight(), sigma=x)), "instants", 1e-3),

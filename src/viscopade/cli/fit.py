@@ -400,6 +400,11 @@ def _show(
         say(f"  {label} is left out: {why}", 2)
     if (more := len(recording.left_out) - MOST_ROWS) > 0:
         say(f"  and {more} more; --format json lists all", 2)
+    for flown in recording.flights[:MOST_ROWS]:
+        acceleration = uncertain(flown.acceleration, flown.standard_error)
+        say(f"  flight from {flown.first} to {flown.last}: acceleration {acceleration} m/s^2", 2)
+    if (more := len(recording.flights) - MOST_ROWS) > 0:
+        say(f"  and {more} more; --format json lists all", 2)
     for label, off in found.outliers:
         advice = "" if found.main.robust else "; --without leaves a line out, --robust counts outliers less"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
@@ -549,6 +554,7 @@ def fit_json(
         "warnings": _warnings(recording, found, left),
         "masked": found.points.masked,
         "left_out": [{"line": label, "why": why} for label, why in recording.left_out],
+        "flights": [vars(each) for each in recording.flights],
         "outliers": [{"point": label, "standard_errors": off} for label, off in found.outliers],
         "points": [
             dict(zip(("point", "speed", "epsilon", "beta", "residual", "standardized"), row, strict=True))

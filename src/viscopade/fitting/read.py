@@ -19,7 +19,7 @@ from viscopade.fitting.contacts import ContactTime
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 from viscopade.fitting.sheets import Sheet, sheets
-from viscopade.quantity import DIMENSIONS, quantity
+from viscopade.quantity import DIMENSIONS, quantity, uncertain
 from viscopade.records import Node
 
 SLOWEST, FAST, FASTEST = 1e-9, 100.0, 1e4
@@ -127,6 +127,8 @@ class Recording:
         The columns that were read, and those that were not.
     warnings : tuple of str
         Sentences on what does not fit.
+    flights : tuple of FreeFlight
+        Of tracks.
     """
 
     points: Points
@@ -135,6 +137,7 @@ class Recording:
     left_out: tuple[tuple[str, str], ...]
     read: tuple[SheetRead, ...]
     warnings: tuple[str, ...]
+    flights: tuple[tracks.FreeFlight, ...]
 
 
 def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -> Recording:
@@ -189,7 +192,8 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     points = points.without_scatter() if options.scatter is False else points
     left_out = tuple(each for reader in readers for each in reader.left_out)
     warnings = tuple(each for reader in readers for each in reader.warnings)
-    return Recording(points, first.form.kind, (*read, *unread), left_out, tuple(described), warnings)
+    flights = tuple(each for reader in readers for each in reader.flights)
+    return Recording(points, first.form.kind, (*read, *unread), left_out, tuple(described), warnings, flights)
 
 
 def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[str, str]]) -> list[_Reader]:
@@ -296,7 +300,7 @@ class _Reader:
         The rows with data, and their lines in the file.
     prefix : str
         Beginning of the labels of rows.
-    left_out, warnings : list
+    left_out, warnings, flights : list
         As in `Recording`.
     """
 
@@ -305,6 +309,7 @@ class _Reader:
         self.prefix = ""
         self.left_out: list[tuple[str, str]] = []
         self.warnings: list[str] = []
+        self.flights: list[tracks.FreeFlight] = []
         self._below: dict[int, str] = {}  # units in rows below the header
         used = [i for name, places in layout.places.items() if name != "drop" for i in places]
         full = [k for k, row in enumerate(sheet.rows) if any(_cell(row, i) != "" for i in used)]
@@ -489,13 +494,13 @@ class _Reader:
         self._refuse_surplus_cells()
         self._refuse_second_reading()
         points = _POINTS[form.kind](self)
-        explicit = {"position"} if options.length_per_unit or options.rate else {*options.units}
-        fastest = FASTEST if explicit & {*form.needed} else FAST
+        # The flights of a track tell whether its units are right.
+        fastest = FASTEST if {*options.units} & {*form.needed} or form.kind == "positions" else FAST
         if (bad := ~((points.speed >= SLOWEST) & (points.speed <= fastest))).any():
             i = int(np.argmax(bad))
             raise ValueError(
                 f"{points.labels[i]}: the speed is {points.speed[i]:.3g} m/s: expected {SLOWEST:g} to {fastest:g} m/s; "
-                f"is the unit right? (--unit {form.needed[-1 if 'position' in form.needed else 0]}=UNIT)"
+                f"is the unit right? (--unit {form.needed[0]}=UNIT)"
             )
         if ((errors := points.standard_errors) >= 1).any():
             i = int(np.argmax(errors >= 1))
@@ -735,12 +740,26 @@ def _positions(reader: _Reader) -> Points:
                 "expected the frames of a track; --column position=- reads the times of bounces alone, and "
                 "--column time=- the heights alone"
             )
+        kept = [labels[i] for i in of]
         track = tracks.of_track(
-            times[of], positions[of], [labels[i] for i in of], options.flight, sigma=sigma[of],
-            contact_time=options.contact_time,
-        )  # fmt: skip
-        made.append(track)
+            times[of], positions[of], kept, options.flight, sigma=sigma[of], contact_time=options.contact_time
+        )
+        made.append(track.points)
+        reader.flights += track.flights
+        reader.left_out += track.left_out
+        if not track.agrees:
+            length = reader._unit(reader.layout.columns("position")[0], "position")[1]
+            reader.warnings.append(_wrong_unit(track, options.flight.gravity, length))
     return bounces.together(made)
+
+
+def _wrong_unit(track: tracks.Track, gravity: float, length: float) -> str:
+    """Return the warning that the flights have another acceleration than g, with the length of a unit that gives g."""
+    milli = f"{1000 * length * gravity / track.acceleration:.3g} mm"
+    return (
+        f"the flights accelerate with {uncertain(track.acceleration, track.standard_error)} m/s^2, not {gravity:.4g}: "
+        f"--length-per-unit {milli!r} gives this, if the times are right; eps is fitted with their own acceleration"
+    )
 
 
 _POINTS: Mapping[str, Callable[[_Reader], Points]] = {

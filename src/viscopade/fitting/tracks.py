@@ -1,16 +1,18 @@
 """Coefficients of restitution of a body whose position was recorded over time, by a camera or a simulation.
 
-Between contacts the body falls freely: its height is h - D(t - a), with the height h and the time a of the apex and the
-distance D of `Flight.fall`. Each flight's h and a are fitted to its frames, without the frames of contacts. At the
-point where the curves of two successive flights meet, their slopes are the speeds before and after the contact.
+Between contacts the body falls freely: its height is h - s D(t - a), with the height h and the time a of the apex, the
+distance D of `Flight.fall`, and a scale s, which is 1 if the units are right. A flight is a run of frames that obey
+such a curve with the acceleration s g that most flights share; frames in which the body is held do not. At the point
+where the curves of two successive flights meet, their slopes are the speeds before and after the contact.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy import signal, sparse
@@ -22,16 +24,98 @@ from viscopade.fitting.contacts import ContactTime, lasting, weight_speed
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 
+FEWEST = 5
+"""Smallest number of frames of a flight."""
+
 _FINITE = Accepted("a finite number", np.isfinite)
 _ROUNDS, _CLOSE = 6, 1e-7  # number of Newton steps, and the relative size of the last one
-_CLEAR = 8.0  # least rise after a contact, in standard errors
-_LEAST_RISE = 0.01  # least rise after a contact, as a fraction of the range of positions
 _OFF = 5.0  # standard errors: a frame farther off belongs to no free flight
-_FEWEST = 5  # frames of a flight
-_INNER = ((0.2, 0.75), (0.25, 0.75), (0.25, 0.8))  # parts of the first, other and last flights far from contacts
-_SURE, _WRONG_UNIT = 0.2, 0.25  # relative errors of the acceleration: small enough, and due to a wrong unit
+_CURVED = 5.0  # standard errors of the acceleration of a body that falls, and is not held
+_SAME = 3.0, 0.15  # standard errors, and relative difference, of accelerations that flights share
+_DIFFERENT = 3.0  # standard errors by which the acceleration differs from g because of a wrong unit
+_CLEAR = 8.0, 0.01  # least rise after a contact, in standard errors and as a fraction of the range of positions
+_GAP = 3.5, 0.1  # frames, and part of a flight, that lie between two flights and belong to a contact
 _USUAL_EPSILON = 0.8  # a guess; contact times hardly depend on it
-_NORMAL = 0.6745  # median of the absolute value of a standard normal variable
+_MOVING = 0.1  # of large displacements in three frames: smaller ones are those of a body that is held
+_QUANTILE, _OF_NORMAL = 0.3, 0.3853  # of third differences, most of which lie in flights; that of |z| for a normal z
+
+
+@dataclass(frozen=True)
+class FreeFlight:
+    """A flight of a track: the labels of its first and last frame, its acceleration and the standard error of this."""
+
+    first: str
+    last: str
+    acceleration: float
+    standard_error: float
+
+
+@dataclass(frozen=True)
+class Track:
+    """Contacts in a track, and the flights between them.
+
+    Attributes
+    ----------
+    points : Points
+    flights : tuple of FreeFlight
+    left_out : tuple
+        Labels of contacts that give no eps, each with the reason.
+    acceleration, standard_error : float
+        That of all flights together.
+    agrees : bool
+        Whether it agrees with g. If not, the speeds have a wrong unit, and eps is fitted with this acceleration.
+    """
+
+    points: Points
+    flights: tuple[FreeFlight, ...]
+    left_out: tuple[tuple[str, str], ...]
+    acceleration: float
+    standard_error: float
+    agrees: bool
+
+
+@dataclass(frozen=True)
+class _Parabola:
+    """Parabola c_0 + c_1 (t - m) + c_2 (t - m)^2 of a run of frames, with the covariance for errors of 1."""
+
+    frames: slice
+    middle: float
+    c: FloatArray
+    covariance: FloatArray
+    residual: float  # the root of the sum of squares
+    passed: float  # the height that a body with this acceleration falls in this time
+
+    @classmethod
+    def fitted(cls, time: FloatArray, height: FloatArray, frames: slice) -> _Parabola:
+        """Fit a parabola to frames."""
+        t = time[frames] - time[frames].mean()
+        powers = np.vander(t, 3, increasing=True)
+        inverse = np.linalg.pinv(powers)
+        c = inverse @ height[frames]
+        residual = float(np.linalg.norm(height[frames] - powers @ c))
+        middle, passed = float(time[frames].mean()), float(abs(c[2]) * np.ptp(t) ** 2)
+        return cls(frames, middle, c, inverse @ inverse.T, residual, passed)
+
+    def obeyed(self, time: FloatArray, height: FloatArray, noise: float) -> FloatArray:
+        """Return whether frames obey it."""
+        powers = np.vander(time - self.middle, 3, increasing=True)
+        variance = 1 + np.einsum("ki,ij,kj->k", powers, self.covariance, powers)
+        return np.asarray(np.abs(height - powers @ self.c) <= _OFF * noise * np.sqrt(variance))
+
+    def slope(self, time: float) -> tuple[float, float]:
+        """Return its slope, and the standard error of this for errors of 1."""
+        powers = np.array([0, 1, 2 * (time - self.middle)])
+        return float(powers @ self.c), math.sqrt(powers @ self.covariance @ powers)
+
+    @property
+    def acceleration(self) -> float:
+        """Its second derivative."""
+        return float(2 * self.c[2])
+
+    @property
+    def error(self) -> float:
+        """Standard error of the acceleration for errors of 1."""
+        return float(2 * math.sqrt(self.covariance[2, 2]))
 
 
 @dataclass(frozen=True)
@@ -50,6 +134,15 @@ class _Curve:
         return height - self.apex[1] + distance, 1 + np.einsum("ik,ij,jk->k", slopes, self.covariance, slopes)
 
 
+class _Contact(NamedTuple):
+    """A contact: its beginning, the speed before it, eps, and the derivatives of both by a and h of both flights."""
+
+    time: float
+    speed: float
+    epsilon: float
+    slopes: FloatArray
+
+
 def of_track(
     time: FloatArray,
     position: FloatArray,
@@ -58,8 +151,8 @@ def of_track(
     *,
     sigma: float | FloatArray = 0.0,
     contact_time: ContactTime = 0.0,
-) -> Points:
-    """Return the points of the contacts of a body that falls on a plane.
+) -> Track:
+    """Return the contacts of a body that falls on a plane, and its flights.
 
     Parameters
     ----------
@@ -76,7 +169,7 @@ def of_track(
     Raises
     ------
     ValueError
-        If times do not ascend, or the body does not fall with this gravity.
+        If times do not ascend, or there are too many contacts.
     TooFew
         If no contact has a free flight before and after it.
     """
@@ -87,96 +180,187 @@ def of_track(
     sigma = np.asarray(without_unit("sigma", sigma, "m"), dtype=np.float64)
     if (late := np.diff(time) <= 0).any():
         raise ValueError(f"{labels[int(np.argmax(late)) + 1]}: the time is not later than the one before")
-    if len(time) < 2 * _FEWEST:
-        raise TooFew(f"the track has {len(time)} frames: expected {2 * _FEWEST} or more")
-    noise = max(float(np.median(np.abs(np.diff(position, 3)))) / _NORMAL / 20**0.5, 1e-5 * float(np.ptp(position)))
-    height = _upward(time, position, flight, noise)
-    rise = max(_CLEAR * noise, _LEAST_RISE * float(np.ptp(height)))
-    contacts = signal.find_peaks(-height, prominence=rise)[0]
-    if len(contacts) > MOST_INSTANTS:
-        raise ValueError(f"the track has {len(contacts)} contacts: expected up to {MOST_INSTANTS}")
-    tops = np.array([height[i:j].max() for i, j in pairwise([0, *contacts])])
-    fast, usual = np.sqrt(2 * flight.gravity * (tops - height[contacts])), np.full(len(contacts), _USUAL_EPSILON)
-    of_weight = weight_speed(contact_time, flight.gravity, fast, usual)
-    last = lasting(contact_time, fast, usual, of_weight)
-    begin = [0, *np.searchsorted(time, time[contacts] + last).tolist()]
-    end = [*np.searchsorted(time, time[contacts] - last).tolist(), len(time) - 1]
-    kinds = [0, *[1] * (len(contacts) - 1), 2][: len(begin)]
-    curves = [_curve(time, height, flight, part, noise) for part in zip(begin, end, kinds, strict=True)]
-    fitted = [curve for curve in curves if curve]
-    squares = [curve.residuals(time[curve.frames], height[curve.frames])[0] ** 2 for curve in fitted]
-    free = sum(map(len, squares)) - 2 * len(fitted)
-    of_residuals = float(np.sqrt(sum(square.sum() for square in squares) / max(free, 1)))
-    error = float(np.sqrt(np.mean(np.square(sigma)))) or of_residuals
-    pairs = [(k, a, b) for k, (a, b) in enumerate(pairwise(curves)) if a and b]
+    if len(time) < 2 * FEWEST:
+        raise TooFew(f"the track has {len(time)} frames: expected {2 * FEWEST} or more")
+
+    # Runs of frames that obey a parabola; those that share the acceleration of most are flights.
+    noise = _noise(position)
+    runs = _falling(_runs(time, position, noise), noise)
+    if not runs:
+        raise TooFew("the track has no free flight: expected frames that obey a parabola")
+    common = float(np.median([run.acceleration for run in runs]))
+    height = position if common < 0 else -position
+    runs = _flights(time, height, [_Parabola.fitted(time, height, run.frames) for run in runs], noise)
+
+    # Each flight is fitted with their acceleration, and again with g, or with what the fits give if that is not g.
+    # Between flights, the lowest frame is left out at first; then frames belong to the flight on their side.
+    scale, frame = abs(common) / flight.gravity, float(np.median(np.diff(time)))
+    instants = _lows(time, height, runs)
+    for fewest in (FEWEST - 2, FEWEST):
+        scaled = replace(flight, gravity=scale * flight.gravity, terminal_speed=scale * flight.terminal_speed)
+        curves, of_weight = _curves(time, height, scaled, runs, instants, noise, contact_time, fewest)
+        if not any(curves):
+            raise TooFew(f"the track has no free flight of {FEWEST} frames or more")
+        pairs = []
+        for k, (before, after) in enumerate(pairwise(curves)):
+            meet = before and after and _follows(time, before.frames, after.frames)
+            if before and after and meet and before.apex[0] < instants[k] < after.apex[0]:
+                found = _collision(before, after, instants[k], contact_time, of_weight)
+                if abs(found.time - instants[k]) <= 2 * frame and found.epsilon > 0:
+                    pairs.append((k, found))
+                    instants[k] = found.time
+        flights, error = _accelerations([curve for curve in curves if curve], time, height, labels)
+        weights, each = np.array([[f.standard_error**-2, f.acceleration] for f in flights]).T
+        mean = float(weights @ each / weights.sum())
+        spread = float(weights @ (each - mean) ** 2) / max(len(each) - 1, 1)
+        mean_error = math.sqrt(max(spread, 1.0) / float(weights.sum()))
+        agrees = abs(mean - flight.gravity) <= _DIFFERENT * mean_error
+        scale = 1.0 if agrees else mean / flight.gravity
+    error = float(np.sqrt(np.mean(np.square(sigma)))) or error
+
+    left_out = _without_epsilon(time, height, labels, curves, [contact.time for _, contact in pairs], noise)
+    if len(pairs) > MOST_INSTANTS:
+        raise ValueError(f"the track has {len(pairs)} contacts: expected up to {MOST_INSTANTS}")
     if not pairs:
-        raise TooFew(
-            f"the track has {len(contacts)} contacts: expected one or more, with free flights before and after"
-        )
-    speed, epsilon = np.empty((2, len(pairs)))
-    slopes = np.empty((2, len(pairs), 2, 2))  # of speed and eps, for each pair by the errors of both its curves
-    for i, (k, before, after) in enumerate(pairs):
-        speed[i], epsilon[i], of_apex = _collision(before, after, float(time[contacts[k]]), contact_time, of_weight)
-        for j, curve in enumerate((before, after)):
-            slopes[:, i, j] = of_apex[:, j] @ np.linalg.cholesky(curve.covariance) * error
-    columns = np.array([[2 * k, 2 * k + 1, 2 * k + 2, 2 * k + 3] for k, _, _ in pairs])
+        why = "".join(f"; {label}: {reason}" for label, reason in left_out[:3])
+        raise TooFew(f"no contact has a free flight of {FEWEST} frames or more before and after it{why}")
+
+    # The errors of both curves, by their parameters, give those of the speed and of eps.
+    slopes = np.empty((2, len(pairs), 2, 2))
+    for i, (k, contact) in enumerate(pairs):
+        for j, curve in enumerate(curves[k : k + 2]):
+            assert curve is not None
+            slopes[:, i, j] = contact.slopes[:, j] @ np.linalg.cholesky(curve.covariance) * error
+    columns = np.array([[2 * k, 2 * k + 1, 2 * k + 2, 2 * k + 3] for k, _ in pairs])
     rows = np.repeat(np.arange(len(pairs)), 4)
     speed_errors, epsilon_errors = (
         sparse.csr_array((each.ravel(), (rows, columns.ravel())), shape=(len(pairs), 2 * len(curves)))
         for each in slopes
     )
-    names = tuple(labels[contacts[k]] for k, _, _ in pairs)
-    return Points(speed, epsilon, speed_errors, epsilon_errors, names, weight_speed=of_weight)
+    speed, epsilon, instant = np.array([[contact.speed, contact.epsilon, contact.time] for _, contact in pairs]).T
+    names = tuple(labels[int(np.argmin(np.abs(time - each)))] for each in instant)
+    points = Points(speed, epsilon, speed_errors, epsilon_errors, names, weight_speed=of_weight)
+    return Track(points, tuple(flights), tuple(left_out), mean, mean_error, agrees)
 
 
-def _upward(time: FloatArray, position: FloatArray, flight: Flight, noise: float) -> FloatArray:
-    """Return the positions as heights, by the sign of the acceleration, which is downward in most frames."""
-    lag, acceleration, error = 1, 0.0, math.inf
-    while not error < _SURE * abs(acceleration) and 4 * lag < len(time):
-        low, middle, high = (slice(k, len(time) - 2 * lag + k) for k in (0, lag, 2 * lag))
-        rates = [(position[b] - position[a]) / (time[b] - time[a]) for a, b in ((low, middle), (middle, high))]
-        every = 2 * (rates[1] - rates[0]) / (time[high] - time[low])
-        error = noise * math.sqrt(6) / float(np.median(time[high] - time[low]) / 2) ** 2
-        moving = every[np.abs(every) > 3 * error]
-        acceleration = float(np.median(moving)) if 3 * len(moving) > len(every) else 0.0  # fewer are contacts
-        lag *= 2
-    if not abs(abs(acceleration) / flight.gravity - 1) < _WRONG_UNIT:
-        raise ValueError(
-            f"the body falls with {abs(acceleration):.3g} m/s^2: expected about {flight.gravity:.3g}; are the units "
-            "of time and position right? (--rate, --length-per-unit, --gravity)"
-        )
-    return position if acceleration < 0 else -position
+def _noise(position: FloatArray) -> float:
+    """Return the standard error of positions, from third differences, to which a parabola adds nothing.
 
-
-def _curve(
-    time: FloatArray, height: FloatArray, flight: Flight, part: tuple[int, int, int], noise: float
-) -> _Curve | None:
-    """Return the fit of a flight between two frames; None if it has too few.
-
-    The fit begins with frames far from contacts and grows to both sides, up to the first frame that is off.
+    A body that is held may be seen more sharply, so only frames in which it moves count. Differences across a contact
+    are large: a low quantile leaves them out.
     """
-    first, last, kind = part
-    start, end = float(time[first]), float(time[last])
-    if kind != 1:  # the body may be held at first and at the end: the height gives the time of its fall or rise
-        fall = float(
-            np.sqrt(2 * abs(height[first : last + 1].max() - height[last if kind == 0 else first]) / flight.gravity)
-        )
-        start, end = (max(start, end - fall), end) if kind == 0 else (start, min(end, start + fall))
-    low, high = _INNER[kind]
-    i, j = (int(np.searchsorted(time, start + part * (end - start))) for part in (low, high))
-    curve = None
-    while j - i >= _FEWEST:
+    third, moved = np.abs(np.diff(position, 3)), np.abs(position[3:] - position[:-3])
+    moving = third[moved > _MOVING * np.quantile(moved, 0.9)]
+    noise = float(np.quantile(moving if len(moving) else third, _QUANTILE)) / _OF_NORMAL / math.sqrt(20)
+    return max(noise, 1e-5 * float(np.ptp(position)))
+
+
+def _runs(time: FloatArray, height: FloatArray, noise: float) -> list[_Parabola]:
+    """Return successive runs of frames that obey a parabola, from the first frame on, each as long as possible."""
+    runs, i = [], 0
+    while i + FEWEST <= len(time):
+        run = _Parabola.fitted(time, height, slice(i, i + FEWEST))
+        if run.residual > _OFF * noise:
+            i += 1
+            continue
+        while (j := run.frames.stop) < len(time):
+            ahead = slice(j, j + max((j - i) // 2, 1))  # as far as the fit predicts well
+            good = run.obeyed(time[ahead], height[ahead], noise)
+            if not good[0]:
+                break
+            run = _Parabola.fitted(time, height, slice(i, j + (len(good) if good.all() else int(np.argmin(good)))))
+        runs.append(run)
+        i = run.frames.stop - 1  # the frame of a contact may belong to both flights
+    return runs
+
+
+def _falling(runs: Sequence[_Parabola], noise: float) -> list[_Parabola]:
+    """Return the runs with the acceleration that most runs share, counted by the heights that they pass through."""
+    curved = [run for run in runs if abs(run.acceleration) > _CURVED * noise * run.error]
+    groups = []
+    for run in curved:
+        within = max(_SAME[0] * noise * run.error, _SAME[1] * abs(run.acceleration))
+        near = (other for other in curved if abs(other.acceleration - run.acceleration) < within + noise * other.error)
+        groups.append([*near])
+    return max(groups, key=lambda group: sum(run.passed for run in group), default=[])
+
+
+def _follows(time: FloatArray, before: slice, after: slice) -> bool:
+    """Return whether only the frames of a contact lie between two flights."""
+    start, end = time[before.stop - 1], time[after.start]
+    shorter = min(start - time[before.start], time[after.stop - 1] - end)
+    return bool(end - start <= _GAP[0] * np.median(np.diff(time)) + _GAP[1] * shorter)
+
+
+def _flights(time: FloatArray, height: FloatArray, runs: Sequence[_Parabola], noise: float) -> list[_Parabola]:
+    """Return the runs as whole flights: two runs without a contact between them are one."""
+    flights: list[_Parabola] = []
+    for run in runs:
+        if flights and _follows(time, flights[-1].frames, run.frames):
+            middle = (time[flights[-1].frames.stop - 1] + time[run.frames.start]) / 2
+            (before, error), (after, other) = flights[-1].slope(middle), run.slope(middle)
+            if not before < 0 < after or after - before < _OFF * noise * math.hypot(error, other):
+                flights[-1] = _Parabola.fitted(time, height, slice(flights[-1].frames.start, run.frames.stop))
+                continue
+        flights.append(run)
+    return flights
+
+
+def _inner(runs: Sequence[_Parabola]) -> list[slice]:
+    """Return the frames of runs that are far from contacts."""
+    lengths = [each.frames.stop - each.frames.start for each in runs]
+    cut = [length // 4 if length >= 2 * FEWEST else int(length > FEWEST) for length in lengths]
+    return [slice(each.frames.start + n, each.frames.stop - n) for each, n in zip(runs, cut, strict=True)]
+
+
+def _lows(time: FloatArray, height: FloatArray, runs: Sequence[_Parabola]) -> list[float]:
+    """Return the instants of the lowest frames between successive runs."""
+    between = [slice(one.stop - 1, max(two.start, one.stop) + 1) for one, two in pairwise(_inner(runs))]
+    return [float(time[each.start + int(np.argmin(height[each]))]) for each in between]
+
+
+def _curves(
+    time: FloatArray,
+    height: FloatArray,
+    flight: Flight,
+    runs: Sequence[_Parabola],
+    instants: Sequence[float],
+    noise: float,
+    contact_time: ContactTime,
+    fewest: int,
+) -> tuple[list[_Curve | None], float]:
+    """Return the curve of each flight, None if it has too few frames, and the speed at which the load is 1."""
+    fast = np.array([abs(each.slope(instant)[0]) for each, instant in zip(runs, instants, strict=False)])
+    usual = np.full(len(fast), _USUAL_EPSILON)
+    of_weight = weight_speed(contact_time, flight.gravity, fast, usual) if len(fast) else 0.0
+    last = lasting(contact_time, fast, usual, of_weight)
+    begin = [0, *np.searchsorted(time, instants + last, side="right").tolist()]
+    end = [*np.searchsorted(time, instants - last).tolist(), len(time)]
+    curves: list[_Curve | None] = []
+    for part, low, high in zip(_inner(runs), begin, end, strict=True):
+        curve = _grown(time, height, flight, part, low, high, noise)
+        # After a body was held, the flight does not grow backward: its first frames look like those before.
+        if not curves or not curves[-1] or not _follows(time, curves[-1].frames, curve.frames):
+            curve = _grown(time, height, flight, part, part.start, high, noise)
+        curves.append(curve if curve.frames.stop - curve.frames.start >= fewest else None)
+    return curves, of_weight
+
+
+def _grown(
+    time: FloatArray, height: FloatArray, flight: Flight, part: slice, low: int, high: int, noise: float
+) -> _Curve:
+    """Return the fit of a flight, which grows from its middle to both sides, up to the first frame that is off."""
+    i, j, curve = max(part.start, low), min(part.stop, high), None
+    while True:
         curve = _fitted(time, height, flight, slice(i, j), curve)
-        off, variance = curve.residuals(time[first : last + 1], height[first : last + 1])
+        off, variance = curve.residuals(time[low:high], height[low:high])
         good = np.abs(off) <= _OFF * noise * np.sqrt(variance)
-        # The first flight does not grow backward: its first frames look like those of a body that is held.
-        before, after = good[: i - first][::-1][: kind * len(good)], good[j - first : last - first]
         step = max((j - i) // 2, 2)  # as far as the fit predicts well
+        before, after = good[: max(i - low, 0)][::-1], good[max(j - low, 0) :]
         left, right = (min(step, len(side) if side.all() else int(np.argmin(side))) for side in (before, after))
         if not left and not right:
             return curve
         i, j = i - left, j + right
-    return None
 
 
 def _fitted(time: FloatArray, height: FloatArray, flight: Flight, frames: slice, near: _Curve | None) -> _Curve:
@@ -199,10 +383,29 @@ def _fitted(time: FloatArray, height: FloatArray, flight: Flight, frames: slice,
     return _Curve(flight, apex, covariance, frames)
 
 
-def _collision(
-    before: _Curve, after: _Curve, time: float, contact_time: ContactTime, of_weight: float
-) -> tuple[float, float, FloatArray]:
-    """Return the speed before a contact, eps, and the derivatives of both with respect to a and h of both flights."""
+def _accelerations(
+    curves: Sequence[_Curve], time: FloatArray, height: FloatArray, labels: Sequence[str]
+) -> tuple[list[FreeFlight], float]:
+    """Return the acceleration of each flight, fitted to its own frames, and the standard error of positions."""
+    found, squares, free = [], 0.0, 0
+    for curve in curves:
+        t, y, (a, h), s = time[curve.frames], height[curve.frames], curve.apex, 1.0
+        for _ in range(_ROUNDS):
+            distance, speed, _ = curve.flight.fall(t - a)
+            slopes = np.stack([s * speed, np.ones_like(t), -distance])
+            covariance = np.linalg.pinv(slopes @ slopes.T)
+            off = y - h + s * distance
+            a, h, s = np.array([a, h, s]) + covariance @ slopes @ off
+        squares, free = squares + float(off @ off), free + len(t) - 3
+        ends = labels[curve.frames.start], labels[curve.frames.stop - 1]
+        g = curve.flight.gravity
+        found.append(FreeFlight(*ends, float(s * g), g * math.sqrt(covariance[2, 2])))
+    error = max(math.sqrt(squares / max(free, 1)), 1e-9 * float(np.ptp(height)))
+    return [replace(each, standard_error=error * each.standard_error) for each in found], error
+
+
+def _collision(before: _Curve, after: _Curve, time: float, contact_time: ContactTime, of_weight: float) -> _Contact:
+    """Return the contact at which the curves of two flights meet, from a time near it."""
     last = 0.0
     for _ in range(_ROUNDS):
         t = np.array([time - before.apex[0], time + last - after.apex[0]])
@@ -214,4 +417,35 @@ def _collision(
     of_time = np.array([[speed[0], 1.0], [-speed[1], -1.0]]) / (speed[0] - speed[1])
     of_speed = acceleration[0] * (of_time - [[1, 0], [0, 0]])
     of_rebound = -acceleration[1] * (of_time - [[0, 0], [1, 0]])
-    return float(speed[0]), float(epsilon), np.array([of_speed, (of_rebound - epsilon * of_speed) / speed[0]])
+    slopes = np.array([of_speed, (of_rebound - epsilon * of_speed) / speed[0]])
+    return _Contact(time, float(speed[0]), float(epsilon), slopes)
+
+
+def _without_epsilon(
+    time: FloatArray,
+    height: FloatArray,
+    labels: Sequence[str],
+    curves: Sequence[_Curve | None],
+    instants: Sequence[float],
+    noise: float,
+) -> list[tuple[str, str]]:
+    """Return the contacts that give no eps, each with the reason: lows on the plane or beside a flight."""
+    fallen, frame = float(np.ptp(height)), float(np.median(np.diff(time)))
+    rise = max(_CLEAR[0] * noise, _CLEAR[1] * fallen)
+    lows = signal.find_peaks(-height, prominence=rise)[0].tolist()
+    seen = [m for m in lows if any(abs(time[m] - instant) <= _GAP[0] * frame for instant in instants)]
+    # The lowest frame may be above the plane by the way in a frame at the largest speed.
+    way = frame * math.sqrt(2 * next(curve.flight.gravity for curve in curves if curve) * fallen)
+    level = max((height[m] for m in seen), default=-math.inf) + rise + way
+    left_out = []
+    for m in sorted({*lows} - {*seen}):
+        sides = {
+            "before": any(abs(time[m] - time[curve.frames.stop - 1]) <= _GAP[0] * frame for curve in curves if curve),
+            "after": any(abs(time[curve.frames.start] - time[m]) <= _GAP[0] * frame for curve in curves if curve),
+        }
+        if height[m] <= level or any(sides.values()):
+            missing = " and ".join(side for side, there in sides.items() if not there)
+            left_out.append(
+                (labels[m], f"no free flight of {FEWEST} frames or more {missing or 'that meets another'} it")
+            )
+    return left_out
