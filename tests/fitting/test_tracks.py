@@ -152,7 +152,7 @@ def test_a_ball_that_was_held():
     assert found.points.labels == ("line 52", "line 68", "line 80")
     assert [flight.first for flight in found.flights][1:] == ["line 53", "line 68", "line 81"]
     assert all(abs(each.acceleration - 9.81) < 3 * each.standard_error for each in found.flights)
-    assert (found.left_out, found.warnings) == ((), ())
+    assert (found.left_out, found.warnings) == ((("line 90", "no free flight of 5 frames or more after it"),), ())
 
 
 @pytest.mark.parametrize("factor", [0.3048, -0.0254, 1000.0])
