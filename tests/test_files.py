@@ -13,7 +13,7 @@ import pytest
 
 from tests.patience import HANGS
 from viscopade import files
-from viscopade.fitting import read
+from viscopade.fitting import read, spreadsheet
 from viscopade.scene.read import from_toml
 
 resource = pytest.importorskip("resource")
@@ -117,6 +117,12 @@ HOSTILE = {
     "damaged.zip": (lambda: damaged(archive({"a.csv": ROWS * 50})), "the ZIP archive cannot be read"),
     "damaged.xlsx": (lambda: damaged(xlsx(CELLS)), "the ZIP archive cannot be read"),
     "entities.xlsx": (lambda: xlsx("&a;"), "no sheet has rows below a header"),
+    "words.csv": (lambda: "speed,epsilon\n" + "a,b\n" * 1_000_000, "line 7: speed is 'a': expected a number"),
+    "headers.csv": (lambda: (("speed_" * 30 + ",") * 300 + "\n") * 1000, "expected speed (m/s), epsilon"),
+    "attributes.ods": (
+        lambda: ods(FAR.replace("<table:table-row>", '<table:table-row table:number-rows-repeated="9000000">') * 2),
+        "attributes.ods: ",
+    ),
     "blanks.csv": (lambda: "speed" + " " * 100_000 + "x(m/s,epsilon\n1,0.5\n", "the columns are 'speed "),
     "dots.toml": (lambda: "a." * 200_000 + "a = 1", "nested too deeply"),
     "quoted.toml": (lambda: 'x = {a = """\'"""", ' + "'b' . " * 100_000 + "c = 1}", "nested too deeply"),
@@ -179,7 +185,7 @@ def test_spreadsheets_as_programs_write_them_are_read():
         name = "a.ods" if b"opendocument" in content else "a.xlsx"
         assert read.recording([(content, name)]).points.epsilon.tolist() == [0.5]
     mixed = ods(table(("speed", "epsilon"), (1, 0.6), ("1,000", "0.5")))
-    with pytest.raises(ValueError, match="both commas and points, '1,000' in line 3 and '0.5' in line 3"):
+    with pytest.raises(ValueError, match=r"both commas and points, '1,000' in line 3 and '0\.5' in line 3"):
         read.recording([(mixed, "a.ods")])
 
 
@@ -187,3 +193,49 @@ def test_a_title_may_have_dots_and_brackets():
     text = 'title = "a.b.c.d.e.f.g.h.i.j [[[[[[[[[[ \\" # x"  # a.b.c.d.e.f.g.h.i.j\n'
     text += "b = [1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5]"
     assert set(files.toml(text, "a.toml")) == {"title", "b"}
+
+
+def test_a_spreadsheet_that_takes_too_long_is_refused(monkeypatch):
+    pytest.importorskip("python_calamine")
+    monkeypatch.setattr(spreadsheet, "SECONDS", 1e-3)
+    with pytest.raises(ValueError, match=r"a\.xlsx: the spreadsheet cannot be read: it takes more than 0\.001 s"):
+        read.recording([(xlsx(CELLS), "a.xlsx")])
+
+
+def test_without_a_limit_of_memory_files_are_smaller(monkeypatch):
+    pytest.importorskip("python_calamine")
+    monkeypatch.setattr(spreadsheet, "LIMITED", False)
+    assert len(read.recording([(xlsx(CELLS), "a.xlsx")]).points) == 1
+    with pytest.raises(ValueError, match=r"a\.xlsx: the content is too long: expected at most 16777216 bytes"):
+        read.recording([(xlsx(CELLS, f"<sst><si><t>{'x' * 20_000_000}</t></si></sst>"), "a.xlsx")])
+
+
+def test_a_pipe_without_a_writer_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "a.csv")
+    with pytest.raises(ValueError, match=r"cannot read .*a\.csv: it is a pipe"):
+        files.content(tmp_path / "a.csv", "CSV")
+
+
+def test_cells_of_a_spreadsheet_that_are_no_numbers():
+    """Times of day and thousands separators: '1,053' in a cell of text is 1053, or 1.053."""
+    pytest.importorskip("python_calamine")
+    words = '<table:table-cell office:value-type="string"><text:p>{}</text:p></table:table-cell>'
+    clock = '<table:table-cell office:value-type="time" office:time-value="PT00H00M0{}S"/>'
+    numbers = '<table:table-cell office:value-type="float" office:value="{}"/>'
+
+    def rows(*cells):
+        return "".join(f"<table:table-row>{row}</table:table-row>" for row in cells)
+
+    times = rows(words.format("time"), *map(clock.format, (1, 2, 3)))
+    with pytest.raises(ValueError, match=r"line 2: time is '.*1.*': expected a number"):
+        read.recording([(ods(times), "a.ods")])
+    heads = words.format("speed") + words.format("epsilon")
+    table = rows(heads, *(words.format(f"1,{k}53") + numbers.format(0.9) for k in range(3)))
+    with pytest.raises(ValueError, match=r"line 2: '1,053' may be 1\.053 or 1053: expected no thousands separators"):
+        read.recording([(ods(table), "a.ods")])
+
+
+def test_lines_of_a_spreadsheet_count_from_its_first_row():
+    pytest.importorskip("python_calamine")
+    content = xlsx(CELLS.replace('r="2"', 'r="7"').replace("A2", "A7").replace("B2", "B7").replace('1"', '4"'))
+    assert read.recording([(content, "a.xlsx")]).points.labels == ("line 7",)

@@ -29,6 +29,7 @@ IN_VACUUM = Flight()
 _EVEN = 4, 1e-3  # more intervals than this, equal to this relative range, are no bounces: eps varies more
 _JITTER = 0.1  # of the time from frame to frame, besides the last digit
 _SAME = 6  # decimals, in seconds, to which equal instants in two sheets agree
+_ROWS_OF_UNITS = 5  # at most, between the header and the numbers
 _RISE = 3.0  # standard errors by which a rebound may be higher than the height before it
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
@@ -238,7 +239,7 @@ def _twice(readers: Sequence[_Reader]) -> list[_Reader]:
 
 def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
     """Return the error for a sheet that lacks the necessary columns, or one that an option names."""
-    header = ", ".join(repr(cell.strip()) for cell in sheet.header[:12])
+    header = ", ".join(repr(cell.strip()[:40]) for cell in sheet.header[:12])
     missing = [text for text in options.columns.values() if text != "-" and not forms.places_of(sheet.header, text)]
     if missing:
         return ValueError(f"{sheet.source}: there is no column {missing[0]!r}: {header}")
@@ -315,7 +316,9 @@ class _Reader:
         full = [k for k, row in enumerate(sheet.rows) if any(_cell(row, i) != "" for i in used)]
         # Rows without a digit between the header and the first number have units, or nothing.
         first = 0
-        while first < len(full) and all(self._is_unit(_cell(sheet.rows[full[first]], i), i) for i in used):
+        while first < min(len(full), _ROWS_OF_UNITS) and all(
+            self._is_unit(_cell(sheet.rows[full[first]], i), i) for i in used
+        ):
             row = sheet.rows[full[first]]
             self._below |= {i: text for i in range(len(row)) if (text := str(row[i]).strip("()[] "))}
             first += 1
