@@ -184,7 +184,7 @@ REFUSED = {
     "eps of 1": ("v_in,v_out\n1,1\n2,2\n3,3\n", "eps is 1 at all points: are the columns and the units right"),
     "times and heights of bounces": (
         "Time (s),Height (m)\n.25,1\n1.34,.8\n2.2,.6\n2.9,.5\n",
-        "not evenly spaced .* --column position=- .* --column time=-",
+        "line 3 is 1.09 s after the one before.* evenly spaced .*--column position=- .*--column time=-",
     ),
     "E above 1": (f"v (m/s),E\n{PAIRS}4,1.2\n", "line 5: 'E' is 1.2: expected 0 to 1, or --column epsilon=E"),
     "times that ascend as flights": ("T0,T1,T2,T3\n.3,.9,1.4,1.8\n", "are they instants of bounces"),
@@ -205,13 +205,16 @@ REFUSED = {
     "1_0": ("v,e\n1_0,.9\n2,.8\n", "line 2: speed is '1_0': expected a number > 0"),
     "heights beside other heights": (
         "Height (cm),Average bounce (cm)\n100,60\n80,50\n60,40\n",
-        "'Average bounce .cm.' is not read beside 'Height .cm.'.*rebound_height=2",
+        "'Average bounce .cm.' is not read beside 'Height .cm.': expected --column NAME=2",
     ),
     "heights beside speeds": ("h,v,E\n1,4,.9\n.8,3.9,.8\n.6,3.4,.7\n", "the column 'v' is not read beside 'h'"),
     "percent of what": ("v,COR,error (%)\n1,.9,5\n2,.85,5\n", "errors 'error .%.' are of speed or of epsilon"),
     "percent of eps": ("v,COR,sigma_COR (%)\n1,.9,5\n2,.85,5\n", "the errors of epsilon are in %, but epsilon is not"),
     "an error is missing": ("v,e,±\n1,.9,.1\n2,.85,\n", "line 3: sigma_epsilon is '': expected a number >= 0"),
     "nothing": ("a,b\n1,2\n", "columns are 'a', 'b': expected .* --column NAME=HEADER .* --unit NAME=UNIT"),
+    "falls": ("Height (m),Fall time (s)\n.8,.4\n.6,.35\n.4,.28\n", "'Fall time .s.' is not read beside 'Height .m.'"),
+    "a sound track": ("time (s),amplitude\n" + TRACK.replace(".04,", ".041,"), "evenly spaced, as in a recording"),
+    "an energy": (f"t,v,e\n{TRACK}".replace("\n", ",.5\n"), "evenly spaced, as in a recording"),
     "v*": ("v*,eps\n1,.9\n2,.8\n", "columns are 'v.', 'eps': expected"),
 }
 

@@ -40,11 +40,11 @@ class MeasuredQuantity(NamedTuple):
 QUANTITIES: Mapping[str, MeasuredQuantity] = {
     "speed": MeasuredQuantity(
         "speed",
-        "speed, v, velocity, impact speed, impact velocity, speed in, v in, Geschwindigkeit, Aufprallgeschwindigkeit, "
-        "vitesse, velocidad, velocità",
+        "speed, v, velocity, impact speed, impact velocity, speed in, v in, speed before, v before, Geschwindigkeit, "
+        "Aufprallgeschwindigkeit, vitesse, velocidad, velocità",
         " > 0",
     ),
-    "speed_out": MeasuredQuantity("speed", "speed out, v out, rebound speed, rebound velocity"),
+    "speed_out": MeasuredQuantity("speed", "speed out, v out, rebound speed, rebound velocity, speed after, v after"),
     "epsilon": MeasuredQuantity(
         "",
         "epsilon, eps, COR, restitution, coefficient of restitution, restitution coefficient, Restitutionskoeffizient, "
@@ -57,12 +57,18 @@ QUANTITIES: Mapping[str, MeasuredQuantity] = {
         "time", "time, t, bounce time, instant, event time, impact time, Zeit, temps, tiempo, tempo"
     ),
     "release_time": MeasuredQuantity("time", "release time"),
-    "interval": MeasuredQuantity("time", "interval, flight time, time of flight, Flugzeit, Intervall", " > 0"),
+    "interval": MeasuredQuantity(
+        "time", "interval, flight time, time of flight, time between bounces, Flugzeit, Intervall", " > 0"
+    ),
     "frame": MeasuredQuantity("", "frame, slice, image"),
     "height": MeasuredQuantity("length", _HEIGHT, " > 0"),
-    "drop_height": MeasuredQuantity("length", "drop height, release height, drop, height, H, Höhe, Fallhöhe", " > 0"),
+    "drop_height": MeasuredQuantity(
+        "length",
+        "drop height, release height, initial height, starting height, height before, drop, height, H, Höhe, Fallhöhe",
+        " > 0",
+    ),
     "rebound_height": MeasuredQuantity(
-        "length", "rebound height, bounce height, rebound, h, Rücksprunghöhe, Sprunghöhe", " > 0"
+        "length", "rebound height, bounce height, height after, rebound, h, Rücksprunghöhe, Sprunghöhe", " > 0"
     ),
     "position": MeasuredQuantity("length", f"position, y, z, y position, position y, {_HEIGHT}"),
     "drop": MeasuredQuantity("label", "drop, run, series, trial"),
@@ -185,9 +191,14 @@ def quantities(name: str) -> tuple[str, ...]:
     if numbered := re.fullmatch(r"(.*?)_?([0-9]{1,3})", key):
         return tuple(f"{name} {int(numbered[2])}" for name in _NAMES.get(f"{numbered[1]}\n", ()))
     # A word and its symbol: "Geschwindigkeit v".
-    word, _, symbol = key.rpartition("_")
-    same = ("epsilon",) if symbol == "e" else _NAMES.get(symbol, ())
-    return tuple(name for name in _NAMES.get(word, ()) if name in same)
+    word, _, symbol = name.strip().replace(" ", "_").rpartition("_")
+    return _common(word, symbol) if word else ()
+
+
+def _common(word: str, symbol: str) -> tuple[str, ...]:
+    """Return the quantities for which a word and its symbol stand."""
+    same = {"epsilon" if name == "e" else name for name in quantities(symbol)}
+    return tuple(name for name in quantities(word) if name in same)
 
 
 def measured_quantity(name: str) -> MeasuredQuantity:
@@ -226,8 +237,10 @@ def header(text: str) -> Header:
     if len(text) > _LONGEST or not any(letter.isalpha() or letter in "±/" for letter in text):
         return Header(text)
     text = _RUN.sub("", text).replace("+/-", "±").strip()
-    if (match := _BRACKETS.fullmatch(text)) and not quantities(text) and not _error_of(f"{match[1]} {match[2]}"):
+    if (match := _BRACKETS.fullmatch(text)) and not _error_of(f"{match[1]} {match[2]}"):
         name, unit = match[1], match[2].strip()
+        if symbol := _common(name, unit):
+            return Header(name, "", symbol)
         found = tuple(each for each in quantities(name) if measured_quantity(each).dimension != "label")
         return Header(name, unit, found, None if found else _error_of(name))
     if quantities(text) or _error_of(text) is not None:

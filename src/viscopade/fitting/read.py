@@ -26,7 +26,7 @@ SLOWEST, FAST, FASTEST = 1e-9, 100.0, 1e4
 """Range of speeds that is read, in m/s; those above the middle one need an explicit unit."""
 
 IN_VACUUM = Flight()
-_EVEN = 4, 1e-3  # more intervals than this, equal to this relative range, are no bounces: eps varies more
+_EVEN = 4, 0.4, 1e-3  # more intervals, within this relative range, are no bounces if they shorten by less than this
 _JITTER = 0.1  # of the time from frame to frame, besides the last digit
 _SAME = 6  # decimals, in seconds, to which equal instants in two sheets agree
 _ROWS_OF_UNITS = 5  # at most, between the header and the numbers
@@ -320,7 +320,8 @@ class _Reader:
             self._is_unit(_cell(sheet.rows[full[first]], i), i) for i in used
         ):
             row = sheet.rows[full[first]]
-            self._below |= {i: text for i in range(len(row)) if (text := str(row[i]).strip("()[] "))}
+            texts = {i: str(cell).strip("()[] ") for i, cell in enumerate(row)}
+            self._below |= {i: text for i, text in texts.items() if any(c.isalpha() or c == "%" for c in text)}
             first += 1
         self.rows, self.lines = [sheet.rows[k] for k in full[first:]], [sheet.lines[k] for k in full[first:]]
 
@@ -380,10 +381,20 @@ class _Reader:
 
     def last_digit(self, name: str) -> float:
         """Return the value of one unit in the last digit of a column, in SI units."""
-        (i,) = self.layout.columns(name)
+        i = self.layout.places[name][0]
         cells = [str(_cell(row, i)).replace(",", ".") for row in self.rows]
         digits = [int(Decimal(cell).as_tuple().exponent) for cell in cells if _NUMBER.fullmatch(cell)]
         return float(10.0 ** min(digits, default=0)) * self._unit(i, name)[1]
+
+    def evenly_spaced(self, times: FloatArray) -> bool:
+        """Return whether times are those of a recording: the spans of bounces get shorter."""
+        spans = np.diff(times)
+        if len(spans) <= _EVEN[0] or np.ptp(spans) > _EVEN[1] * abs(spans.mean()):
+            return False
+        half = len(spans) // 2
+        change = abs(float(spans[half:].mean() / spans[:half].mean()) - 1)
+        digit = self.last_digit("time") if "time" in self.layout.places else 0.0
+        return change <= _EVEN[2] * half + 2 * digit / half / float(spans.mean())
 
     def known(self, name: str) -> bool:
         """Return whether there is a column of a quantity, or of its errors."""
@@ -523,18 +534,20 @@ class _Reader:
                 raise ValueError(f"{label}: {cells} cells under {names} names: {accepted}")
 
     def _refuse_second_reading(self) -> None:
-        """Raise ValueError if a column beside a list of heights or instants would give them another meaning."""
+        """Raise ValueError if a column beside a list of heights or instants may give them another meaning."""
         (name, *more), read = self.form.needed, {i for places in self.layout.places.values() for i in places}
-        for i, head in enumerate(self.layout.headers if not more and name in forms.QUANTITIES else ()):
-            rivals = {"speed", "speed_out", "epsilon"} | ({"rebound_height"} if name == "height" else set())
-            rivals &= {*head.quantities}
-            length = name == "height" and head.error_of is None and head.unit and forms.size(head.unit, "length")
-            omitted = any(self.options.columns.get(name) == "-" for name in head.quantities)
-            if i not in read and not omitted and (rivals or length):
-                rival = min(rivals, default="rebound_height")
+        for i, head in enumerate(self.layout.headers):
+            rivals = {*head.quantities} & {"speed", "speed_out", "epsilon"}
+            if name == "height":  # of several falls, perhaps, if anything else was measured beside it
+                rivals = {*head.quantities} - {"height", "position", "drop_height", "drop", "frame", "energy", "e"}
+                rivals |= {each for each in ("length", "time", "speed") if head.unit and forms.size(head.unit, each)}
+            listed = not more and name in ("height", "time", "interval") and name not in self.options.columns
+            omitted = any(self.options.columns.get(each) == "-" for each in head.quantities)
+            if listed and i not in read and not omitted and head.error_of is None and rivals:
+                text = f"the column {self.layout.cells[i].strip()!r} is not read beside {self._header(name)!r}"
                 raise ValueError(
-                    f"the column {self.layout.cells[i].strip()!r} is not read beside {self._header(name)!r}: expected "
-                    f"--column {rival}={i + 1} and a column that belongs to it, or --column {rival}=- to omit it"
+                    f"{text}: expected --column NAME={i + 1} with the name of its quantity, or "
+                    f"--column {name}={self._header(name)!r} for the {name} alone"
                 )
 
     def _header(self, name: str) -> str:
@@ -610,6 +623,9 @@ def _speeds(reader: _Reader) -> Points:
         raise ValueError(
             f"{reader.labels[k]}: {header!r} is {epsilon[k]:g}: expected 0 to 1, or --column epsilon={header}"
         )
+    beside = [i for i, head in enumerate(reader.layout.headers) if "time" in head.quantities]
+    if reader.form.epsilon == "e" and any(reader.evenly_spaced(reader._column(i, "time", "", True)) for i in beside):
+        raise ValueError("the times are evenly spaced, as in a recording: expected --column epsilon=e if 'e' is eps")
     if "contact_time" in reader.layout.places:
         times = reader.numbers("contact_time")
     return Points.measured(
@@ -632,8 +648,7 @@ def _instants(reader: _Reader) -> Points:
         if not len(drop.values):
             continue
         bounces.require_ascending(drop.values, drop.labels)
-        spans = np.diff(drop.values)
-        if len(spans) > _EVEN[0] and np.ptp(spans) <= _EVEN[1] * spans[0]:
+        if reader.evenly_spaced(drop.values):
             raise ValueError(
                 "the times are evenly spaced, as in a recording: expected times of bounces, or a column position too"
             )
@@ -736,12 +751,14 @@ def _positions(reader: _Reader) -> Points:
         frame = float(np.median(spans)) if len(spans) else 0.0
         digit = reader.last_digit(first)
         off = np.abs(spans - frame * np.maximum(np.round(spans / frame), 1)) if frame > 0 else np.ones_like(spans)
-        if (uneven := off > digit + _JITTER * frame).any():
-            k = int(np.argmax(uneven))
+        uneven, reason = np.flatnonzero(off > digit + _JITTER * frame), f"there are {len(of)} frames"
+        if len(uneven):
+            k = int(uneven[0])
+            reason = f"{labels[of[k + 1]]} is {spans[k]:.3g} s after the one before, usually it is {frame:.3g} s"
+        if len(uneven) or len(of) < 2 * tracks.FEWEST:
             raise ValueError(
-                f"{labels[of[k + 1]]}: the times are not evenly spaced ({spans[k]:.3g} s here, usually {frame:.3g} s): "
-                "expected the frames of a track; --column position=- reads the times of bounces alone, and "
-                "--column time=- the heights alone"
+                f"{reason}: expected {2 * tracks.FEWEST} or more evenly spaced frames of a track; --column position=- "
+                "reads the times of bounces alone, and --column time=- the heights alone"
             )
         kept = [labels[i] for i in of]
         track = tracks.of_track(
