@@ -20,6 +20,8 @@ _POWER = r"[A-Za-zµμ°%]+(?:(?:\^|\*\*)(?:-?[1-9]|\([1-9]/[1-9]\))|-?[1-9]|[²
 _BARE_EXPONENT = re.compile(r"(?<=[A-Za-zµ])(?=-?[1-9])")
 _UNIT = re.compile(rf"{_POWER}(?:(?: ?[*/·] ?| ){_POWER})*")
 _BETA = re.compile(r"([^(]*)\(([^()]*)\) ?(?:\^|\*\*) ?\(1/5\)")
+_SUPERSCRIPTS = str.maketrans({"⁻": "-", "−": "-", "¹": "1", "²": "2", "³": "3", "μ": "µ"})
+_PER_SECOND = re.compile(r"([kcm]?m)[\s_/.·*]?s(?:\^?[({]?-1[)}]?)?")  # m/s, m s^-1, ms-1, m_s, and ms of a speed
 _LONGEST = 60
 _EXACT = 200  # digits: of a product of a short number and a unit
 _SHORT = 8  # characters of a factor that is a round number
@@ -126,6 +128,21 @@ def factor(node: Node, dimension: str) -> tuple[str, float]:
     if size is None:
         raise node.refuse(f'a unit of {dimension}, such as "{unit}" or "{example}"')
     return name.strip(), size
+
+
+def unit_in_si(unit: str, dimension: str) -> tuple[str, float] | None:
+    """Return a unit's name and its size in SI units, from a header: "cm s⁻¹", "ms-1"; None for any other text.
+
+    A plain number, with the dimension "", may be in %.
+    """
+    name = unit.translate(_SUPERSCRIPTS).strip()
+    if dimension not in DIMENSIONS:
+        return (name, 0.01 if name == "%" else 1.0) if name in ("%", "-", "1") else None
+    if dimension == "speed" and (match := _PER_SECOND.fullmatch(name)):
+        name = f"{match[1]}/s"
+    # Pint has a pixel of a fixed length.
+    tried = () if name.lower() in ("px", "pixel", "pixels") else (name, name.lower())
+    return next(((each, size) for each in tried if (size := _in_si(f"1 {each}", DIMENSIONS[dimension][0]))), None)
 
 
 def _plain(value: object) -> float | None:

@@ -71,7 +71,7 @@ READ = {
     "v / cm s^-1": (f"v / cm s^-1,e\n{CM}", V, E, "speed: 'v / cm s^-1'"),
     "v_cm_s": (f"v_cm_s,e\n{CM}", V, E, "speed: 'v_cm_s'"),
     "v/(cm/s)": (f"v/(cm/s),COR\n{CM}", V, E, "speed: 'v/(cm/s)'"),
-    "v_ms": (f"v_ms,eps\n{PAIRS}", V, E, "speed: 'v_ms'"),
+    "v_ms": (f"v_ms,eps\n{PAIRS}", V, E, "speed: 'v_ms' in m/s (its header)"),
     "ms-1": (f"Velocity (ms⁻¹),COR\n{PAIRS}", V, E, "speed: 'Velocity (ms⁻¹)'"),
     "v, m/s": (f'"v, m/s",eps\n{PAIRS}', V, E, "speed: 'v, m/s'"),
     "German": (
@@ -108,7 +108,11 @@ READ = {
         "bounces:",
     ),
     "heights": ("height_cm\n100\n81\n64\n", *OF_HEIGHTS, "height: 'height_cm'"),
-    "Höhe": ("Höhe h / cm;Nr.\n100;0\n81;1\n64;2\n", *OF_HEIGHTS, "height: 'Höhe h / cm'; not used: 'Nr.'"),
+    "Höhe": (
+        "Höhe h / cm;Nr.\n100;0\n81;1\n64;2\n",
+        *OF_HEIGHTS,
+        "height: 'Höhe h / cm' in cm (its header); not used: 'Nr.'",
+    ),
     "hauteur": ("hauteur (m);±\n1;0,01\n0,81;0,01\n0,64;0,01", *OF_HEIGHTS, "error of height: '±'"),
     "H and h": ("H (cm),h (cm)\n100,81\n81,64\n", *OF_HEIGHTS, "drop_height: 'H (cm)'; rebound_height: 'h (cm)'"),
     "Drop and Rebound": ("Drop (cm),Rebound (cm)\n100,81\n81,64\n", *OF_HEIGHTS, "drop_height: 'Drop (cm)'"),
@@ -188,9 +192,12 @@ REFUSED = {
     ),
     "E above 1": (f"v (m/s),E\n{PAIRS}4,1.2\n", "line 5: 'E' is 1.2: expected 0 to 1, or --column epsilon=E"),
     "times that ascend as flights": ("T0,T1,T2,T3\n.3,.9,1.4,1.8\n", "are they instants of bounces"),
-    "a series with a gap": ("h0,h1,h3\n1,.8,.5\n", "the columns 'h0', 'h1', 'h3' are no series"),
-    "no unit of a speed": (f"v_px,e\n{PAIRS}", "'v_px' ends in 'px', no unit of speed: expected --unit speed=UNIT"),
-    "c is no unit": (f"v_c,e\n{PAIRS}", "'v_c' ends in 'c'"),
+    "a series with a gap": ("h0,h1,h3\n1,.8,.5\n", "the columns 'h0' .*'h1' .*'h3' .* are no series"),
+    "no unit of a speed": (
+        f"v_px,e\n{PAIRS}",
+        "'v_px': the unit of speed is 'px': expected m/s or cm/s, or --unit speed=UNIT",
+    ),
+    "c is no unit": (f"v_c,e\n{PAIRS}", "'v_c': the unit of speed is 'c'"),
     "pixels": (f"t (s),y (px)\n{TRACK}", "unit of position is 'px': .* --length-per-unit"),
     "two units": (f"v (m/s),e\ncm/s,-\n{PAIRS}", "the units 'm/s' in its header and 'cm/s' in the row below"),
     "commas and points": (
@@ -214,7 +221,7 @@ REFUSED = {
     "nothing": ("a,b\n1,2\n", "columns are 'a', 'b': expected .* --column NAME=HEADER .* --unit NAME=UNIT"),
     "falls": ("Height (m),Fall time (s)\n.8,.4\n.6,.35\n.4,.28\n", "'Fall time .s.' is not read beside 'Height .m.'"),
     "a sound track": ("time (s),amplitude\n" + TRACK.replace(".04,", ".041,"), "evenly spaced, as in a recording"),
-    "an energy": (f"t,v,e\n{TRACK}".replace("\n", ",.5\n"), "evenly spaced, as in a recording"),
+    "an energy": ("t,v,e\n" + "".join(f"{row},.5\n" for row in TRACK.split("\n")), "evenly spaced, as in a recording"),
     "v*": ("v*,eps\n1,.9\n2,.8\n", "columns are 'v.', 'eps': expected"),
 }
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from viscopade.fitting.flight import Flight
     from viscopade.fitting.likelihood import LawFit
     from viscopade.fitting.neglected import WeightInContacts
-    from viscopade.fitting.read import ColumnRead, Recording, SheetRead
+    from viscopade.fitting.read import Recording
 
 MOST_ROWS = 20
 """Most rows of a table or a list; JSON has all."""
@@ -450,24 +450,25 @@ def read_text(recording: Recording) -> list[str]:
     """Return what was read, a paragraph for all sheets with the same columns."""
     sheets: dict[str, list[str]] = {}
     for sheet in recording.read:
-        text = [f"{name}: {_described(column)}" for name, column in sheet.quantities.items()]
-        text += [
-            f"error of {name}: {_headers(column.errors)}" for name, column in sheet.quantities.items() if column.errors
-        ]
-        text.append(f"not used: {_headers(sheet.unused) or 'none'}")
-        rows = f"{sheet.name}: {len(sheet.lines)} rows, lines {sheet.lines[0]} to {sheet.lines[-1]}"
-        sheets.setdefault("; ".join(text), []).append(rows)
+        quantities = {name: each for name, each in sheet.items() if isinstance(each, dict)}
+        text = [f"{name}: {_headers(each['column'])}{_unit(each)}" for name, each in quantities.items()]
+        text += [f"error of {name}: {_headers(each['error'])}" for name, each in quantities.items() if each["error"]]
+        text.append(f"not used: {_headers(sheet['unused']) or 'none'}")
+        first, last = sheet["lines"]
+        sheets.setdefault("; ".join(text), []).append(
+            f"{sheet['sheet']}: {sheet['rows']} rows, lines {first} to {last}"
+        )
     return [f"{'; '.join(rows)}. {text}." for text, rows in sheets.items()]
 
 
-def _described(column: ColumnRead) -> str:
-    """Return the header of a column, and its unit if the header does not show it."""
-    known = not column.unit or (column.unit_from == "its header" and len(column.columns) < 3)
-    return _headers(column.columns) + ("" if known else f" in {column.unit} ({column.unit_from})")
+def _headers(headers: str | Sequence[str]) -> str:
+    return ", ".join(map(repr, [headers] if isinstance(headers, str) else headers))
 
 
-def _headers(columns: Sequence[str]) -> str:
-    return ", ".join(map(repr, columns))
+def _unit(read: Mapping[str, Any]) -> str:
+    """Return the unit of a quantity and its origin, unless the header has it in brackets."""
+    shown = read["unit_from"] == "its header" and any(bracket in _headers(read["column"]) for bracket in ")]")
+    return f" in {read['unit']} ({read['unit_from']})" if read["unit"] and not shown else ""
 
 
 def _quoted(found: DampingFit, constants: Mapping[str, Constant]) -> str:
@@ -478,16 +479,6 @@ def _quoted(found: DampingFit, constants: Mapping[str, Constant]) -> str:
         numbers.append(f"{names[name][0]} = {uncertain(each.value, each.standard_error)} {names[name][1]}")
     verdict = found.verdict.sentence
     return f"{', '.join(numbers)} (standard errors; {found.number}): {verdict[0].lower()}{verdict[1:]}."
-
-
-def _read_json(sheet: SheetRead) -> dict[str, Any]:
-    quantities = {}
-    for name, each in sheet.quantities.items():
-        column, error = (
-            [*found] if len(found) > 1 else found[0] if found else None for found in (each.columns, each.errors)
-        )
-        quantities[name] = {"column": column, "unit": each.unit, "unit_from": each.unit_from, "error": error}
-    return {**quantities, "rows": len(sheet.lines), "lines": [*sheet.lines], "unused": [*sheet.unused]}
 
 
 def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:
@@ -545,7 +536,7 @@ def fit_json(
         "epsilon": {"speed": found.main.middle, "value": value, "standard_error": error},
         "scatter": found.main.scatter,
         **{name: {"value": each.value, "standard_error": each.standard_error} for name, each in constants.items()},
-        "read": _read_json(recording.read[0]),
+        "read": recording.read[0],
         "sheets": [
             {"sheet": name} | ({"points": made} if isinstance(made, int) else {"not_read": made})
             for name, made in recording.sheets

@@ -32,6 +32,9 @@ _LOST = 16.0  # cost of an echo, and of a bounce that was not heard: four standa
 _UNLIKE = 35.0  # cost of two flights of different drops
 _DISTINCT = 9.0  # a sound is ambiguous if the costs of two of its roles differ by less
 _VARIATION = 0.04  # of eps from bounce to bounce, relative
+_RISE = 3.0  # standard errors by which a rebound may be higher than the height before it
+# Fewer spans, of a larger relative range, or that shorten by more than this each, are not those of a recording.
+_FEWEST_SPANS, _RANGE_OF_SPANS, _CHANGE_OF_SPANS = 5, 0.4, 1e-3
 _RATIOS = np.exp(np.arange(math.log(0.1), 1e-9, 0.01))  # of successive flights
 # Kinds of intervals between bounces: one flight, one with an echo, two flights (a bounce was not heard), both.
 _STEP, _MISSED = np.array([1, 2, 1, 2]), np.array([[False], [False], [True], [True]])
@@ -190,6 +193,32 @@ def require_ascending(instants: FloatArray, labels: Sequence[str]) -> None:
     if (late := np.diff(instants) <= 0).any():
         k = int(np.argmax(late))
         raise ValueError(f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: expected later than the one before")
+
+
+INDEPENDENT = (
+    "are these independent drops? Then expected drop_height and rebound_height, or a column drop with their numbers"
+)
+"""Advice for heights that do not fall."""
+
+
+def require_falling(heights: FloatArray, labels: Sequence[str], sigma: FloatArray) -> None:
+    """Raise ValueError if a body rises above the height that it fell from, by more than the errors of the heights."""
+    if (high := np.diff(heights) > _RISE * np.hypot(sigma[1:], sigma[:-1])).any():
+        k = int(np.argmax(high))
+        text = f"the height {heights[k + 1]:.6g} m is above the one before it, {heights[k]:.6g} m: {INDEPENDENT}"
+        raise ValueError(f"{labels[k + 1]}: {text}; --resolution gives the error of the heights")
+
+
+def evenly_spaced(times: FloatArray, digit: float = 0.0) -> bool:
+    """Return whether times are those of a recording: the flights of a body that bounces get shorter.
+
+    `digit` is one unit in the last digit of the times.
+    """
+    spans, half = np.diff(times), (len(times) - 1) // 2
+    if len(spans) < _FEWEST_SPANS or not np.ptp(spans) <= _RANGE_OF_SPANS * abs(spans.mean()):
+        return False
+    change = abs(float(spans[half:].mean() / spans[:half].mean()) - 1)
+    return change <= _CHANGE_OF_SPANS * half + 2 * digit / half / float(spans.mean())
 
 
 def _of_drop(

@@ -1,7 +1,7 @@
 """Forms of measured data: which columns a sheet has, what their headers are called, and what they give.
 
-`QUANTITIES` and `FORMS` are the only description of forms. Recognition of headers, units, columns of errors, refusals
-and the first lines of docs/usage/fitting.md read these two tables.
+`QUANTITIES`, `SERIES` and `FORMS` are the only description of forms. Recognition of headers, units, columns of errors,
+refusals and the first lines of docs/usage/fitting.md read these tables.
 """
 
 from __future__ import annotations
@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
-from viscopade.quantity import DIMENSIONS, decimal_in
-
-_HEIGHT = "height, h, H, Höhe, Hoehe, hauteur, altura, altezza, altitude"
+from viscopade.quantity import DIMENSIONS, unit_in_si
 
 
 class MeasuredQuantity(NamedTuple):
-    """A measured quantity that a column may have.
+    """A quantity that a column may have.
 
     Attributes
     ----------
@@ -37,52 +35,6 @@ class MeasuredQuantity(NamedTuple):
     least: str = ""
 
 
-QUANTITIES: Mapping[str, MeasuredQuantity] = {
-    "speed": MeasuredQuantity(
-        "speed",
-        "speed, v, velocity, impact speed, impact velocity, speed in, v in, speed before, v before, Geschwindigkeit, "
-        "Aufprallgeschwindigkeit, vitesse, velocidad, velocità",
-        " > 0",
-    ),
-    "speed_out": MeasuredQuantity("speed", "speed out, v out, rebound speed, rebound velocity, speed after, v after"),
-    "epsilon": MeasuredQuantity(
-        "",
-        "epsilon, eps, COR, restitution, coefficient of restitution, restitution coefficient, Restitutionskoeffizient, "
-        "Stoßzahl, coefficient de restitution, coeficiente de restitución, coefficiente di restituzione",
-    ),
-    "e": MeasuredQuantity("", "e"),  # eps, except in a track
-    "energy": MeasuredQuantity("", "E"),  # eps only if no other form fits
-    "contact_time": MeasuredQuantity("time", "contact time, t_c, tc, Kontaktzeit", " > 0"),
-    "time": MeasuredQuantity(
-        "time", "time, t, bounce time, instant, event time, impact time, Zeit, temps, tiempo, tempo"
-    ),
-    "release_time": MeasuredQuantity("time", "release time"),
-    "interval": MeasuredQuantity(
-        "time", "interval, flight time, time of flight, time between bounces, Flugzeit, Intervall", " > 0"
-    ),
-    "frame": MeasuredQuantity("", "frame, slice, image"),
-    "height": MeasuredQuantity("length", _HEIGHT, " > 0"),
-    "drop_height": MeasuredQuantity(
-        "length",
-        "drop height, release height, initial height, starting height, height before, drop, height, H, Höhe, Fallhöhe",
-        " > 0",
-    ),
-    "rebound_height": MeasuredQuantity(
-        "length", "rebound height, bounce height, height after, rebound, h, Rücksprunghöhe, Sprunghöhe", " > 0"
-    ),
-    "position": MeasuredQuantity("length", f"position, y, z, y position, position y, {_HEIGHT}"),
-    "drop": MeasuredQuantity("label", "drop, run, series, trial"),
-}
-"""Quantities of one column."""
-
-SERIES: Mapping[str, MeasuredQuantity] = {
-    "bounces": MeasuredQuantity("time", "bounce, stop"),
-    "flights": MeasuredQuantity("time", "t", " > 0"),
-    "heights": MeasuredQuantity("length", "h, height, rebound, rebound height, bounce height, Höhe", " > 0"),
-}
-"""Quantities of several columns, of which each row has the values in succession: h0, h1, …"""
-
-
 class Form(NamedTuple):
     """A set of columns that is read.
 
@@ -92,12 +44,8 @@ class Form(NamedTuple):
         "speeds", "instants", "heights" or "positions".
     needed, optional : tuple of str
         Names in `QUANTITIES` and `SERIES`.
-    measured : tuple of str
-        Those of `needed` whose errors are used.
-    header : str
-        An example.
-    row : str
-        What a row is.
+    header, row : str
+        An example of the headers, and what a row is.
     epsilon : str
         The name in `QUANTITIES` that stands for eps.
     """
@@ -105,67 +53,97 @@ class Form(NamedTuple):
     kind: str
     needed: tuple[str, ...]
     optional: tuple[str, ...]
-    measured: tuple[str, ...]
     header: str
     row: str
     epsilon: str = "epsilon"
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Those of `needed` whose errors are used."""
+        return self.needed[1:] if self.kind == "positions" else self.needed
 
     def names(self) -> set[str]:
         """Return the names that --column may give to columns of this form."""
         return {*self.needed, *self.optional, "sigma", *(f"sigma_{name}" for name in self.measured)}
 
 
-_SPEEDS = ("speed", "epsilon")
+# fmt: off
+_Q, _HEIGHT = MeasuredQuantity, "height, h, H, Höhe, Hoehe, hauteur, altura, altezza, altitude"
+QUANTITIES: Mapping[str, MeasuredQuantity] = {
+    "speed": _Q("speed", "speed, v, velocity, impact speed, impact velocity, speed in, v in, speed before, v before, "
+                "Geschwindigkeit, Aufprallgeschwindigkeit, vitesse, velocidad, velocità", " > 0"),
+    "speed_out": _Q("speed", "speed out, v out, rebound speed, rebound velocity, speed after, v after"),
+    "epsilon": _Q("", "epsilon, eps, COR, restitution, coefficient of restitution, restitution coefficient, Stoßzahl, "
+                  "Restitutionskoeffizient, coefficient de restitution, coeficiente de restitución, "
+                  "coefficiente di restituzione"),
+    "e": _Q("", "e"),  # eps, except in a track
+    "energy": _Q("", "E"),  # eps only if no other form fits
+    "contact_time": _Q("time", "contact time, t_c, tc, Kontaktzeit", " > 0"),
+    "time": _Q("time", "time, t, bounce time, instant, event time, impact time, Zeit, temps, tiempo, tempo"),
+    "release_time": _Q("time", "release time"),
+    "interval": _Q("time", "interval, flight time, time of flight, time between bounces, Flugzeit, Intervall", " > 0"),
+    "frame": _Q("", "frame, slice, image"),
+    "height": _Q("length", _HEIGHT, " > 0"),
+    "drop_height": _Q("length", "drop height, release height, initial height, starting height, height before, drop, "
+                      "height, H, Höhe, Fallhöhe", " > 0"),
+    "rebound_height": _Q("length", "rebound height, bounce height, height after, rebound, h, Rücksprunghöhe, "
+                         "Sprunghöhe", " > 0"),
+    "position": _Q("length", f"position, y, z, y position, position y, {_HEIGHT}"),
+    "drop": _Q("label", "drop, run, series, trial"),
+}
+"""Quantities of one column."""
+
+SERIES: Mapping[str, MeasuredQuantity] = {
+    "bounces": _Q("time", "bounce, stop"),
+    "flights": _Q("time", "t", " > 0"),
+    "heights": _Q("length", "h, height, rebound, rebound height, bounce height, Höhe", " > 0"),
+}
+"""Quantities of several columns, of which each row has the values in succession: h0, h1, …"""
+
 FORMS = (
-    Form("speeds", _SPEEDS, ("contact_time",), _SPEEDS, "speed (m/s), epsilon", "a collision"),
-    Form("speeds", ("speed", "speed_out"), (), ("speed", "speed_out"), "v_in (m/s), v_out (m/s)", "a collision"),
-    Form("positions", ("time", "position"), ("drop",), ("position",), "time (s), y (m)", "a frame of a track"),
-    Form("positions", ("frame", "position"), ("drop",), ("position",), "frame, y (mm)", "a frame, with --rate"),
-    Form("instants", ("bounces",), (), ("bounces",), "bounce 0 (s), bounce 1 (s), bounce 2 (s)", "a drop"),
-    Form("instants", ("flights",), (), ("flights",), "T0 (s), T1 (s), T2 (s)", "a drop, by its times of flight"),
-    Form("speeds", _SPEEDS, ("contact_time",), _SPEEDS, "v_cm_s, e", "a collision", "e"),
-    Form(
-        "heights", ("drop_height", "rebound_height"), (), ("drop_height", "rebound_height"), "H (cm), h (cm)", "a drop",
-    ),
-    Form("heights", ("drop_height", "heights"), (), ("drop_height", "heights"), "H (cm), h1 (cm), h2 (cm)", "a drop"),
-    Form("heights", ("heights",), (), ("heights",), "h0 (cm), h1 (cm), h2 (cm)", "a drop"),
-    Form("heights", ("height",), ("drop",), ("height",), "height (cm)", "the release, then each rebound"),
-    Form("instants", ("time",), ("release_time", "contact_time", "drop"), ("time",), "time (s)", "an impact"),
-    Form("instants", ("interval",), ("contact_time", "drop"), ("interval",), "interval (ms)", "a flight"),
-    Form("speeds", _SPEEDS, ("contact_time",), _SPEEDS, "v (m/s), E", "a collision", "energy"),
-)  # fmt: skip
+    Form("speeds", ("speed", "epsilon"), ("contact_time",), "speed (m/s), epsilon", "a collision"),
+    Form("speeds", ("speed", "speed_out"), (), "v_in (m/s), v_out (m/s)", "a collision"),
+    Form("positions", ("time", "position"), ("drop",), "time (s), y (m)", "a frame of a track"),
+    Form("positions", ("frame", "position"), ("drop",), "frame, y (mm)", "a frame of a track, with --rate"),
+    Form("instants", ("bounces",), (), "bounce 0 (s), bounce 1 (s), bounce 2 (s)", "a drop, by its impacts"),
+    Form("instants", ("flights",), (), "T0 (s), T1 (s), T2 (s)", "a drop, by its times of flight"),
+    Form("speeds", ("speed", "epsilon"), ("contact_time",), "v_cm_s, e", "a collision", "e"),
+    Form("heights", ("drop_height", "rebound_height"), (), "H (cm), h (cm)", "a drop and its rebound"),
+    Form("heights", ("drop_height", "heights"), (), "H (cm), h1 (cm), h2 (cm)", "a drop and its rebounds"),
+    Form("heights", ("heights",), (), "h0 (cm), h1 (cm), h2 (cm)", "a drop and its rebounds"),
+    Form("heights", ("height",), ("drop",), "height (cm)", "the release, then each rebound"),
+    Form("instants", ("time",), ("release_time", "contact_time", "drop"), "time (s)", "an impact"),
+    Form("instants", ("interval",), ("drop",), "interval (ms)", "a flight"),
+    Form("speeds", ("speed", "epsilon"), ("contact_time",), "v (m/s), E", "a collision", "energy"),
+)
 """The forms; the first one that fits is read."""
+# fmt: on
 
 OPTIONS = tuple(dict.fromkeys(name for form in FORMS for name in sorted(form.names())))
 """Names of quantities in options."""
 
-ERRORS = (
-    "±, sigma, delta, sd, std, stdev, deviation, se, err, error, uncertainty, d, u, Fehler, Unsicherheit, incertitude, "
-    "incertidumbre, incertezza, erreur, errore"
-)
+_ERROR_WORDS = {
+    *("±", "sigma", "delta", "sd", "std", "stdev", "deviation", "se", "err", "error", "uncertainty", "d", "u"),
+    *("fehler", "unsicherheit", "incertitude", "incertidumbre", "incertezza", "erreur", "errore"),
+}
 """Words for a standard error, alone beside a quantity or with its name; d and u only with its name."""
 
-_MARKS = str.maketrans({"ε": " epsilon ", "σ": " sigma ", "Δ": " delta ", "δ": " delta ", "±": " ± "})
-_SUPERSCRIPTS = str.maketrans({"⁻": "-", "−": "-", "¹": "1", "²": "2", "³": "3", "μ": "µ"})
 _FILLERS = {"of", "in", "on", "the", "der", "des", "von", "de", "di", "standard"}
-_RUN = re.compile(
-    r"^[^:]*:|(?<=.)\s+Run\s*#?[0-9]+$"
-)  # "Latest: Time (s)" of Logger Pro, "Time (s) Run #1" of Capstone
+_MARKS = str.maketrans({"ε": " epsilon ", "σ": " sigma ", "Δ": " delta ", "δ": " delta ", "±": " ± "})
+# "Latest: Time (s)" of Logger Pro, "Time (s) Run #1" of Capstone.
+_DATA_SET = re.compile(r"^[^:]*:|(?<=.)\s+Run\s*#?[0-9]+$")
 _BRACKETS = re.compile(r"(.+?)[\s/_,]*[(\[]([^()\[\]]*)[)\]]")
 _SEPARATOR = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_]+")
-# A word that may be a unit: short, or the full name of one.
+# Words that may be a unit: short ones, or the full name of one.
 _WORD = r"(?:[^\W\d_]{1,4}|(?:milli|centi|kilo|micro)?(?:met(?:er|re)s?|seconds?)|inches|pixels?|frames)"
 _LIKE_A_UNIT = re.compile(rf"%|{_WORD}(?:[\W\d_]+{_WORD})*[\W\d_]*")
 # Units that may follow a name after a blank or _; others, such as c and a, may mean something else.
 _COMMON = re.compile(
     r"[kcmuµn]?m|[muµn]?s|sec|in|inch|ft|(?:milli|centi)?met(?:er|re)s?|(?:milli)?seconds?|%|[kcm]?m.*s.*"
 )
-_PER_SECOND = re.compile(r"([kcm]?m)[\s_/.·*]?s(?:\^?[({]?-1[)}]?)?")  # m/s, m s^-1, ms-1, m_s, and ms of a speed
-_PIXELS = {"px", "pixel", "pixels"}
 _LONGEST = 200  # characters of a header
 
 _NAMES: dict[str, tuple[str, ...]] = {}
-_ERROR_WORDS = {word.casefold() for word in ERRORS.split(", ")}
 
 
 def plain(text: str) -> str:
@@ -176,46 +154,40 @@ def plain(text: str) -> str:
 
 for _quantity, (_, _names, _) in {**QUANTITIES, **SERIES}.items():
     for _name in _names.split(", "):
-        _key = _name if len(_name) == 1 and _name.isupper() else plain(_name)
-        _key += "\n" * (_quantity in SERIES)  # a number follows
+        _key = (_name if len(_name) == 1 and _name.isupper() else plain(_name)) + "\n" * (_quantity in SERIES)
         _NAMES[_key] = (*_NAMES.get(_key, ()), _quantity)
 
 
 def quantities(name: str) -> tuple[str, ...]:
     """Return the quantities that a name may stand for; those of a series with their number, such as "heights 2"."""
     key = name.strip() if name.strip() in _NAMES else plain(name)  # a capital letter may have a meaning of its own
-    if key in _NAMES:
-        return _NAMES[key]
     if key in ("start", "stop"):  # of phyphox, beside stop_2, …
         return (f"bounces {int(key == 'stop')}",)
     if numbered := re.fullmatch(r"(.*?)_?([0-9]{1,3})", key):
         return tuple(f"{name} {int(numbered[2])}" for name in _NAMES.get(f"{numbered[1]}\n", ()))
-    # A word and its symbol: "Geschwindigkeit v".
     word, _, symbol = name.strip().replace(" ", "_").rpartition("_")
-    return _common(word, symbol) if word else ()
+    return _NAMES.get(key) or (_common(word, symbol) if word else ())
 
 
 def _common(word: str, symbol: str) -> tuple[str, ...]:
-    """Return the quantities for which a word and its symbol stand."""
+    """Return the quantities for which a word and its symbol stand: "Geschwindigkeit v"."""
     same = {"epsilon" if name == "e" else name for name in quantities(symbol)}
     return tuple(name for name in quantities(word) if name in same)
 
 
 def measured_quantity(name: str) -> MeasuredQuantity:
-    """Return the description of a quantity, of a series or of one column in it."""
-    return QUANTITIES.get(name) or SERIES[name.partition(" ")[0]]
+    """Return the description of a quantity, of its errors, of a series or of one column in it."""
+    name = name.removeprefix("sigma_").partition(" ")[0]
+    return QUANTITIES.get(name) or SERIES[name]
 
 
-@dataclass(frozen=True)
-class Header:
+class Header(NamedTuple):
     """A column's header, taken apart.
 
     Attributes
     ----------
-    name : str
-        Without the unit.
-    unit : str
-        As written; empty if there is none.
+    name, unit : str
+        As written.
     quantities : tuple of str
         The quantities that it may be.
     error_of : str or None
@@ -236,53 +208,36 @@ def header(text: str) -> Header:
     """Take a header apart; the unit is in brackets, or after /, a comma, "in", a blank or _."""
     if len(text) > _LONGEST or not any(letter.isalpha() or letter in "±/" for letter in text):
         return Header(text)
-    text = _RUN.sub("", text).replace("+/-", "±").strip()
+    text = _DATA_SET.sub("", text).replace("+/-", "±").strip()
     if (match := _BRACKETS.fullmatch(text)) and not _error_of(f"{match[1]} {match[2]}"):
         name, unit = match[1], match[2].strip()
         if symbol := _common(name, unit):
             return Header(name, "", symbol)
         found = tuple(each for each in quantities(name) if measured_quantity(each).dimension != "label")
         return Header(name, unit, found, None if found else _error_of(name))
-    if quantities(text) or _error_of(text) is not None:
-        return Header(text, "", quantities(text), None if quantities(text) else _error_of(text))
+    if (found := quantities(text)) or (error := _error_of(text)) is not None:
+        return Header(text, "", found, None if found else error)
     for separator in reversed(list(_SEPARATOR.finditer(text))):
         name, end = text[: separator.start()], text[separator.end() :]
         found, error = quantities(name), _error_of(name)
         if (found or error is not None) and _LIKE_A_UNIT.fullmatch(end) and not quantities(end):
-            dimensions = {measured_quantity(each).dimension for each in found or quantities(error or "")} or {
-                *DIMENSIONS
-            }
+            known = {measured_quantity(each).dimension for each in found or quantities(error or "")} or {*DIMENSIONS}
             sure = bool(separator[0].strip(" _") or _COMMON.fullmatch(end))
-            sure = sure and any(size(end, each) is not None for each in dimensions)
-            return Header(name, end, found, None if found else error, doubtful=not sure)
+            sure = sure and any(unit_in_si(end, each) for each in known)
+            return Header(name, end, found, None if found else error, not sure)
     return Header(text)
 
 
 def _error_of(name: str) -> str | None:
     """Return the name of the quantity whose errors a name stands for: "v" for "sigma_v"; None if it is no error."""
     words = [word for word in re.split(r"[\s_()]+", name.translate(_MARKS)) if word and word.casefold() not in _FILLERS]
-    first, last = 0, len(words)
-    while first < last and words[first].casefold() in _ERROR_WORDS:
-        first += 1
-    while first == 0 < last and words[last - 1].casefold() in _ERROR_WORDS:
-        last -= 1
-    target = " ".join(words[first:last])
-    if not target:
+    is_error = [word.casefold() in _ERROR_WORDS for word in words]
+    first = next((k for k, error in enumerate(is_error) if not error), len(words))
+    last = len(words) if first else max((k for k, error in enumerate(is_error, 1) if not error), default=0)
+    if first == len(words):
         return "" if any(len(word) > 1 or word == "±" for word in words) else None
+    target = " ".join(words[first:last])
     return target if last - first < len(words) and quantities(target) else None
-
-
-def size(unit: str, dimension: str) -> float | None:
-    """Return a unit of a dimension in SI units; None for any other text."""
-    text = unit.translate(_SUPERSCRIPTS).strip()
-    if dimension not in DIMENSIONS:
-        return {"%": 0.01, "-": 1.0, "1": 1.0}.get(text)
-    if dimension == "speed" and (match := _PER_SECOND.fullmatch(text)):
-        text = f"{match[1]}/s"
-    if text.lower() in _PIXELS:  # Pint has one of a fixed length
-        return None
-    sizes = (decimal_in(f"1 {each}", DIMENSIONS[dimension][0]) for each in (text, text.lower()))
-    return next((float(each) for each in sizes if each is not None), None)
 
 
 @dataclass(frozen=True)
@@ -296,8 +251,7 @@ class SheetLayout:
         The headers as written.
     headers : tuple of Header
     places : mapping
-        Indices of the columns of each quantity; a series has several, another quantity more than one if they are
-        ambiguous.
+        Indices of the columns of each quantity: several of a series, or if they are ambiguous.
     """
 
     form: Form
@@ -305,66 +259,50 @@ class SheetLayout:
     headers: tuple[Header, ...]
     places: Mapping[str, tuple[int, ...]]
 
-    def columns(self, name: str) -> tuple[int, ...]:
-        """Return the columns of a quantity.
+    def __len__(self) -> int:
+        """Return the number of columns that are read."""
+        return sum(map(len, self.places.values()))
 
-        Raises
-        ------
-        ValueError
-            If two columns have this quantity, or a number of a series is missing.
-        """
+    def columns(self, name: str) -> tuple[int, ...]:
+        """Return the columns of a quantity; raise ValueError if two have it, or a number of a series is missing."""
         places = self.places[name]
-        if name in SERIES:
-            members = [self.headers[i].quantities[0] for i in places]
-            first = int(members[0].partition(" ")[2])
-            wanted = [f"{name} {k}" for k in range(first, first + len(members))]
-            if members != wanted:
-                shown = ", ".join(repr(self.cells[i].strip()) for i in places)
-                raise ValueError(f"the columns {shown} are no series: expected successive numbers")
-        elif len(places) > 1:
-            one, two = (f"{self.cells[i].strip()!r} (column {i + 1})" for i in places[:2])
-            raise ValueError(f"{one} and {two} are both {name}: expected one; choose with --column {name}=NUMBER")
+        shown = " and ".join(f"{self.cells[i]!r} (column {i + 1})" for i in places)
+        if name in QUANTITIES and len(places) > 1:
+            raise ValueError(f"{shown} are both {name}: expected one; choose with --column {name}=NUMBER")
+        numbers = [int(self.headers[i].quantities[0].split()[1]) for i in places if name in SERIES]
+        if numbers and numbers != [*range(numbers[0], numbers[0] + len(numbers))]:
+            raise ValueError(f"the columns {shown} are no series: expected successive numbers")
         return places
 
     def errors(self) -> dict[int, int]:
-        """Return the column with the standard errors of each column that has them.
-
-        Raises
-        ------
-        ValueError
-            If a column of errors may belong to several quantities.
-        """
-        found: dict[int, int] = {}
-        alone = [*self.places.get("sigma", ())]
-        chosen = {i for name, places in self.places.items() if name.startswith("sigma") for i in places}
+        """Return the column of the standard errors of each column; raise ValueError if it may belong to several."""
         values = {i: name for name in self.form.measured for i in self.places[name]}
-        for j, head in enumerate(self.headers):
-            if head.error_of == "" and j not in chosen:
-                alone.append(j)
-            elif head.error_of and j not in chosen:
-                meant = {"epsilon" if name == self.form.epsilon else name for name in quantities(head.error_of)}
-                of = [i for i, name in values.items() if {name, *self.headers[i].quantities[:1]} & meant]
-                found |= dict.fromkeys(of[:1], j)
-        for name in self.form.measured:
-            found |= {i: j for j in self.places.get(f"sigma_{name}", ()) for i in self.places[name]}
+        found = {i: j for i, name in values.items() for j in self.places.get(f"sigma_{name}", ())}
+        alone = [*self.places.get("sigma", ())]
+        for j, head in enumerate(self.headers if not found and not alone else ()):
+            meant = {"epsilon" if name == self.form.epsilon else name for name in quantities(head.error_of or "")}
+            of = [i for i, name in values.items() if {name, *self.headers[i].quantities[:1]} & meant]
+            found |= dict.fromkeys(of[:1], j)
+            alone += [j] * (head.error_of == "")
         # One column of errors beside one quantity, or a column of errors to the right of each.
         for j in alone:
-            if len(self.form.measured) == 1 and len(alone) == 1:
-                found |= {i: j for i in values if i not in found}
-            elif j - 1 in values and (len(alone) > 1 or "±" in self.cells[j] or "+/-" in self.cells[j]):
+            cell, measured = self.cells[j], self.form.measured
+            if len(measured) == len(alone) == 1:
+                found = dict.fromkeys(values, j) | found
+            elif j - 1 in values and (len(alone) > 1 or "±" in cell or "+/-" in cell):
                 found[j - 1] = j
             else:
-                cell = self.cells[j].strip()
-                options = " or ".join(f"--column sigma_{name}={cell!r}" for name in self.form.measured)
-                raise ValueError(f"the errors {cell!r} are of {' or of '.join(self.form.measured)}: expected {options}")
+                options = " or ".join(f"--column sigma_{name}={cell!r}" for name in measured)
+                raise ValueError(f"the errors {cell!r} are of {' or of '.join(measured)}: expected {options}")
         return found
 
 
-def places_of(cells: Sequence[str], text: str) -> list[int]:
+def places_of(cells: Sequence[str], text: str) -> tuple[int, ...]:
     """Return the indices of the columns that an option names: by their header, without its unit, or by their number."""
-    exact = [i for i, cell in enumerate(cells) if cell.strip() == text]
-    same = exact or [i for i, cell in enumerate(cells) if plain(header(cell).name) == plain(header(text).name) != ""]
-    return same or ([int(text) - 1] if text.isdecimal() and 0 < int(text) <= len(cells) else [])
+    exact = tuple(i for i, cell in enumerate(cells) if cell.strip() == text)
+    same = tuple(i for i, cell in enumerate(cells) if plain(header(cell).name) == plain(header(text).name) != "")
+    number = text.isdecimal() and 0 < int(text) <= len(cells)
+    return exact or same or ((int(text) - 1,) if number else ())
 
 
 def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | None:
@@ -377,36 +315,27 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
         Header or number of columns, by the names of quantities; "-" omits the columns that may be a quantity.
     """
     headers = tuple(map(header, cells))
-    chosen = {name: tuple(places_of(cells, text)) for name, text in columns.items()}
-    taken = {i for places in chosen.values() for i in places}
     omitted = {name for name, text in columns.items() if text == "-"}
-    taken |= {i for i, head in enumerate(headers) if omitted & {*head.quantities}}
+    chosen = {name: places_of(cells, text) for name, text in columns.items() if name not in omitted}
     places: dict[str, tuple[int, ...]] = {}
-    for doubtful in (True, False):  # names without a doubtful end count more
-        of: dict[str, list[int]] = {}
-        for i, head in enumerate(headers):
-            for name in head.quantities if head.doubtful == doubtful and i not in taken else ():
-                of.setdefault(name, []).append(i)
-        places |= {name: tuple(found) for name, found in of.items()}
+    for i, head in enumerate(headers):
+        for name in () if omitted & {*head.quantities} or any(i in of for of in chosen.values()) else head.quantities:
+            rivals = places.get(name, ())
+            # A name without a doubtful end counts more.
+            if not (head.doubtful and any(not headers[k].doubtful for k in rivals)):
+                places[name] = (*(k for k in rivals if head.doubtful or not headers[k].doubtful), i)
     for series in SERIES:
-        members = sorted(
-            (int(name.partition(" ")[2]), i) for name, of in places.items() if name.startswith(f"{series} ") for i in of
-        )
-        if members:
-            places[series] = tuple(i for _, i in members)
+        members = sorted((int(name.split()[1]), of) for name, of in places.items() if name.startswith(f"{series} "))
+        places |= {series: tuple(i for _, of in members for i in of)} if members else {}
     places = {name: of for name, of in places.items() if name not in columns} | {
         k: of for k, of in chosen.items() if of
     }
-    explicit = {*columns} - omitted
     for form in FORMS:
-        own = places if form.epsilon not in places else places | {"epsilon": places[form.epsilon]}
-        if not all(name in own for name in form.needed) or not explicit <= form.names():
-            continue
-        if "heights" in form.needed or {"bounces", "flights"} & {*form.needed}:
-            series = form.needed[-1]
-            first = headers[own[series][0]].quantities[0].partition(" ")[2]
-            if len(own[series]) < 3 - len(form.needed) or (len(form.needed) > 1 and first == "0"):
-                continue
-        used = form.names()
-        return SheetLayout(form, tuple(cells), headers, {name: of for name, of in own.items() if name in used})
+        own = {"epsilon": places[form.epsilon], **places} if form.epsilon in places else places
+        if all(name in own for name in form.needed) and {*columns} - omitted <= form.names():
+            (*first, last) = form.needed
+            starts_at_0 = last in SERIES and headers[own[last][0]].quantities[0].endswith(" 0")
+            if last not in SERIES or (len(own[last]) > 1 - len(first) and not (first and starts_at_0)):
+                used = {name: of for name, of in own.items() if name in form.names()}
+                return SheetLayout(form, tuple(cell.strip() for cell in cells), headers, used)
     return None

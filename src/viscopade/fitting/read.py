@@ -6,10 +6,12 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from functools import cached_property
+from itertools import chain
 from pathlib import PurePath
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,19 +20,16 @@ from viscopade.fitting import bounces, forms, tracks
 from viscopade.fitting.contacts import ContactTime
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
-from viscopade.fitting.sheets import Sheet, sheets
-from viscopade.quantity import DIMENSIONS, quantity, uncertain
+from viscopade.fitting.sheets import Sheet, cell_of, sheets
+from viscopade.quantity import DIMENSIONS, quantity, unit_in_si
 from viscopade.records import Node
 
 SLOWEST, FAST, FASTEST = 1e-9, 100.0, 1e4
 """Range of speeds that is read, in m/s; those above the middle one need an explicit unit."""
 
 IN_VACUUM = Flight()
-_EVEN = 4, 0.4, 1e-3  # more intervals, within this relative range, are no bounces if they shorten by less than this
-_JITTER = 0.1  # of the time from frame to frame, besides the last digit
 _SAME = 6  # decimals, in seconds, to which equal instants in two sheets agree
 _ROWS_OF_UNITS = 5  # at most, between the header and the numbers
-_RISE = 3.0  # standard errors by which a rebound may be higher than the height before it
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
 
@@ -80,37 +79,6 @@ PLAIN = Options()
 
 
 @dataclass(frozen=True)
-class ColumnRead:
-    """Columns of a quantity as they were read: their headers, their unit and its origin, and those of their errors."""
-
-    columns: tuple[str, ...]
-    unit: str
-    unit_from: str
-    errors: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class SheetRead:
-    """What was read in a sheet.
-
-    Attributes
-    ----------
-    name : str
-    lines : tuple of int
-        The rows with data, by their lines.
-    quantities : mapping
-        By the names in `forms.QUANTITIES` and `forms.SERIES`.
-    unused : tuple of str
-        Headers of columns that were not read.
-    """
-
-    name: str
-    lines: tuple[int, ...]
-    quantities: Mapping[str, ColumnRead]
-    unused: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class Recording:
     """Measured points, with a report on the sheets they come from.
 
@@ -122,10 +90,11 @@ class Recording:
         "speeds", "instants", "heights" or "positions".
     sheets : tuple
         Name of each sheet with its number of points, or with the reason why it is not read.
+    read : tuple of mapping
+        For each "sheet" that is read: the quantities, each with its "column", "unit", where this comes from, and the
+        column of its "error"; the "rows" with the first and last of their "lines", and the "unused" columns.
     left_out : tuple
         Labels of rows and contacts that give no eps, each with the reason.
-    read : tuple of SheetRead
-        The columns that were read, and those that were not.
     warnings : tuple of str
         Sentences on what does not fit.
     flights : tuple of FreeFlight
@@ -135,8 +104,8 @@ class Recording:
     points: Points
     kind: str
     sheets: tuple[tuple[str, int | str], ...]
+    read: tuple[Mapping[str, Any], ...]
     left_out: tuple[tuple[str, str], ...]
-    read: tuple[SheetRead, ...]
     warnings: tuple[str, ...]
     flights: tuple[tracks.FreeFlight, ...]
 
@@ -152,89 +121,80 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     ValueError
         One line that names the file, the line in it, the value and the expected one.
     """
-    readers: list[_Reader] = []
     unread: list[tuple[str, str]] = []
-    for content, source in contents:
-        readers += _of_file(content, source, options, unread)
-    first = readers[0]
+    readers = [reader for content, source in contents for reader in _of_file(content, source, options, unread)]
+    first, kind = readers[0], readers[0].form.kind
     for reader in readers:
-        if reader.form.kind != first.form.kind:
-            kinds = f"{reader.form.kind}, but {first.sheet.file} has {first.form.kind}"
+        if reader.form.kind != kind:
+            kinds = f"{reader.form.kind}, but {first.sheet.file} has {kind}"
             raise ValueError(f"{reader.sheet.file}: the file has {kinds}: expected files of one kind")
-    for name in (*options.columns, *options.units):
-        if options.columns.get(name) != "-" and not any(reader.known(name) for reader in readers):
+    for name in {*options.columns, *options.units}:
+        if options.columns.get(name) != "-" and not any(reader.has(name) for reader in readers):
             raise _no_column(first.sheet, options, name)
-    if (cells := sum(reader.counted for reader in readers)) > bounces.MOST_INSTANTS:
-        text = f"there are {cells} {first.form.kind}: expected up to {bounces.MOST_INSTANTS}"
-        raise ValueError(f"{first.sheet.file}: {text}")
+    cells = sum(reader.counted for reader in readers)
+    if cells > bounces.MOST_INSTANTS and kind in ("instants", "heights"):
+        raise ValueError(f"{first.sheet.file}: there are {cells} {kind}: expected up to {bounces.MOST_INSTANTS}")
     for reader in _twice(readers):
         unread.append((reader.sheet.name, "its instants are in other sheets"))
         readers.remove(reader)
     labels = _leave_out(readers, options.without)
-    read: list[tuple[str, int]] = []
-    parts: list[Points] = []
-    described: list[SheetRead] = []
+    made: list[tuple[_Reader, Points]] = []
     for reader in readers:
         reader.prefix = f"{reader.sheet.name}, " * (len(readers) > 1)
         try:
-            parts.append(reader.points())
-            read.append((reader.sheet.name, len(parts[-1])))
-            described.append(reader.described())
+            made.append((reader, reader.points()))
         except bounces.TooFew as error:
             unread.append((reader.sheet.name, str(error)))
         except ValueError as error:
-            message = str(error)
-            named = message.startswith(reader.sheet.file)
-            raise ValueError(message if named else f"{reader.sheet.source}: {message}") from None
-    if not parts:
+            place = "" if str(error).startswith(reader.sheet.file) else f"{reader.sheet.source}: "
+            raise ValueError(f"{place}{error}") from None
+    if not made:
         raise ValueError(f"{readers[-1].sheet.source}: {unread[-1][1]}")
-    points = parts[0] if len(parts) == 1 else bounces.together(parts)
+    points = bounces.together([each for _, each in made]) if len(made) > 1 else made[0][1]
     points = points.without(labels) if labels else points
     points = points.without_scatter() if options.scatter is False else points
-    left_out = tuple(each for reader in readers for each in reader.left_out)
-    warnings = tuple(each for reader in readers for each in reader.warnings)
-    flights = tuple(each for reader in readers for each in reader.flights)
-    return Recording(points, first.form.kind, (*read, *unread), left_out, tuple(described), warnings, flights)
+    used = [reader for reader, _ in made]
+    return Recording(
+        points,
+        kind,
+        (*((reader.sheet.name, len(each)) for reader, each in made), *unread),
+        tuple(reader.described() for reader in used),
+        tuple(chain.from_iterable(reader.left_out for reader in readers)),
+        tuple(chain.from_iterable(reader.warnings for reader in used)),
+        tuple(chain.from_iterable(reader.flights for reader in used)),
+    )
 
 
 def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[str, str]]) -> list[_Reader]:
     """Return the readers of a file's sheets; add sheets without data, or with another kind of it, to `unread`."""
-
-    def recognised(header: Sequence[str]) -> int:
-        layout = forms.layout(header, options.columns)
-        return sum(map(len, layout.places.values())) if layout else 0
-
-    readers: list[_Reader] = []
-    every = sheets(content, source, recognised)
+    every = sheets(content, source, lambda cells: forms.layout(cells, options.columns))
     chosen = [sheet for sheet in every if not options.sheets or sheet.sheet in options.sheets]
     if not chosen:
         names = ", ".join(repr(sheet.sheet) for sheet in every if sheet.sheet) or "none"
         raise ValueError(f"{source}: there is no sheet {options.sheets[0]!r}: its sheets are {names}")
+    readers: list[_Reader] = []
     for sheet in chosen:
-        layout = forms.layout(sheet.header, options.columns)
-        if layout and (not readers or layout.form.kind == readers[0].form.kind):
-            readers.append(_Reader(sheet, layout, options))
+        form = sheet.layout and sheet.layout.form
+        if sheet.layout and form and (not readers or form.kind == readers[0].form.kind):
+            readers.append(_Reader(sheet, sheet.layout, options))
         else:
-            unread.append((sheet.name, f"{layout.form.kind} beside others" if layout else "no columns of data"))
+            unread.append((sheet.name, f"{form.kind} beside others" if form else "no columns of data"))
     if not readers:
         raise _no_column(chosen[0], options)
     return readers
 
 
 def _twice(readers: Sequence[_Reader]) -> list[_Reader]:
-    """Return the sheets whose instants are all in larger sheets of their file; errors in them are reported later."""
+    """Return the sheets whose instants are all in a larger sheet of their file; errors in them are reported later."""
+    of_bounces = [each for each in readers if each.form.kind == "instants" and "flights" not in each.form.needed]
     every: list[tuple[_Reader, set[float]]] = []
-    for reader in readers if len(readers) > 1 else ():
+    for reader in of_bounces if len(readers) > 1 else ():
         with suppress(ValueError):
-            if reader.form.kind == "instants" and "flights" not in reader.form.needed:
-                every.append((reader, {round(t, _SAME) for drop in reader.instants() for t in drop.values.tolist()}))
-    seen: dict[str, set[float]] = {}
-    twice = []
-    for reader, mine in sorted(every, key=lambda each: -len(each[1])):
-        others = seen.setdefault(reader.sheet.file, set())
-        twice += [reader] if mine <= others else []
-        others |= mine
-    return twice
+            every.append((reader, {round(t, _SAME) for drop in reader.instants() for t in drop.values.tolist()}))
+    every.sort(key=lambda each: len(each[1]))
+    pairs = ((one, mine, two, theirs) for k, (one, mine) in enumerate(every) for two, theirs in every[k + 1 :])
+    twice = {one: None for one, mine, two, theirs in pairs if mine <= theirs and one.sheet.file == two.sheet.file}
+    return [*twice]
 
 
 def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
@@ -287,8 +247,16 @@ class Sequel:
     def unbroken(self) -> list[Sequel]:
         """Return the parts between missing values."""
         seen = np.flatnonzero(np.isfinite(self.values))
-        parts = np.split(seen, np.flatnonzero(np.diff(seen) > 1) + 1)
-        return [self.part(part.tolist()) for part in parts if len(part)]
+        return [self.part(part.tolist()) for part in np.split(seen, np.flatnonzero(np.diff(seen) > 1) + 1)]
+
+
+class _Column(NamedTuple):
+    """A column in SI units, with its unit as written and where this comes from, and its standard errors."""
+
+    values: FloatArray
+    unit: str
+    origin: str
+    sigma: FloatArray
 
 
 class _Reader:
@@ -306,31 +274,27 @@ class _Reader:
     """
 
     def __init__(self, sheet: Sheet, layout: forms.SheetLayout, options: Options) -> None:
-        self.sheet, self.layout, self.options, self.form = sheet, layout, options, layout.form
-        self.prefix = ""
+        self.sheet, self.layout, self.options, self.form, self.prefix = sheet, layout, options, layout.form, ""
         self.left_out: list[tuple[str, str]] = []
         self.warnings: list[str] = []
         self.flights: list[tracks.FreeFlight] = []
-        self._below: dict[int, str] = {}  # units in rows below the header
         used = [i for name, places in layout.places.items() if name != "drop" for i in places]
-        full = [k for k, row in enumerate(sheet.rows) if any(_cell(row, i) != "" for i in used)]
+        full = [k for k, row in enumerate(sheet.rows) if any(cell_of(row, i) != "" for i in used)]
         # Rows without a digit between the header and the first number have units, or nothing.
+        self._below: dict[int, str] = {}
         first = 0
-        while first < min(len(full), _ROWS_OF_UNITS) and all(
-            self._is_unit(_cell(sheet.rows[full[first]], i), i) for i in used
-        ):
-            row = sheet.rows[full[first]]
-            texts = {i: str(cell).strip("()[] ") for i, cell in enumerate(row)}
+        for k in full[:_ROWS_OF_UNITS]:
+            texts = {i: str(cell_of(sheet.rows[k], i)).strip("()[] ") for i in {*used, *range(len(sheet.header))}}
+            if not all(self._is_unit(texts[i], i) for i in used):
+                break
             self._below |= {i: text for i, text in texts.items() if any(c.isalpha() or c == "%" for c in text)}
             first += 1
         self.rows, self.lines = [sheet.rows[k] for k in full[first:]], [sheet.lines[k] for k in full[first:]]
 
-    def _is_unit(self, cell: str | float, i: int) -> bool:
-        if not isinstance(cell, str) or cell.lower() == "nan":
-            return False
+    def _is_unit(self, text: str, i: int) -> bool:
         dimensions = {forms.measured_quantity(name).dimension for name in self.layout.headers[i].quantities}
-        unit = any(forms.size(cell.strip("()[] "), each) is not None for each in dimensions)
-        return (unit and not _NUMBER.fullmatch(cell)) or not any(letter.isdigit() for letter in cell)
+        unit = any(unit_in_si(text, each) for each in dimensions) and not _NUMBER.fullmatch(text)
+        return text.lower() != "nan" and (unit or not any(letter.isdigit() for letter in text))
 
     @property
     def labels(self) -> list[str]:
@@ -339,156 +303,131 @@ class _Reader:
 
     @property
     def counted(self) -> int:
-        """Number of instants or heights in the sheet, blank cells included."""
-        each = sum(len(self.layout.places[name]) for name in self.form.measured)
-        return len(self.rows) * each if self.form.kind in ("instants", "heights") else 0
+        """Number of cells with measured values, blank ones included."""
+        return len(self.rows) * sum(len(self.layout.places[name]) for name in self.form.measured)
 
-    # --- columns ---
+    # --- columns ------------------------------------------------------------------------------------------------------
 
     @cached_property
     def errors(self) -> dict[int, int]:
         """The column with the standard errors of each column that has them."""
         return self.layout.errors()
 
-    def numbers(self, name: str, *, blank: bool = False) -> FloatArray:
-        """Return the values of a quantity in SI units, with NaN for blank cells if these are allowed."""
-        columns = self.layout.columns(name)
-        each = [
-            self._column(i, name, forms.measured_quantity(name).least, blank) * self._unit(i, name)[1] for i in columns
-        ]
-        return each[0] if name in forms.QUANTITIES else np.array(each).T
-
-    def sigma(self, name: str) -> FloatArray:
-        """Return the standard errors of a quantity in the same shape; 0 if they are not known."""
-        resolution, each = self.options.resolution, []
-        if self.errors and resolution is not None:
-            raise ValueError("there is a column of standard errors: expected no --resolution")
-        for i in self.layout.columns(name):
-            if i in self.errors:
-                j = self.errors[i]
-                value, error = self._column(i, name, "", True), self._column(j, f"sigma_{name}", " >= 0", True)
-                if (missing := np.isfinite(value) & np.isnan(error)).any():
-                    label = self.labels[int(np.argmax(missing))]
-                    raise ValueError(f"{label}: sigma_{name} is '': expected a number >= 0")
-                each.append(error * self._unit(j, name, error_of=i)[1])
-            elif resolution is not None:
-                plain = float(resolution) if _NUMBER.fullmatch(resolution) else resolution
-                node = Node(self.sheet.source, "resolution", plain)
-                each.append(np.full(len(self.rows), quantity(node, forms.measured_quantity(name).dimension)))
-            else:
-                each.append(np.zeros(len(self.rows)))
-        return each[0] if name in forms.QUANTITIES else np.array(each).T
-
-    def last_digit(self, name: str) -> float:
-        """Return the value of one unit in the last digit of a column, in SI units."""
-        i = self.layout.places[name][0]
-        cells = [str(_cell(row, i)).replace(",", ".") for row in self.rows]
-        digits = [int(Decimal(cell).as_tuple().exponent) for cell in cells if _NUMBER.fullmatch(cell)]
-        return float(10.0 ** min(digits, default=0)) * self._unit(i, name)[1]
-
-    def evenly_spaced(self, times: FloatArray) -> bool:
-        """Return whether times are those of a recording: the spans of bounces get shorter."""
-        spans = np.diff(times)
-        if len(spans) <= _EVEN[0] or np.ptp(spans) > _EVEN[1] * abs(spans.mean()):
-            return False
-        half = len(spans) // 2
-        change = abs(float(spans[half:].mean() / spans[:half].mean()) - 1)
-        digit = self.last_digit("time") if "time" in self.layout.places else 0.0
-        return change <= _EVEN[2] * half + 2 * digit / half / float(spans.mean())
-
-    def known(self, name: str) -> bool:
+    def has(self, name: str) -> bool:
         """Return whether there is a column of a quantity, or of its errors."""
         of = self.layout.places.get(name.removeprefix("sigma_"), ())
         return name in self.layout.places or any(i in self.errors for i in of)
 
-    def _column(self, i: int, name: str, least: str, blank: bool) -> FloatArray:
-        cells = [_cell(row, i) for row in self.rows]
+    def columns(self, name: str) -> list[_Column]:
+        """Return the columns of a quantity; blank cells are NaN, and refused beside a speed."""
+        return [self._column(i, name) for i in self.layout.columns(name)]
+
+    def values(self, name: str) -> FloatArray:
+        """Return the values of a quantity of one column."""
+        return self.columns(name)[0].values
+
+    def _column(self, i: int, name: str) -> _Column:
+        dimension, resolution = forms.measured_quantity(name).dimension, self.options.resolution
+        values, sigma, j = self._numbers(i, name), np.zeros(len(self.rows)), self.errors.get(i)
+        unit, size, origin = self._unit(i, name) or (DIMENSIONS.get(dimension, ("",))[0], 1.0, "plain numbers")
+        if self.errors and resolution is not None:
+            raise ValueError("there is a column of standard errors: expected no --resolution")
+        if resolution is not None and name in self.form.measured:
+            plain = float(resolution) if _NUMBER.fullmatch(resolution) else resolution
+            sigma += quantity(Node(self.sheet.source, "resolution", plain), dimension)
+        elif j is not None:
+            text, error_size, _ = self._unit(j, f"sigma_{name}") or ("", size, "")
+            if text == "%" != unit:
+                raise ValueError(f"the errors of {name} are in %, but {name} is not: expected one unit")
+            sigma = self._numbers(j, f"sigma_{name}") * error_size
+            if (missing := np.isfinite(values) & np.isnan(sigma)).any():
+                raise ValueError(f"{self.labels[int(np.argmax(missing))]}: sigma_{name} is '': expected a number >= 0")
+        return _Column(values * size, unit, origin, sigma)
+
+    def _numbers(self, i: int, name: str) -> FloatArray:
+        cells, least = [cell_of(row, i) for row in self.rows], forms.measured_quantity(name).least
+        least = " >= 0" if name.startswith("sigma_") else least
+        blank = self.form.kind != "speeds" or least == " >= 0"
         values = np.array([self._number(cell) for cell in cells])
         bad = ~np.isfinite(values) | ((values < 0) if least else False) | ((values == 0) if least == " > 0" else False)
-        if blank:
-            bad &= np.array([str(cell).lower() not in ("", "nan") for cell in cells], dtype=bool)
+        bad &= [not blank or str(cell).lower() not in ("", "nan") for cell in cells]
         if bad.any():
             k = int(np.argmax(bad))
             cell, accepted = str(cells[k]), f"expected a number{least}"
             percent = self._number(cell.removesuffix("%").strip()) if cell.endswith("%") else math.nan
-            if math.isfinite(percent) and not forms.measured_quantity(name.removeprefix("sigma_")).dimension:
+            if math.isfinite(percent) and not forms.measured_quantity(name).dimension:
                 accepted = f"write {name} as {percent / 100:g}, or % in the header"
             raise ValueError(f"{self.labels[k]}: {name} is {cell!r}: {accepted}")
         return values
 
     def _number(self, cell: str | float) -> float:
-        if isinstance(cell, str):
-            text = cell.replace(",", ".") if self._decimal_comma else cell
-            return float(text) if _NUMBER.fullmatch(text) else math.nan
-        return float(cell)
+        text = str(cell).replace(",", ".") if self._decimal_comma else str(cell)
+        return float(text) if _NUMBER.fullmatch(text) else math.nan
 
     @cached_property
     def _decimal_comma(self) -> bool:
-        """Whether the decimal sign is a comma, by all cells that are read."""
-        used = {i for name, places in self.layout.places.items() if name != "drop" for i in places} | {
-            *self.errors.values()
-        }
-        texts = [(k, cell) for k, row in enumerate(self.rows) for i in used if isinstance(cell := _cell(row, i), str)]
-        with_comma, with_point = ([(k, cell) for k, cell in texts if sign in cell] for sign in (",", "."))
-        if with_comma and with_point:
-            shown = " and ".join(f"{cell!r} in {self.labels[k]}" for k, cell in (with_comma[0], with_point[0]))
+        """Whether the decimal sign is a comma, by all texts that are read."""
+        used = {i for name, of in self.layout.places.items() if name != "drop" for i in of} | {*self.errors.values()}
+        texts = [
+            (k, str(cell)) for k, row in enumerate(self.rows) for i in used if isinstance(cell := cell_of(row, i), str)
+        ]
+        commas, points = ([(k, text) for k, text in texts if sign in text] for sign in ",.")
+        if commas and points:
+            shown = " and ".join(f"{text!r} in {self.labels[k]}" for k, text in (commas[0], points[0]))
             raise ValueError(
-                f"numbers have both commas and points, {shown}: expected one decimal sign, and no thousands separators"
+                f"numbers have both commas and points, {shown}: expected one sign, and no thousands separators"
             )
         # Programs separate cells by ; because numbers have decimal commas.
-        if with_comma and self.sheet.separator != ";" and all(_THOUSANDS.fullmatch(cell) for _, cell in with_comma):
-            k, cell = with_comma[0]
-            shown = f"{cell.replace(',', '.')} or {cell.replace(',', '')}"
-            raise ValueError(f"{self.labels[k]}: {cell!r} may be {shown}: expected no thousands separators")
-        return bool(with_comma)
+        if commas and self.sheet.separator != ";" and all(_THOUSANDS.fullmatch(text) for _, text in commas):
+            k, text = commas[0]
+            shown = f"{text.replace(',', '.')} or {text.replace(',', '')}"
+            raise ValueError(f"{self.labels[k]}: {text!r} may be {shown}: expected no thousands separators")
+        return bool(commas)
 
-    def _unit(self, i: int, name: str, error_of: int | None = None) -> tuple[str, float, str]:
-        """Return the unit of a column as written, its size and its origin."""
+    def _unit(self, i: int, name: str) -> tuple[str, float, str] | None:
+        """Return the unit of a column as written, its size and its origin; None if there is none."""
         head, dimension = self.layout.headers[i], forms.measured_quantity(name).dimension
-        option = name if error_of is None else f"sigma_{name}"
         if name == "position" and self.options.length_per_unit is not None:
             return f"{self.options.length_per_unit:g} m", self.options.length_per_unit, "--length-per-unit"
-        written = {"its header": "" if head.doubtful else head.unit, "the row below the header": self._below.get(i, "")}
-        if option in self.options.units:  # a text that is no unit gives way to the option
-            written = {key: text for key, text in written.items() if forms.size(text, dimension) is not None}
-            written["--unit"] = self.options.units[option]
-        elif head.doubtful:
-            cell = self.layout.cells[i].strip()
-            raise ValueError(f"{cell!r} ends in {head.unit!r}, no unit of {name}: expected --unit {option}=UNIT")
-        sizes = {text: (forms.size(text, dimension), origin) for origin, text in written.items() if text}
-        for text, (size, _) in sizes.items():
-            if size is None:
-                units = " or ".join(DIMENSIONS.get(dimension, ("none", "%")))
-                how = " or --length-per-unit" * (name == "position")
-                raise ValueError(f"the unit of {option} is {text!r}: expected {units}, or --unit {option}=UNIT{how}")
-        if len({size for size, _ in sizes.values()}) > 1:
-            texts = " and ".join(f"{text!r} in {origin}" for text, (_, origin) in sizes.items())
-            raise ValueError(f"the column {option} has the units {texts}: expected one unit")
-        if error_of is not None:
-            own = self._unit(error_of, name)
-            if not sizes:
-                return own[0], own[1], f"that of {name}"
-            if not dimension and "%" in sizes and own[0] != "%":
-                raise ValueError(f"the errors of {name} are in %, but {name} is not: expected one unit")
-        for text, (size, origin) in sizes.items():
-            assert size is not None
-            return text, size, origin
-        return DIMENSIONS.get(dimension, ("",))[0], 1.0, "plain numbers"
+        option = self.options.units.get(name, "")
+        written = {head.unit: "its header", self._below.get(i, ""): "the row below the header", option: "--unit"}
+        known = {text: unit_in_si(text, dimension) for text in written if text}
+        if option:  # a text that is no unit gives way to the option
+            known = {text: unit for text, unit in known.items() if text == option or (unit and not head.doubtful)}
+        if bad := [text for text, unit in known.items() if not unit or (head.doubtful and not option)]:
+            units = " or ".join(DIMENSIONS.get(dimension, ("none", "%"))) + ", or --length-per-unit" * (
+                name == "position"
+            )
+            where = f"{self.layout.cells[i]!r}: the unit of {name} is {bad[0]!r}"
+            raise ValueError(f"{where}: expected {units}, or --unit {name}=UNIT")
+        if len({unit[1] for unit in known.values() if unit}) > 1:
+            texts = " and ".join(f"{text!r} in {written[text]}" for text in known)
+            raise ValueError(f"the column {name} has the units {texts}: expected one unit")
+        return next(((*unit, written[text]) for text, unit in known.items() if unit), None)
 
-    def described(self) -> SheetRead:
-        """Return the columns that were read."""
-        cells, found, used = [cell.strip() for cell in self.layout.cells], {}, {*self.errors.values()}
+    def last_digit(self, name: str) -> float:
+        """Return the value of one unit in the last digit of a column, in SI units."""
+        i = self.layout.places[name][0]
+        cells = [str(cell_of(row, i)).replace(",", ".") for row in self.rows]
+        digits = [int(Decimal(cell).as_tuple().exponent) for cell in cells if _NUMBER.fullmatch(cell)]
+        return float(10.0 ** min(digits, default=0)) * (self._unit(i, name) or ("", 1.0))[1]
+
+    def described(self) -> dict[str, Any]:
+        """Return the columns that were read, for `Recording`."""
+        found: dict[str, Any] = {}
+        cells, used = self.layout.cells, {*self.errors.values()}
         for name in (*self.form.needed, *self.form.optional):
-            places = self.layout.places.get(name, ())
-            used |= {*places}
-            if places:
-                unit, _, origin = self._unit(places[0], name) if name not in ("drop", "frame") else ("", 1.0, "")
-                errors = dict.fromkeys(cells[self.errors[i]] for i in places if i in self.errors)
-                found[name] = ColumnRead(tuple(cells[i] for i in places), unit, origin, tuple(errors))
-        unused = tuple(cell for i, cell in enumerate(cells) if cell and i not in used)
-        return SheetRead(self.sheet.name, tuple(self.lines), found, unused)
+            if places := self.layout.places.get(name, ()):
+                used |= {*places}
+                headers = [cells[i] for i in places], [*{cells[self.errors[i]]: 0 for i in places if i in self.errors}]
+                column, error = (each if len(each) > 1 else each[0] if each else None for each in headers)
+                _, unit, origin, _ = self._column(places[0], name) if name != "drop" else (None, "", "", None)
+                found[name] = {"column": column, "unit": unit, "unit_from": origin, "error": error}
+        unused = [cell for i, cell in enumerate(cells) if cell and i not in used]
+        rows = {"rows": len(self.lines), "lines": [self.lines[0], self.lines[-1]], "unused": unused}
+        return {"sheet": self.sheet.name, **found, **rows}
 
-    # --- checks ---
+    # --- checks -------------------------------------------------------------------------------------------------------
 
     def points(self) -> Points:
         """Check the options against the columns, and return the points."""
@@ -510,15 +449,12 @@ class _Reader:
         points = _POINTS[form.kind](self)
         # The flights of a track tell whether its units are right.
         fastest = FASTEST if {*options.units} & {*form.needed} or form.kind == "positions" else FAST
-        if (bad := ~((points.speed >= SLOWEST) & (points.speed <= fastest))).any():
-            i = int(np.argmax(bad))
-            raise ValueError(
-                f"{points.labels[i]}: the speed is {points.speed[i]:.3g} m/s: expected {SLOWEST:g} to {fastest:g} m/s; "
-                f"is the unit right? (--unit {form.needed[0]}=UNIT)"
-            )
-        if ((errors := points.standard_errors) >= 1).any():
-            i = int(np.argmax(errors >= 1))
-            raise ValueError(f"{points.labels[i]}: the standard error of eps is {errors[i]:.3g}: expected less than 1")
+        for k, (speed, error) in enumerate(zip(points.speed, points.standard_errors, strict=True)):
+            if not SLOWEST <= speed <= fastest:
+                text = f"the speed is {speed:.3g} m/s: expected {SLOWEST:g} to {fastest:g} m/s"
+                raise ValueError(f"{points.labels[k]}: {text}; is the unit right? (--unit {form.needed[0]}=UNIT)")
+            if error >= 1:
+                raise ValueError(f"{points.labels[k]}: the standard error of eps is {error:.3g}: expected less than 1")
         if (points.epsilon == 1).all():
             raise ValueError("eps is 1 at all points: are the columns and the units right?")
         return points
@@ -527,82 +463,70 @@ class _Reader:
         """Raise ValueError if a row has cells to the right of the last name: all its numbers may be shifted."""
         names = len(self.sheet.header)
         for row, label in zip(self.rows, self.labels, strict=True):
-            if len(row) > names and any(_cell(row, i) != "" for i in range(names, len(row))):
-                cells = max(i for i in range(len(row)) if _cell(row, i) != "") + 1
+            if (
+                len(row) > names
+                and (cells := max((i for i in range(len(row)) if cell_of(row, i) != ""), default=0) + 1) > names
+            ):
                 comma = self.sheet.separator == ","
                 accepted = "a decimal comma needs another separator, such as ;" if comma else "expected at most as many"
                 raise ValueError(f"{label}: {cells} cells under {names} names: {accepted}")
 
     def _refuse_second_reading(self) -> None:
         """Raise ValueError if a column beside a list of heights or instants may give them another meaning."""
-        (name, *more), read = self.form.needed, {i for places in self.layout.places.values() for i in places}
-        for i, head in enumerate(self.layout.headers):
+        name, read = self.form.needed[0], {i for places in self.layout.places.values() for i in places}
+        alone = self.form.needed in (("height",), ("time",), ("interval",)) and name not in self.options.columns
+        for i, head in enumerate(self.layout.headers if alone else ()):
             rivals = {*head.quantities} & {"speed", "speed_out", "epsilon"}
             if name == "height":  # of several falls, perhaps, if anything else was measured beside it
                 rivals = {*head.quantities} - {"height", "position", "drop_height", "drop", "frame", "energy", "e"}
-                rivals |= {each for each in ("length", "time", "speed") if head.unit and forms.size(head.unit, each)}
-            listed = not more and name in ("height", "time", "interval") and name not in self.options.columns
+                rivals |= {each for each in ("length", "time", "speed") if head.unit and unit_in_si(head.unit, each)}
             omitted = any(self.options.columns.get(each) == "-" for each in head.quantities)
-            if listed and i not in read and not omitted and head.error_of is None and rivals:
-                text = f"the column {self.layout.cells[i].strip()!r} is not read beside {self._header(name)!r}"
-                raise ValueError(
-                    f"{text}: expected --column NAME={i + 1} with the name of its quantity, or "
-                    f"--column {name}={self._header(name)!r} for the {name} alone"
-                )
+            if rivals and i not in read and not omitted and head.error_of is None:
+                cell, own = self.layout.cells[i], self.layout.cells[self.layout.places[name][0]]
+                text = f"--column NAME={i + 1} with its quantity, or --column {name}={own!r} for the {name} alone"
+                raise ValueError(f"the column {cell!r} is not read beside {own!r}: expected {text}")
 
-    def _header(self, name: str) -> str:
-        return self.layout.cells[self.layout.places[name][0]].strip()
-
-    # --- drops ---
+    # --- drops --------------------------------------------------------------------------------------------------------
 
     def drops(self) -> list[list[int]]:
         """Return the rows of each drop."""
         rows: dict[str, list[int]] = {}
-        places = self.layout.columns("drop") if "drop" in self.layout.places else ()
+        places = self.layout.columns("drop") if self.has("drop") else ()
         for k, row in enumerate(self.rows):
-            rows.setdefault("".join(str(_cell(row, i)) for i in places), []).append(k)
+            rows.setdefault("".join(str(cell_of(row, i)) for i in places), []).append(k)
         return list(rows.values())
 
-    def sequels(self, *names: str) -> list[Sequel]:
+    def sequels(self) -> list[Sequel]:
         """Return the values of each drop in succession: down a column, or along the rows of several columns."""
-        values, sigma = ([np.atleast_2d(read(name).T) for name in names] for read in (self._blank, self.sigma))
-        every, errors = np.concatenate(values), np.concatenate(sigma)
-        labels = self.labels
-        if len(every) == 1:
-            return [Sequel(every[0, of], [labels[k] for k in of], errors[0, of]) for of in self.drops()]
-        heads = [self.layout.headers[i].name for name in names for i in self.layout.columns(name)]
-        return [
-            Sequel(every[:, k], [f"{label}, {head}" for head in heads], errors[:, k]) for k, label in enumerate(labels)
-        ]
-
-    def _blank(self, name: str) -> FloatArray:
-        return self.numbers(name, blank=True)
+        columns = [column for name in self.form.needed for column in self.columns(name)]
+        values, sigma = np.array([each.values for each in columns]), np.array([each.sigma for each in columns])
+        if len(columns) == 1:
+            return [Sequel(values[0], self.labels, sigma[0]).part(of) for of in self.drops()]
+        heads = [self.layout.headers[i].name for name in self.form.needed for i in self.layout.columns(name)]
+        rows = zip(self.labels, values.T, sigma.T, strict=True)
+        return [Sequel(row, [f"{label}, {head}" for head in heads], error) for label, row, error in rows]
 
     def instants(self) -> list[Sequel]:
         """Return the instants of each drop."""
-        name = self.form.needed[0]
-        drops = self.sequels(name)
-        if name == "bounces":
-            return [drop.part(np.flatnonzero(np.isfinite(drop.values)).tolist()) for drop in drops]
-        if name == "interval":
-            return [_summed(run) for drop in drops for run in drop.unbroken()]
-        times = self.numbers("time")
-        lasting = self.numbers("contact_time") if "contact_time" in self.layout.places else None
-        if "release_time" in self.layout.places:
-            lasting = self.numbers("release_time") - times
-            if (lasting < 0).any():
-                label = self.labels[int(np.argmax(lasting < 0))]
+        drops, durations = self.sequels(), None
+        if self.form.needed[0] in ("interval", "flights"):
+            return [_summed(run) for drop in drops for run in drop.unbroken() if len(run.values)]
+        if self.has("contact_time"):
+            durations = self.values("contact_time")
+        if self.has("release_time"):
+            durations = self.values("release_time") - self.values("time")
+            if (durations < 0).any():
+                label = self.labels[int(np.argmax(durations < 0))]
                 raise ValueError(f"{label}: the release_time is before the impact: expected a later one")
-        return [
-            Sequel(drop.values, drop.labels, drop.sigma, None if lasting is None else lasting[of])
-            for drop, of in zip(drops, self.drops(), strict=True)
-        ]
+        if durations is not None:
+            drops = [replace(drop, durations=durations[of]) for drop, of in zip(drops, self.drops(), strict=True)]
+        return [drop.part(np.flatnonzero(np.isfinite(drop.values)).tolist()) for drop in drops]
 
 
-def _cell(row: Sequence[str | float], i: int) -> str | float:
-    """Return a cell of a row without blanks around it; "" if the row is too short."""
-    cell = row[i] if i < len(row) else ""
-    return cell.strip() if isinstance(cell, str) else cell
+def _summed(flights: Sequel) -> Sequel:
+    """Return the instants of the bounces between flights; each has the error of the flight before it."""
+    labels = [f"the bounce before {flights.labels[0]}", *flights.labels]
+    return Sequel(np.append(0.0, np.cumsum(flights.values)), labels, np.append(flights.sigma[0], flights.sigma))
 
 
 # --- from columns to points -------------------------------------------------------------------------------------------
@@ -611,29 +535,22 @@ def _cell(row: Sequence[str | float], i: int) -> str | float:
 def _speeds(reader: _Reader) -> Points:
     if "epsilon" in reader.form.needed and reader.options.resolution is not None:
         raise ValueError("--resolution is for instants, heights or speeds: expected a column sigma_epsilon")
-    speed, sigma_speed = reader.numbers("speed"), reader.sigma("speed")
-    if "epsilon" not in reader.form.needed:
-        after, sigma = reader.numbers("speed_out"), reader.sigma("speed_out")
-        sigma = sigma if sigma.any() else sigma_speed
-        return bounces.of_speeds(speed, after, sigma=sigma_speed, sigma_after=sigma, labels=reader.labels)
-    epsilon, times = reader.numbers("epsilon"), None
-    if reader.form.epsilon == "energy" and not ((epsilon > 0) & (epsilon <= 1)).all():
-        k = int(np.argmin((epsilon > 0) & (epsilon <= 1)))
-        header = reader._header("epsilon")
-        raise ValueError(
-            f"{reader.labels[k]}: {header!r} is {epsilon[k]:g}: expected 0 to 1, or --column epsilon={header}"
-        )
+    speed, (after,) = reader.columns("speed")[0], reader.columns(reader.form.needed[1])
+    if "speed_out" in reader.form.needed:
+        sigma = after.sigma if after.sigma.any() else speed.sigma
+        return bounces.of_speeds(speed.values, after.values, sigma=speed.sigma, sigma_after=sigma, labels=reader.labels)
+    if reader.form.epsilon == "energy" and (no := ~((after.values > 0) & (after.values <= 1))).any():
+        k = int(np.argmax(no))
+        raise ValueError(f"{reader.labels[k]}: 'E' is {after.values[k]:g}: expected 0 to 1, or --column epsilon=E")
     beside = [i for i, head in enumerate(reader.layout.headers) if "time" in head.quantities]
-    if reader.form.epsilon == "e" and any(reader.evenly_spaced(reader._column(i, "time", "", True)) for i in beside):
+    if reader.form.epsilon == "e" and any(bounces.evenly_spaced(reader._numbers(i, "time")) for i in beside):
         raise ValueError("the times are evenly spaced, as in a recording: expected --column epsilon=e if 'e' is eps")
-    if "contact_time" in reader.layout.places:
-        times = reader.numbers("contact_time")
     return Points.measured(
-        speed,
-        epsilon,
-        sigma_epsilon=reader.sigma("epsilon") if reader.layout.places["epsilon"][0] in reader.errors else None,
-        sigma_speed=sigma_speed,
-        contact_time=times,
+        speed.values,
+        after.values,
+        sigma_epsilon=after.sigma if reader.layout.places["epsilon"][0] in reader.errors else None,
+        sigma_speed=speed.sigma,
+        contact_time=reader.values("contact_time") if reader.has("contact_time") else None,
         scatter=reader.options.scatter,
         labels=reader.labels,
     )
@@ -641,19 +558,20 @@ def _speeds(reader: _Reader) -> Points:
 
 def _instants(reader: _Reader) -> Points:
     """Return the points of the bounces among instants; add other sounds to the reader's `left_out`."""
-    if "flights" in reader.form.needed:
-        return _flights(reader)
-    runs: list[Sequel] = []
-    for drop in reader.instants():
-        if not len(drop.values):
-            continue
+    of_flights, runs = "flights" in reader.form.needed, list[Sequel]()
+    if of_flights:
+        flights = _pairs_or_more(reader, reader.sequels())
+        if np.median(np.concatenate([run.values[1:] / run.values[:-1] for run in flights])) > 1:
+            text = "most times of flight are longer than the one before: are they instants of bounces?"
+            raise ValueError(f"{text} Then expected the columns bounce 0, bounce 1, …")
+        runs = [_summed(run) for run in flights]
+    for drop in () if of_flights else reader.instants():
         bounces.require_ascending(drop.values, drop.labels)
-        if reader.evenly_spaced(drop.values):
-            raise ValueError(
-                "the times are evenly spaced, as in a recording: expected times of bounces, or a column position too"
-            )
-        sigma = float(np.mean(drop.sigma)) or bounces.HEARING
-        heard, left_out = bounces.heard(drop.values, sigma)
+        if bounces.evenly_spaced(drop.values, reader.last_digit(reader.form.needed[0])):
+            text = "expected times of bounces, or a column position too"
+            raise ValueError(f"the times are evenly spaced, as in a recording: {text}")
+        sigma = float(np.mean(drop.sigma)) if len(drop.sigma) else 0.0
+        heard, left_out = bounces.heard(drop.values, sigma or bounces.HEARING)
         reader.left_out += [(drop.labels[i], why) for i, why in left_out]
         runs += [drop.part(places) for places in heard]
     if not runs:
@@ -665,121 +583,52 @@ def _instants(reader: _Reader) -> Points:
         sigma=[run.sigma for run in runs],
         contact_time=reader.options.contact_time,
         durations=[run.durations for run in runs if run.durations is not None],
-        of_flights="interval" in reader.form.needed and bool(reader.errors),
-    )
-
-
-def _flights(reader: _Reader) -> Points:
-    """Return the points of rows with successive times of flight."""
-    runs = _pairs_or_more(reader, reader.sequels("flights"))
-    if np.median(np.concatenate([run.values[1:] / run.values[:-1] for run in runs])) > 1:
-        raise ValueError(
-            "most times of flight are longer than the one before: are they instants of bounces? "
-            "Then expected the columns bounce 0, bounce 1, …"
-        )
-    drops = [_summed(run) for run in runs]
-    return bounces.of_times(
-        [(drop.values, drop.labels) for drop in drops],
-        reader.options.flight,
-        sigma=[drop.sigma for drop in drops],
-        contact_time=reader.options.contact_time,
-        of_flights=bool(reader.errors),
-    )
-
-
-def _summed(flights: Sequel) -> Sequel:
-    """Return the instants of the bounces between flights; each has the error of the flight before it."""
-    return Sequel(
-        np.append(0.0, np.cumsum(flights.values)),
-        [f"the bounce before {flights.labels[0]}", *flights.labels],
-        np.append(flights.sigma[0], flights.sigma),
+        of_flights=reader.form.needed[0] in ("flights", "interval") and bool(reader.errors),
     )
 
 
 def _pairs_or_more(reader: _Reader, drops: Sequence[Sequel]) -> list[Sequel]:
     """Return the unbroken parts of drops with two values or more; add drops without one to the reader's `left_out`."""
-    runs = []
-    for drop in drops:
-        found = [run for run in drop.unbroken() if len(run.values) > 1]
-        runs += found
-        if not found and len(drops) > 1:
-            reader.left_out.append((drop.labels[0], "no two successive values"))
-    if not runs:
+    runs = [[run for run in drop.unbroken() if len(run.values) > 1] for drop in drops]
+    if not any(runs):
         raise bounces.TooFew("no drop has two heights or flights in succession: expected two or more, for one eps")
-    return runs
+    reader.left_out += [
+        (drop.labels[0], "no two successive values") for drop, of in zip(drops, runs, strict=True) if not of
+    ]
+    return [run for of in runs for run in of]
 
 
 def _heights(reader: _Reader) -> Points:
-    drops = _pairs_or_more(reader, reader.sequels(*reader.form.needed))
-    independent = (
-        "are these independent drops? Then expected drop_height and rebound_height, or a column drop with their numbers"
-    )
-    # A body cannot rise above the height that it fell from.
+    drops = _pairs_or_more(reader, reader.sequels())
     for drop in drops:
-        rise = np.diff(drop.values)
-        high = rise > _RISE * np.hypot(drop.sigma[1:], drop.sigma[:-1])
-        if high.any():
-            k = int(np.argmax(high))
-            before, after = drop.values[k : k + 2]
-            raise ValueError(
-                f"{drop.labels[k + 1]}: the height {after:.6g} m is above the one before it, {before:.6g} m: "
-                f"{independent}; --resolution gives the error of the heights"
-            )
-    every = np.concatenate([drop.values for drop in drops])
-    if np.ptp(every) == 0:
-        raise ValueError(f"all heights are {every[0]:.6g} m: {independent}")
-    return bounces.of_heights(
-        [(drop.values, drop.labels) for drop in drops],
-        reader.options.flight,
-        sigma=[drop.sigma for drop in drops],
-        contact_time=reader.options.contact_time,
-    )
+        bounces.require_falling(drop.values, drop.labels, drop.sigma)
+    every = [(drop.values, drop.labels) for drop in drops]
+    if np.ptp(np.concatenate([values for values, _ in every])) == 0:
+        raise ValueError(f"all heights are {drops[0].values[0]:.6g} m: {bounces.INDEPENDENT}")
+    sigma, contact = [drop.sigma for drop in drops], reader.options.contact_time
+    return bounces.of_heights(every, reader.options.flight, sigma=sigma, contact_time=contact)
 
 
 def _positions(reader: _Reader) -> Points:
     """Return the points of the contacts in tracks; frames without a position are skipped."""
-    first, options = reader.form.needed[0], reader.options
+    (first, _), options, labels, made = reader.form.needed, reader.options, reader.labels, list[Points]()
     if first == "frame" and options.rate is None:
         raise ValueError("frames have no times: expected --rate, the number of frames per second")
-    times = reader.numbers(first, blank=True) / (options.rate if first == "frame" and options.rate else 1.0)
-    positions, sigma, labels = reader.numbers("position", blank=True), reader.sigma("position"), reader.labels
-    made = []
+    times, (position,) = reader.values(first) / (options.rate or 1.0), reader.columns("position")
     for rows in reader.drops():
-        of = [i for i in rows if math.isfinite(times[i]) and math.isfinite(positions[i])]
-        # Frames follow each other evenly, up to the last digit of their times, or after gaps of whole frames.
-        spans = np.diff(times[of])
-        frame = float(np.median(spans)) if len(spans) else 0.0
-        digit = reader.last_digit(first)
-        off = np.abs(spans - frame * np.maximum(np.round(spans / frame), 1)) if frame > 0 else np.ones_like(spans)
-        uneven, reason = np.flatnonzero(off > digit + _JITTER * frame), f"there are {len(of)} frames"
-        if len(uneven):
-            k = int(uneven[0])
-            reason = f"{labels[of[k + 1]]} is {spans[k]:.3g} s after the one before, usually it is {frame:.3g} s"
-        if len(uneven) or len(of) < 2 * tracks.FEWEST:
-            raise ValueError(
-                f"{reason}: expected {2 * tracks.FEWEST} or more evenly spaced frames of a track; --column position=- "
-                "reads the times of bounces alone, and --column time=- the heights alone"
-            )
-        kept = [labels[i] for i in of]
+        of = [i for i in rows if math.isfinite(times[i]) and math.isfinite(position.values[i])]
+        kept, digit = [labels[i] for i in of], reader.last_digit(first)
+        tracks.require_frames(times[of], kept, digit / (options.rate or 1.0))
         track = tracks.of_track(
-            times[of], positions[of], kept, options.flight, sigma=sigma[of], contact_time=options.contact_time
-        )
+            times[of], position.values[of], kept, options.flight, sigma=position.sigma[of],
+            contact_time=options.contact_time,
+        )  # fmt: skip
         made.append(track.points)
         reader.flights += track.flights
         reader.left_out += track.left_out
-        if not track.agrees:
-            length = reader._unit(reader.layout.columns("position")[0], "position")[1]
-            reader.warnings.append(_wrong_unit(track, options.flight.gravity, length))
+        unit = reader._unit(reader.layout.places["position"][0], "position")
+        reader.warnings += [] if track.agrees else [track.warning(options.flight.gravity, unit[1] if unit else 1.0)]
     return bounces.together(made)
-
-
-def _wrong_unit(track: tracks.Track, gravity: float, length: float) -> str:
-    """Return the warning that the flights have another acceleration than g, with the length of a unit that gives g."""
-    milli = f"{1000 * length * gravity / track.acceleration:.3g} mm"
-    return (
-        f"the flights accelerate with {uncertain(track.acceleration, track.standard_error)} m/s^2, not {gravity:.4g}: "
-        f"--length-per-unit {milli!r} gives this, if the times are right; eps is fitted with their own acceleration"
-    )
 
 
 _POINTS: Mapping[str, Callable[[_Reader], Points]] = {

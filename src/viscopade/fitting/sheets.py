@@ -11,6 +11,7 @@ from pathlib import PurePath
 from viscopade import files
 from viscopade.extras import require
 from viscopade.fitting import spreadsheet
+from viscopade.fitting.forms import SheetLayout
 
 _BLANK_SEPARATED = re.compile(r"[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?")
 _CSV_NAME = re.compile(r"(?i)[^/]*\.csv")
@@ -18,8 +19,8 @@ _XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
 _ABOVE, _LONGEST_HEADER = 100, 1 << 16  # number of rows that are searched for a header, and its longest length
 _ELSEWHERE = 1 << 24  # bytes of a spreadsheet, also when unpacked, on systems that do not limit memory
 
-Columns = Callable[[Sequence[str]], int]
-"""Number of columns in a row of headers that are recognised and read; 0 if no form fits."""
+LayoutOf = Callable[[Sequence[str]], SheetLayout | None]
+"""The columns that are read below a row of headers; None if no form fits."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class Sheet:
         Line number of each row in the file.
     separator : str
         The character between cells; empty for blanks, and in a spreadsheet.
+    layout : SheetLayout or None
+        The columns that are read.
     """
 
     file: str
@@ -45,6 +48,7 @@ class Sheet:
     rows: Sequence[Sequence[str | float]]
     lines: Sequence[int]
     separator: str = ""
+    layout: SheetLayout | None = None
 
     @property
     def source(self) -> str:
@@ -57,7 +61,7 @@ class Sheet:
         return PurePath(self.file).name + f", sheet {self.sheet}" * bool(self.sheet)
 
 
-def sheets(content: bytes, source: str, columns: Columns) -> list[Sheet]:
+def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
     """Return the sheets of a file that are not empty.
 
     The header is the row with the most recognised columns among the first hundred, or else the first row. In a CSV file
@@ -73,14 +77,14 @@ def sheets(content: bytes, source: str, columns: Columns) -> list[Sheet]:
     suffix = source.lower().rpartition(".")[2]
     if content.startswith(_ZIP) and suffix not in ("xlsx", "ods"):
         parts = files.members(content, source).items()
-        tables = [_csv(part, source, name[:-4], columns) for name, part in parts if _CSV_NAME.fullmatch(name)]
+        tables = [_csv(part, source, name[:-4], layout_of) for name, part in parts if _CSV_NAME.fullmatch(name)]
         if not tables:
             raise ValueError(f"{source}: the ZIP archive has no CSV file: expected one with phyphox's CSV files")
         return tables
     if not content.startswith((_XLS, _ZIP)):
         if suffix in ("xls", "xlsx", "ods", "zip"):
             raise ValueError(f"{source}: the content is not {suffix.upper()}: expected a file of the type in its name")
-        return [_csv(content, source, "", columns)]
+        return [_csv(content, source, "", layout_of)]
     require("fit", "python_calamine")
     largest = files.LONGEST if spreadsheet.LIMITED else _ELSEWHERE
     files.require_size(source, len(content), largest)
@@ -93,16 +97,16 @@ def sheets(content: bytes, source: str, columns: Columns) -> list[Sheet]:
     tables = []
     for name, rows in read:
         texts = [list(map(str, cells)) for _, cells in rows[:_ABOVE]]
-        first = max(range(len(texts)), key=lambda i: columns(texts[i]), default=0)
+        first = max(range(len(texts)), key=lambda i: len(layout_of(texts[i]) or ()), default=0)
         if below := rows[first + 1 :]:
             lines, cells = zip(*below, strict=True)
-            tables.append(Sheet(source, name, tuple(texts[first]), cells, lines))
+            tables.append(Sheet(source, name, tuple(texts[first]), cells, lines, "", layout_of(texts[first])))
     if not tables:
         raise ValueError(f"{source}: no sheet has rows below a header: expected one")
     return tables
 
 
-def _csv(content: bytes, file: str, sheet: str, columns: Columns) -> Sheet:
+def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
     source = Sheet(file, sheet, (), [], []).source
     wide = content[:2] in (b"\xff\xfe", b"\xfe\xff")
     for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):
@@ -121,7 +125,7 @@ def _csv(content: bytes, file: str, sheet: str, columns: Columns) -> Sheet:
         if line.strip():
             (comments if line.lstrip().startswith("#") else data).append((number, line))
     heads = (data[:_ABOVE] or [(0, "")]) + comments[:_ABOVE]
-    place, header = max(heads, key=lambda row: _recognised(row[1], columns))
+    place, header = max(heads, key=lambda row: len(_header(row[1], layout_of)[1] or ()))
     below = [row for row in data if row[0] > place]
     if not below:
         raise ValueError(f"{source}: the file has {len(data)} lines with data: expected a header and rows below it")
@@ -134,25 +138,26 @@ def _csv(content: bytes, file: str, sheet: str, columns: Columns) -> Sheet:
     files.require_cells(source, cells)
     try:
         rows = _cells(lines, delimiter)
-        names = _names(header, columns)
+        names, layout = _header(header, layout_of)
     except csv.Error as error:
         raise ValueError(f"{source}: the file is not CSV: {error}") from None
     if len(rows) != len(below):
         raise ValueError(f"{source}: a quoted cell extends over several lines: expected one line for each row")
-    return Sheet(file, sheet, tuple(names), rows, [number for number, _ in below], delimiter or "")
+    return Sheet(file, sheet, tuple(names), rows, [number for number, _ in below], delimiter or "", layout)
 
 
-def _recognised(line: str, columns: Columns) -> int:
-    try:
-        return columns(_names(line, columns)) if len(line) < _LONGEST_HEADER else 0
-    except csv.Error:
-        return 0
-
-
-def _names(line: str, columns: Columns) -> list[str]:
-    """Return the names in a line; without separators it may be one name, as "t in s"."""
+def _header(line: str, layout_of: LayoutOf) -> tuple[list[str], SheetLayout | None]:
+    """Return the names in a line, which may be a comment, and their layout; without separators it may be one name."""
     whole = line.lstrip("# ")
-    return [whole] if not _delimiter(line) and columns([whole]) else _cells([whole], _delimiter(line))[0]
+    if len(line) > _LONGEST_HEADER:
+        return [whole], None
+    if not _delimiter(line) and (layout := layout_of([whole])):
+        return [whole], layout
+    try:
+        names = _cells([whole], _delimiter(line))[0]
+    except csv.Error:
+        return [whole], None
+    return names, layout_of(names)
 
 
 def _delimiter(line: str) -> str | None:
@@ -165,3 +170,9 @@ def _cells(lines: list[str], delimiter: str | None) -> list[list[str]]:
     if delimiter:
         return list(csv.reader(lines, delimiter=delimiter, strict=True))
     return [_BLANK_SEPARATED.findall(line) for line in lines]
+
+
+def cell_of(row: Sequence[str | float], i: int) -> str | float:
+    """Return a cell of a row without blanks around it; "" if the row is too short."""
+    cell = row[i] if i < len(row) else ""
+    return cell.strip() if isinstance(cell, str) else cell

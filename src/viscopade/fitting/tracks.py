@@ -23,6 +23,7 @@ from viscopade.fitting.bounces import MOST_INSTANTS, TooFew
 from viscopade.fitting.contacts import ContactTime, lasting, weight_speed
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
+from viscopade.quantity import uncertain
 
 FEWEST = 5
 """Smallest number of frames of a flight."""
@@ -35,6 +36,7 @@ _SAME = 3.0, 0.15  # standard errors, and relative difference, of accelerations 
 _DIFFERENT = 3.0  # standard errors by which the acceleration differs from g because of a wrong unit
 _CLEAR = 8.0, 0.01  # least rise after a contact, in standard errors and as a fraction of the range of positions
 _GAP = 3.5, 0.1  # frames, and part of a flight, that lie between two flights and belong to a contact
+_JITTER = 0.1  # of the time from frame to frame, besides its last digit
 _USUAL_EPSILON = 0.8  # a guess; contact times hardly depend on it
 _MOVING = 0.1  # of large displacements in three frames: smaller ones are those of a body that is held
 _QUANTILE, _OF_NORMAL = 0.3, 0.3853  # of third differences, most of which lie in flights; that of |z| for a normal z
@@ -72,6 +74,15 @@ class Track:
     acceleration: float
     standard_error: float
     agrees: bool
+
+    def warning(self, gravity: float, length: float) -> str:
+        """Return a warning that the acceleration is not g, for positions in units of a length in metres."""
+        milli = f"{1000 * length * gravity / self.acceleration:.3g} mm"
+        found = f"{uncertain(self.acceleration, self.standard_error)} m/s^2, not {gravity:.4g}"
+        return (
+            f"the flights accelerate with {found}: --length-per-unit {milli!r} gives this, if the times are right; "
+            "eps is fitted with their own acceleration"
+        )
 
 
 @dataclass(frozen=True)
@@ -141,6 +152,21 @@ class _Contact(NamedTuple):
     speed: float
     epsilon: float
     slopes: FloatArray
+
+
+def require_frames(time: FloatArray, labels: Sequence[str], digit: float) -> None:
+    """Raise ValueError if times are not evenly spaced, up to their last digit and gaps of whole frames."""
+    spans, reason = np.diff(time), f"there are {len(time)} frames"
+    frame = float(np.median(spans)) if len(spans) else 0.0
+    off = np.abs(spans - frame * np.maximum(np.round(spans / frame), 1)) if frame > 0 else np.ones_like(spans)
+    if (uneven := off > digit + _JITTER * frame).any():
+        k = int(np.argmax(uneven))
+        reason = f"{labels[k + 1]} is {spans[k]:.3g} s after the one before, usually it is {frame:.3g} s"
+    if len(time) < 2 * FEWEST or uneven.any():
+        raise ValueError(
+            f"{reason}: expected {2 * FEWEST} or more evenly spaced frames of a track; --column position=- reads the "
+            "times of bounces alone, and --column time=- the heights alone"
+        )
 
 
 def of_track(
