@@ -202,11 +202,11 @@ REFUSED = {
     "two units": (f"v (m/s),e\ncm/s,-\n{PAIRS}", "the units 'm/s' in its header and 'cm/s' in the row below"),
     "commas and points": (
         "v;e\n1,000;0.9\n2,000;0.8\n",
-        "both commas and points, '1,000' in line 2 and '0.9' in line 2",
+        "line 2: '1,000' has a comma, line 2 has '0.9'",
     ),
     "thousands": (
         "v\teps (%)\n1,053\t90\n1,250\t85\n",
-        "line 2: '1,053' may be 1.053 or 1053: expected no thousands separators",
+        "line 2: '1,053' has a comma, it may be 1053: expected no thousands separators",
     ),
     "time cells": ("time\n00:00:01\n00:00:02\n00:00:03\n", "line 2: time is '00:00:01': expected a number"),
     "1_0": ("v,e\n1_0,.9\n2,.8\n", "line 2: speed is '1_0': expected a number > 0"),

@@ -325,7 +325,7 @@ def test_a_spreadsheet_that_is_none_is_refused(name, content):
         ("time\n1\n2\n2.9\n", {"contact_time": -1.0}, "contact_time is -1"),
         ("time\n1\n2\n2.9\n", {"resolution": "20"}, "line 3: the standard error of eps is"),
         ("time\n1000\n2000\n2900\n", {}, "the speed is 4.9e.03 m/s: expected 1e-09 to 100 m/s; is the unit right"),
-        ("speed;epsilon\n1,000;0.92\n2,000;0.9\n", {}, "numbers have both commas and points"),
+        ("speed;epsilon\n1,000;0.92\n2,000;0.9\n", {}, "line 2: '1,000' has a comma, line 2 has '0.92'"),
         ("time\n1\n2\n2.9\n", {"resolution": "1 mm"}, "resolution is '1 mm': expected a time"),
         ("time,sigma\n1,1\n2,1\n2.9,1\n", {"resolution": "1 ms"}, "expected no --resolution"),
         (

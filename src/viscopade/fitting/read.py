@@ -372,16 +372,14 @@ class _Reader:
             (k, str(cell)) for k, row in enumerate(self.rows) for i in used if isinstance(cell := cell_of(row, i), str)
         ]
         commas, points = ([(k, text) for k, text in texts if sign in text] for sign in ",.")
-        if commas and points:
-            shown = " and ".join(f"{text!r} in {self.labels[k]}" for k, text in (commas[0], points[0]))
-            raise ValueError(
-                f"numbers have both commas and points, {shown}: expected one sign, and no thousands separators"
-            )
         # Programs separate cells by ; because numbers have decimal commas.
-        if commas and self.sheet.separator != ";" and all(_THOUSANDS.fullmatch(text) for _, text in commas):
+        thousands = self.sheet.separator != ";" and all(_THOUSANDS.fullmatch(text) for _, text in commas)
+        if commas and (points or thousands):
             k, text = commas[0]
-            shown = f"{text.replace(',', '.')} or {text.replace(',', '')}"
-            raise ValueError(f"{self.labels[k]}: {text!r} may be {shown}: expected no thousands separators")
+            other = (
+                f"{self.labels[points[0][0]]} has {points[0][1]!r}" if points else f"it may be {text.replace(',', '')}"
+            )
+            raise ValueError(f"{self.labels[k]}: {text!r} has a comma, {other}: expected no thousands separators")
         return bool(commas)
 
     def _unit(self, i: int, name: str) -> tuple[str, float, str] | None:

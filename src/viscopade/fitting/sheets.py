@@ -108,13 +108,10 @@ def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
 
 def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
     source = Sheet(file, sheet, (), [], []).source
-    wide = content[:2] in (b"\xff\xfe", b"\xfe\xff")
-    for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):
-        try:
-            text = content.decode(encoding)
-            break
-        except UnicodeDecodeError:
-            text = "\0"
+    try:
+        text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("cp1252", "replace")
     if "\0" in text:
         raise ValueError(f"{source}: the file is not text: expected CSV or a spreadsheet")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
@@ -131,11 +128,7 @@ def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
         raise ValueError(f"{source}: the file has {len(data)} lines with data: expected a header and rows below it")
     delimiter = _delimiter(header)
     lines = [line for _, line in below]
-    if delimiter:
-        cells = sum(line.count(delimiter) + 1 for line in (header, *lines))
-    else:
-        cells = sum(1 for line in (header, *lines) for _ in _BLANK_SEPARATED.finditer(line))
-    files.require_cells(source, cells)
+    files.require_cells(source, sum(line.count(delimiter or " ") + 1 for line in (header, *lines)))
     try:
         rows = _cells(lines, delimiter)
         names, layout = _header(header, layout_of)
@@ -153,22 +146,18 @@ def _header(line: str, layout_of: LayoutOf) -> tuple[list[str], SheetLayout | No
         return [whole], None
     if not _delimiter(line) and (layout := layout_of([whole])):
         return [whole], layout
-    try:
-        names = _cells([whole], _delimiter(line))[0]
-    except csv.Error:
-        return [whole], None
+    names = _cells([whole], _delimiter(line), strict=False)[0]
     return names, layout_of(names)
 
 
 def _delimiter(line: str) -> str | None:
-    # A comma before a unit, as in "v, m/s; e", and in brackets, separates no cells: another separator comes first.
     return next((each for each in "\t;,|" if each in line), None)
 
 
-def _cells(lines: list[str], delimiter: str | None) -> list[list[str]]:
+def _cells(lines: list[str], delimiter: str | None, strict: bool = True) -> list[list[str]]:
     """Return the cells of lines; a unit in parentheses belongs to the name before it."""
     if delimiter:
-        return list(csv.reader(lines, delimiter=delimiter, strict=True))
+        return list(csv.reader(lines, delimiter=delimiter, strict=strict))
     return [_BLANK_SEPARATED.findall(line) for line in lines]
 
 
