@@ -194,10 +194,15 @@ REFUSED = {
     "times that ascend as flights": ("T0,T1,T2,T3\n.3,.9,1.4,1.8\n", "are they instants of bounces"),
     "a series with a gap": ("h0,h1,h3\n1,.8,.5\n", "the columns 'h0' .*'h1' .*'h3' .* are no series"),
     "no unit of a speed": (
-        f"v_px,e\n{PAIRS}",
-        "'v_px': the unit of speed is 'px': expected m/s or cm/s, or --unit speed=UNIT",
+        f"v / px,e\n{PAIRS}",
+        "the unit of speed is 'px': expected m/s or cm/s, or --unit speed=UNIT",
     ),
-    "c is no unit": (f"v_c,e\n{PAIRS}", "'v_c': the unit of speed is 'c'"),
+    "no common unit": (
+        f"v_px,e\n{PAIRS}",
+        "columns are 'v_px', 'e': expected .*--column NAME=HEADER.*--unit NAME=UNIT",
+    ),
+    "c is no unit": (f"v_c,e\n{PAIRS}", "the columns are 'v_c', 'e'"),
+    "a length": (f"v_cm,e\n{PAIRS}", "'v_cm': the unit of speed is 'cm': expected m/s or cm/s, or --unit speed=UNIT"),
     "pixels": (f"t (s),y (px)\n{TRACK}", "unit of position is 'px': .* --length-per-unit"),
     "two units": (f"v (m/s),e\ncm/s,-\n{PAIRS}", "the units 'm/s' in its header and 'cm/s' in the row below"),
     "commas and points": (

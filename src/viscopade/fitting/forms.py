@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
-from viscopade.quantity import DIMENSIONS, unit_in_si
-
 
 class MeasuredQuantity(NamedTuple):
     """A quantity that a column may have.
@@ -134,10 +132,7 @@ _MARKS = str.maketrans({"ε": " epsilon ", "σ": " sigma ", "Δ": " delta ", "δ
 _DATA_SET = re.compile(r"^[^:]*:|(?<=.)\s+Run\s*#?[0-9]+$")
 _BRACKETS = re.compile(r"(.+?)[\s/_,]*[(\[]([^()\[\]]*)[)\]]")
 _SEPARATOR = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_]+")
-# Words that may be a unit: short ones, or the full name of one.
-_WORD = r"(?:[^\W\d_]{1,4}|(?:milli|centi|kilo|micro)?(?:met(?:er|re)s?|seconds?)|inches|pixels?|frames)"
-_LIKE_A_UNIT = re.compile(rf"%|{_WORD}(?:[\W\d_]+{_WORD})*[\W\d_]*")
-# Units that may follow a name after a blank or _; others, such as c and a, may mean something else.
+# Units that may follow a name after a blank or _; other ends, such as c and a, may mean something else.
 _COMMON = re.compile(
     r"[kcmuµn]?m|[muµn]?s|sec|in|inch|ft|(?:milli|centi)?met(?:er|re)s?|(?:milli)?seconds?|%|[kcm]?m.*s.*"
 )
@@ -192,15 +187,12 @@ class Header(NamedTuple):
         The quantities that it may be.
     error_of : str or None
         Name of the quantity whose errors it may have; "" for that of a neighbour.
-    doubtful : bool
-        Whether its end may be a unit, or a part of another name.
     """
 
     name: str
     unit: str = ""
     quantities: tuple[str, ...] = ()
     error_of: str | None = None
-    doubtful: bool = False
 
 
 @lru_cache(maxsize=4096)
@@ -220,11 +212,9 @@ def header(text: str) -> Header:
     for separator in reversed(list(_SEPARATOR.finditer(text))):
         name, end = text[: separator.start()], text[separator.end() :]
         found, error = quantities(name), _error_of(name)
-        if (found or error is not None) and _LIKE_A_UNIT.fullmatch(end) and not quantities(end):
-            known = {measured_quantity(each).dimension for each in found or quantities(error or "")} or {*DIMENSIONS}
-            sure = bool(separator[0].strip(" _") or _COMMON.fullmatch(end))
-            sure = sure and any(unit_in_si(end, each) for each in known)
-            return Header(name, end, found, None if found else error, not sure)
+        ends_in_unit = not quantities(end) and bool(separator[0].strip(" _") or _COMMON.fullmatch(end))
+        if ends_in_unit and (found or error is not None):
+            return Header(name, end, found, None if found else error)
     return Header(text)
 
 
@@ -319,11 +309,8 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
     chosen = {name: places_of(cells, text) for name, text in columns.items() if name not in omitted}
     places: dict[str, tuple[int, ...]] = {}
     for i, head in enumerate(headers):
-        for name in () if omitted & {*head.quantities} or any(i in of for of in chosen.values()) else head.quantities:
-            rivals = places.get(name, ())
-            # A name without a doubtful end counts more.
-            if not (head.doubtful and any(not headers[k].doubtful for k in rivals)):
-                places[name] = (*(k for k in rivals if head.doubtful or not headers[k].doubtful), i)
+        taken = omitted & {*head.quantities} or any(i in of for of in chosen.values())
+        places |= {name: (*places.get(name, ()), i) for name in (() if taken else head.quantities)}
     for series in SERIES:
         members = sorted((int(name.split()[1]), of) for name, of in places.items() if name.startswith(f"{series} "))
         places |= {series: tuple(i for _, of in members for i in of)} if members else {}

@@ -31,6 +31,7 @@ IN_VACUUM = Flight()
 _SAME = 6  # decimals, in seconds, to which equal instants in two sheets agree
 _ROWS_OF_UNITS = 5  # at most, between the header and the numbers
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
+_DATA = re.compile(r"^[+-]?[.]?[0-9]|(?<![\w^⁻-])[0-9]|^nan$", re.IGNORECASE)  # in a cell: it is no unit
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
 
 
@@ -285,16 +286,11 @@ class _Reader:
         first = 0
         for k in full[:_ROWS_OF_UNITS]:
             texts = {i: str(cell_of(sheet.rows[k], i)).strip("()[] ") for i in {*used, *range(len(sheet.header))}}
-            if not all(self._is_unit(texts[i], i) for i in used):
+            if any(_DATA.search(texts[i]) for i in used):
                 break
             self._below |= {i: text for i, text in texts.items() if any(c.isalpha() or c == "%" for c in text)}
             first += 1
         self.rows, self.lines = [sheet.rows[k] for k in full[first:]], [sheet.lines[k] for k in full[first:]]
-
-    def _is_unit(self, text: str, i: int) -> bool:
-        dimensions = {forms.measured_quantity(name).dimension for name in self.layout.headers[i].quantities}
-        unit = any(unit_in_si(text, each) for each in dimensions) and not _NUMBER.fullmatch(text)
-        return text.lower() != "nan" and (unit or not any(letter.isdigit() for letter in text))
 
     @property
     def labels(self) -> list[str]:
@@ -391,8 +387,8 @@ class _Reader:
         written = {head.unit: "its header", self._below.get(i, ""): "the row below the header", option: "--unit"}
         known = {text: unit_in_si(text, dimension) for text in written if text}
         if option:  # a text that is no unit gives way to the option
-            known = {text: unit for text, unit in known.items() if text == option or (unit and not head.doubtful)}
-        if bad := [text for text, unit in known.items() if not unit or (head.doubtful and not option)]:
+            known = {text: unit for text, unit in known.items() if text == option or unit}
+        if bad := [text for text, unit in known.items() if not unit]:
             units = " or ".join(DIMENSIONS.get(dimension, ("none", "%"))) + ", or --length-per-unit" * (
                 name == "position"
             )
