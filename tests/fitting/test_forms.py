@@ -278,3 +278,9 @@ def test_errors_of_times_decide_the_verdict():
     assert found["verdict"] == "holds"
     assert found["read"]["time"] == {"column": "t (s)", "unit": "s", "unit_from": "its header", "error": "sigma_t (s)"}
     assert (found["read"]["rows"], found["read"]["unused"]) == (10, [])
+
+
+def test_the_page_begins_with_the_forms():
+    page = Path(__file__).parents[2] / "docs" / "usage" / "fitting.md"
+    rows = [f"| `{form.header}` | {form.row} |" for form in forms.FORMS if form.epsilon == "epsilon"]
+    assert "\n".join(rows) in page.read_text("utf-8")[:2000]
