@@ -15,7 +15,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy import signal, sparse
+from scipy import sparse
 
 from viscopade.arguments import without_unit
 from viscopade.arrays.checked import Accepted, FloatArray, array
@@ -456,9 +456,11 @@ def _without_epsilon(
     noise: float,
 ) -> list[tuple[str, str]]:
     """Return the contacts that give no eps, each with the reason: lows on the plane or beside a flight."""
+    from scipy.signal import find_peaks  # imported here, because it takes a third of a second
+
     fallen, frame = float(np.ptp(height)), float(np.median(np.diff(time)))
     rise = max(_CLEAR[0] * noise, _CLEAR[1] * fallen)
-    lows = signal.find_peaks(-height, prominence=rise)[0].tolist()
+    lows = find_peaks(-height, prominence=rise)[0].tolist()
     seen = [m for m in lows if any(abs(time[m] - instant) <= _GAP[0] * frame for instant in instants)]
     # The lowest frame may be above the plane by the way in a frame at the largest speed.
     way = frame * math.sqrt(2 * next(curve.flight.gravity for curve in curves if curve) * fallen)
