@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from viscopade.collision import exact
 from viscopade.fitting.flight import Flight
 from viscopade.scene.read import from_toml
 
+DATA = Path(__file__).parents[1] / "fitting" / "data"
 SPEED = np.geomspace(0.05, 3, 12)
 BALL = Sphere(radius=0.005, density=2500, young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=5e-7)
 PAIR = Pair(BALL, BALL)
@@ -150,6 +152,40 @@ def test_several_files_of_which_one_has_an_echo(tmp_path):
     text = printed("fit", clean, echo, "--without", "echo.csv:5")
     assert "echo.csv: 5 points" in text
     assert "line 5 is left out" not in text
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("time\n0\n1\n1.9\n2\n", "1 point has a speed and an eps: expected 3 or more; line 4 is left out: an echo"),
+        ("H (cm),h (cm)\n92,67\n92,66\n92,68\n", "all speeds are 4.248 m/s: .*`viscopade invert --epsilon 0.8534`"),
+        ("height\n400\n300\n220\n160\n", "in air drag would change eps by .*: are the units of heights or times right"),
+    ],
+)
+def test_data_that_give_no_fit_are_refused_with_the_file_and_the_reason(text, why, tmp_path):
+    file = tmp_path / "few.csv"
+    file.write_text(text)
+    run = called("fit", file)
+    assert run.returncode == 2
+    assert re.search(why, " ".join(run.stderr.split()))
+
+
+def test_a_long_record_is_cut_in_text_and_whole_in_json(tmp_path):
+    file = tmp_path / "long.csv"
+    file.write_text("v,COR\n" + "".join(f"{1 + k / 10},{0.9 - k / 1000}\n" for k in range(30)))
+    text = printed("fit", file)
+    assert "line 21" in text
+    assert "line 22 " not in text
+    assert "and 10 more points; --format json lists all" in text
+    assert len(json_of("fit", file)["points"]) == 30
+
+
+def test_flights_of_a_track_are_printed_with_their_acceleration():
+    held = DATA / "held_then_dropped_synthetic.csv"
+    assert re.search(r"flight from line 53 to line 67: acceleration 9\.\d+ \+- 0\.0\d+ m/s\^2", said("fit", held))
+    found = json_of("fit", held)
+    assert [each["first"] for each in found["flights"]][1] == "line 53"
+    assert found["left_out"] == [{"line": "line 90", "why": "no free flight of 5 frames or more after it"}]
 
 
 def test_an_eps_of_0_has_no_beta_in_json(tmp_path):

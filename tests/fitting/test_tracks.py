@@ -165,6 +165,9 @@ def test_a_wrong_unit_is_named_and_does_not_change_eps(factor):
     (warning,) = found.warnings
     scale = float(re.search(r"--length-per-unit '([0-9.e+]+) mm' gives", warning)[1])
     assert scale == pytest.approx(1000 / abs(factor), rel=6e-3)
+    frames = "\n".join(f"{k},{y!r}" for k, y in enumerate(height.tolist()))
+    of_rate = read.recording([(f"frame,y (m)\n{frames}".encode(), "a.csv")], Options(rate=2 * RATE)).warnings[0]
+    assert float(re.search(r"or --rate ([0-9.]+), gives", of_rate)[1]) == pytest.approx(RATE, rel=2e-3)
     right = read.recording([(f"t (s),y\n{rows}".encode(), "a.csv")], Options(length_per_unit=scale / 1000))
     assert right.points.speed == pytest.approx(speed, rel=1e-2)
     assert right.warnings == ()

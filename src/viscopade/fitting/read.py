@@ -449,7 +449,7 @@ class _Reader:
                 raise ValueError(f"{points.labels[k]}: {text}; is the unit right? (--unit {form.needed[0]}=UNIT)")
             if error >= 1:
                 raise ValueError(f"{points.labels[k]}: the standard error of eps is {error:.3g}: expected less than 1")
-        if (points.epsilon == 1).all():
+        if len(points) > 1 and (points.epsilon == 1).all():
             raise ValueError("eps is 1 at all points: are the columns and the units right?")
         return points
 
@@ -621,7 +621,8 @@ def _positions(reader: _Reader) -> Points:
         reader.flights += track.flights
         reader.left_out += track.left_out
         unit = reader._unit(reader.layout.places["position"][0], "position")
-        reader.warnings += [] if track.agrees else [track.warning(options.flight.gravity, unit[1] if unit else 1.0)]
+        warning = track.warning(options.flight.gravity, unit[1] if unit else 1.0, options.rate)
+        reader.warnings += [] if track.agrees else [warning]
     return bounces.together(made)
 
 

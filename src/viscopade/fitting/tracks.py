@@ -75,13 +75,14 @@ class Track:
     standard_error: float
     agrees: bool
 
-    def warning(self, gravity: float, length: float) -> str:
-        """Return a warning that the acceleration is not g, for positions in units of a length in metres."""
-        milli = f"{1000 * length * gravity / self.acceleration:.3g} mm"
+    def warning(self, gravity: float, length: float, rate: float | None) -> str:
+        """Return a warning that the acceleration is not g, for positions in units of a length, at a frame rate."""
+        ratio = gravity / self.acceleration
+        frames = f", or --rate {rate * math.sqrt(ratio):.4g}," if rate else ""
         found = f"{uncertain(self.acceleration, self.standard_error)} m/s^2, not {gravity:.4g}"
         return (
-            f"the flights accelerate with {found}: --length-per-unit {milli!r} gives this, if the times are right; "
-            "eps is fitted with their own acceleration"
+            f"the flights accelerate with {found}: --length-per-unit '{1000 * length * ratio:.3g} mm'{frames} gives this; "
+            "eps is fitted with their own acceleration, but the speeds are wrong if gravity is right"
         )
 
 
