@@ -80,8 +80,9 @@ class Track:
         ratio = gravity / self.acceleration
         frames = f", or --rate {rate * math.sqrt(ratio):.4g}," if rate else ""
         found = f"{uncertain(self.acceleration, self.standard_error)} m/s^2, not {gravity:.4g}"
+        scale = f"--length-per-unit '{1000 * length * ratio:.3g} mm'{frames} gives this"
         return (
-            f"the flights accelerate with {found}: --length-per-unit '{1000 * length * ratio:.3g} mm'{frames} gives this; "
+            f"the flights accelerate with {found}: {scale}; "
             "eps is fitted with their own acceleration, but the speeds are wrong if gravity is right"
         )
 
@@ -212,7 +213,7 @@ def of_track(
 
     # Runs of frames that obey a parabola; those that share the acceleration of most are flights.
     noise = _noise(position)
-    runs = _falling(_runs(time, position, noise), noise)
+    runs = _falling(time, position, noise)
     if not runs:
         raise TooFew("the track has no free flight: expected frames that obey a parabola")
     common = float(np.median([run.acceleration for run in runs]))
@@ -301,14 +302,21 @@ def _runs(time: FloatArray, height: FloatArray, noise: float) -> list[_Parabola]
     return runs
 
 
-def _falling(runs: Sequence[_Parabola], noise: float) -> list[_Parabola]:
-    """Return the runs with the acceleration that most runs share, counted by the heights that they pass through."""
-    curved = [run for run in runs if abs(run.acceleration) > _CURVED * noise * run.error]
+def _falling(time: FloatArray, height: FloatArray, noise: float) -> list[_Parabola]:
+    """Return the runs with the acceleration that most runs share, counted by the heights that they pass through.
+
+    Frames of a contact may lie at the ends of a run: then its inner part has this acceleration.
+    """
+    curved = [run for run in _runs(time, height, noise) if abs(run.acceleration) > _CURVED * noise * run.error]
+    cores = [_Parabola.fitted(time, height, part) for part in _inner(curved)]
     groups = []
     for run in curved:
         within = max(_SAME[0] * noise * run.error, _SAME[1] * abs(run.acceleration))
-        near = (other for other in curved if abs(other.acceleration - run.acceleration) < within + noise * other.error)
-        groups.append([*near])
+        near = [
+            any(abs(part.acceleration - run.acceleration) < within + noise * part.error for part in parts)
+            for parts in zip(curved, cores, strict=True)
+        ]
+        groups.append([other for other, agrees in zip(curved, near, strict=True) if agrees])
     return max(groups, key=lambda group: sum(run.passed for run in group), default=[])
 
 
