@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
 from itertools import chain
@@ -248,7 +248,8 @@ class Sequel:
     def unbroken(self) -> list[Sequel]:
         """Return the parts between missing values."""
         seen = np.flatnonzero(np.isfinite(self.values))
-        return [self.part(part.tolist()) for part in np.split(seen, np.flatnonzero(np.diff(seen) > 1) + 1)]
+        parts = np.split(seen, np.flatnonzero(np.diff(seen) > 1) + 1)
+        return [self.part(part.tolist()) for part in parts if len(part)]
 
 
 class _Column(NamedTuple):
@@ -455,15 +456,11 @@ class _Reader:
 
     def _refuse_surplus_cells(self) -> None:
         """Raise ValueError if a row has cells to the right of the last name: all its numbers may be shifted."""
-        names = len(self.sheet.header)
+        names, comma = len(self.sheet.header), self.sheet.separator == ","
+        accepted = "a decimal comma needs another separator, such as ;" if comma else "expected at most as many"
         for row, label in zip(self.rows, self.labels, strict=True):
-            if (
-                len(row) > names
-                and (cells := max((i for i in range(len(row)) if cell_of(row, i) != ""), default=0) + 1) > names
-            ):
-                comma = self.sheet.separator == ","
-                accepted = "a decimal comma needs another separator, such as ;" if comma else "expected at most as many"
-                raise ValueError(f"{label}: {cells} cells under {names} names: {accepted}")
+            if surplus := [i for i in range(names, len(row)) if cell_of(row, i) != ""]:
+                raise ValueError(f"{label}: {surplus[-1] + 1} cells under {names} names: {accepted}")
 
     def _refuse_second_reading(self) -> None:
         """Raise ValueError if a column beside a list of heights or instants may give them another meaning."""
@@ -495,26 +492,27 @@ class _Reader:
         columns = [column for name in self.form.needed for column in self.columns(name)]
         values, sigma = np.array([each.values for each in columns]), np.array([each.sigma for each in columns])
         if len(columns) == 1:
-            return [Sequel(values[0], self.labels, sigma[0]).part(of) for of in self.drops()]
+            whole = Sequel(values[0], self.labels, sigma[0], self.durations())
+            return [part for of in self.drops() for part in whole.part(of).unbroken()]
         heads = [self.layout.headers[i].name for name in self.form.needed for i in self.layout.columns(name)]
         rows = zip(self.labels, values.T, sigma.T, strict=True)
-        return [Sequel(row, [f"{label}, {head}" for head in heads], error) for label, row, error in rows]
+        drops = (Sequel(row, [f"{label}, {head}" for head in heads], error) for label, row, error in rows)
+        return [part for drop in drops for part in drop.unbroken()]
+
+    def durations(self) -> FloatArray | None:
+        """Return the durations of contacts, if they are known."""
+        if "release_time" not in self.layout.places:
+            return self.values("contact_time") if "contact_time" in self.layout.places else None
+        durations = self.values("release_time") - self.values("time")
+        if (durations < 0).any():
+            label = self.labels[int(np.argmax(durations < 0))]
+            raise ValueError(f"{label}: the release_time is before the impact: expected a later one")
+        return durations
 
     def instants(self) -> list[Sequel]:
-        """Return the instants of each drop."""
-        drops, durations = self.sequels(), None
-        if self.form.needed[0] in ("interval", "flights"):
-            return [_summed(run) for drop in drops for run in drop.unbroken() if len(run.values)]
-        if self.has("contact_time"):
-            durations = self.values("contact_time")
-        if self.has("release_time"):
-            durations = self.values("release_time") - self.values("time")
-            if (durations < 0).any():
-                label = self.labels[int(np.argmax(durations < 0))]
-                raise ValueError(f"{label}: the release_time is before the impact: expected a later one")
-        if durations is not None:
-            drops = [replace(drop, durations=durations[of]) for drop, of in zip(drops, self.drops(), strict=True)]
-        return [drop.part(np.flatnonzero(np.isfinite(drop.values)).tolist()) for drop in drops]
+        """Return the instants of each drop; those of flights begin at 0."""
+        of_flights = self.form.needed[0] in ("interval", "flights")
+        return [_summed(run) if of_flights else run for run in self.sequels()]
 
 
 def _summed(flights: Sequel) -> Sequel:
@@ -540,21 +538,17 @@ def _speeds(reader: _Reader) -> Points:
     if reader.form.epsilon == "e" and any(bounces.evenly_spaced(reader._numbers(i, "time")) for i in beside):
         raise ValueError("the times are evenly spaced, as in a recording: expected --column epsilon=e if 'e' is eps")
     return Points.measured(
-        speed.values,
-        after.values,
+        speed.values, after.values, sigma_speed=speed.sigma, contact_time=reader.durations(),
         sigma_epsilon=after.sigma if reader.layout.places["epsilon"][0] in reader.errors else None,
-        sigma_speed=speed.sigma,
-        contact_time=reader.values("contact_time") if reader.has("contact_time") else None,
-        scatter=reader.options.scatter,
-        labels=reader.labels,
-    )
+        scatter=reader.options.scatter, labels=reader.labels,
+    )  # fmt: skip
 
 
 def _instants(reader: _Reader) -> Points:
     """Return the points of the bounces among instants; add other sounds to the reader's `left_out`."""
     of_flights, runs = "flights" in reader.form.needed, list[Sequel]()
     if of_flights:
-        flights = _pairs_or_more(reader, reader.sequels())
+        flights = _successive(reader)
         if np.median(np.concatenate([run.values[1:] / run.values[:-1] for run in flights])) > 1:
             text = "most times of flight are longer than the one before: are they instants of bounces?"
             raise ValueError(f"{text} Then expected the columns bounce 0, bounce 1, …")
@@ -564,8 +558,7 @@ def _instants(reader: _Reader) -> Points:
         if bounces.evenly_spaced(drop.values, reader.last_digit(reader.form.needed[0])):
             text = "expected times of bounces, or a column position too"
             raise ValueError(f"the times are evenly spaced, as in a recording: {text}")
-        sigma = float(np.mean(drop.sigma)) if len(drop.sigma) else 0.0
-        heard, left_out = bounces.heard(drop.values, sigma or bounces.HEARING)
+        heard, left_out = bounces.heard(drop.values, float(np.mean(drop.sigma)) or bounces.HEARING)
         reader.left_out += [(drop.labels[i], why) for i, why in left_out]
         runs += [drop.part(places) for places in heard]
     if not runs:
@@ -581,19 +574,17 @@ def _instants(reader: _Reader) -> Points:
     )
 
 
-def _pairs_or_more(reader: _Reader, drops: Sequence[Sequel]) -> list[Sequel]:
-    """Return the unbroken parts of drops with two values or more; add drops without one to the reader's `left_out`."""
-    runs = [[run for run in drop.unbroken() if len(run.values) > 1] for drop in drops]
-    if not any(runs):
+def _successive(reader: _Reader) -> list[Sequel]:
+    """Return the sequels of two values or more; add others to the reader's `left_out`."""
+    every = reader.sequels()
+    reader.left_out += [(each.labels[0], "no value follows it") for each in every if len(each.values) < 2]
+    if not (some := [each for each in every if len(each.values) > 1]):
         raise bounces.TooFew("no drop has two heights or flights in succession: expected two or more, for one eps")
-    reader.left_out += [
-        (drop.labels[0], "no two successive values") for drop, of in zip(drops, runs, strict=True) if not of
-    ]
-    return [run for of in runs for run in of]
+    return some
 
 
 def _heights(reader: _Reader) -> Points:
-    drops = _pairs_or_more(reader, reader.sequels())
+    drops = _successive(reader)
     for drop in drops:
         bounces.require_falling(drop.values, drop.labels, drop.sigma)
     every = [(drop.values, drop.labels) for drop in drops]
