@@ -183,6 +183,14 @@ REFUSED = {
         "line 3: the height 0.4 m is above .* drops.* drop_height and rebound_height, or a column drop",
     ),
     "a rebound above its drop": ("H,h\n1,.8\n1,1.1\n", "line 3, h: the height 1.1 m is above .* independent drops"),
+    "repetitions": (
+        "H,h1,h2,h3\n100,64,63,62\n80,51,50,49\n",
+        "are they repetitions, from one height. Then .* H and h",
+    ),
+    "repetitions that rise": (
+        "H,h1,h2\n1,.64,.66\n.8,.5,.51\n",
+        "line 2, h2: the height 0.66 m is above the one before",
+    ),
     "equal heights": ("height (cm)\n50\n50\n50\n", "all heights are 0.5 m: are these independent drops"),
     "fast": ("v,e\n100,.9\n200,.85\n300,.8\n", "line 3: the speed is 200 m/s: .* is the unit right.*--unit speed=UNIT"),
     "eps of 1": ("v_in,v_out\n1,1\n2,2\n3,3\n", "eps is 1 at all points: are the columns and the units right"),

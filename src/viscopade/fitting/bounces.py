@@ -32,6 +32,7 @@ _LOST = 16.0  # cost of an echo, and of a bounce that was not heard: four standa
 _UNLIKE = 35.0  # cost of two flights of different drops
 _DISTINCT = 9.0  # a sound is ambiguous if the costs of two of its roles differ by less
 _VARIATION = 0.04  # of eps from bounce to bounce, relative
+_LOSS, _LIKE = 0.05, 0.3  # of 1 - eps: a loss that counts, and the ratio of later losses to the first one
 _RISE = 3.0  # standard errors by which a rebound may be higher than the height before it
 # Fewer spans, of a larger relative range, or that shorten by more than this each, are not those of a recording.
 _FEWEST_SPANS, _RANGE_OF_SPANS, _CHANGE_OF_SPANS = 5, 0.4, 1e-3
@@ -207,6 +208,17 @@ def require_falling(heights: FloatArray, labels: Sequence[str], sigma: FloatArra
         k = int(np.argmax(high))
         text = f"the height {heights[k + 1]:.6g} m is above the one before it, {heights[k]:.6g} m: {INDEPENDENT}"
         raise ValueError(f"{labels[k + 1]}: {text}; --resolution gives the error of the heights")
+
+
+def require_successive(drops: Sequence[FloatArray]) -> None:
+    """Raise ValueError if rebounds hardly differ from each other, but from the drop: they are repetitions."""
+    first, later = (
+        [1 - math.sqrt(drop[k + 1] / drop[k]) for drop in drops for k in range(len(drop) - 1) if bool(k) == after]
+        for after in (False, True)
+    )
+    if later and np.median(first) > _LOSS and np.median(later) < _LIKE * np.median(first):
+        text = "the rebounds hardly lose height after the first one: are they repetitions, from one height?"
+        raise ValueError(f"{text} Then expected a row for each, with the columns H and h")
 
 
 def evenly_spaced(times: FloatArray, digit: float = 0.0) -> bool:

@@ -68,16 +68,19 @@ class Form(NamedTuple):
 # fmt: off
 _Q, _HEIGHT = MeasuredQuantity, "height, h, H, Höhe, Hoehe, hauteur, altura, altezza, altitude"
 QUANTITIES: Mapping[str, MeasuredQuantity] = {
-    "speed": _Q("speed", "speed, v, velocity, impact speed, impact velocity, speed in, v in, speed before, v before, "
-                "Geschwindigkeit, Aufprallgeschwindigkeit, vitesse, velocidad, velocità", " > 0"),
-    "speed_out": _Q("speed", "speed out, v out, rebound speed, rebound velocity, speed after, v after"),
+    "speed": _Q("speed", "speed, v, velocity, impact speed, impact velocity, speed in, v in, v i, v impact, v before, "
+                "speed before, speed before impact, velocity before impact, Geschwindigkeit, Aufprallgeschwindigkeit, "
+                "vitesse, velocidad, velocità", " > 0"),
+    "speed_out": _Q("speed", "speed out, v out, v f, rebound speed, rebound velocity, speed after, v after, "
+                    "speed after impact, velocity after impact, v rebound"),
     "epsilon": _Q("", "epsilon, eps, COR, restitution, coefficient of restitution, restitution coefficient, Stoßzahl, "
                   "Restitutionskoeffizient, coefficient de restitution, coeficiente de restitución, "
                   "coefficiente di restituzione"),
     "e": _Q("", "e"),  # eps, except in a track
     "energy": _Q("", "E"),  # eps only if no other form fits
     "contact_time": _Q("time", "contact time, t_c, tc, Kontaktzeit", " > 0"),
-    "time": _Q("time", "time, t, bounce time, instant, event time, impact time, Zeit, temps, tiempo, tempo"),
+    "time": _Q("time", "time, t, bounce time, instant, event time, impact time, time of bounce, time of impact, Zeit, "
+               "temps, tiempo, tempo"),
     "release_time": _Q("time", "release time"),
     "interval": _Q("time", "interval, flight time, time of flight, time between bounces, Flugzeit, Intervall", " > 0"),
     "frame": _Q("", "frame, slice, image"),

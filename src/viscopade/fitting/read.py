@@ -587,6 +587,7 @@ def _heights(reader: _Reader) -> Points:
     drops = _successive(reader)
     for drop in drops:
         bounces.require_falling(drop.values, drop.labels, drop.sigma)
+    bounces.require_successive([drop.values for drop in drops])
     every = [(drop.values, drop.labels) for drop in drops]
     if np.ptp(np.concatenate([values for values, _ in every])) == 0:
         raise ValueError(f"all heights are {drops[0].values[0]:.6g} m: {bounces.INDEPENDENT}")
