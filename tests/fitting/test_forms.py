@@ -61,6 +61,7 @@ READ = {
         "error of epsilon: 'sigma COR'",
     ),
     "d_eps": ("d_eps,v,eps\n.01,1,.9\n.01,2,.85\n.01,3,.8", V, E, "error of epsilon: 'd_eps'"),
+    "dv": ("v,dv,de,e\n1,.1,.1,.9\n2,.1,.1,.85\n3,.1,.1,.8", V, E, "error of speed: 'dv'; error of epsilon: 'de'"),
     "u(v)": ("v (cm/s),u(v),e\n100,1,.9\n200,1,.85\n300,1,.8", V, E, "error of speed: 'u(v)'"),
     "both have errors": (
         "v;±;COR;±\n1;0,1;0,9;0,01\n2;0,1;0,85;0,01\n3;0,1;0,8;0,01",

@@ -190,3 +190,14 @@ def test_short_flights_and_the_contacts_between_shorter_ones(seed):
         assert min(abs(time[int(label[5:])] - np.array(begin))) < 1 / 20
         assert why.startswith("no free flight of 5 frames or more")
     assert len(found.points) + len(found.left_out) >= 3
+
+
+@pytest.mark.parametrize(("digits", "missing"), [(2, ()), (3, range(9, 1000, 19))])
+def test_times_that_are_rounded_and_frames_that_are_missing(digits, missing):
+    """67 frames a second, with two digits: the rounding of 5 ms would be an error of 2 cm."""
+    time, height, speed, epsilon = track(np.random.default_rng(6), FLIGHTS["vacuum"])
+    kept = [3 * k for k in range(len(time) // 3) if k not in missing]
+    rows = "\n".join(f"{time[k]:.{digits}f},{height[k]:.4f}" for k in kept)
+    found = read.recording([(f"t (s),y (m)\n{rows}".encode(), "a.csv")])
+    assert found.points.speed[:4] == pytest.approx(speed[:4], abs=0.02)
+    assert found.points.epsilon[:4] == pytest.approx(epsilon[:4], abs=0.01)

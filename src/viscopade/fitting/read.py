@@ -604,9 +604,9 @@ def _positions(reader: _Reader) -> Points:
     for rows in reader.drops():
         of = [i for i in rows if math.isfinite(times[i]) and math.isfinite(position.values[i])]
         kept, digit = [labels[i] for i in of], reader.last_digit(first)
-        tracks.require_frames(times[of], kept, digit / (options.rate or 1.0))
+        frames = tracks.frame_times(times[of], kept, digit / (options.rate or 1.0))
         track = tracks.of_track(
-            times[of], position.values[of], kept, options.flight, sigma=position.sigma[of],
+            frames, position.values[of], kept, options.flight, sigma=position.sigma[of],
             contact_time=options.contact_time,
         )  # fmt: skip
         made.append(track.points)

@@ -156,8 +156,14 @@ class _Contact(NamedTuple):
     slopes: FloatArray
 
 
-def require_frames(time: FloatArray, labels: Sequence[str], digit: float) -> None:
-    """Raise ValueError if times are not evenly spaced, up to their last digit and gaps of whole frames."""
+def frame_times(time: FloatArray, labels: Sequence[str], digit: float) -> FloatArray:
+    """Return the times of frames without the rounding to their last digit, if they are those of a fixed rate.
+
+    Raises
+    ------
+    ValueError
+        If they are not evenly spaced, up to their last digit and gaps of whole frames.
+    """
     spans, reason = np.diff(time), f"there are {len(time)} frames"
     frame = float(np.median(spans)) if len(spans) else 0.0
     off = np.abs(spans - frame * np.maximum(np.round(spans / frame), 1)) if frame > 0 else np.ones_like(spans)
@@ -169,6 +175,11 @@ def require_frames(time: FloatArray, labels: Sequence[str], digit: float) -> Non
             f"{reason}: expected {2 * FEWEST} or more evenly spaced frames of a track; --column position=- reads the "
             "times of bounces alone, and --column time=- the heights alone"
         )
+    # A fixed rate is a straight line through the times of numbered frames, within their last digit.
+    frame = float(spans[spans < 1.5 * frame].mean())
+    number = np.append(0.0, np.cumsum(np.maximum(np.round(spans / frame), 1)))
+    regular = np.polynomial.Polynomial.fit(number, time, 1)(number)
+    return np.asarray(regular) if np.abs(regular - time).max() <= digit else time
 
 
 def of_track(
