@@ -201,3 +201,37 @@ def test_times_that_are_rounded_and_frames_that_are_missing(digits, missing):
     found = read.recording([(f"t (s),y (m)\n{rows}".encode(), "a.csv")])
     assert found.points.speed[:4] == pytest.approx(speed[:4], abs=0.02)
     assert found.points.epsilon[:4] == pytest.approx(epsilon[:4], abs=0.01)
+
+
+@pytest.mark.parametrize(("step", "scale"), [(1, 0.3), (3, 1.0), (6, 1.0), (6, 1000.0)])
+def test_standard_errors_of_eps_at_other_rates_and_scales(step, scale):
+    random, off = np.random.default_rng(8), []
+    for _ in range(30):
+        time, height, speed, epsilon = track(random, FLIGHTS["vacuum"], held=0.3 * random.random())
+        time, height = time[::step], scale * height[::step]
+        found = of_track(time, height, labels(time), Flight())
+        assert found.agrees == (scale == 1)
+        for v, e, error in zip(found.points.speed, found.points.epsilon, found.points.standard_errors, strict=True):
+            off.append((e - epsilon[np.argmin(np.abs(speed - v / scale))]) / error)
+    assert len(off) > 100
+    assert np.std(off) == pytest.approx(1, abs=0.25)
+    assert np.mean(off) == pytest.approx(0, abs=0.25)
+
+
+@pytest.mark.parametrize("rate", [30, 240])
+def test_a_ball_that_is_lifted_and_dropped_again(rate):
+    """Two drops with eps = 0.75 until the ball rests; a hand lifts it from 5 s to 6.5 s."""
+    time = np.arange(0, 8.9, 1 / rate)
+    height = np.where(time < 5, 0.0, 0.4 - 0.4 * np.cos(np.pi * np.clip((time - 5) / 1.5, 0, 1)))
+    for release, top in ((0.5, 1.0), (7.0, 0.8)):
+        height[(time < release) & (time > release - 0.5)] = top
+        begin, launch = release - (2 * top / 9.80665) ** 0.5, (2 * 9.80665 * top) ** 0.5
+        for _ in range(25):  # each flight begins at a contact; the first one, at its apex
+            inside = (time >= max(begin, release)) & (time < begin + 2 * launch / 9.80665)
+            height[inside] = (launch * (time - begin) - 9.80665 / 2 * (time - begin) ** 2)[inside]
+            begin, launch = begin + 2 * launch / 9.80665, 0.75 * launch
+        height[(time >= begin) & (time < 5)] = 0.0
+    found = of_track(time, height + 1e-3 * np.random.default_rng(1).standard_normal(len(time)), labels(time), Flight())
+    assert len(found.points) >= 9
+    assert np.abs((found.points.epsilon - 0.75) / found.points.standard_errors).max() < 4
+    assert found.agrees

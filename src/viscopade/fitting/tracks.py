@@ -264,21 +264,28 @@ def of_track(
         why = "".join(f"; {label}: {reason}" for label, reason in left_out[:3])
         raise TooFew(f"no contact has a free flight of {FEWEST} frames or more before and after it{why}")
 
-    # The errors of both curves, by their parameters, give those of the speed and of eps.
-    slopes = np.empty((2, len(pairs), 2, 2))
+    # The errors of both curves, by their parameters, give those of the speed and of eps; a measured acceleration has an
+    # error, too, which g has not.
+    moved = 1.0 if agrees else 1 + mean_error / mean
+    other = replace(scaled, gravity=moved * scaled.gravity, terminal_speed=moved * scaled.terminal_speed)
+    slopes, changes = np.empty((2, len(pairs), 2, 2)), np.empty((2, len(pairs)))
     for i, (k, contact) in enumerate(pairs):
-        for j, curve in enumerate(curves[k : k + 2]):
-            assert curve is not None
+        both = [curve for curve in curves[k : k + 2] if curve]
+        for j, curve in enumerate(both):
             slopes[:, i, j] = contact.slopes[:, j] @ np.linalg.cholesky(curve.covariance) * error
+        before, after = (_fitted(time, height, other, curve.frames, curve) for curve in both)
+        again = _collision(before, after, contact.time, contact_time, of_weight)
+        changes[:, i] = (again.speed - contact.speed, again.epsilon - contact.epsilon) if moved > 1 else 0.0
     columns = np.array([[2 * k, 2 * k + 1, 2 * k + 2, 2 * k + 3] for k, _ in pairs])
-    rows = np.repeat(np.arange(len(pairs)), 4)
+    rows, shape = np.repeat(np.arange(len(pairs)), 4), (len(pairs), 2 * len(curves))
     speed_errors, epsilon_errors = (
-        sparse.csr_array((each.ravel(), (rows, columns.ravel())), shape=(len(pairs), 2 * len(curves)))
-        for each in slopes
+        sparse.hstack([sparse.csr_array((each.ravel(), (rows, columns.ravel())), shape), sparse.diags_array(change)])
+        for each, change in zip(slopes, changes, strict=True)
     )
     speed, epsilon, instant = np.array([[contact.speed, contact.epsilon, contact.time] for _, contact in pairs]).T
     names = tuple(labels[int(np.argmin(np.abs(time - each)))] for each in instant)
-    points = Points(speed, epsilon, speed_errors, epsilon_errors, names, weight_speed=of_weight)
+    errors = (sparse.csr_array(speed_errors), sparse.csr_array(epsilon_errors))
+    points = Points(speed, epsilon, *errors, names, weight_speed=of_weight)
     return Track(points, tuple(flights), tuple(left_out), mean, mean_error, agrees)
 
 
