@@ -42,7 +42,7 @@ def content(file: Path, accepted: str) -> bytes:
     try:
         # Nobody may write into a named pipe; one that is open already, as /dev/stdin, has an end.
         if file.is_fifo() and not str(file).startswith("/dev/"):
-            raise OSError("it is a pipe; /dev/stdin, with the text as standard input, is read")
+            raise OSError("it is a pipe (/dev/stdin reads standard input)")
         with file.open("rb") as stream:
             read = stream.read(LONGEST + 1)
     except OSError as error:

@@ -296,9 +296,10 @@ def _require_speeds(recording: Recording, files: str) -> None:
         )
     elif np.ptp(points.speed) <= 1e-9 * points.speed.max():
         mean, error = points.epsilon.mean(), points.epsilon.std(ddof=1) / math.sqrt(len(points))
+        each = [f"{epsilon:.3f}" for epsilon in points.epsilon[:MOST_ROWS]]
         text = (
             f"all speeds are {points.speed[0]:.4g} m/s: expected two or more; `viscopade invert --epsilon {mean:.4g}` "
-            f"gives the damping for the mean eps, which is {uncertain(mean, error)}"
+            f"gives the damping for the mean eps, {uncertain(mean, error)}, of {', '.join(each)}"
         )
     else:
         return
