@@ -234,6 +234,7 @@ REFUSED = {
     "an error is missing": ("v,e,±\n1,.9,.1\n2,.85,\n", "line 3: sigma_epsilon is '': expected a number >= 0"),
     "nothing": ("a,b\n1,2\n", "columns are 'a', 'b': expected .* --column NAME=HEADER .* --unit NAME=UNIT"),
     "falls": ("Height (m),Fall time (s)\n.8,.4\n.6,.35\n.4,.28\n", "'Fall time .s.' is not read beside 'Height .m.'"),
+    "two tables": (f"t (s),y (m)\n{TRACK}\nv,e,sigma_e\n1,.9,.1\n", "line 27: 3 cells under 2 names"),
     "a sound track": ("time (s),amplitude\n" + TRACK.replace(".04,", ".041,"), "evenly spaced, as in a recording"),
     "an energy": ("t,v,e\n" + "".join(f"{row},.5\n" for row in TRACK.split("\n")), "evenly spaced, as in a recording"),
     "v*": ("v*,eps\n1,.9\n2,.8\n", "columns are 'v.', 'eps': expected"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
 
@@ -14,6 +14,7 @@ from viscopade.fitting import spreadsheet
 from viscopade.fitting.forms import SheetLayout
 
 _BLANK_SEPARATED = re.compile(r"[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?")
+_NUMBER = re.compile(r"\s*(?:[-+]?[0-9.,]+(?:[eE][-+]?[0-9]+)?|nan)?\s*", re.IGNORECASE)
 _CSV_NAME = re.compile(r"(?i)[^/]*\.csv")
 _XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
 _ABOVE, _LONGEST_HEADER = 100, 1 << 16  # number of rows that are searched for a header, and its longest length
@@ -64,8 +65,8 @@ class Sheet:
 def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
     """Return the sheets of a file that are not empty.
 
-    The header is the row with the most recognised columns among the first hundred, or else the first row. In a CSV file
-    it may be a comment.
+    The header is the row with the most recognised columns above the first numbers, among the first hundred rows, or
+    else the first row. In a CSV file it may be a comment.
 
     Raises
     ------
@@ -97,10 +98,10 @@ def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
     tables = []
     for name, rows in read:
         texts = [list(map(str, cells)) for _, cells in rows[:_ABOVE]]
-        first = max(range(len(texts)), key=lambda i: len(layout_of(texts[i]) or ()), default=0)
+        first, layout = _header((i, cells, layout_of(cells)) for i, cells in enumerate(texts))
         if below := rows[first + 1 :]:
             lines, cells = zip(*below, strict=True)
-            tables.append(Sheet(source, name, tuple(texts[first]), cells, lines, "", layout_of(texts[first])))
+            tables.append(Sheet(source, name, tuple(texts[first]), cells, lines, "", layout))
     if not tables:
         raise ValueError(f"{source}: no sheet has rows below a header: expected one")
     return tables
@@ -121,8 +122,9 @@ def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
     for number, line in enumerate(text.split("\n"), 1):
         if line.strip():
             (comments if line.lstrip().startswith("#") else data).append((number, line))
-    heads = (data[:_ABOVE] or [(0, "")]) + comments[:_ABOVE]
-    place, header = max(heads, key=lambda row: len(_header(row[1], layout_of)[1] or ()))
+    heads = dict(sorted(data[:_ABOVE] + comments[:_ABOVE])) or {0: ""}
+    place, layout = _header((number, *_names(line, layout_of)) for number, line in heads.items())
+    place, header = (place, heads[place]) if layout or not data else data[0]
     below = [row for row in data if row[0] > place]
     if not below:
         raise ValueError(f"{source}: the file has {len(data)} lines with data: expected a header and rows below it")
@@ -131,7 +133,7 @@ def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
     files.require_cells(source, sum(line.count(delimiter or " ") + 1 for line in (header, *lines)))
     try:
         rows = _cells(lines, delimiter)
-        names, layout = _header(header, layout_of)
+        names = _names(header, layout_of)[0]
     except csv.Error as error:
         raise ValueError(f"{source}: the file is not CSV: {error}") from None
     if len(rows) != len(below):
@@ -139,7 +141,17 @@ def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
     return Sheet(file, sheet, tuple(names), rows, [number for number, _ in below], delimiter or "", layout)
 
 
-def _header(line: str, layout_of: LayoutOf) -> tuple[list[str], SheetLayout | None]:
+def _header(rows: Iterator[tuple[int, list[str], SheetLayout | None]]) -> tuple[int, SheetLayout | None]:
+    """Return the number of the header, and its layout: the most recognised columns above the first numbers."""
+    best: tuple[int, SheetLayout | None] = (0, None)
+    for number, names, layout in rows:
+        if best[1] and all(_NUMBER.fullmatch(name) for name in names):
+            break
+        best = (number, layout) if len(layout or ()) > len(best[1] or ()) else best
+    return best
+
+
+def _names(line: str, layout_of: LayoutOf) -> tuple[list[str], SheetLayout | None]:
     """Return the names in a line, which may be a comment, and their layout; without separators it may be one name."""
     whole = line.lstrip("# ")
     if len(line) > _LONGEST_HEADER:
