@@ -290,6 +290,10 @@ def test_errors_of_times_decide_the_verdict():
     assert (found["read"]["rows"], found["read"]["unused"]) == (10, [])
 
 
+def test_a_header_of_two_lines_in_a_spreadsheet():
+    assert forms.header("Impact speed\n(cm/s)")[:3] == ("Impact speed", "cm/s", ("speed",))
+
+
 def test_the_page_begins_with_the_forms():
     page = Path(__file__).parents[2] / "docs" / "usage" / "fitting.md"
     rows = [f"| `{form.header}` | {form.row} |" for form in forms.FORMS if form.epsilon == "epsilon"]

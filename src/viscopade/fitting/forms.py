@@ -203,7 +203,12 @@ def header(text: str) -> Header:
     """Take a header apart; the unit is in brackets, or after /, a comma, "in", a blank or _."""
     if len(text) > _LONGEST or not any(letter.isalpha() or letter in "±/" for letter in text):
         return Header(text)
-    text = re.sub("^d(v|e|eps|cor|h|y)$", r"d \1", _DATA_SET.sub("", text).replace("+/-", "±").strip(), flags=re.I)
+    text = re.sub(
+        "^d(v|e|eps|cor|h|y)$",
+        r"d \1",
+        _DATA_SET.sub("", " ".join(text.split())).replace("+/-", "±").strip(),
+        flags=re.I,
+    )
     if (match := _BRACKETS.fullmatch(text)) and not _error_of(f"{match[1]} {match[2]}"):
         name, unit = match[1], match[2].strip()
         if symbol := _common(name, unit):
