@@ -314,7 +314,7 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
     """
     headers = tuple(map(header, cells))
     omitted = {name for name, text in columns.items() if text == "-"}
-    chosen = {name: places_of(cells, text) for name, text in columns.items() if name not in omitted}
+    chosen = {name: places_of(cells, text) for name, text in columns.items() if name not in {*omitted, *SERIES}}
     places: dict[str, tuple[int, ...]] = {}
     for i, head in enumerate(headers):
         taken = omitted & {*head.quantities} or any(i in of for of in chosen.values())
