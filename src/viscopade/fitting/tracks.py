@@ -393,27 +393,29 @@ def _curves(
     for part, low, high in zip(_inner(runs), begin, end, strict=True):
         curve = _grown(time, height, flight, part, low, high, noise)
         # After a body was held, the flight does not grow backward: its first frames look like those before.
-        if not curves or not curves[-1] or not _follows(time, curves[-1].frames, curve.frames):
-            curve = _grown(time, height, flight, part, part.start, high, noise)
-        curves.append(curve if curve.frames.stop - curve.frames.start >= fewest else None)
+        follows = curve and curves and curves[-1] and _follows(time, curves[-1].frames, curve.frames)
+        if not follows:
+            curve = _grown(time, height, flight, part, max(part.start, low), high, noise)
+        curves.append(curve if curve and curve.frames.stop - curve.frames.start >= fewest else None)
     return curves, of_weight
 
 
 def _grown(
     time: FloatArray, height: FloatArray, flight: Flight, part: slice, low: int, high: int, noise: float
-) -> _Curve:
+) -> _Curve | None:
     """Return the fit of a flight, which grows from its middle to both sides, up to the first frame that is off."""
     i, j, curve = max(part.start, low), min(part.stop, high), None
-    while True:
+    while j - i > 2:  # two frames are on every curve
         curve = _fitted(time, height, flight, slice(i, j), curve)
         off, variance = curve.residuals(time[low:high], height[low:high])
-        good = np.abs(off) <= _OFF * noise * np.sqrt(variance)
+        good = np.abs(off) <= _OFF * noise * np.sqrt(np.maximum(variance, 1.0))
         step = max((j - i) // 2, 2)  # as far as the fit predicts well
         before, after = good[: max(i - low, 0)][::-1], good[max(j - low, 0) :]
         left, right = (min(step, len(side) if side.all() else int(np.argmin(side))) for side in (before, after))
         if not left and not right:
             return curve
         i, j = i - left, j + right
+    return None
 
 
 def _fitted(time: FloatArray, height: FloatArray, flight: Flight, frames: slice, near: _Curve | None) -> _Curve:
