@@ -312,7 +312,7 @@ class _Reader:
 
     def has(self, name: str) -> bool:
         """Return whether there is a column of a quantity, or of its errors."""
-        of = self.layout.places.get(name.removeprefix("sigma_"), ())
+        of = self.layout.places.get(name.removeprefix("sigma_"), ()) if name.startswith("sigma_") else ()
         return name in self.layout.places or any(i in self.errors for i in of)
 
     def columns(self, name: str) -> list[_Column]:
