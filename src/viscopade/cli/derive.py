@@ -174,13 +174,13 @@ def _polynomials_json(derivation: Derivation, name: str) -> dict[str, dict[str, 
 
 def _say_polynomials(derivation: Derivation) -> None:
     """Print the lambdas, and every h_k as a polynomial and as a number."""
-    from viscopade.theory.derivation import plain
+    from viscopade.theory.derivation import plain_text
 
     for k, value in derivation.lambdas.items():
         say(f"lambda_{k} = {value}", indent=2)
     for k, polynomial in derivation.polynomials.items():
         value = f" = {derivation.values[k]}" if polynomial else ""
-        say(f"h_{k} = {plain(polynomial)}{value}", indent=2)
+        say(f"h_{k} = {plain_text(polynomial)}{value}", indent=2)
 
 
 # Unknown options become arguments, so that the message about a negative degree names the degree.

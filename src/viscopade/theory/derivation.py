@@ -82,9 +82,9 @@ def derive(equation: ScaledEquation, order: int, digits: int, end: End = "force"
     without_time = symbolic.turning_point_equation(law).rhs.subs(symbolic.g, sp.Symbol("g"))
     order_n = symbolic.hierarchy(1, law).rhs.subs(symbolic.g_function(0), sp.Symbol("g_(n-1)"))
     return Derivation(
-        f"x'' + {plain(forces, equation.kappa)} = 0, x(0) = 0, x'(0) = 1",
-        f"d(g^2)/dr = {plain(without_time, symbolic.K)}, g(1) = 0",
-        f"d(g_0 g_n + … + g_n g_0)/dr = {plain(order_n)}, g_n(1) = 0",
+        f"x'' + {plain_text(forces, equation.kappa)} = 0, x(0) = 0, x'(0) = 1",
+        f"d(g^2)/dr = {plain_text(without_time, symbolic.K)}, g(1) = 0",
+        f"d(g_0 g_n + … + g_n g_0)/dr = {plain_text(order_n)}, g_n(1) = 0",
         polynomials,
         {k: known_decimal(value, digits) for k, value in lambdas.items()},
         {k: known_decimal(value, digits) for k, value in values.items()},
@@ -104,7 +104,7 @@ def _value(polynomial: sp.Expr, lambdas: Mapping[int, arb]) -> arb:
     return total
 
 
-def plain(expression: sp.Expr, damping: sp.Symbol | None = None) -> str:
+def plain_text(expression: sp.Expr, damping: sp.Symbol | None = None) -> str:
     """Return a sum as a physicist types it: x^(3/2), blanks for products, and terms with the damping at the end."""
     terms = sorted(expression.as_ordered_terms(), key=lambda term: damping in term.free_symbols)
     return " + ".join(map(str, terms)).replace("+ -", "- ").replace("**", "^").replace("*", " ")
