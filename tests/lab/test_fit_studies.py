@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import viscopade as vp
 from tests.simulators.two_balls import need
 from viscopade import Points
 from viscopade.arrays import double
 from viscopade.fitting import read
 from viscopade.fitting.read import Options
+from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_SPEEDS
 from viscopade_lab.runs import fit_data
 from viscopade_lab.studies import coverage
 
@@ -85,3 +87,16 @@ def test_the_drop_has_the_true_beta_within_its_error():
     options = Options(flight=Flight(fit_data.GRAVITY), resolution="0.5 ms", contact_time=contact)
     found = vp.fit(read.recording([((ROOT / "examples" / "drop.csv").read_bytes(), "drop.csv")], options).points)
     assert abs(found.beta - fit_data.WALL_BETA) < 3 * found.beta_standard_error
+
+
+def test_published_curves_of_ice_have_the_verdicts_of_the_page():
+    """The same numbers as on the page, at the speeds that the figure of ice has."""
+    page = (Path(__file__).parents[2] / "docs" / "results" / "fit.md").read_text("utf-8")
+    rows = re.findall(r"^\| ice.* factor (\S+), .* \| (.*) \| (\S+) to (\S+) \|$", page, re.MULTILINE)
+    assert len(rows) == 2
+    speed = np.geomspace(*FIT_SPEEDS, 24)
+    for factor, word, *ends in rows:
+        epsilon = np.minimum(float(factor) * speed**FIT_EXPONENT, 1)
+        verdict = vp.fit(vp.Points.measured(speed / 100, epsilon, sigma_epsilon=np.full(24, 0.02))).verdict
+        assert verdict.word == word
+        assert f"from {ends[0]} to {ends[1]} (95 %)" in " ".join(verdict.reasons)
