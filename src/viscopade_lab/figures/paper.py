@@ -85,6 +85,7 @@ LOOKS: Mapping[str, Look] = {
     "k_c=15": Look(VERMILION, DASHED, text=VERMILION),
     "k_c=20": Look(VERMILION, DASH_DOT_DOT, text=VERMILION),
     "k_c=40": Look(VERMILION, text=VERMILION),
+    "k_c=80": Look(VERMILION, LONG, text=VERMILION),
     "fit": Look(BLACK, LONG, 1.0),
     "paper-power": Look(BLACK, DOTTED, 0.9),
     "limit-power": Look(BLACK, (), 0.5),
