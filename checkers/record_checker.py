@@ -42,15 +42,9 @@ PLACES = {
         "quotient": Fraction(5, 2),
         "log2": Fraction(1, 2**22) + Fraction(1, 2**25),
     },
-    "shader float": {
-        "root": Fraction(3),
-        "quotient": Fraction(5, 2),
-        "log2": Fraction(1, 2**21),
-        "exp2": Fraction(2),
-    },
 }
 """By name of an arithmetic: units in the last place that log2 and exp2, and quotients, may be off; an absolute error of
-log2; and the further units of exp2(x) in |x|."""
+log2."""
 LIKE = Fraction(21, 20)  # by which a bound may exceed the same bound with a slope that is rounded up
 Item = TypeVar("Item")
 
@@ -142,12 +136,12 @@ class Machine:
         """Return the nearest number."""
         return rounded(value, self.precision)
 
-    def root(self, exact: Any, name: str = "root", more: Fraction = Fraction(0)) -> Fraction:
-        """Return a result of a function of the library, which may be off by more units."""
+    def root(self, exact: Any, name: str = "root") -> Fraction:
+        """Return a result of a function of the library, which may be off by some units."""
         value = fraction(exact)
         if not value:
             return value
-        error = Fraction(self.random.randrange(-1000, 1001), 1000) * (self.off.get(name, Fraction(ROOTS)) + more - 1)
+        error = Fraction(self.random.randrange(-1000, 1001), 1000) * (self.off.get(name, Fraction(ROOTS)) - 1)
         return self(value + error * ulp(value, self.precision))
 
     def power(self, y: Fraction, n: int) -> Fraction:
@@ -167,7 +161,7 @@ class Machine:
         return self(total * self.power(y, exponents[-1]))
 
     def quotient(self, x: Fraction, y: Fraction) -> Fraction:
-        """Return x/y; in CUDA and shaders it may be off as well."""
+        """Return x/y; in CUDA it may be off as well."""
         return self.root(real(x / y), "quotient") if "quotient" in self.off else self(x / y)
 
 
@@ -335,13 +329,8 @@ def check_inverse(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 
 def power(machine: Machine, x: Fraction, exponent: Fraction) -> Fraction:
-    """Return pow(x, exponent): one function, or in shaders exp2(exponent log2(x))."""
-    exponent = machine(exponent)
-    if "exp2" not in machine.off:
-        return machine.root(real(x) ** real(exponent), "power")
-    shift = machine.off["log2"] * machine.random.choice((-1, 1)) / 2
-    product = machine(machine.root(mp.log(real(x), 2) + real(shift)) * exponent)
-    return machine.root(mp.mpf(2) ** real(product), more=machine.off["exp2"] * abs(product))
+    """Return pow(x, exponent)."""
+    return machine.root(real(x) ** real(machine(exponent)), "power")
 
 
 def inverse(machine: Machine, top: Powers, bottom: Powers, epsilon: Fraction) -> Fraction:
@@ -397,14 +386,14 @@ def records() -> list[dict[str, Any]]:
 def check_speeds(variant: Value, powers: Any, place: str, sample: Sample) -> None:
     """Check the rounding of functions of the speed, y = exp2(log2(w)/30), with errors of the machine's functions."""
     machine = Machine(place, sample.random)
-    absolute, slope = machine.off.get("log2", Fraction(0)), machine.off.get("exp2", Fraction(0))
+    absolute = machine.off.get("log2", Fraction(0))
     top, bottom = given(powers["top"], variant["a"]), given(powers["bottom"], variant["b"])
     thirtieth = machine(Fraction(1, 30))
     lowest, highest = (-126, 120) if variant["form"] == "float" else (-220, 220)
     for speed in places(sample, Fraction(2) ** lowest, Fraction(2) ** highest):
         shift = absolute * machine.random.choice((-1, 1)) / 2  # with the other error and the rounding, within both
         exponent = machine(machine.root(mp.log(real(speed), 2) + real(shift)) * thirtieth)
-        y = machine.root(mp.mpf(2) ** real(exponent), more=slope * abs(exponent))
+        y = machine.root(mp.mpf(2) ** real(exponent))
         exact_y = mp.root(real(speed), 30)
         elastic, lost = machine.horner(bottom, y), machine(machine.power(y, 6) * machine.horner(top, y))
         whole = polynomial(bottom, exact_y), exact_y**6 * polynomial(top, exact_y)
@@ -565,13 +554,7 @@ def check_of_v_star(key: Sequence[Any], value: Value, sample: Sample) -> None:
     exponent = abs(rounded(tenth, PRECISION[kind]) - tenth)
     farthest = mp.log(2) * (LARGEST[kind] + PRECISION[kind] - 1) if largest is None else mp.log(real(Fraction(largest)))
     size = exponent * fraction(farthest)
-    if place == "shader float":  # pow is exp2(log2(x)/10), sums and products may be off by two units, and sqrt by ten
-        logarithm = fraction(farthest / mp.log(2))
-        of_log = 2 * unit * 3 * logarithm + PLACES[place]["log2"]
-        of_product = tenth * of_log + 2 * unit * tenth * (logarithm + of_log)
-        size += of_product * fraction(mp.log(2)) + 2 * unit * (3 + 2 * tenth * logarithm) + 12 * unit
-    else:
-        size += 2 * unit + 2 * unit * (Fraction(9, 2) if place == "device float" else ROOTS)
+    size += 2 * unit + 2 * unit * (Fraction(9, 2) if place == "device float" else ROOTS)
     like(Fraction(value), size * SLOPE)
 
 

@@ -28,9 +28,8 @@ def page() -> str:
 
 
 def _arithmetic(of: Arithmetic) -> str:
-    more = [f"log2 {at_most(of.log2_absolute)}"] if of.log2_absolute else []
-    more += [f"exp2 {at_most(of.exp2_slope)} times the argument"] if of.exp2_slope else []
-    return f"| {of.name} | {at_most(of.functions)} | {', '.join(more)} | {at_most(of.quotient)} |"
+    more = f"log2 {at_most(of.log2_absolute)}" if of.log2_absolute else ""
+    return f"| {of.name} | {at_most(of.functions)} | {more} | {at_most(of.quotient)} |"
 
 
 def _kernel(entry: Entry) -> str:

@@ -107,7 +107,6 @@ BAD = [
     ("export latex --accuracy 1e-3", "compact_1em3 is no quotient of polynomials in v*, which latex expects"),
     ("export latex --digits 31", "digits is 31: expected an integer from 1 to 30"),
     ("export latex --minimax 1/4 --v-star-max 5 --digits 18", "digits is 18: expected an integer from 1 to 17"),
-    ("export glsl --accuracy 1e-7", "glsl has no type in which a kernel was proven: compact_1em7"),
     ("export cuda --accuracy 1e-9", "expected a number >"),
     ("export c --inverse 1e-5 --epsilon-min 2", "expected 0, or a number from 2e-4 to 0.99"),
     ("export c --epsilon-min 0.5", "expected epsilon_min with inverse (--inverse)"),

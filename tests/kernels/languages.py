@@ -1,7 +1,7 @@
 """Ways to run generated code: compilers and interpreters with flags, and translations of languages without a tool here.
 
-A test is skipped where its tool is missing. GLSL and WGSL run translated to C++, and Julia translated to Python, so
-that their numbers and expressions are checked everywhere.
+A test is skipped where its tool is missing. Julia runs translated to Python, too, so that its numbers and expressions
+are checked everywhere.
 """
 
 from __future__ import annotations
@@ -44,31 +44,6 @@ def built(directory: Path, *command: str) -> None:
 
 
 # --- translations -----------------------------------------------------------------------------------------------------
-
-SHIMS = """
-#include <math.h>
-#include <string.h>
-#define VISCOPADE_FLOAT const float
-static inline float uintBitsToFloat(unsigned bits) { float x; memcpy(&x, &bits, sizeof x); return x; }
-static inline float bitcast(unsigned bits) { return uintBitsToFloat(bits); }
-static inline float select(float a, float b, bool c) { return c ? b : a; }
-"""
-
-
-def glsl_as_cxx(text: str, _: str) -> str:
-    text = re.sub(r"\b(\d+\.\d*(?:e[+-]?\d+)?)(?![\w.])", r"\1f", re.sub(r"//.*", "", text))
-    return SHIMS + re.sub(r"^float ", "static inline float ", text.replace("highp ", ""), flags=re.M)
-
-
-def wgsl_as_cxx(text: str, _: str) -> str:
-    text = re.sub(r"//.*", "", text).replace("bitcast<f32>", "bitcast").replace("var nan", "unsigned nan")
-    text = re.sub(r"^fn (\w+)\((.*)\) -> (\w+) {", r"static inline \3 \1(\2) {", text, flags=re.M)
-    text = re.sub(r"(\w+): f32([,)])", r"f32 \1\2", text)
-    text = re.sub(r"(?:let|const) (\w+)(?:: f32)? =", r"const auto \1 =", text)
-    text = re.sub(r"if (.*) {$", r"if (\1) {", text, flags=re.M)
-    text = re.sub(r"(?<!x)\b(\d+\.\d+)(?![\w.])", r"\1f", text)
-    assert not re.search(r"\b(fn|let|var) ", text)
-    return f"{SHIMS}typedef float f32;\n{text}"
 
 
 def julia_as_python(text: str, form: str) -> str:
@@ -186,7 +161,6 @@ class Way:
 
 _C = (*compiled.WARNINGS, "-ffp-contract=off")
 _FUSED = (*compiled.WARNINGS, "-O3", "-ffp-contract=fast", *compiled.machine_flags())
-_SHADERS = (*_C, "-Wno-unused-function", "-Wno-conversion", "-Wno-unused-but-set-variable")
 WAYS = {
     "C": Way("c", _C, "c99"),
     "C, fused": Way(
@@ -210,10 +184,5 @@ WAYS = {
     "Julia as Python": Way("julia", translated=("python", julia_as_python)),
     "JavaScript": Way("javascript"),
     "Warp": Way("warp", package="warp", exact=False),
-    "Go": Way("go"),
     "C sharp": Way("csharp"),
-    "GLSL as C++": Way("glsl", _SHADERS, "c++17", translated=("c", glsl_as_cxx)),
-    "WGSL as C++": Way("wgsl", _SHADERS, "c++17", translated=("c", wgsl_as_cxx)),
 }
-COMPILED_ONLY = ("glsl", "wgsl")
-"""Languages whose tools compile, but do not run."""

@@ -156,11 +156,6 @@ PROGRAMS = {
         "class Example {{ static void Main() {{ {call} System.Console.WriteLine(eps); }} }}\n",
         "mcs main.cs viscopade.cs && mono main.exe",
     ),
-    "go": (
-        "main.go",
-        'package main\nimport "fmt"\n{first}\nfunc main() {{ {call}; fmt.Println(eps) }}\n',
-        "mkdir viscopade && mv viscopade.go viscopade && echo 'module MODULE' > go.mod && go run .",
-    ),
     "h": (
         "main.c",
         '#include <stdio.h>\n{first}\nint main(void) {{ {call} printf("%.9g", eps); }}\n',
@@ -183,13 +178,13 @@ def test_the_example_of_a_head_runs(name, tmp_path):
     """As it stands, without a warning in Rust about what is not called."""
     kind = name.split(".")[-1]
     file, text, words = PROGRAMS[kind]
-    for tool in ("gfortran", "rustc", "node", "julia", "mcs", "mono", "go", "cc"):
+    for tool in ("gfortran", "rustc", "node", "julia", "mcs", "mono", "cc"):
         if tool in words.split() and shutil.which(tool) is None:
             pytest.skip(f"there is no {tool}")
     if "warp" in name:
         pytest.importorskip("warp")
     first, call = example(name)
-    result = re.search(r"(\w+) :?= ", call)[1]
+    result = re.search(r"(\w+) = ", call)[1]
     (tmp_path / name).write_text(committed(name))
     (tmp_path / file).write_text(text.replace("eps", result).format(first=first, call=call))
     done = subprocess.run(words, shell=True, cwd=tmp_path, capture_output=True, text=True)

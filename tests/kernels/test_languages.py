@@ -15,13 +15,12 @@ import numpy as np
 import pytest
 
 from tests import compiled, daily
-from tests.kernels import languages
-from tests.kernels.languages import COMPILED_ONLY, FORMS, TYPES, WAYS, tool
+from tests.kernels.languages import FORMS, TYPES, WAYS, tool
 from tests.kernels.test_same_bits import HASHES, digest, functions_of, v_stars
 from viscopade.arrays import double
 from viscopade.kernels import catalogue
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.write import file, runners, vectors
+from viscopade.kernels.write import file, vectors
 from viscopade.kernels.write.languages import NAMES, language
 
 KERNELS = {key: entry for key, entry in catalogue.CATALOGUE.items() if entry.group not in ("full", "speed")}
@@ -39,7 +38,7 @@ def kernel(key: str) -> Kernel:
 def text(name: str) -> str:
     """Return one file with all kernels that a language can write."""
     found = language(name)
-    return file.file_text([k for k in map(kernel, KERNELS) if file.numbers_of(k, found)], found, COMMAND)
+    return file.file_text([*map(kernel, KERNELS)], found, COMMAND)
 
 
 def named(key, form, arity=None):
@@ -142,8 +141,7 @@ def test_results_are_within_the_proven_bounds_and_have_the_bits(results, way, ke
                 exact = bits is not None and WAYS[way].exact
                 assert not exact or result == bits or (math.isnan(bits) and math.isnan(result)), said
                 checked += 1
-    if WAYS[way].written.forms != ("float",) or "float" in kernel(key).formats:
-        assert checked > 50
+    assert checked > 50
 
 
 @pytest.mark.parametrize("way", [way for way, found in WAYS.items() if found.exact], ids=of)
@@ -166,7 +164,7 @@ SIZES = {
     "double": (0.0, 5e-324, 1e-310, 1e-300, 1e-20, 0.3, 1.0, 1e20, 1e300),
     "float": (0.0, 1e-45, 1e-40, 1e-37, 1e-20, 0.3, 1.0, 1e20, 1e37),
 }
-# The languages of shaders, JavaScript, Julia and Go have no exceptions of floating-point numbers.
+# JavaScript, Julia and C# have no exceptions of floating-point numbers.
 TRAPPING = [way for way, found in WAYS.items() if found.language in ("c", "cuda", "fortran", "rust")]
 WARNING = [way for way, found in WAYS.items() if found.language in ("python", "arrays", "warp")]
 
@@ -260,30 +258,7 @@ def test_many_points_against_double(run, way, key, form):
             assert (error[far] / measure[far]).max() > 0.97 * float(bound.formula)
 
 
-# --- what only compiles, and bad input --------------------------------------------------------------------------------
-
-OF_GLSL = ("#version 300 es", "#version 310 es", "#version 320 es", "#version 330")
-
-
-@pytest.mark.parametrize("name", COMPILED_ONLY)
-def test_shaders_compile(tmp_path, name):
-    found = language(name)
-    there = runners.find_tool(found.run)
-    if there is None:
-        pytest.skip(f"there is no {runners.missing(found.run)}")
-    calls = [f"viscopade_{f}({', '.join(runners.ARGUMENTS[:n])})" for n in (1, 2) for f in functions("float", n)]
-    runners.build(found, found.numbers[0], (f"viscopade{found.ending}", text(name)), calls, there, tmp_path)
-
-
-@pytest.mark.parametrize("version", OF_GLSL)
-def test_glsl_of_web_pages_and_older_machines_compiles(tmp_path, version):
-    calls = " + ".join(f"viscopade_{f}({', '.join(['0.5'] * n)})" for n in (1, 2) for f in functions("float", n))
-    precision = "" if version == "#version 330" else "precision mediump float;"
-    (tmp_path / "shader.frag").write_text(
-        f"{version}\n{text('glsl')}\n{precision}\nout vec4 color;\nvoid main() {{ color = vec4({calls}); }}\n"
-    )
-    languages.built(tmp_path, tool("glslangValidator"), "shader.frag")
-
+# --- bad input --------------------------------------------------------------------------------------------------------
 
 NO_NUMBERS = ("null", "undefined", "[]", "[1]", "'1'", "true", "1n")
 

@@ -277,7 +277,7 @@ def test_limits_hold_where_a_rounding_of_w_decides(tmp_path, beside):
 
 
 def test_nothing_is_stated_of_compact_kernels_where_the_computed_w_is_subnormal():
-    """The exact w is normal; shaders set the computed one to 0."""
+    """The exact w is normal."""
     kernel = catalogue.kernel("compact 1e-3")
     speed, beta = float.fromhex("0x1.f32a2ep-122"), float.fromhex("0x1.014d9ep-1")
     assert Fraction(beta) ** 5 * Fraction(speed) > FLOAT.least

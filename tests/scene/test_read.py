@@ -513,7 +513,7 @@ LEAVES = st.one_of(
     st.floats(),
     st.text(TEXT, max_size=8),
     QUANTITIES,
-    st.sampled_from(["glass", "steel", "bead", "floor", "c", "glsl", "float", "v_star", "batch"]),
+    st.sampled_from(["glass", "steel", "bead", "floor", "c", "rust", "float", "v_star", "batch"]),
 )
 KEYS = st.one_of(
     st.sampled_from(re.findall(r"(\w+)`", (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8"))),

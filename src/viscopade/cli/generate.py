@@ -110,7 +110,7 @@ def export(target: str, order: int, digits: int | None, output: Path | None, **w
     - the paper's approximants: c, python, csv, json, latex, certificates,
       vectors;
     - kernels for all v* >= 0: cuda, arrays, fortran, rust, julia, javascript,
-      glsl, wgsl, warp, go, csharp;
+      warp, csharp;
     - the coefficients h_k: series-csv, series-json, series-latex;
     - the version: version-header, for C.
 

@@ -22,35 +22,26 @@ class Arithmetic:
     Attributes
     ----------
     place : str
-        "host", "device" (CUDA) or "shader".
+        "host" or "device" (CUDA).
     form : Format
         The type of all numbers.
-    model : Format
-        A format in which rounding to nearest is at least as bad as the machine's rounding and underflow.
     functions : Fraction
         Largest error of log2, exp2 and cbrt.
     quotient, root : Fraction
         Largest errors of a division, and of sqrt.
-    power : Fraction or None
-        Largest error of pow; None: pow(x, p) is exp2(p log2(x)).
+    power : Fraction
+        Largest error of pow.
     log2_absolute : Fraction
         An additional absolute error of log2.
-    exp2_slope : Fraction
-        exp2(x) may be off by another exp2_slope |x| ulp.
-    least : Fraction
-        Numbers below may be replaced by 0: compact kernels take w < least for 0.
     """
 
     place: str
     form: Format
-    model: Format
     functions: Fraction = ULPS
     quotient: Fraction = Fraction(1, 2)
     root: Fraction = Fraction(1, 2)
-    power: Fraction | None = ULPS
+    power: Fraction = ULPS
     log2_absolute: Fraction = Fraction(0)
-    exp2_slope: Fraction = Fraction(0)
-    least: Fraction = Fraction(0)
 
     @property
     def name(self) -> str:
@@ -63,27 +54,18 @@ class Arithmetic:
         return Fraction(2) ** (1 - self.form.precision)
 
 
-HOST = Arithmetic("host", DOUBLE, DOUBLE)
-HOST_FLOAT = Arithmetic("host", FLOAT, FLOAT)
+HOST = Arithmetic("host", DOUBLE)
+HOST_FLOAT = Arithmetic("host", FLOAT)
 """Arithmetic of IEEE 754 with the usual library of functions; logarithm and exponential may have any one base."""
 
 # The CUDA programming guide counts from the correctly rounded result, which adds half an ulp to its 2 ulp, to its 4 ulp
 # of powf, and to its 2^-22 in [1/2, 2].
 DEVICE = Arithmetic(
-    "device", FLOAT, FLOAT, Fraction(5, 2), Fraction(5, 2), power=Fraction(9, 2),
+    "device", FLOAT, Fraction(5, 2), Fraction(5, 2), power=Fraction(9, 2),
     log2_absolute=Fraction(1, 2**22) + Fraction(1, 2**25),
 )  # fmt: skip
 """CUDA's __log2f, exp2f, powf and __fdividef, and arithmetic of IEEE 754 (sqrtf rounds correctly)."""
 
-# Sums and products are one of the two neighbours, that is rounded to nearest with a bit less; and results below
-# 2^-126 may be replaced by 0, as if they were rounded to multiples of 2^-125. sqrt(x) is 1/inversesqrt(x), of which the
-# latter has 2 ulp and the quotient 2.5.
-SHADER = Arithmetic(
-    "shader", FLOAT, Format("shader", "", FLOAT.precision - 1, 104, FLOAT.digits), Fraction(3), Fraction(5, 2),
-    Fraction(5), None, Fraction(1, 2**21), Fraction(2), FLOAT.least,
-)  # fmt: skip
-"""Arithmetic that Vulkan and WGSL guarantee."""
-
 HOSTS = {found.form.name: found for found in (HOST, HOST_FLOAT)}
-ARITHMETICS = {found.name: found for found in (HOST, HOST_FLOAT, DEVICE, SHADER)}
+ARITHMETICS = {found.name: found for found in (HOST, HOST_FLOAT, DEVICE)}
 store.by_name(Arithmetic, ARITHMETICS)

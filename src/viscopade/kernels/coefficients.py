@@ -137,7 +137,7 @@ def in_formats(
 
 
 def on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[ErrorBound]]) -> Iterator[ErrorBound]:
-    """Yield the bounds in each arithmetic of a format, without those of devices and shaders that are not proven."""
+    """Yield the bounds in each arithmetic of a format, without those of devices that are not proven."""
     for machine in (one for one in ARITHMETICS.values() if one.form == form):
         try:
             yield from list(bounds(machine))

@@ -9,8 +9,8 @@ the last without cancellation. w is cut off at 2^120 in type float, 2^900 in typ
 and eps is below 2e-12 and 2e-90. `half_line` is the same formula as a function of v*, with cbrt and two branches.
 
 An error delta of ln y changes ln eps by d ln eps/d ln y times delta, which `rounding.Rounded` encloses. As
-ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is good to an absolute 2^-21 only, as shaders
-have it near w = 1, costs 1e-8.
+ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is good to an absolute 2^-22 only, as CUDA's is
+near w = 1, costs 1e-8.
 """
 
 from __future__ import annotations
@@ -256,7 +256,7 @@ def start() -> tuple[Statement, ...]:
     both sides of a choice, so that each has arguments that give no NaN.
     """
     x = Name("x")
-    positive = x > Name("least")
+    positive = x > ZERO
     return (
         *formulas.w_program(),
         Statement("x", W_CUT),
@@ -341,15 +341,14 @@ def _compact_bounds(form: Powers, of: Coefficients, machine: Arithmetic) -> Iter
     error, relative, kind = of.certificate.bound, relative_to(of.certificate.measure), of.form
     of_loss = error * (1 + error / 2)  # |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), |d eps| <= error smaller
     sizes = compact_rounding(form, of.a, of.b, machine)
-    unit = Fraction(2) ** -machine.model.precision
+    unit = Fraction(2) ** -machine.form.precision
     last = (unit + machine.quotient * machine.ulp) * _SECOND_ORDER  # elastic/(elastic + lost)
     for i, (low, high) in enumerate((reach(kind), COMMON) if kind == FLOAT else (reach(kind),)):
         of_eps, of_rebound, of_dissipation = (sizes[name][i] for name in MEANINGS)
         bound = ErrorBound("restitution", low, high, relative, error, arithmetic=machine)
         yield replace(bound, last=of_eps * (1 + error))
-        # eps speed may be subnormal
-        tiny = machine.model.smallest / 2 / machine.form.smallest
-        yield replace(bound, result="rebound", last=of_rebound * (1 + error), absolute=tiny)
+        # eps speed may be subnormal: half of the smallest number
+        yield replace(bound, result="rebound", last=of_rebound * (1 + error), absolute=Fraction(1, 2))
         if relative == "smaller":
             yield replace(bound, rounding=max(of_eps, Fraction(3, 2) * of_dissipation) * (1 + error), last=last)
             of_rounding = of_dissipation * (1 + of_loss)
@@ -386,11 +385,11 @@ def _on_part(
     form: Powers, a: Values, b: Values, machine: Arithmetic, low: Fraction, high: Fraction
 ) -> Mapping[str, arb]:
     """Return bounds of the relative errors for y from low to high."""
-    error, model = _error_of_y(machine, low, high), machine.model
+    error, kind = _error_of_y(machine, low, high), machine.form
     y = joined(low, high) * (arb(0) + arb(0, error)).exp()
-    given = {name: Rounded(arb(c), model) for name, c in constants(form, a, b).items()}
+    given = {name: Rounded(arb(c), kind) for name, c in constants(form, a, b).items()}
     # The speed is exact, and the slope of rebound that at constant speed.
-    given |= {"y": Rounded(y, model, slope=1), "speed": Rounded(arb(1), model)}
+    given |= {"y": Rounded(y, kind, slope=1), "speed": Rounded(arb(1), kind)}
 
     found = read(body(form), [*MEANINGS], given, reading(machine))
     moved = {name: number.with_error_of_y(error) for name, number in found.items()}
@@ -411,28 +410,26 @@ def _error_of_y(machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
 
 
 def _error_in_base(ln_base: arb, machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
-    ulp, model, library = ball_of(machine.ulp), machine.model, ball_of(machine.functions)
+    ulp, form, library = ball_of(machine.ulp), machine.form, ball_of(machine.functions)
     ends = ball_of(low), ball_of(high)
 
     def log(w: Rounded) -> Rounded:  # of w = y^ROOT, a wide ball of which might contain 0
         value, of_w = ends[0].log().union(ends[1].log()) * ROOT / ln_base, -(1 - w.relative).log() / ln_base
         size = value.abs_upper() + of_w
         of_call = size * library * ulp + ball_of(machine.log2_absolute)
-        return Rounded(value, model).with_absolute_error(of_call + of_w)
+        return Rounded(value, form).with_absolute_error(of_call + of_w)
 
     def exp(x: Rounded) -> Rounded:
-        size = x.value.abs_upper() + x.absolute
-        of_call = ulp * (library + ball_of(machine.exp2_slope) * size)
-        return Rounded((x.value * ln_base).exp(), model, (x.absolute * ln_base).exp() - 1).with_error(of_call)
+        return Rounded((x.value * ln_base).exp(), form, (x.absolute * ln_base).exp() - 1).with_error(ulp * library)
 
     exact = Fraction(1, ROOT)
-    of_constant = abs(Fraction(thirtieth(machine.form)) / exact - 1)
+    of_constant = abs(Fraction(thirtieth(form)) / exact - 1)
     given = {
-        "w": Rounded(arb(1), model, ball_of(rounding_of_w(model))),
-        "thirtieth": Rounded(ball_of(exact), model, ball_of(of_constant)),
+        "w": Rounded(arb(1), form, ball_of(rounding_of_w(form))),
+        "thirtieth": Rounded(ball_of(exact), form, ball_of(of_constant)),
     }
     branch = CodeBranch(None, (), {"y": root_of(Name("w"))})
-    y: Rounded = read(branch, ["y"], given, arithmetic(model, log2=log, exp2=exp))["y"]
+    y: Rounded = read(branch, ["y"], given, arithmetic(form, log2=log, exp2=exp))["y"]
     reached = all(y.value.overlaps(end) for end in ends)
     if not (reached and ends[0] * (1 - ball_of(_WIDER)) < y.value < ends[1] * (1 + ball_of(_WIDER))):
         raise ArithmeticError("y of the program is not the root of w")

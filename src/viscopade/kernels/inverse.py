@@ -53,8 +53,6 @@ ACCURACY = "inverse"  # in refusals: the option of `viscopade export`
 EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
 LEAST_BITS = 24  # an interval of eps begins at a multiple of 2^-24, which both types hold, as they do 1 - eps there
 FARTHEST = 2  # |m - n| of the degrees on [epsilon_min, 1] that are tried
-IN_SHADERS = Fraction(1, 2**63), Fraction(2**37)
-"""The v* between which 1 - eps = 1.15 v*^2 and eps > v*^(-10/3) are normal numbers of type float."""
 HOPELESS = 20  # of the degrees with one sum, the best is not better than the most equal ones by this factor (sampled)
 
 
@@ -211,15 +209,12 @@ def _bounds(
     powers: Powers, form: InverseForm, epsilon_min: Fraction, of: Coefficients, machine: Arithmetic
 ) -> Iterator[ErrorBound]:
     """Yield the bounds of v* and beta, which is v*^2 times a factor."""
-    proof, ends, speeds = of.certificate, (of.certificate.low, of.certificate.high), None
-    if machine.least:  # where eps, 1 - eps and the speed are normal numbers
-        ends = max(proof.low, IN_SHADERS[0]), min(proof.high, IN_SHADERS[1])
-        speeds = machine.least, Fraction(2) ** (machine.form.largest + 1)
+    proof = of.certificate
     of_beta = (1 + proof.bound) ** 2 - 1
     sizes = inverse_rounding(powers, form, epsilon_min, of.a, of.b, machine)
     for result, error in (("v_star", proof.bound), ("v_star_from_loss", proof.bound), ("beta", of_beta)):
-        size, of_speed = sizes[result.removesuffix("_from_loss")] * (1 + error), speeds if result == "beta" else None
-        yield ErrorBound(result, *ends, "value", error, size, arithmetic=machine, speeds=of_speed)
+        size = sizes[result.removesuffix("_from_loss")] * (1 + error)
+        yield ErrorBound(result, proof.low, proof.high, "value", error, size, arithmetic=machine)
 
 
 def inverse_rounding(
@@ -236,7 +231,7 @@ def inverse_rounding(
         If a sum may vanish.
     """
     with working(BITS):
-        unit, root = arb(2) ** -machine.model.precision, form.root
+        unit, root = arb(2) ** -machine.form.precision, form.root
         branches = dict(zip("yu", formulas.inverse_branches(powers, form), strict=False))
 
         def of_root(variable: str, y: arb) -> arb:

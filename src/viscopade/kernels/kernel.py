@@ -202,7 +202,6 @@ class Kernel:
                     - set(function.arguments)
                     - set(constants)
                     - tables
-                    - MACHINE
                     - set(self.lists)
                 )
                 if unknown:
@@ -244,7 +243,3 @@ class Kernel:
     def bytes(self) -> int:
         """Size of the tables in memory."""
         return sum(table.bytes for table in self.tables)
-
-
-MACHINE = frozenset({"least"})
-"""Names of constants that the arithmetic gives: its `least`."""

@@ -86,7 +86,7 @@ def _given(kernel: Kernel, function: Function, arguments: Sequence[Any], form: F
     constants = {name: kind(value) for name, value in kernel.constants[form.name].items()}
     tables = {table.name: rows_of(table, form) for table in kernel.tables}
     values = np.broadcast_arrays(*(np.asarray(x, kind) for x in arguments))
-    return {"least": kind(0), **constants, **tables, **dict(zip(function.arguments, values, strict=True))}
+    return {**constants, **tables, **dict(zip(function.arguments, values, strict=True))}
 
 
 def located(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> tuple[Any, Any]:

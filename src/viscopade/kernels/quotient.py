@@ -568,13 +568,13 @@ def _computed(
     a: Sequence[Fraction], b: Sequence[Fraction], machine: Arithmetic, coefficients: bool
 ) -> Callable[[arb], Rounded]:
     """Return the computed quotient on a ball of v*; arguments as for `quotient_rounding`."""
-    given, model = formulas.dense(a=a, b=b), machine.model
+    given, form = formulas.dense(a=a, b=b), machine.form
     branch, _ = formulas.epsilon_branches(given)
-    own = arb(2) ** -machine.form.precision if coefficients else 0
-    numbers = {name: Rounded(ball_of(c), model, own) for name, c in given.items()}
+    own = arb(2) ** -form.precision if coefficients else 0
+    numbers = {name: Rounded(ball_of(c), form, own) for name, c in given.items()}
 
     def on(v_star: arb) -> Rounded:
-        inputs = {**numbers, "v_star": Rounded(v_star, model, slope=1)}
+        inputs = {**numbers, "v_star": Rounded(v_star, form, slope=1)}
         found: Rounded = read(branch, ["epsilon"], inputs, reading(machine))["epsilon"]
         return found
 

@@ -28,7 +28,6 @@ MOST_PARTS = 4096
 DIGITS = 2  # of printed bounds
 _NEARLY = Fraction(1, 16)  # by which a bound for all may exceed the largest found for a single argument
 _SLACK = Fraction(1, 2**16)  # by which a computed y may be beyond its part; its error is far below
-_SLACK_IN_SHADERS = Fraction(1, 2**13)
 _NEAR = Fraction(1, 2**8)
 _STEP = Fraction(5, 4)  # (1 + 1/9)^5 < 2: powers of a ball of this width do not contain 0
 
@@ -72,27 +71,27 @@ def of_powers(
     exponent : Fraction or None
         The exponent that pow is meant to have, which its literal is near to; None: it is what the literal says.
     """
-    normal, model, ulp = arb(1).union(arb(2)), machine.model, ball_of(machine.ulp)
+    normal, form, ulp = arb(1).union(arb(2)), machine.form, ball_of(machine.ulp)
 
     def power(base: Rounded, written: _Decimal) -> Rounded:
         meant = written.exact if exponent is None else exponent
         of_base = log_error(base.relative) * ball_of(abs(written.nearest))
-        return Rounded(normal, model, (of_base + _of_pow(meant, written.nearest, machine, log)).exp() - 1)
+        return Rounded(normal, form, (of_base + _of_pow(meant, written.nearest, machine, log)).exp() - 1)
 
     def sqrt(number: Rounded) -> Rounded:
-        return Rounded(normal, model, 1 - (1 - number.relative).sqrt()).with_error(ball_of(machine.root) * ulp)
+        return Rounded(normal, form, 1 - (1 - number.relative).sqrt()).with_error(ball_of(machine.root) * ulp)
 
     def cbrt(number: Rounded) -> Rounded:
-        return Rounded(normal, model, 1 - (1 - number.relative).root(3)).with_error(ball_of(machine.functions) * ulp)
+        return Rounded(normal, form, 1 - (1 - number.relative).root(3)).with_error(ball_of(machine.functions) * ulp)
 
-    given = {name: Rounded(normal, model, error) for name, error in errors.items()}
+    given = {name: Rounded(normal, form, error) for name, error in errors.items()}
 
     def refused(*_: Rounded) -> Rounded:
         raise ValueError("expected products and quotients: a sum has other errors")
 
     by = reading(machine, pow=power, sqrt=sqrt, cbrt=cbrt)
     by = by._replace(
-        literal=lambda text: _Decimal(text, machine.form), operations={**by.operations, **dict.fromkeys("+-", refused)}
+        literal=lambda text: _Decimal(text, form), operations={**by.operations, **dict.fromkeys("+-", refused)}
     )
     found: Rounded = read(branch, [result], given, by)[result]
     return found.relative
@@ -104,7 +103,7 @@ def reading(machine: Arithmetic, **functions: Callable[..., Rounded]) -> Reading
     def divided(top: Rounded, bottom: Rounded) -> Rounded:
         return top.over(bottom).with_error(ball_of(machine.quotient * machine.ulp))
 
-    by = arithmetic(machine.model, divide=divided, **functions)
+    by = arithmetic(machine.form, divide=divided, **functions)
     return by if machine.quotient == HOST.quotient else by._replace(operations={"/": divided})
 
 
@@ -123,18 +122,10 @@ def log_error(relative: arb) -> arb:
 
 def _of_pow(meant: Fraction, given: Fraction, machine: Arithmetic, log: arb | None = None) -> arb:
     """Bound the error of ln pow(x, given) as that of x^meant, for x > 0 or |ln x| <= log."""
-    form, ulp = machine.form, ball_of(machine.ulp)
+    form = machine.form
     log = (form.largest + form.precision) * arb.const_log2() if log is None else log
     of_exponent = ball_of(abs(given - meant)) * log
-    if machine.power is not None:
-        return (log_error(ball_of(machine.power) * ulp) + of_exponent).abs_upper()
-    # exp2(p L), L = log2(x): errors of L and of the product, absolute, and of exp2.
-    size = log / arb.const_log2()
-    of_log = size * ball_of(machine.functions) * ulp + ball_of(machine.log2_absolute)
-    product = ball_of(abs(given)) * (size + of_log)
-    of_product = ball_of(abs(given)) * of_log + product * arb(2) ** -machine.model.precision
-    of_exp = ulp * (ball_of(machine.functions) + ball_of(machine.exp2_slope) * (product + of_product))
-    return (of_exponent + of_product * arb.const_log2() + log_error(of_exp)).abs_upper()
+    return (log_error(ball_of(machine.power) * ball_of(machine.ulp)) + of_exponent).abs_upper()
 
 
 def on_parts(
@@ -150,16 +141,16 @@ def on_parts(
 
     `variable` is the root's name; `log_error` bounds the error of its logarithm.
     """
-    model, slack = machine.model, _SLACK if machine.power is not None else _SLACK_IN_SHADERS
-    exact, by = {name: Rounded(arb(c), model) for name, c in numbers.items()}, reading(machine)
+    form, by = machine.form, reading(machine)
+    exact = {name: Rounded(arb(c), form) for name, c in numbers.items()}
 
     @cache
     def on(part: Part) -> Found:
-        y = _between(part[0] * (1 - slack), part[1] * (1 + slack))
+        y = _between(part[0] * (1 - _SLACK), part[1] * (1 + _SLACK))
         error = log_error(y)
-        if not error < ball_of(slack) / 2:
+        if not error < ball_of(_SLACK) / 2:
             raise ArithmeticError("a computed root may be beyond its part")
-        found = read(branch, results, {**exact, **inputs(y), variable: Rounded(y, model, slope=1)}, by)
+        found = read(branch, results, {**exact, **inputs(y), variable: Rounded(y, form, slope=1)}, by)
         return {name: number.with_error_of_y(error) for name, number in found.items()}
 
     return on

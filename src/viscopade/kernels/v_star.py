@@ -60,14 +60,13 @@ class Beyond(NamedTuple):
 def of_computed_v_star(bound: ErrorBound, beyond: Beyond | None = None) -> Iterator[ErrorBound]:
     """Yield the bounds of eps from the speed, given the bound of eps from v*, as v* is rounded.
 
-    There is one for the `USUAL` speeds and one for all (in shaders, that are normal numbers). A computed v* may be
-    beyond an end V, and v* not. With what holds there the bound is one up to V. From v* to V the true function
-    changes, from V to the computed v* the formula; both changes together are at most `steepness` times as large as
-    the true function's change. Without `beyond` the bound ends just before V, as at the end of a function's domain.
+    There is one for the `USUAL` speeds and one for all. A computed v* may be beyond an end V, and v* not. With what
+    holds there the bound is one up to V. From v* to V the true function changes, from V to the computed v* the formula;
+    both changes together are at most `steepness` times as large as the true function's change. Without `beyond` the
+    bound ends just before V, as at the end of a function's domain.
     """
     machine = bound.arithmetic
-    every = (machine.least, Fraction(2) ** (machine.form.largest + 1)) if machine.least else None
-    for usual, largest in (((1 / USUAL, USUAL), USUAL), (every, None)):
+    for usual, largest in (((1 / USUAL, USUAL), USUAL), (None, None)):
         change = of_v_star(machine, largest)  # relative to the smaller one, and larger than the relative error of v*
         low, high, last = bound.low * (1 + change), bound.high, bound.last
         if beyond is not None:

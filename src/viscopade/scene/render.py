@@ -59,7 +59,7 @@ def render(choice: Choice, command: str) -> str:
 def kernels(choice: Choice) -> list[Kernel]:
     """Return the chosen kernel with the scene's name, and a kernel with the constants of each pair."""
     scene, chosen = choice.scene, choice.chosen
-    name = re.sub("_+", "_", scene.name).rstrip("_")  # C++ and GLSL reserve names with two underscores in a row
+    name = re.sub("_+", "_", scene.name).rstrip("_")  # C++ reserves names with two underscores in a row
     if chosen.is_constant:
         return [_with_errors(choice, replace(chosen.kernel, name=name))]
     main = chosen.kernel

@@ -39,7 +39,7 @@ class Range(NamedTuple):
 
 def last_of_product(arithmetic: Arithmetic) -> Fraction:
     """Return the relative error by the three roundings of (1 - eps) (1 + eps); loss (2 - loss) has one less."""
-    return 3 * Fraction(2) ** -arithmetic.model.precision * (1 + Fraction(1, 1 << 20))
+    return 3 * Fraction(2) ** -arithmetic.form.precision * (1 + Fraction(1, 1 << 20))
 
 
 def errors_on(kernel: Kernel, result: str, arithmetics: Sequence[Arithmetic], ranges: Iterable[Range]) -> Errors | None:

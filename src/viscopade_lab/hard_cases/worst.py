@@ -188,9 +188,9 @@ def _readings(
 ) -> tuple[Callable[[Array], Array], Callable[[float], arb]]:
     """Return a function as the code computes it, and its exact value with the exact 1/30."""
     numbers, kind, by = kernel.constants[form.name], TYPES[form.name], _machine(form)
-    balls = {name: ball_of(Fraction(c)) for name, c in numbers.items()} | {"least": arb(0)}
+    balls = {name: ball_of(Fraction(c)) for name, c in numbers.items()}
     balls |= {"thirtieth": arb(1) / 30} if "thirtieth" in balls else {}
-    given = {name: kind(c) for name, c in numbers.items()} | {"least": kind(0)}
+    given = {name: kind(c) for name, c in numbers.items()}
     wholes = [CodeBranch(None, (*function.start, *b.program), b.results) for b in function.branches]
 
     def branch_at(x: Any) -> Any:

@@ -79,17 +79,14 @@ def file_text(
     Raises
     ------
     ValueError
-        If no kernel has a format of the language, or one has a table and the language has none.
+        If a kernel has a table and the language has none.
     """
     name = module or language.stem
     if not language.table and any(kernel.tables for kernel in kernels):
         raise ValueError(f"the language is {language.name}: expected c, as the kernel has a table")
-    if not any(numbers_of(kernel, language) for kernel in kernels):
-        reasons = "; ".join(f"{kernel.name}: {reason}" for kernel in kernels for reason in kernel.missing.values())
-        raise ValueError(f"{language.name} has no type in which a kernel was proven: {reasons}")
     apart, texts = "\n" * (language.apart + 1), list(_texts(kernels, language))
     helpers = (name for name in language.helpers.split() if any(f"{name.partition('.')[0]}(" in text for text in texts))
-    lines = lines or head([kernel for kernel in kernels if numbers_of(kernel, language)], language, command, name)
+    lines = lines or head(kernels, language, command, name)
     return language.file.format(
         head=language.block.format(lines=comment(lines, language.comment)),
         version=_version(language),
@@ -165,7 +162,7 @@ def _framed(kernel: Kernel, language: Language, texts: Sequence[str], code: Sequ
 
 def generics(kernel: Kernel, language: Language) -> str:
     """Return the texts that make one function of those for each type."""
-    if not numbers_of(kernel, language) or not language.generic:
+    if not language.generic:
         return ""
     return "\n".join(generic_text(kernel, function, language) for function in kernel.functions)
 

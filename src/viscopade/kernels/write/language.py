@@ -85,13 +85,9 @@ class Runner:
     tools : tuple of str
         Compilers or interpreters, of which the first that is there is taken; none: the interpreter that runs viscopade.
     build, start : str
-        Commands, with the words {tool}, {driver}, {file} and {program} for names; "" if nothing is compiled, or run.
+        Commands, with the words {tool}, {driver}, {file} and {program} for names; "" if nothing is compiled.
     variable, package : str
         In the environment, what names the tool; what the interpreter needs.
-    folder : bool
-        Whether the file of functions is in a folder of its name.
-    asked : str
-        What makes the tool tell its version.
     """
 
     driver: str = ""
@@ -100,8 +96,6 @@ class Runner:
     start: str = ""
     variable: str = ""
     package: str = ""
-    folder: bool = False
-    asked: str = "--version"
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
             words = tuple(shlex.split(candidate))
         except ValueError:
             continue
-        if words and shutil.which(words[0]) is not None and (known := _version(words, runner.asked)) is not None:
+        if words and shutil.which(words[0]) is not None and (known := _version(words)) is not None:
             return Tool(words, known)
     if named:
         given_by = "--cc, or CC" if runner.variable == "CC" else runner.variable
@@ -89,11 +89,11 @@ def missing(runner: Runner) -> str:
     return " or ".join(runner.tools) or f"Python package {runner.package}"
 
 
-def _version(words: Sequence[str], asked: str) -> str | None:
+def _version(words: Sequence[str]) -> str | None:
     """Return the line that a tool prints of its version; None if it does not start."""
     name = re.split(r"[/\\]", words[0])[-1]
     try:
-        ran = run((*words, asked))
+        ran = run((*words, "--version"))
     except ToolchainError:
         return None
     if ran.returncode:
@@ -109,7 +109,6 @@ class Program:
     Attributes
     ----------
     command : tuple of str
-        Empty if the code can only be compiled.
     type : dtype
         Of arguments and results.
     calls : int
@@ -179,9 +178,7 @@ def build(
     }  # fmt: skip
     source = (files(__package__) / "drivers" / f"{runner.driver}.jinja").read_text(encoding="utf-8")
     driver = f"driver{Path(runner.driver).suffix}"
-    folder = directory / stem if runner.folder else directory
-    folder.mkdir(exist_ok=True)
-    (folder / name).write_text(text, encoding="utf-8")
+    (directory / name).write_text(text, encoding="utf-8")
     (directory / driver).write_text(environment().from_string(source).render(words), encoding="utf-8")
     replaced = {"{tool}": (*tool.words, *flags), "{driver}": (driver,), "{file}": (name,), "{program}": (_PROGRAM,)}
     compiled, command = (

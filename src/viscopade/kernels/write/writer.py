@@ -97,7 +97,6 @@ class _Writer:
     def __init__(self, kernel: Kernel, function: Function, language: Language, number: Number) -> None:
         self.kernel, self.function, self.language, self.number = kernel, function, language, number
         self.words = {"type": number.type, "suffix": number.suffix, "nan": number.nan}
-        self.least = number.arithmetics[-1].least
         self.variables: list[str] = []
         self.kinds: dict[str, str] = {}
         for name, expression in self._statements():
@@ -132,9 +131,8 @@ class _Writer:
         return pattern.format(**{**self.words, **words}).splitlines() if pattern else []
 
     def _constants(self) -> Iterator[str]:
-        known, read = dict(self.kernel.constants[self.number.form]), self.function.names
-        known |= {"least": float(self.least)} if self.least else {}
-        for name, value in known.items():
+        read = self.function.names
+        for name, value in self.kernel.constants[self.number.form].items():
             if name in read:
                 yield from self._line(self.language.constant, name=name, value=self.number.constant(value))
         for name, numbers in self.kernel.lists.items():
@@ -251,8 +249,6 @@ class _Writer:
         """Return the expression as text, with the same order of evaluation."""
         language, number = self.language, self.number
         match bare(expression):
-            case Name("least") if not self.least:
-                return number.literal(0.0)
             case Name(name):
                 return name
             case Literal(text):

@@ -20,10 +20,7 @@ NAMES = (
     "rust",
     "julia",
     "javascript",
-    "glsl",
-    "wgsl",
     "warp",
-    "go",
     "csharp",
 )
 
