@@ -36,7 +36,7 @@ class Header:
 
     def __post_init__(self):
         """Find the kernel and its table, which begins at w = 2^first and ends at 2^end."""
-        kernel, layout = speed_table.speed_table(self.tier), speed_table.TABLES[self.tier, "fast"]
+        kernel, layout = speed_table.speed_table(self.tier), speed_table.TABLES[self.tier]
         native = [form.name for form in speed_table.forms_of(layout)]  # other types are converted to this one
         given = {"kernel": kernel, "layout": layout, "name": kernel.name, "native": native, "first": layout.first}
         self.__dict__.update(given, end=layout.first + formulas.OCTAVES, split=layout.split)

@@ -37,7 +37,7 @@ CASES = [(key, form) for key in TABLES for form in (DOUBLE, FLOAT)]
 
 def run(key, form, **given):
     """Return the values of a table's program for arrays, and its guard."""
-    kernel, kind, by = speed_table(*key), TYPES[form.name], machine_arithmetic(form)
+    kernel, kind, by = speed_table(key), TYPES[form.name], machine_arithmetic(form)
     function = kernel.function("restitution")
     (branch,) = function.branches
     table = np.array(kernel.tables[0].rows, kind)
@@ -80,7 +80,7 @@ def test_numbers_outside_of_a_table_are_known(key, form):
 @pytest.mark.parametrize(("key", "form"), CASES, ids=str)
 def test_a_table_gives_arrays_of_any_shape_what_it_gives_numbers(key, form):
     """Beyond the table, the kernel of v* serves, which is another branch."""
-    kernel, kind = speed_table(*key), TYPES[form.name]
+    kernel, kind = speed_table(key), TYPES[form.name]
     speed = (2.0 ** np.array([[-110, -20, -1], [0.5, 20, 110]])).astype(kind)
     values, branch = located(kernel, "restitution", speed, 1.5, form=form)
     assert (branch == 0).tolist() == [[False, True, True], [True, True, False]]

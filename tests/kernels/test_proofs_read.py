@@ -14,7 +14,7 @@ from viscopade.kernels.speed_table import LastPlace, Polynomials
 
 ROW = 500
 MORE = Literal("1.25")
-ROUGH, LAST = Polynomials(4, -90, 1, FLOAT), speed_table.TABLES["full", "fast"]
+ROUGH, LAST = Polynomials(4, -90, 1, FLOAT), speed_table.TABLES["full"]
 BOUNDS = {
     "polynomials": (Polynomials, "sums", "p", lambda: ROUGH.bounds(ROW)["error"]),
     "last place": (LastPlace, "sums", "rest", lambda: LAST.bounds(ROW)["ulp"]),

@@ -6,7 +6,7 @@ from pathlib import Path
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.collision import panel_proof
-from viscopade.kernels.catalogue import FAST
+from viscopade.kernels.catalogue import TIERS
 from viscopade.kernels.speed_table import TABLES, of_w, speed_table, table_bounds
 
 ROOT = Path(__file__).parents[2]
@@ -22,10 +22,10 @@ ROWS = [
 def test_the_table_has_the_tables_and_their_bounds():
     assert {row[0].strip("`") for row in ROWS if ".h" in row[0]} == {f.name for f in ROOT.glob("exports/*speed*.h")}
     rough = {key: table for key, table in TABLES.items() if "rise" in table_bounds(table)}
-    for row, ((tier, size), table) in zip(ROWS, rough.items(), strict=False):
+    for row, (tier, table) in zip(ROWS, rough.items(), strict=False):
         file = f"viscopade_speed_{tier.replace('-', 'm')}.h"
-        name = f"`{file}`" if size == FAST else f"(`--from-speed {tier} --size {size}`)"
-        kernel, proven = speed_table(tier, size), table_bounds(table)
+        name = f"`{file}`" if tier in TIERS else f"(`--from-speed {tier}`)"
+        kernel, proven = speed_table(tier), table_bounds(table)
         error = at_most(max(bound.formula for bound in kernel.bounds if bound.result == "restitution"))
         rise = at_most(proven["rise"] * (1 + proven["error"]))
         numbers = [str(table.degree), str(1 << table.split), table.form.name, f"{kernel.bytes:,}", error, rise]

@@ -22,7 +22,7 @@ from viscopade.collision import exact, panel_proof
 from viscopade.kernels import speed_table
 from viscopade.kernels.speed_table import TABLES, Layout, Polynomials, table_bounds
 
-SMALL, FULL = TABLES["1e-5", "small"], TABLES["full", "fast"]
+SMALL, FULL = TABLES["5e-6"], TABLES["full"]
 
 
 def true(w: Fraction, base: int) -> Fraction:

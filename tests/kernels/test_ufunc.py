@@ -28,7 +28,7 @@ try:
 except ImportError:
     _native = None
 
-FIRST = TABLES["full", "fast"].first
+FIRST = TABLES["full"].first
 NUMPY = native.numpy_restitution
 COMPILED = {name: native.compiled_restitution(name) for name in _native.instruction_sets()} if _native else {}
 BACKENDS = {"numpy": NUMPY, **COMPILED}

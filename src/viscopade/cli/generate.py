@@ -25,7 +25,7 @@ from viscopade.cli.console import (
     write_or_print,
 )
 from viscopade.cli.writer import check_targets, write_all
-from viscopade.kernels.catalogue import FAST, SIZES, TIERS
+from viscopade.kernels.catalogue import SPEEDS
 from viscopade.kernels.write.targets import LATEX_DIGITS, SERIES_DIGITS, SERIES_ORDER, TARGETS
 from viscopade.shipped import example_scenes
 
@@ -75,16 +75,10 @@ _SERIES = ("series-csv", "series-json", "series-latex")
 @click.option("--full", is_flag=True, help="Kernels that are accurate to the last digit, from v*, in C.")
 @click.option(
     "--from-speed",
-    type=click.Choice(TIERS),
+    type=click.Choice(SPEEDS),
     multiple=True,
-    help="Accuracy of a kernel from speed and beta to eps, in C, with a table instead of a root.",
-)
-@click.option(
-    "--size",
-    type=click.Choice(SIZES),
-    default=FAST,
-    show_default=True,
-    help="Table of --from-speed 1e-5: the large, fast one, or a small one that needs more operations.",
+    help="Accuracy of a kernel from speed and beta to eps, in C, with a table instead of a root. The table for 5e-6 is "
+    "the smallest; the kernel for 1e-5 is faster.",
 )
 @click.option(
     "--order",

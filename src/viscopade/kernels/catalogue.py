@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 
     from viscopade.kernels.kernel import Kernel
 
-FAST, SMALL = SIZES = ("fast", "small")
-"""Sizes of the speed tables."""
+SPEEDS = ("1e-5", "5e-6", "1e-10", "full")
+"""Accuracies of speed tables; that of 5e-6 is the smallest table, and needs more operations than that of 1e-5."""
+TIERS = ("1e-5", "1e-10", "full")
+"""Those that have a header in `exports`."""
 
 
 @dataclass(frozen=True)
@@ -82,10 +84,10 @@ def _full() -> Kernel:
     return full.full()
 
 
-def _speed(accuracy: str, size: str) -> Kernel:
+def _speed(accuracy: str) -> Kernel:
     from viscopade.kernels import speed_table
 
-    return speed_table.speed_table(accuracy, size)
+    return speed_table.speed_table(accuracy)
 
 
 def _entries() -> Iterator[Entry]:
@@ -99,16 +101,12 @@ def _entries() -> Iterator[Entry]:
     for accuracy in ("1e-3", "1e-5"):
         yield Entry(f"inverse {accuracy}", {"inverse": (accuracy,)}, partial(_inverse, accuracy))
     yield Entry("full", {"full": True}, _full)
-    for accuracy, size in (("1e-5", FAST), ("1e-5", SMALL), ("1e-10", FAST), ("full", FAST)):
-        small = f" {size}" if size != FAST else ""
-        options = {"from_speed": (accuracy,), **({"size": size} if small else {})}
-        yield Entry(f"speed {accuracy}{small}", options, partial(_speed, accuracy, size))
+    for accuracy in SPEEDS:
+        yield Entry(f"speed {accuracy}", {"from_speed": (accuracy,)}, partial(_speed, accuracy))
 
 
 CATALOGUE: Mapping[str, Entry] = {entry.key: entry for entry in _entries()}
 """All ready kernels by their keys."""
-TIERS = tuple(dict.fromkeys(entry.key.split()[1] for entry in CATALOGUE.values() if entry.group == "speed"))
-"""Accuracies of speed tables."""
 
 
 def group(name: str) -> tuple[Entry, ...]:

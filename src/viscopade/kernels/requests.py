@@ -10,7 +10,7 @@ from typing import Any
 from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.decimals import identifier
 from viscopade.kernels import catalogue, compact, full, inverse, quotient, speed_table
-from viscopade.kernels.catalogue import FAST, Entry
+from viscopade.kernels.catalogue import Entry
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write import tables, vectors
 from viscopade.kernels.write.file import file_text, version_text
@@ -27,7 +27,6 @@ _OF_FITS = ("minimax", "accuracy")
 _NEEDED = {
     **dict.fromkeys(("v_star_min", "v_star_max", "measure"), _OF_FITS),
     "epsilon_min": ("inverse",),
-    "size": ("from_speed",),
 }
 """Options that need one of others, without which they would change nothing."""
 
@@ -49,9 +48,7 @@ class Request:
     inverse : sequence of str
         Proven relative errors of v*(eps).
     from_speed : sequence of str
-        At most one accuracy of `catalogue.TIERS`: a kernel that needs no root, in C.
-    size : "fast" or "small"
-        The size of its table.
+        At most one accuracy of `catalogue.SPEEDS`: a kernel that needs no root, in C.
     v_star_min, v_star_max : str or None
         Interval of the best approximants.
     epsilon_min : str
@@ -70,7 +67,6 @@ class Request:
     accuracy: Sequence[str] = ()
     inverse: Sequence[str] = ()
     from_speed: Sequence[str] = ()
-    size: str = FAST
     v_star_min: str = "0"
     v_star_max: str | None = None
     epsilon_min: str = "0"
@@ -127,7 +123,7 @@ class Request:
             found += [quotient.accurate_quotient(accuracy, *ends) for accuracy in self.accuracy]
         found += [inverse.inverse(accuracy, self.epsilon_min) for accuracy in self.inverse]
         found += [full.full()] if self.full else []
-        return [*found, *(speed_table.speed_table(accuracy, self.size) for accuracy in self.from_speed)]
+        return [*found, *(speed_table.speed_table(accuracy) for accuracy in self.from_speed)]
 
     def command(self, target: str) -> str:
         """Return the command line."""

@@ -394,13 +394,13 @@ def _middle(ball: arb) -> fmpq:
 # --- records ----------------------------------------------------------------------------------------------------------
 
 FIRST = -96
-TABLES: Mapping[tuple[str, str], Layout] = {
-    ("1e-5", "fast"): Polynomials(6, FIRST, 1, FLOAT),
-    ("1e-5", "small"): Polynomials(2, FIRST, 3, FLOAT),
-    ("1e-10", "fast"): Polynomials(4, FIRST, 5, DOUBLE),
-    ("full", "fast"): LastPlace(3, -64, 10, DOUBLE),
+TABLES: Mapping[str, Layout] = {
+    "1e-5": Polynomials(6, FIRST, 1, FLOAT),
+    "5e-6": Polynomials(2, FIRST, 3, FLOAT),
+    "1e-10": Polynomials(4, FIRST, 5, DOUBLE),
+    "full": LastPlace(3, -64, 10, DOUBLE),
 }
-"""By accuracy and size, the tables that are exported. The table of full accuracy ends at v* = 84."""
+"""The tables by accuracy. The table of full accuracy ends at v* = 84."""
 
 
 @recorded("speed table rows")
@@ -523,27 +523,27 @@ def _functions(layout: Layout) -> Iterator[Function]:
 
 
 @cache
-def speed_table(accuracy: str, size: str = "fast") -> Kernel:
-    """Return the kernel from speed to eps of an accuracy and a table size.
+def speed_table(accuracy: str) -> Kernel:
+    """Return the kernel from speed to eps of an accuracy.
 
     Parameters
     ----------
     accuracy : str
-        "1e-5", "1e-10" or "full".
-    size : "fast" or "small"
-        The small table needs more operations.
+        "1e-5", "5e-6", "1e-10" or "full".
 
     Raises
     ------
     ValueError
         If there is no such kernel.
     """
-    layout = layout_of(accuracy, size)
-    elsewhere = _of_v_star(half_line(accuracy) if accuracy == "1e-5" else full())
+    if accuracy not in TABLES:
+        raise ValueError(f"the kernel of speed asked for is {accuracy}: expected {', '.join(TABLES)}")
+    layout = TABLES[accuracy]
+    elsewhere = _of_v_star(half_line("1e-5") if layout.form == FLOAT else full())  # within 3.4e-6
     low, high = (2.0 ** (e / 10) for e in (layout.first, layout.first + OCTAVES))
     return Kernel(
         identifier(accuracy),
-        f"speed table {accuracy}" + f" ({size})" * (size != "fast"),
+        f"speed table {accuracy}",
         "speed",
         f"w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree {layout.degree} in m, "
         f"{1 << layout.split} rows of coefficients for each e from {layout.first} to {layout.first + OCTAVES - 1} "
@@ -580,14 +580,6 @@ def _of_v_star(kernel: Kernel) -> Kernel:
     missing = {"float": "beyond tables of speed, eps is computed in type double"}
     constants = {double: kernel.constants[double]}
     return replace(kernel, functions=functions, bounds=bounds, constants=constants, missing=missing)
-
-
-def layout_of(accuracy: str, size: str = "fast") -> Layout:
-    """Return the table of a kernel; errors as for `speed_table`."""
-    if (accuracy, size) not in TABLES:
-        known = ", ".join(f"{name} ({which})" for name, which in TABLES)
-        raise ValueError(f"the kernel of speed asked for is {accuracy} ({size}): expected {known}")
-    return TABLES[accuracy, size]
 
 
 # --- bounds -----------------------------------------------------------------------------------------------------------

@@ -141,9 +141,10 @@ def _ready(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
         written = bool(code.spoken.table) if kernel.tables else True
         fits = code.largest_table is None or kernel.bytes <= code.largest_table
         if written and fits and any(function.name == code.function for function in kernel.functions):
-            tier, *size = (*entry.key.split()[1:], "")
-            label = READY[entry.group].format(f"to {tier}" if "1e-" in tier else "full accuracy")
-            ready = _candidate(scene, met, kernel, label + " (small table)" * ("small" in size))
+            tier = entry.key.partition(" ")[2]
+            ready = _candidate(
+                scene, met, kernel, READY[entry.group].format(f"to {tier}" if "e-" in tier else "full accuracy")
+            )
             if ready is not None:
                 yield ready
 

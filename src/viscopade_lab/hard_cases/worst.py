@@ -20,7 +20,6 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import identifier
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.kernels import catalogue, compact, full, truth
-from viscopade.kernels.catalogue import FAST
 from viscopade.kernels.expressions import CodeBranch, Reading, read
 from viscopade.kernels.kernel import Function as KernelFunction
 from viscopade.kernels.kernel import Kernel
@@ -154,8 +153,8 @@ def functions(rows: int) -> Iterator[Function]:
         for entry in (entry for group in groups for entry in catalogue.group(group)):
             for form in map(FORMATS.get, entry.kernel.formats):
                 yield from _of_kernel(family, entry.kernel, cast(Format, form))
-    for (tier, size), table in TABLES.items():
-        if size == FAST and isinstance(table, Polynomials):
+    for tier in catalogue.TIERS:
+        if isinstance(table := TABLES[tier], Polynomials):
             yield from _of_table(identifier(tier), table, rows)
     for name in full.FUNCTIONS:
         yield _full(name)
@@ -244,7 +243,7 @@ def _full(name: str) -> Function:
 
 def _full_from_speed() -> Function:
     """Return eps of the table of full accuracy, for beta = 1, where w is exact."""
-    kernel, table = speed_table("full"), TABLES["full", FAST]
+    kernel, table = speed_table("full"), TABLES["full"]
     return Function(
         "full", "restitution_full", DOUBLE, lambda x: evaluated(kernel, "restitution", x, np.ones_like(x)),
         lambda x: truth.enclosed(arb(x).root(10)).epsilon, 2.0**table.first, 2.0**60, table_bounds(table)["ulp"],
