@@ -106,8 +106,6 @@ BAD = [
     ("export latex --digits 31", "digits is 31: expected an integer from 1 to 30"),
     ("export latex --minimax 1/4 --v-star-max 5 --digits 18", "digits is 18: expected an integer from 1 to 17"),
     ("export cuda --accuracy 1e-9", "expected a number >"),
-    ("export c --inverse 1e-5 --epsilon-min 2", "expected 0, or a number from 2e-4 to 0.99"),
-    ("export c --epsilon-min 0.5", "expected epsilon_min with inverse (--inverse)"),
     ("export c --accuracy 1e-3 --v-star-min 1", "expected an interval with both ends (--v-star-max)"),
     *(
         (f"export c {kind} --measure relative", "measure is given without minimax or accuracy: expected")

@@ -130,7 +130,6 @@ def test_a_name_is_the_accuracy_that_formula_and_rounding_meet():
             "minimax_v0p5to3_1em3_relative",
         ),
         (Request(accuracy=("0.00035",), measure="relative"), "compact_3p5em4_relative"),
-        (Request(inverse=("1e-3",), epsilon_min="0.3"), "inverse_e0p3_1em3"),
     ],
 )  # fmt: skip
 def test_a_name_says_what_was_asked_for(asked, name):

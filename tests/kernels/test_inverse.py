@@ -1,4 +1,4 @@
-"""Inverse kernels: programs, bounds of rounding, ends of intervals, choice of powers, refusals."""
+"""Inverse kernels: programs, bounds of rounding, choice of powers, refusals."""
 
 from __future__ import annotations
 
@@ -14,55 +14,52 @@ from flint import arb
 
 from viscopade.approximation import inverse as approximants
 from viscopade.arithmetic.balls import working
-from viscopade.arithmetic.formats import DOUBLE, FORMATS
+from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels import formulas, inverse, machine, rounding_bounds
 from viscopade.kernels.arithmetic import HOST, HOSTS
 from viscopade.kernels.expressions import Reading, Run, evaluate
 from viscopade.kernels.machine import TYPES
 
-EPSILON_MIN = Fraction("0.3")
 each_form = pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
 
 
 @cache
 def kernels():
-    """Return kernels on all of (0, 1] and on an interval, with powers and coefficients."""
+    """Return kernels with powers and coefficients."""
     found = []
-    for accuracy, low in (("1e-3", 0), ("1e-5", 0), ("3e-4", EPSILON_MIN)):
-        powers = inverse.inverse_powers(Fraction(accuracy), Fraction(low))
-        found.append((inverse.inverse(accuracy, low), powers, inverse.inverse_fit(powers, Fraction(low))))
+    for accuracy in ("1e-3", "1e-5"):
+        powers = inverse.inverse_powers(Fraction(accuracy))
+        found.append((inverse.inverse(accuracy), powers, inverse.inverse_fit(powers)))
     return found
 
 
-def v_star_of(powers, variant, form, y, number):
+def v_star_of(powers, variant, y, number):
     n, d = (
         sum(number(c) * y**k for k, c in zip(*part, strict=True))
         for part in ((powers.top, variant.a), (powers.bottom, variant.b))
     )
-    return y**form.shift * n / d
+    return y**5 * n / d
 
 
-@pytest.mark.parametrize("which", range(3))
+@pytest.mark.parametrize("which", range(2))
 def test_programs_are_the_formula(which):
     """In exact numbers, given the root: all branches."""
     kernel, powers, fitted = kernels()[which]
-    variant, form = fitted.variants[0], inverse._form(EPSILON_MIN if which == 2 else Fraction(0))
+    variant = fitted.variants[0]
     numbers, y = {k: Fraction(c) for k, c in kernel.constants["double"].items()}, Fraction(3, 5)
-    for variable, branch in zip("yu", formulas.inverse_branches(powers, form), strict=False):
+    for variable, branch in zip("yu", formulas.inverse_branches(powers), strict=True):
         run = Run(branch.program, {**numbers, variable: y}, Reading(Fraction))
         at = y if variable == "y" else 1 / y
-        assert evaluate(branch.results["v_star"], run, Reading(Fraction)) == v_star_of(
-            powers, variant, form, at, Fraction
-        )
+        assert evaluate(branch.results["v_star"], run, Reading(Fraction)) == v_star_of(powers, variant, at, Fraction)
 
 
-@pytest.mark.parametrize("which", range(3))
+@pytest.mark.parametrize("which", range(2))
 @each_form
 def test_rounding_is_within_its_bound(which, form):
     kernel, powers, fitted = kernels()[which]
     variant = next(v for v in fitted.variants if v.form == form)
     kind, generator = TYPES[form.name], random.Random(5)
-    low = max(kernel.constants[form.name].get("least_epsilon", 0.0), float(form.least))
+    low = float(form.least)
     points = [low, 0.5, float(np.nextafter(kind(1), kind(0))), *(low ** generator.random() for _ in range(300))]
     x = np.array([point for point in points if low <= kind(point) < 1], kind)
     bounds = {result: variant.bound(result) for result in ("v_star", "beta")}
@@ -73,35 +70,16 @@ def test_rounding_is_within_its_bound(which, form):
     }
     for i, at in enumerate(x.tolist()):
         with working(300):
-            odds = (1 - arb(at)) / arb(at)
-            y = odds.sqrt() if which == 2 else odds.root(10)
-            exact = v_star_of(powers, variant, inverse._form(EPSILON_MIN if which == 2 else Fraction(0)), y, arb)
+            exact = v_star_of(powers, variant, ((1 - arb(at)) / arb(at)).root(10), arb)
             assert abs(found["v_star"][i] / exact - 1) <= sizes["v_star"], at
             assert abs(found["beta"][i] / (exact**2 / arb(3).root(5)) - 1) <= sizes["beta"], at
-
-
-@each_form
-def test_ends_of_an_interval_are_within(form):
-    """0.3 in decimal is a little below or above 3/10 in binary: it belongs to the interval, as does 1 - 0.3."""
-    kernel, kind = kernels()[2][0], TYPES[form.name]
-    least = float(kernel.domain.split()[0])  # as stated
-    inside = [0.3, float(kind(0.3)), least]
-    assert (machine.evaluated(kernel, "v_star", inside, form=form) > 1).all()
-    inside = [0.7, float(kind(0.7)), float(kind(1) - kind(0.3))]
-    assert (machine.evaluated(kernel, "v_star_from_loss", inside, form=form) > 1).all()
-    assert np.isnan(machine.evaluated(kernel, "v_star", np.nextafter(kind(least), kind(0)), form=form))
-    assert np.isnan(machine.evaluated(kernel, "v_star_from_loss", np.nextafter(kind(1 - least), kind(1)), form=form))
-    for low in (Fraction("0.3"), Fraction("0.1"), Fraction(1, 3), Fraction(1, 5000)):
-        start = inverse.interval_start(low)
-        assert 0 <= low - start < Fraction(1, 2**24)
-        assert all(Fraction(float(np.float32(float(x)))) == x for x in (start, 1 - start))
 
 
 def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(monkeypatch):
     """A search that stops later finds hardly less."""
     _, powers, fitted = kernels()[1]
     for variant in fitted.variants:
-        given = powers, approximants.WHOLE_FORM, Fraction(0), variant.a, variant.b, HOSTS[variant.form.name]
+        given = powers, variant.a, variant.b, HOSTS[variant.form.name]
         monkeypatch.setattr(rounding_bounds, "_NEARLY", Fraction(1, 1024))
         bound = variant.bound("v_star")
         assert 0.9 < float(inverse.inverse_rounding(*given)["v_star"] / bound.rounding * (1 + bound.formula)) <= 1
@@ -130,25 +108,13 @@ def test_math_h_is_as_accurate_as_assumed(form):
 
 
 def test_the_fewest_coefficients_that_are_accurate_enough():
-    fewest = next(powers for powers in approximants.WHOLE if approximants.fit_whole(powers).error <= 1e-3)
+    fewest = next(powers for powers in approximants.BEST if approximants.fit_inverse(powers).error <= 1e-3)
     assert kernels()[0][1].coefficients == fewest.coefficients
-    powers = inverse.inverse_powers(Fraction("1e-3"), Fraction(1, 2))
-    variant = inverse.inverse_fit(powers, Fraction(1, 2)).variants[0]
-    assert variant.form == DOUBLE
-    assert variant.error("v_star") <= Fraction("1e-3")
-    count = powers.coefficients
-    for m in range(count - 1):
-        assert approximants.fit_interval(m, count - 2 - m, "0.5").error > 1e-3
-
-
-def test_names_have_the_interval():
-    assert [kernel.name for kernel, *_ in kernels()] == ["inverse_1em3", "inverse_1em5", "inverse_e0p3_3em4"]
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: inverse.inverse(0.1, 1), "epsilon_min is 1: expected 0, or a number"),
         (lambda: inverse.inverse(1e-12), "inverse is 1e-12: expected a number >="),
     ],
 )

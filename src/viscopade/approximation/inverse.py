@@ -1,10 +1,9 @@
-r"""Minimax approximants of the inverse, eps -> v*, on [eps_min, 1] or on all of (0, 1].
+r"""Minimax approximants of the inverse, eps -> v*, on (0, 1].
 
 The variable is q = (1 - eps)/eps, from 0 at eps = 1 to infinity at eps = 0, which needs 1 - eps for eps near 1.
 v* is sqrt(q) times a smooth function of sqrt(q) near 0, and behaves like q^(3/10) at infinity. So
 
-    on [eps_min, 1]:    v* = y N(y)/D(y),      y = q^(1/2), full polynomials;
-    on (0, 1]:          v* = y^5 N(y)/D(y),    y = q^(1/10), lacunary polynomials, deg D = deg N + 2.
+    v* = y^5 N(y)/D(y),    y = q^(1/10), lacunary polynomials, deg D = deg N + 2.
 
 The relative error of v* is levelled, down to v* = 0; kappa = v*^2, beta = v*^2/v^(1/5) and the dissipative constant A
 have twice that error. In the variable sqrt(1 - eps) the same accuracy takes one to four coefficients more
@@ -16,29 +15,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from flint import arb
 
-from viscopade import arguments
 from viscopade.approximation import lawson
-from viscopade.approximation.lacunary import Powers, full_powers
+from viscopade.approximation.lacunary import Powers
 from viscopade.approximation.lawson import LacunaryFit, Sample
 from viscopade.approximation.remez import Coordinate, TooAccurate
 from viscopade.approximation.target import TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import double
-from viscopade.collision.exact import Exact
 
 MORE_DIGITS = 25
-MAX_DEGREE = 9
 
 _Y_MAX = 2000.0  # of q^(1/10): q up to 1e33
-_SMALLEST = Fraction(1, 10**4)
 
-# The best powers of q^(1/10) in a search for 4, 5, … coefficients, on all of (0, 1].
-WHOLE = (
+# The best powers of q^(1/10) in a search for 4, 5, … coefficients.
+BEST = (
     Powers((0, 16), (0, 10, 18)),
     Powers((0, 10, 16), (0, 11, 18)),
     Powers((0, 24), (0, 11, 15, 17, 26)),
@@ -49,43 +43,15 @@ WHOLE = (
 )
 
 
-class InverseForm(NamedTuple):
-    """Form of the inverse: v* = y^shift N(y)/D(y), y = ((1 - eps)/eps)^root."""
-
-    root: Fraction
-    shift: int
-
-
-WHOLE_FORM = InverseForm(Fraction(1, 10), 5)
-INTERVAL_FORM = InverseForm(Fraction(1, 2), 1)
+ROOT, SHIFT = Fraction(1, 10), 5
+"""v* = y^SHIFT N(y)/D(y), y = ((1 - eps)/eps)^ROOT."""
 DEGREES_LESS = 2
-"""Deg D - deg N on (0, 1], where v* goes like y^3 for large y."""
+"""Deg D - deg N, because v* goes like y^3 for large y."""
 
 
-def fit_interval(m: int, n: int, epsilon_min: Exact) -> LacunaryFit:
-    """Return the best N(y)/D(y) of v* = y N/D, y = ((1 - eps)/eps)^(1/2), on [epsilon_min, 1].
-
-    Parameters
-    ----------
-    m, n : int
-        Degrees of N and D, 0 to 9.
-    epsilon_min : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        From 1e-4 to less than 1, taken exactly.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If an argument is out of range.
-    remez.NoBest
-        If there is no best approximant, or the error is too small for double precision.
-    """
-    m, n = arguments.integer("m", m, 0, MAX_DEGREE), arguments.integer("n", n, 0, MAX_DEGREE)
-    low = arguments.exact_number("epsilon_min", epsilon_min, "a number >= 1e-4 and < 1", lambda e: _SMALLEST <= e < 1)
-    return _fit(full_powers(m, n), INTERVAL_FORM, float(1 / low - 1) ** 0.5, Coordinate())
-
-
-def fit_whole(powers: Powers) -> LacunaryFit:
-    """Return the best N(y)/D(y) of v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10), on all of (0, 1].
+@lru_cache(maxsize=256)
+def fit_inverse(powers: Powers) -> LacunaryFit:
+    """Return the best N(y)/D(y) of v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10), from values with more digits if necessary.
 
     Parameters
     ----------
@@ -103,18 +69,13 @@ def fit_whole(powers: Powers) -> LacunaryFit:
         raise ValueError(
             f"powers are {powers.label}: expected deg D = deg N + {DEGREES_LESS}, because v* behaves like q^(3/10)"
         )
-    return _fit(powers, WHOLE_FORM, _Y_MAX, Coordinate(half_line=True))
-
-
-@lru_cache(maxsize=256)
-def _fit(powers: Powers, form: InverseForm, y_max: float, coordinate: Coordinate) -> LacunaryFit:
-    """Return the best quotient, from values with more digits if necessary."""
     with working(lawson.BITS):
         factor = 1 / exact_target().c.root(2)
-    sample = inverse_sample() if form == WHOLE_FORM else None
 
     def best(digits: int) -> LacunaryFit:
-        return lawson.best(powers, _values(form, digits), y_max, coordinate, factor, digits, sample)
+        return lawson.best(
+            powers, _values(digits), _Y_MAX, Coordinate(half_line=True), factor, digits, inverse_sample()
+        )
 
     try:
         return best(TABLE_DIGITS)
@@ -122,14 +83,14 @@ def _fit(powers: Powers, form: InverseForm, y_max: float, coordinate: Coordinate
         return best(MORE_DIGITS)
 
 
-def _values(form: InverseForm, digits: int) -> Callable[[arb], tuple[arb, arb]]:
-    """Return v* (c/q)^(1/2), 1 at 0, as a function of y = q^root, with the weight 1; c = (1 - eps)/v*^2 at 0."""
+def _values(digits: int) -> Callable[[arb], tuple[arb, arb]]:
+    """Return v* (c/q)^(1/2), 1 at 0, as a function of y, with the weight 1; c = (1 - eps)/v*^2 at 0."""
     c = exact_target(digits).c
 
     def values(y: arb) -> tuple[arb, arb]:
         if y == 0:
             return arb(1), arb(1)
-        q = y ** (form.shift * 2)
+        q = y ** (SHIFT * 2)
         return _v_star(q.mid(), digits) * (c / q).root(2), arb(1)
 
     return values
@@ -149,7 +110,7 @@ def _v_star(q: arb, digits: int) -> arb:
 
 @lru_cache(maxsize=1)
 def inverse_sample() -> Sample:
-    """Return the target at points dense enough for rough fits on all of (0, 1]."""
+    """Return the target at points dense enough for rough fits."""
     v_star = lawson.dense_speeds(15, 18)
     q = double.one_minus_epsilon(v_star) / double.epsilon(v_star)
     return Sample(q**0.1, v_star * np.sqrt(float(exact_target().c) / q), np.ones_like(q))

@@ -57,9 +57,6 @@ _SERIES = ("series-csv", "series-json", "series-latex")
     "--v-star-max, the cheapest best approximant on the interval.",
 )
 @click.option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps); repeatable.")
-@click.option(
-    "--epsilon-min", default="0", show_default=True, help="Smallest eps, for --inverse; 0 means all 0 < eps <= 1."
-)
 @click.option("--v-star-max", help="Largest v* of the interval, for --minimax and --accuracy.")
 @click.option(
     "--v-star-min", default="0", show_default=True, help="Smallest v* of the interval, for --minimax and --accuracy."

@@ -22,7 +22,7 @@ from flint import arb, arb_series
 
 from viscopade.arithmetic.balls import ball_of, coefficient_sum, power_of_series, rational_power, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
-from viscopade.collision import exact, panel_proof
+from viscopade.collision import panel_proof
 from viscopade.kernels import reference
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.reference import Rows
@@ -34,7 +34,6 @@ Functions = Callable[[arb_series], list[arb_series]]
 
 ORDER = 12  # of the Taylor polynomials on a part
 FEWEST_PARTS = 4
-DIGITS_OF_END = 25
 MOST_PARTS = 1 << 9  # of a panel
 TIGHT = 0.999  # a bound that halving the parts lowers by less than this factor is tight
 DECAY = Fraction(10, 3)  # eps goes like v*^-DECAY
@@ -106,25 +105,11 @@ def prove(formula: Formula, low: Fraction, high: End, measure: AnyMeasure = "bot
         return proof.and_beyond(proof.on_panels(low, panel_proof.END))
 
 
-def prove_inverse(formula: Formula, epsilon_min: Fraction = Fraction(0)) -> Certificate:
-    """Prove a bound of the relative error of v* = y^k N/D for epsilon_min <= eps <= 1 (0: for 0 < eps <= 1).
-
-    Errors as for `prove`. The certificate's interval is one of v*; it covers the interval of eps.
-    """
+def prove_inverse(formula: Formula) -> Certificate:
+    """Prove a bound of the relative error of v* = y^k N/D for 0 < eps <= 1; errors as for `prove`."""
     proof = _Proof(formula, "speed")
     with working(reference.BITS, ORDER + 1):
-        if epsilon_min:
-            return proof.on_panels(Fraction(0), _v_star_beyond(epsilon_min))
         return proof.and_beyond(proof.on_panels(Fraction(0), panel_proof.END))
-
-
-def _v_star_beyond(epsilon_min: Fraction) -> Fraction:
-    """Return a v* whose eps is certainly below epsilon_min, by a little."""
-    near = exact.invert(epsilon_min, DIGITS_OF_END).v_star
-    v_star = Fraction(float(near.mid())) * (1 + Fraction(1, 2**40))
-    if not exact.collision(v_star, DIGITS_OF_END).epsilon < ball_of(epsilon_min):
-        raise ArithmeticError(f"no v* with eps = {float(epsilon_min):g} was found")
-    return v_star
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ Half-line kernels, with y = v*^(1/3), w = 1/v*, u = 1/y and mirrored polynomials
     v* <= 1:    eps = D(y)/(D(y) + v*^2 N(y)),           1 - eps = v*^2 N(y)/(…)
     v* > 1:     eps = w^3 u D^(u)/(w^3 u D^(u) + N^(u)),  1 - eps = N^(u)/(…)
 
-so that no power overflows. Inverse kernels, with y = ((1 - eps)/eps)^root, u = 1/y:
+so that no power overflows. Inverse kernels, with y = ((1 - eps)/eps)^(1/10), u = 1/y:
 
-    v* = y^k N(y)/D(y)    and for eps < 1/2, where y has no end:    v* = N^(u)/(u^j D^(u)),    j = k + deg N - deg D.
+    v* = y^5 N(y)/D(y)    and for eps < 1/2, where y has no end:    v* = N^(u)/(u^j D^(u)),    j = 5 + deg N - deg D.
 
 Besides the results of exported code the programs have those that proofs need: "loss_ratio" is (1 - eps)/v*^d, "ratio"
 is N/D, and "limit" is what is left of eps v*^k, or of v* y^(-j), for large v*.
@@ -22,10 +22,9 @@ is N/D, and "limit" is what is left of eps v*^k, or of v* y^(-j), for large v*.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from fractions import Fraction
 from typing import Any, TypeVar
 
-from viscopade.approximation.inverse import DEGREES_LESS, WHOLE_FORM, InverseForm
+from viscopade.approximation.inverse import DEGREES_LESS, SHIFT
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels.expressions import (
@@ -187,34 +186,26 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     )
 
 
-def inverse_branches(form: Powers, of: InverseForm) -> tuple[CodeBranch, ...]:
-    """Return the program for an interval of eps, or on all of (0, 1] those for eps >= 1/2 and eps < 1/2.
+def inverse_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
+    """Return the programs for eps >= 1/2 and eps < 1/2.
 
     Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star.
     """
     epsilon, loss = Name("epsilon"), Name("loss")
-    shift, ratio = of.shift, Name("top") / Name("bottom")
+    ratio, tenth = Name("top") / Name("bottom"), Literal("0.1")
     near = CodeBranch(
-        loss <= epsilon if of == WHOLE_FORM else None,
-        (Statement("y", _root(of.root, loss / epsilon)), *_sums(form, "y", shift)),
-        {"v_star": power("y", shift) * Name("top") / Name("bottom"), "ratio": ratio},
+        loss <= epsilon,
+        (Statement("y", Call("pow", (loss / epsilon, tenth))), *_sums(form, "y", SHIFT)),
+        {"v_star": power("y", SHIFT) * Name("top") / Name("bottom"), "ratio": ratio},
     )
-    if of != WHOLE_FORM:
-        return (near,)
-    rest = shift + form.top[-1] - form.bottom[-1]
+    rest = SHIFT + form.top[-1] - form.bottom[-1]
     far = CodeBranch(
         None,
-        (Statement("u", _root(of.root, epsilon / loss)), *_sums(form, "u", rest)),
+        (Statement("u", Call("pow", (epsilon / loss, tenth))), *_sums(form, "u", rest)),
         {"v_star": Name("top") / (power("u", rest) * Name("bottom"))}
         | ({"limit": ratio} if form.bottom[-1] - form.top[-1] == DEGREES_LESS else {}),
     )
     return near, far
-
-
-def portions() -> dict[str, tuple[Name, tuple[Expression, Expression]]]:
-    """Return what functions of an inverse kernel are given, by name, and eps and 1 - eps."""
-    epsilon, loss = Name("epsilon"), Name("one_minus_epsilon")
-    return {"v_star": (epsilon, (epsilon, ONE - epsilon)), "v_star_from_loss": (loss, (ONE - loss, loss))}
 
 
 def _needed(form: Powers) -> set[int]:
@@ -231,12 +222,6 @@ def _sums(form: Powers, variable: str, shift: int) -> Program:
         Statement("top", by_powers(variable, top)),
         Statement("bottom", by_powers(variable, bottom)),
     )
-
-
-def _root(root: Fraction, argument: Expression) -> Expression:
-    if root == Fraction(1, 2):
-        return Call("sqrt", (argument,))
-    return Call("pow", (argument, Literal(str(float(root)))))
 
 
 # --- dissipation ------------------------------------------------------------------------------------------------------

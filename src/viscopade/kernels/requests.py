@@ -26,7 +26,6 @@ Degrees = Sequence[tuple[int, int]]
 _OF_FITS = ("minimax", "accuracy")
 _NEEDED = {
     **dict.fromkeys(("v_star_min", "v_star_max", "measure"), _OF_FITS),
-    "epsilon_min": ("inverse",),
 }
 """Options that need one of others, without which they would change nothing."""
 
@@ -51,8 +50,6 @@ class Request:
         At most one accuracy of `catalogue.SPEEDS`: a kernel that needs no root, in C.
     v_star_min, v_star_max : str or None
         Interval of the best approximants.
-    epsilon_min : str
-        Where the inverse ends; "0" for all of (0, 1].
     measure : "both" or "relative"
         The measure of the error of best approximants.
     law : str
@@ -69,7 +66,6 @@ class Request:
     from_speed: Sequence[str] = ()
     v_star_min: str = "0"
     v_star_max: str | None = None
-    epsilon_min: str = "0"
     measure: Measure = "both"
     law: str = "viscoelastic"
     digits: int = LATEX_DIGITS
@@ -121,7 +117,7 @@ class Request:
             ends = self.v_star_max, self.v_star_min, self.measure
             found += [quotient.best_fit(m, n, *ends) for m, n in self.minimax]
             found += [quotient.accurate_quotient(accuracy, *ends) for accuracy in self.accuracy]
-        found += [inverse.inverse(accuracy, self.epsilon_min) for accuracy in self.inverse]
+        found += [inverse.inverse(accuracy) for accuracy in self.inverse]
         found += [full.full()] if self.full else []
         return [*found, *(speed_table.speed_table(accuracy) for accuracy in self.from_speed)]
 

@@ -238,10 +238,5 @@ def below_root(number: Fraction, root: Fraction) -> Fraction:
     return Fraction(1, 2 ** -(-exponent * root.numerator // root.denominator))
 
 
-def above_root(number: Fraction, root: Fraction) -> Fraction:
-    """Return a number that is a little above the root."""
-    return Fraction(float(number) ** float(root)) * (1 + Fraction(1, 2**40))
-
-
 def _between(low: Fraction, high: Fraction) -> arb:
     return arb(ball_of((low + high) / 2).mid(), (ball_of((high - low) / 2) * (1 + arb(2) ** -60)).abs_upper())
