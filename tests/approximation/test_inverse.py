@@ -71,7 +71,7 @@ def test_against_the_exact_inverse(whole):
 
 def test_there_and_back():
     """An error e of eps in both measures is one of at most 2 e in q, which is at least the square of v*."""
-    back, forward = smallest(1e-7), half_line.fit_half_line(half_line.BOTH[-1], "both")
+    back, forward = smallest(1e-7), half_line.fit_half_line(half_line.BEST[-1])
     numbers = (tuple(map(float, part)) for part in (forward.quotient.a, forward.quotient.b))
     of = partial(half_line_values, forward.quotient.powers, *numbers)
     slow, fast = np.geomspace(1e-3, 1, 151), np.geomspace(1, 1e6, 151)

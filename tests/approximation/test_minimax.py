@@ -24,23 +24,22 @@ from viscopade.collision import exact
 
 DEGREES = [(m, n) for m in range(7) for n in range(10) if max(m, n) >= 2]
 SPEEDS = ("0.1", "0.5", 1, 2, 5, 10, 30, 100, 1000)
-GRID = [(m, n, v, measure) for measure in ("both", "relative") for v in SPEEDS for m, n in DEGREES]
+GRID = [(m, n, v) for v in SPEEDS for m, n in DEGREES]
 NOT_FOUND = {(3, 8, 30), (2, 9, 100), (0, 9, 1000), (6, 8, 1000)}
-"""In both measures, the only ones of the grid that Remez's algorithm does not find (docs/theory/minimax.md)."""
+"""The only ones of the grid that Remez's algorithm does not find (docs/theory/minimax.md)."""
 
 
 def polynomial(c, v: Fraction) -> Fraction:
     return sum((x * v**i for i, x in enumerate(c)), Fraction(0))
 
 
-def true_error(approximant: Fit | MachineFit, v_star: Fraction, measure: str, digits: int = 25) -> float:
+def true_error(approximant: Fit | MachineFit, v_star: Fraction, digits: int = 25) -> float:
     """The error with its sign, from exact arithmetic and a proven value."""
     a, b = approximant.exact
     ratio = polynomial(a, v_star) / polynomial(b, v_star)
     true = exact.collision(v_star, digits)
     epsilon, loss = exact_middle(true.epsilon), exact_middle(true.one_minus_epsilon)
-    weight = min(epsilon, loss) if measure == "both" else epsilon
-    return float((ratio - 1 + loss) / weight)
+    return float((ratio - 1 + loss) / min(epsilon, loss))
 
 
 def assert_good(found: Fit):
@@ -53,17 +52,17 @@ def assert_good(found: Fit):
 # --- the grid ---------------------------------------------------------------------------------------------------------
 
 
-def converges(m, n, high, measure, low=0) -> bool:
+def converges(m, n, high, low=0) -> bool:
     """Whether there is a fit; if not, the reason must be a good one."""
     try:
-        found = fit(m, n, high, low, measure)
+        found = fit(m, n, high, low)
     except ValueError as reason:
         text = str(reason)
     else:
         assert_good(found)
         return True
-    missed = "expected other degrees" in text and (measure == "relative" or (m, n, high) in NOT_FOUND)
-    assert missed or "expected an error below 1" in text, (m, n, low, high, measure, text)
+    missed = "expected other degrees" in text and (m, n, high) in NOT_FOUND
+    assert missed or "expected an error below 1" in text, (m, n, low, high, text)
     return False
 
 
@@ -73,11 +72,10 @@ def test_sampled_grid():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("measure", ["both", "relative"])
 @pytest.mark.parametrize("v_max", SPEEDS)
-def test_whole_grid(v_max, measure):
-    results = {(m, n): converges(m, n, v_max, measure) for m, n in DEGREES}
-    wanted = {(m, n) for m, n in DEGREES if n >= 4 and measure == "both" and (m, n, v_max) not in NOT_FOUND}
+def test_whole_grid(v_max):
+    results = {(m, n): converges(m, n, v_max) for m, n in DEGREES}
+    wanted = {(m, n) for m, n in DEGREES if n >= 4 and (m, n, v_max) not in NOT_FOUND}
     assert all(results[degrees] for degrees in wanted)
 
 
@@ -85,35 +83,32 @@ def test_whole_grid(v_max, measure):
 
 
 @pytest.mark.parametrize(
-    ("m", "n", "low", "high", "measure"),
+    ("m", "n", "low", "high"),
     [
-        (1, 4, 0, 2, "both"),
-        (3, 6, 0, 10, "both"),
-        (2, 5, 0, 5, "relative"),
-        (0, 3, 0, "0.3", "both"),
-        (4, 0, 0, "0.5", "both"),
-        (2, 4, "0.5", 3, "both"),
+        (1, 4, 0, 2),
+        (3, 6, 0, 10),
+        (0, 3, 0, "0.3"),
+        (4, 0, 0, "0.5"),
+        (2, 4, "0.5", 3),
     ],
 )
-def test_equioscillation(m, n, low, high, measure):
-    found = fit(m, n, high, low, measure)
+def test_equioscillation(m, n, low, high):
+    found = fit(m, n, high, low)
     assert_good(found)
     for point, deviation in zip(found.points, found.deviations, strict=True):
         if point:
-            assert true_error(found, Fraction(point), measure) == pytest.approx(deviation, rel=1e-6)
+            assert true_error(found, Fraction(point)) == pytest.approx(deviation, rel=1e-6)
     generator = random.Random(1)
     for _ in range(20):
         v_star = found.interval[0] + (found.interval[1] - found.interval[0]) * Fraction(generator.random())
-        assert abs(true_error(found, v_star, measure)) <= found.error * (1 + 1e-9)
+        assert abs(true_error(found, v_star)) <= found.error * (1 + 1e-9)
 
 
 def test_more_digits_where_the_error_asks_for_it():
     found = fit(6, 9, "0.1")
     assert found.digits > 30
     assert found.error < 1e-25
-    assert true_error(found, Fraction(found.points[4]), "both", 50) == pytest.approx(
-        found.deviations[4], rel=1e-6, abs=0
-    )
+    assert true_error(found, Fraction(found.points[4]), 50) == pytest.approx(found.deviations[4], rel=1e-6, abs=0)
     assert fit(6, 9, "0.1", digits=60).error == pytest.approx(found.error, rel=1e-8, abs=0)
 
 
@@ -138,13 +133,6 @@ def test_longer_intervals_are_not_better_and_the_error_is_continuous(m, n):
     assert max(steps) < 0.4
     nearby = fit(m, n, speeds[0] + Fraction(1, 10**5)).error
     assert nearby == pytest.approx(errors[0], rel=1e-4)
-
-
-def test_without_speeds_where_the_measures_differ_they_are_the_same():
-    """For v* >= 1, eps < 1/2: 1 - eps is the larger one."""
-    both, relative = (fit(2, 4, 8, 1, measure) for measure in ("both", "relative"))
-    assert both.a == relative.a
-    assert both.error == relative.error
 
 
 # --- what a fit's constructor refuses ---------------------------------------------------------------------------------
@@ -214,7 +202,7 @@ def test_float_coefficients_are_better_than_rounded_ones(m, n, v_max, gain):
 def test_machine_error_against_proven_values(form):
     found = machine(fit(3, 6, 2), form)
     speeds = [*found.fit.points[1:], *np.linspace(0.01, 2, 40)]
-    errors = [abs(true_error(found, Fraction(v), "both")) for v in speeds]
+    errors = [abs(true_error(found, Fraction(v))) for v in speeds]
     a, b = found.exact
     at_zero = abs(float((a[2] - b[2]) / exact_middle(vp.series(2, 25).h[2])) - 1)
     assert max(*errors, at_zero) <= found.error * (1 + 1e-9)
@@ -227,7 +215,7 @@ def test_no_neighbours_are_better(m, n):
     eight = replace(FLOAT, precision=8)
     found = machine(fit(m, n, 1), eight)
     places = [(1, 1)] * (min(m, n) >= 1) + [(i, None) for i in range(2, m + 1)] + [(None, j) for j in range(2, n + 1)]
-    task = minimax.minimax_problem(m, n, found.fit.interval, "both", 17)
+    task = minimax.minimax_problem(m, n, found.fit.interval, 17)
     errors = []
     with working(task.bits):
         for steps in itertools.product(range(-2, 3), repeat=len(places)):
@@ -251,19 +239,16 @@ def test_coefficients_that_do_not_fit():
 # --- the cheapest degrees ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("accuracy", "v_max", "form", "measure"),
-    [(1e-3, 2, DOUBLE, "both"), ("1e-5", 2, FLOAT, "both"), (1e-4, 5, DOUBLE, "relative")],
-)
-def test_the_cheapest_is_chosen(accuracy, v_max, form, measure):
-    found = cheapest_fit(accuracy, v_max, form=form, measure=measure)
+@pytest.mark.parametrize(("accuracy", "v_max", "form"), [(1e-3, 2, DOUBLE), ("1e-5", 2, FLOAT), (1e-4, 5, DOUBLE)])
+def test_the_cheapest_is_chosen(accuracy, v_max, form):
+    found = cheapest_fit(accuracy, v_max, form=form)
     assert found.error <= float(accuracy)
     assert found.form is form
     price = cost(found.fit.m, found.fit.n)
     for m, n in DEGREES:
         if cost(m, n) <= price:
             try:
-                other = fit(m, n, v_max, measure=measure).error
+                other = fit(m, n, v_max).error
             except ValueError:
                 continue
             assert other >= (float(accuracy) if cost(m, n) < price else found.fit.error)
@@ -309,8 +294,7 @@ def test_accuracies_that_degrees_do_not_reach():
         ((1, 4, 2, -1), "v_star_min is -1: expected 0, or a number from 1e-06"),
         ((1, 4, "2", "1.9999999"), "is too short"),
         ((1, 4, "fast"), "v_star_max is 'fast': expected"),
-        ((1, 4, 2, 0, "absolute"), "measure is 'absolute': expected 'both' or 'relative'"),
-        ((1, 4, 2, 0, "both", 0), "digits is 0"),
+        ((1, 4, 2, 0, 0), "digits is 0"),
     ],
 )
 def test_values_out_of_range(arguments, message):
@@ -330,6 +314,6 @@ def test_useless_fits_are_refused():
         fit(2, 0, 5)
 
 
-def test_where_no_best_approximant_exists():
-    with pytest.raises(ValueError, match=r"^\[4/3\] on \[0, 5\]: .*; expected other degrees$"):
-        fit(4, 3, 5, measure="relative")
+def test_where_no_best_approximant_is_found():
+    with pytest.raises(ValueError, match=r"^\[0/9\] on \[0, 1000\]: .*; expected other degrees$"):
+        fit(0, 9, 1000)

@@ -96,7 +96,7 @@ BAD = [
     ("export c --minimax 2/0 --v-star-max 1000", "has a relative error of 1.05e+09: expected an error below 1"),
     ("export c --accuracy 1e-17 --v-star-max 5", "expected a number from 1e-15 to 0.99"),
     ("export c --accuracy 1e-12 --v-star-max 1000", "or a shorter interval"),
-    ("export c --minimax 3/6 --v-star-max 5 --measure relative", "expected other degrees"),
+    ("export c --minimax 0/9 --v-star-max 1000", "expected other degrees"),
     ("export c --law linear --accuracy 1e-3 --v-star-max 2", "expected pade alone with it"),
     ("export vectors --law linear --pade 2/4", "nothing is proven: expected viscoelastic for vectors"),
     ("export python --full", "as the kernel has a table"),
@@ -108,7 +108,7 @@ BAD = [
     ("export cuda --accuracy 1e-9", "expected a number >"),
     ("export c --accuracy 1e-3 --v-star-min 1", "expected an interval with both ends (--v-star-max)"),
     *(
-        (f"export c {kind} --measure relative", "measure is given without minimax or accuracy: expected")
+        (f"export c {kind} --v-star-max 5", "v-star-max is given without minimax or accuracy: expected")
         for kind in ("", "--pade 3/6", "--inverse 1e-3", "--full", "--from-speed 1e-5")
     ),
     ("export version-header --accuracy 1e-3", "--accuracy changes nothing in version-header: expected --output"),

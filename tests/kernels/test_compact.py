@@ -29,8 +29,8 @@ EXACTLY = Reading(Fraction, {"divide": lambda top, bottom: top / bottom})
 
 def of(accuracy, form=DOUBLE):
     """Return the powers and the coefficients of a kernel in a type."""
-    powers = compact.compact_powers(Fraction(accuracy), "both")
-    return powers, next(v for v in compact.compact_fit(powers, "both").variants if v.form == form)
+    powers = compact.compact_powers(Fraction(accuracy))
+    return powers, next(v for v in compact.compact_fit(powers).variants if v.form == form)
 
 
 def sums(powers, variant, y, number=Fraction):
@@ -223,20 +223,13 @@ def test_rounding_of_functions_of_v_star_is_within_its_bound(form):
 # --- which powers -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("accuracy", "measure"), [("1e-3", "relative"), (3.5e-6, "both")])
-def test_the_fewest_coefficients_that_are_accurate_enough(accuracy, measure):
-    powers = compact.compact_powers(Fraction(accuracy), measure)
-    variant = compact.compact_fit(powers, measure).variants[0]
+@pytest.mark.parametrize("accuracy", ["1e-3", 3.5e-6])
+def test_the_fewest_coefficients_that_are_accurate_enough(accuracy):
+    powers = compact.compact_powers(Fraction(accuracy))
+    variant = compact.compact_fit(powers).variants[0]
     assert variant.certificate.bound < variant.error("restitution") <= Fraction(accuracy)
-    before = half_line.BEST[measure][: half_line.BEST[measure].index(powers)]
-    assert all(half_line.fit_half_line(powers_, measure).error > float(accuracy) for powers_ in before)
-
-
-def test_relative_kernels_claim_nothing_of_the_loss():
-    for kernel in (compact.compact("1e-3", "relative"), compact.half_line("1e-3", "relative")):
-        assert kernel.name.endswith("_1em3_relative")
-        assert {bound.result for bound in kernel.bounds} <= {"restitution", "rebound", "epsilon"}
-        assert {bound.relative_to for bound in kernel.bounds} == {"value"}
+    before = half_line.BEST[: half_line.BEST.index(powers)]
+    assert all(half_line.fit_half_line(powers_).error > float(accuracy) for powers_ in before)
 
 
 def test_what_is_said_to_be_accepted_is_accepted():
@@ -263,26 +256,19 @@ def test_a_refusal_names_an_error_that_a_proof_reaches():
 
 
 def test_a_float_that_is_much_less_accurate_is_left_out():
-    fitted = compact.compact_fit(NOT_IN_FLOAT, "both")
+    fitted = compact.compact_fit(NOT_IN_FLOAT)
     assert [v.form for v in fitted.variants] == [DOUBLE]
     assert "the error would be" in fitted.missing["float"]
 
 
 def test_a_kernel_that_is_proven_again_has_the_same_record():
     with store.anew():
-        assert compact.compact_fit(MIXED_SIGNS, "both") == compact.compact_fit.__wrapped__(MIXED_SIGNS, "both")
+        assert compact.compact_fit(MIXED_SIGNS) == compact.compact_fit.__wrapped__(MIXED_SIGNS)
 
 
-@pytest.mark.parametrize(
-    ("call", "error", "message"),
-    [
-        (lambda: compact.compact(0.1, "absolute"), ValueError, "measure is 'absolute': expected 'both' or"),
-        (lambda: compact.compact(None), TypeError, "accuracy is None: expected a number from"),
-    ],
-)
-def test_bad_input(call, error, message):
-    with pytest.raises(error, match=message):
-        call()
+def test_bad_input():
+    with pytest.raises(TypeError, match="accuracy is None: expected a number from"):
+        compact.compact(None)
 
 
 def test_coefficients_that_contradict_themselves_cannot_be_made():

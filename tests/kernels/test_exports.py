@@ -84,22 +84,21 @@ for m, n, form in {quotients}:
     fit = machine_coefficients.machine(minimax.fit(m, n, {end!r}), FORMATS[form])
     print((fit.a, fit.b))
 for powers, form in {half_lines}:
-    fit = half_line.fit_half_line(powers, {measure!r}).quotient
+    fit = half_line.fit_half_line(powers).quotient
     print(tuple(tuple(map(FORMATS[form].nearest, values)) for values in (fit.a, fit.b)))
 """
 
 
 def test_coefficients_do_not_depend_on_the_processor():
     """NumPy's last digits do: here without its faster instructions, and with another BLAS kernel."""
-    end, measure = Fraction(requests.RECOMMENDED.v_star_max), requests.COMPACT.measure
-    quotients = [quotient.accurate_fit(Fraction(a), Fraction(0), end, "both") for a in requests.RECOMMENDED.accuracy]
-    chosen = [compact.compact_powers(Fraction(accuracy), measure) for accuracy in requests.COMPACT.accuracy]
-    half_lines = [(powers, compact.compact_fit(powers, measure)) for powers in chosen]
+    end = Fraction(requests.RECOMMENDED.v_star_max)
+    quotients = [quotient.accurate_fit(Fraction(a), Fraction(0), end) for a in requests.RECOMMENDED.accuracy]
+    chosen = [compact.compact_powers(Fraction(accuracy)) for accuracy in requests.COMPACT.accuracy]
+    half_lines = [(powers, compact.compact_fit(powers)) for powers in chosen]
     code = FITS.format(
         quotients=[(len(v.a) - 1, len(v.b) - 1, v.form.name) for fitted in quotients for v in fitted.variants],
         half_lines=[(powers, v.form.name) for powers, fitted in half_lines for v in fitted.variants],
         end=requests.RECOMMENDED.v_star_max,
-        measure=measure,
     )
     old = {"NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX2 FMA3", "OPENBLAS_CORETYPE": "Nehalem"}
     words = [sys.executable, "-W", "ignore", "-c", code]

@@ -125,11 +125,8 @@ def test_a_name_is_the_accuracy_that_formula_and_rounding_meet():
     [
         (Request(minimax=((1, 4),), v_star_max="5"), "minimax_1_4_v5"),
         (Request(accuracy=("3e-6",), v_star_max="5"), "minimax_v5_3em6"),
-        (
-            Request(accuracy=("1e-3",), v_star_min="0.5", v_star_max="3", measure="relative"),
-            "minimax_v0p5to3_1em3_relative",
-        ),
-        (Request(accuracy=("0.00035",), measure="relative"), "compact_3p5em4_relative"),
+        (Request(accuracy=("1e-3",), v_star_min="0.5", v_star_max="3"), "minimax_v0p5to3_1em3"),
+        (Request(accuracy=("0.00035",)), "compact_3p5em4"),
     ],
 )  # fmt: skip
 def test_a_name_says_what_was_asked_for(asked, name):

@@ -68,8 +68,8 @@ def test_a_panel_with_other_results_is_refused(monkeypatch):
 
 @cache
 def compact_kernel():
-    powers = compact.compact_powers(Fraction(1, 1000), "both")
-    variant = compact.compact_fit(powers, "both").variants[0]
+    powers = compact.compact_powers(Fraction(1, 1000))
+    variant = compact.compact_fit(powers).variants[0]
     return powers, variant.a, variant.b
 
 

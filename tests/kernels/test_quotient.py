@@ -344,8 +344,8 @@ def small():
 
 
 @cache
-def relative():
-    return quotient.best_fit(2, 5, 2, Fraction(1, 10), "relative")
+def between():
+    return quotient.best_fit(2, 5, 2, Fraction(1, 10))
 
 
 @pytest.mark.parametrize("place", [HOST, HOST_FLOAT], ids=["double", "float"])
@@ -371,12 +371,12 @@ def test_rounding_is_relative_to_eps_and_not_to_the_formula():
     assert float(bound.last) >= size * (1 + float(bound.formula))
 
 
-def test_names_tell_degrees_interval_and_measure():
+def test_names_tell_degrees_and_interval():
     assert small().name == "minimax_1_4_v5"
-    assert relative().name == "minimax_2_5_v0p1to2_relative"
-    (bound,) = epsilon_bounds(relative())
-    assert (bound.low, bound.high, bound.relative_to) == (Fraction(1, 10), 2, "value")
-    inside = machine.evaluated(relative(), "epsilon", [0.09999, 0.1001, 1.999, 2.0001])
+    assert between().name == "minimax_2_5_v0p1to2"
+    (bound,) = epsilon_bounds(between())
+    assert (bound.low, bound.high, bound.relative_to) == (Fraction(1, 10), 2, "smaller")
+    inside = machine.evaluated(between(), "epsilon", [0.09999, 0.1001, 1.999, 2.0001])
     assert np.isnan(inside).tolist() == [True, False, False, True]
 
 

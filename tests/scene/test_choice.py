@@ -10,6 +10,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from viscopade.approximation.minimax import cost
 from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.kernels import compact, quotient
@@ -59,7 +60,7 @@ def is_sound(choice: Choice) -> None:
         if not offer.failing:
             assert offer.cost * AS_CHEAP >= chosen.cost
             if offer.cost < chosen.cost:
-                assert offer.kernel.bytes > chosen.kernel.bytes or offer.measure is not None
+                assert offer.kernel.bytes > chosen.kernel.bytes or offer.degrees is not None
                 assert offer.label in choice.reason
                 assert "hardly cheaper" in choice.reason
 
@@ -114,7 +115,7 @@ def test_a_quotient_is_chosen_only_where_it_is_clearly_cheaper_than_a_compact_ke
     monkeypatch.setattr(candidate, "weighted_operations", cost)
     found = choose(asked)
     is_sound(found)
-    assert (found.chosen.measure is not None) == (dearer > 0)
+    assert (found.chosen.degrees is not None) == (dearer > 0)
 
 
 def test_tables_that_are_too_large_are_not_offered() -> None:
@@ -130,21 +131,6 @@ def test_tables_that_are_too_large_are_not_offered() -> None:
         choose(scene(ranges, code=ready(largest_table=0), epsilon=1e-9))
 
 
-@pytest.mark.parametrize(
-    ("ends", "tolerance"),
-    [((0.02, 3.0), {"epsilon": 1e-2}), ((0.2, 0.8), {"absolute": 1e-4})],
-    ids=str,
-)
-def test_the_cheaper_of_both_measures_is_taken(ends: tuple[float, float], tolerance: dict[str, float]) -> None:
-    asked = scene(ends, code=ready("python", argument="v_star"), **tolerance)
-    met = encounters(asked)
-    found = candidate.best_quotient(asked, met)
-    assert found is not None
-    both, relative = (candidate.price(candidate._best(asked, met, m)) for m in ("both", "relative"))
-    assert candidate.price(found) == min(both, relative)
-    assert found.measure == ("relative" if relative < both else "both")
-
-
 # --- errors on the scene ----------------------------------------------------------------------------------------------
 
 
@@ -156,9 +142,9 @@ def test_a_quotient_goes_on_beyond_the_scene_if_that_costs_nothing(ends: tuple[f
     found = candidate.best_quotient(asked, [met])
     assert found is not None
     low, high = interval([met], asked.code)
-    accuracy = f"{float(candidate._accuracy(asked, [met], found.measure)) * 0.9985:.2e}"
-    alone = quotient.accurate_quotient(accuracy, high, low, found.measure)
-    assert candidate.price(found) <= candidate.price(replace(found, kernel=alone))
+    accuracy = f"{float(candidate._accuracy(asked, [met])) * 0.9985:.2e}"
+    alone = quotient.accurate_quotient(accuracy, high, low)
+    assert cost(*found.degrees) <= cost(alone.record["m"], alone.record["n"])
     for beyond in (met.v_star[0] / Fraction("1.018"), met.v_star[1] * Fraction("1.018")):
         assert math.isfinite(evaluated(found.kernel, "epsilon", float(beyond)))
     assert math.isnan(evaluated(found.kernel, "epsilon", float(met.v_star[1] * Fraction("1.1"))))
@@ -236,7 +222,7 @@ def test_tables_compute_dissipation_of_nearly_elastic_collisions() -> None:
 @pytest.mark.parametrize("language", ["cuda", "rust"])
 def test_compact_kernels_of_type_float_are_not_offered_beyond_their_domain(ends, language: str) -> None:
     asked = scene(ends, code=ready(language, "float"), dissipation=1e-5, epsilon=1e-4)
-    assert all(c.is_constant or c.measure for c in candidate.candidates(asked, encounters(asked)))
+    assert all(c.is_constant or c.degrees for c in candidate.candidates(asked, encounters(asked)))
     with pytest.raises(
         ValueError, match=r"s\.toml: a constant does not meet the tolerance, and v\* ranges from .*: expected"
     ):

@@ -109,7 +109,6 @@ def test_errors_are_those_of_the_worst_range_and_machine_and_none_where_nothing_
     assert errors([HOST_FLOAT], low, ((F(1), F(10**5)), (F(1, 10**9), F(1, 3)))) is None
 
 
-@pytest.mark.parametrize("measure", ["both", "relative"])
 @pytest.mark.parametrize(
     "tolerance",
     [
@@ -120,11 +119,11 @@ def test_errors_are_those_of_the_worst_range_and_machine_and_none_where_nothing_
     ],
 )
 @pytest.mark.parametrize("ranges", [[RANGES[0]], [RANGES[4]], [RANGES[0], RANGES[4]], RANGES])
-def test_allowed_is_the_largest_error_within_the_tolerance(tolerance: Tolerance, ranges, measure: str) -> None:
-    limit = allowed(tolerance, ranges, measure)
+def test_allowed_is_the_largest_error_within_the_tolerance(tolerance: Tolerance, ranges) -> None:
+    limit = allowed(tolerance, ranges)
 
     def fails(size: Fraction) -> bool:
-        of = bound("smaller" if measure == "both" else "value", size)
+        of = bound("smaller", size)
         return bool(failing(worst_errors(errors_of(of, epsilon) for epsilon in ranges), tolerance))
 
     assert not fails(limit * F(99, 100))

@@ -7,7 +7,6 @@ __all__ = [
     "lacunary",
     "lawson",
     "machine_coefficients",
-    "measure",
     "minimax",
     "remez",
     "target",

@@ -9,7 +9,6 @@ from functools import lru_cache
 
 from viscopade import arguments
 from viscopade.approximation.machine_coefficients import MachineFit, machine
-from viscopade.approximation.measure import Measure, measure_of
 from viscopade.approximation.minimax import (
     MAX_M,
     MAX_N,
@@ -33,7 +32,6 @@ def cheapest_fit(
     v_star_max: Exact,
     v_star_min: Exact = 0,
     form: Format = DOUBLE,
-    measure: Measure = "both",
 ) -> MachineFit:
     """Return the cheapest approximant with the wanted accuracy and coefficients of a format.
 
@@ -42,8 +40,8 @@ def cheapest_fit(
     Parameters
     ----------
     accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        Largest error in the measure, below 1 and at least four units of rounding of the format.
-    v_star_max, v_star_min, measure
+        Largest error, below 1 and at least four units of rounding of the format.
+    v_star_max, v_star_min
         As for `fit`.
     form : Format
         `formats.DOUBLE` or `formats.FLOAT`.
@@ -53,13 +51,13 @@ def cheapest_fit(
     TypeError, ValueError
         As for `fit`; or if no degrees up to [6/9] are accurate enough; the message has the accuracy that they reach.
     """
-    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
+    interval = interval_of(v_star_min, v_star_max)
     least = Fraction(2) ** (2 - form.precision)
     accepted = f"a number below 1, and in {form.name} at least {float(least):.3g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))
 
     def good(price: int) -> list[Fit]:
-        return [fit for fit in _fits(price, interval, measure) if fit.error <= limit]
+        return [fit for fit in _fits(price, interval) if fit.error <= limit]
 
     prices = sorted({cost(*pair) for pair in CANDIDATES})
     rounded: list[MachineFit] = []
@@ -70,25 +68,25 @@ def cheapest_fit(
             return best
         rounded += new
     m, n = CANDIDATES[-1]
-    errors = [fit.error for fit in rounded or _fits(prices[-1], interval, measure)]
+    errors = [fit.error for fit in rounded or _fits(prices[-1], interval)]
     raise ValueError(
         f"accuracy is {limit:g}: expected {1.01 * min(errors, default=1):.3g} or more, which [m/n] up to [{m}/{n}] "
         f"reach on {_shown(interval)} in {form.name}, or a shorter interval"
     )
 
 
-def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Fit | None:
+def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0) -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
-    fits = _fits(price, interval_of(v_star_min, v_star_max), measure_of(measure))
+    fits = _fits(price, interval_of(v_star_min, v_star_max))
     return min(fits, key=lambda fit: fit.error, default=None)
 
 
 @lru_cache(maxsize=256)
-def _fits(price: int, interval: Interval, measure: Measure) -> tuple[Fit, ...]:
+def _fits(price: int, interval: Interval) -> tuple[Fit, ...]:
     """Return the best approximants of a cost, without degrees that have no good one."""
     found = list[Fit]()
     for m, n in CANDIDATES:
         if cost(m, n) == price:
             with suppress(ValueError):  # no best approximant, or no good one
-                found.append(_fit(m, n, interval, measure, TABLE_DIGITS))
+                found.append(_fit(m, n, interval, TABLE_DIGITS))
     return tuple(found)

@@ -11,7 +11,7 @@ these and many other forms gave the powers of y (docs/reference/half-line.md). I
 
     |d eps| = |delta| eps (1 - eps):    |d eps|/eps <= |delta| (1 - eps),    |d eps|/(1 - eps) <= |delta| eps,
 
-to first order in delta, so that the errors relative to eps and to 1 - eps are both bounded. The errors are levelled and
+to first order in delta, so that the error relative to the smaller of eps and 1 - eps is bounded. It is levelled and
 stated to this order (sampled).
 """
 
@@ -26,7 +26,6 @@ from flint import arb
 from viscopade.approximation import lawson
 from viscopade.approximation.lacunary import Powers
 from viscopade.approximation.lawson import LacunaryFit, Sample
-from viscopade.approximation.measure import Measure, measure_of
 from viscopade.approximation.remez import Coordinate
 from viscopade.approximation.target import exact_target
 from viscopade.arrays import double
@@ -38,15 +37,7 @@ DEGREES_MORE = 4  # deg N - deg D
 _Y_MAX = 2000.0  # beyond, v* > 8e9, the error differs by less than 1e-30 from that at infinity
 
 # The best powers in the search for 4, 5, … coefficients.
-RELATIVE = (
-    Powers((0, 4, 8), (0, 4)),
-    Powers((0, 5, 7, 16), (0, 12)),
-    Powers((0, 3, 4, 16), (0, 3, 12)),
-    Powers((0, 5, 6, 11, 20), (0, 5, 6, 16)),
-    Powers((0, 5, 7, 11, 12, 20), (0, 5, 6, 16)),
-    Powers((0, 6, 7, 11, 13, 21), (0, 5, 6, 8, 17)),
-)
-BOTH = (
+BEST = (
     Powers((0, 6, 15), (0, 11)),
     Powers((0, 9, 19), (0, 6, 15)),
     Powers((0, 6, 8, 19), (0, 6, 15)),
@@ -55,7 +46,6 @@ BOTH = (
     Powers((0, 6, 12, 18, 19, 27), (0, 9, 12, 15, 23)),
     Powers((0, 6, 12, 13, 17, 18, 26), (0, 6, 8, 9, 10, 22)),
 )
-BEST: dict[Measure, tuple[Powers, ...]] = {"relative": RELATIVE, "both": BOTH}
 
 
 def require_half_line_degrees(powers: Powers) -> None:
@@ -67,39 +57,35 @@ def require_half_line_degrees(powers: Powers) -> None:
 
 
 @lru_cache(maxsize=64)
-def fit_half_line(powers: Powers, measure: Measure = "relative") -> LacunaryFit:
+def fit_half_line(powers: Powers) -> LacunaryFit:
     """Return the best N/D with given powers of y = v*^(1/3).
 
     Parameters
     ----------
     powers : Powers
         Exponents, deg N = deg D + 4.
-    measure : "relative" or "both"
-        Measure of the error.
 
     Raises
     ------
     ValueError
-        If the degrees are wrong, or the measure is not known.
+        If the degrees are wrong.
     remez.NoBest
         If the error cannot be levelled.
     """
     require_half_line_degrees(powers)
-    measure_of(measure)
     exact = exact_target()
 
     def values(y: arb) -> tuple[arb, arb]:
-        """Return N/D, and the factor from its relative error to the error in the measure, to first order."""
+        """Return N/D, and the factor from its relative error to that of the smaller one, to first order."""
         epsilon, loss, loss_ratio = exact.at(y * y * y)
-        return loss_ratio / epsilon / exact.c, epsilon if measure == "both" and epsilon > loss else loss
+        return loss_ratio / epsilon / exact.c, max(epsilon, loss)
 
-    return lawson.best(powers, values, _Y_MAX, Coordinate(half_line=True), exact.c, sample=half_line_sample(measure))
+    return lawson.best(powers, values, _Y_MAX, Coordinate(half_line=True), exact.c, sample=half_line_sample())
 
 
-@lru_cache(maxsize=2)
-def half_line_sample(measure: Measure) -> Sample:
+@lru_cache(maxsize=1)
+def half_line_sample() -> Sample:
     """Return target and weight at points dense enough for rough fits."""
     v_star = lawson.dense_speeds(12, 22)
     epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-    weight = np.maximum(epsilon, loss) if measure == "both" else loss
-    return Sample(np.cbrt(v_star), loss / epsilon / (float(exact_target().c) * v_star**2), weight)
+    return Sample(np.cbrt(v_star), loss / epsilon / (float(exact_target().c) * v_star**2), np.maximum(epsilon, loss))

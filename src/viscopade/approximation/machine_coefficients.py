@@ -45,7 +45,7 @@ class MachineFit:
     a, b : tuple of float
         Coefficients, ascending: numbers of the format; a_0 = b_0 = 1, a_i = b_i for i < d.
     error : float
-        Largest error in the measure of `fit`, if it is evaluated without rounding (sampled).
+        Largest error, if it is evaluated without rounding (sampled).
     rounded_error : float
         The same if each coefficient of `fit` were rounded to the nearest number.
     """
@@ -89,7 +89,7 @@ def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     ValueError
         If a coefficient is not a normal number of the format.
     """
-    task = minimax_problem(best.m, best.n, best.interval, best.measure, best.digits)
+    task = minimax_problem(best.m, best.n, best.interval, best.digits)
     with working(task.bits):
         start = _Grid(task, best, form)
         grids, nearest = [start], start.centre

@@ -1,10 +1,7 @@
 r"""Best rational approximants of eps(v*) on an interval.
 
 Among N/D with a_0 = b_0 = 1 and a_1 = b_1, which eps = 1 - c v*^2 + … requires, `fit` finds the one with the smallest
-largest error. The error is measured as
-
-    "both"       max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions are accurate, or
-    "relative"   |d eps|/eps.
+largest error, max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions are accurate.
 
 `machine_coefficients` finds coefficients that are doubles or floats, and `cheapest` the cheapest degrees for an
 accuracy. Errors are sampled, for evaluation without rounding.
@@ -25,7 +22,6 @@ from flint import arb, fmpz_poly
 from viscopade import arguments
 from viscopade.approximation import remez
 from viscopade.approximation.lacunary import full_powers
-from viscopade.approximation.measure import Measure, measure_of
 from viscopade.approximation.target import STEP, TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
@@ -57,12 +53,10 @@ class Fit:
         Degrees.
     interval : tuple of two Fractions
         Ends of the interval of v*.
-    measure : "both" or "relative"
-        Measure of the error.
     a, b : tuple of str
         Coefficients, ascending, as decimal numbers.
     error, lower_bound : float
-        Largest error in the measure, and a lower bound of the largest error of every approximant of these degrees
+        Largest error, and a lower bound of the largest error of every approximant of these degrees
         (both sampled).
     points, deviations : tuple of float, length m + n
         The v* at which the error is largest, and its values there, of alternating signs.
@@ -78,7 +72,6 @@ class Fit:
     m: int
     n: int
     interval: Interval
-    measure: Measure
     a: tuple[str, ...]
     b: tuple[str, ...]
     error: float
@@ -141,7 +134,6 @@ def fit(
     n: SupportsIndex,
     v_star_max: Exact,
     v_star_min: Exact = 0,
-    measure: Measure = "both",
     digits: SupportsIndex = TABLE_DIGITS,
 ) -> Fit:
     """Return the best approximant [m/n] of eps on [v_star_min, v_star_max].
@@ -152,8 +144,6 @@ def fit(
         Degrees of numerator and denominator, 0 to 12 and 0 to 15, not both below 2.
     v_star_max, v_star_min : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
         Ends of the interval, taken exactly: 0 <= v_star_min < v_star_max <= 10^6.
-    measure : "both" or "relative"
-        Measure of the error.
     digits : int
         Least number of digits of eps; more are used if the error is small.
 
@@ -164,8 +154,7 @@ def fit(
     ValueError
         If an argument is out of range, the error is not below 100 % (`TooCoarse`), or there is no best approximant.
     """
-    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
-    return _fit(*degrees_of(m, n), interval, measure, arguments.digits(digits))
+    return _fit(*degrees_of(m, n), interval_of(v_star_min, v_star_max), arguments.digits(digits))
 
 
 def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
@@ -195,14 +184,14 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
 
 
 @lru_cache(maxsize=1024)
-def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int) -> Fit:
+def _fit(m: int, n: int, interval: Interval, digits: int) -> Fit:
     if digits > MAX_DIGITS:
         raise ValueError(f"[{m}/{n}] on {_shown(interval)} has an error below 1e-{MAX_DIGITS}: expected lower degrees")
     try:
-        found = remez.solve(minimax_problem(m, n, interval, measure, digits))
+        found = remez.solve(minimax_problem(m, n, interval, digits))
     except remez.TooAccurate as small:
         wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
-        return _fit(m, n, interval, measure, STEP * math.ceil(max(digits + STEP, wanted) / STEP))
+        return _fit(m, n, interval, STEP * math.ceil(max(digits + STEP, wanted) / STEP))
     except remez.NoBest as reason:
         raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; expected other degrees") from None
     if not found.error < 1:
@@ -214,10 +203,10 @@ def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int) -> F
     # Middles are exact, so every one has a decimal.
     a, b = (tuple(str(decimal_string(c, places)) for c in values) for values in (found.a, found.b))
     levels = found.error, found.lower_bound, found.points, found.deviations
-    return Fit(m, n, interval, measure, a, b, *levels, digits)
+    return Fit(m, n, interval, a, b, *levels, digits)
 
 
-def minimax_problem(m: int, n: int, interval: Interval, measure: Measure, digits: int) -> remez.Problem:
+def minimax_problem(m: int, n: int, interval: Interval, digits: int) -> remez.Problem:
     """Return the approximation problem of `fit` for `remez.solve`."""
     eps = exact_target(digits)
     low, high = map(float, interval)
@@ -226,7 +215,7 @@ def minimax_problem(m: int, n: int, interval: Interval, measure: Measure, digits
 
     def values(v_star: arb) -> tuple[arb, arb]:
         epsilon, loss, loss_ratio = eps.at(v_star)
-        return loss_ratio, 1 / loss_ratio if measure == "both" and loss < epsilon else v_star**2 / epsilon
+        return loss_ratio, 1 / loss_ratio if loss < epsilon else v_star**2 / epsilon
 
     return remez.Problem(
         full_powers(m, n),

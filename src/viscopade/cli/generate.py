@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from viscopade.approximation.measure import MEASURES
 from viscopade.cli.console import (
     DIGITS,
     LAW,
@@ -60,13 +59,6 @@ _SERIES = ("series-csv", "series-json", "series-latex")
 @click.option("--v-star-max", help="Largest v* of the interval, for --minimax and --accuracy.")
 @click.option(
     "--v-star-min", default="0", show_default=True, help="Smallest v* of the interval, for --minimax and --accuracy."
-)
-@click.option(
-    "--measure",
-    type=click.Choice(MEASURES),
-    default="both",
-    show_default=True,
-    help="Error relative to the smaller of eps and 1 - eps (both), or to eps (relative).",
 )
 @LAW
 @click.option("--full", is_flag=True, help="Kernels that are accurate to the last digit, from v*, in C.")

@@ -18,7 +18,7 @@ from viscopade.arithmetic.decimals import at_most, identifier
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
 from viscopade.kernels.arithmetic import ARITHMETICS, Arithmetic
-from viscopade.kernels.bound import ErrorBound, RelativeTo
+from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.certificate import Certificate
 
 LOOSER = 2
@@ -155,16 +155,6 @@ def accuracy_of(accuracy: Exact, name: str = "accuracy") -> Fraction:
 def accuracy_name(accuracy: Fraction) -> str:
     """Return an accuracy as part of a name, always with an exponent: 1em5 for 1e-5, 3p5em6 for 3.5e-6."""
     return identifier(f"{Decimal(at_most(accuracy)).normalize():e}")
-
-
-def measure_name(measure: str) -> str:
-    """Return the end of a name for a measure, which is empty for "both"."""
-    return "" if measure == "both" else f"_{measure}"
-
-
-def relative_to(measure: str) -> RelativeTo:
-    """Return what the error of a measure is relative to."""
-    return "smaller" if measure == "both" else "value"
 
 
 # --- lacunary quotients -----------------------------------------------------------------------------------------------

@@ -28,7 +28,6 @@ from flint import arb, fmpq_poly
 from viscopade.approximation import half_line as approximants
 from viscopade.approximation.half_line import BEST, DEGREES_MORE, SHIFT, require_half_line_degrees
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
-from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
 from viscopade.arithmetic.balls import ball_of, joined, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
@@ -43,10 +42,8 @@ from viscopade.kernels.coefficients import (
     accuracy_of,
     first,
     levelled,
-    measure_name,
     on_machines,
     powers_text,
-    relative_to,
     with_proofs,
 )
 from viscopade.kernels.enclosure import Formula, exactly
@@ -115,22 +112,20 @@ _SECOND_ORDER = 1 + Fraction(1, 1 << 10)  # products of roundings are less
 # --- kernels ----------------------------------------------------------------------------------------------------------
 
 
-def compact(accuracy: Exact, measure: Measure = "both") -> Kernel:
+def compact(accuracy: Exact) -> Kernel:
     """Return the kernel of speed and beta with the fewest coefficients and a proven error within the accuracy.
 
     Parameters
     ----------
     accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        From 1e-15 to 0.99, for type double and with rounding.
-    measure : "both" or "relative"
-        What the error is relative to: the smaller of eps and 1 - eps, or eps.
+        Relative to the smaller of eps and 1 - eps, from 1e-15 to 0.99, for type double and with rounding.
 
     Raises
     ------
     TypeError, ValueError
         If an argument is not of this kind, or none of the known kernels is accurate enough.
     """
-    name, form, fitted = _chosen(accuracy, measure)
+    name, form, fitted = _chosen(accuracy)
     functions = tuple(
         Function(result, ("speed", "beta"), meaning, W_ACCEPTED, start(), (body(form),), result)
         for result, meaning in MEANINGS.items()
@@ -143,9 +138,9 @@ def compact(accuracy: Exact, measure: Measure = "both") -> Kernel:
     return replace(made, normal=NORMAL)
 
 
-def half_line(accuracy: Exact, measure: Measure = "both") -> Kernel:
+def half_line(accuracy: Exact) -> Kernel:
     """Return the kernel of v*, by cbrt, with the coefficients of the compact one; arguments and errors as for it."""
-    name, form, fitted = _chosen(accuracy, measure)
+    name, form, fitted = _chosen(accuracy)
     v_star = Name("v_star")
     near, far = half_line_branches(form)
     branches = (near._replace(guard=within("v_star", ZERO, ONE)), far._replace(guard=v_star > ONE))
@@ -160,11 +155,11 @@ def half_line(accuracy: Exact, measure: Measure = "both") -> Kernel:
     return replace(made, bounds=(*made.bounds, *(b for bound in of_eps for b in of_computed_v_star(bound))))
 
 
-def _chosen(accuracy: Exact, measure: Measure) -> tuple[str, Powers, Fitted]:
+def _chosen(accuracy: Exact) -> tuple[str, Powers, Fitted]:
     """Return the end of a kernel's name, and its powers and coefficients."""
     wanted = accuracy_of(accuracy)
-    form = compact_powers(wanted, measure_of(measure))
-    return f"{accuracy_name(wanted)}{measure_name(measure)}", form, compact_fit(form, measure)
+    form = compact_powers(wanted)
+    return accuracy_name(wanted), form, compact_fit(form)
 
 
 def _kernel(
@@ -179,25 +174,20 @@ def _kernel(
     more: Mapping[str, Mapping[str, float]],
 ) -> Kernel:
     """Return a kernel with the bounds of some functions, and further constants."""
-    measure = fitted.certificate.measure
-    source = f"best N/D found in the measure |error|/{RELATIVE_TO[measure]} over all v* >= 0, with these powers of y"
+    source = "best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these powers of y"
     head = {"name": name, "kind": "halfline", "root": "1/3", "top": form.top, "bottom": form.bottom}
-    of_v_star = {v.form: {"rounding": {r: _sizes(v, r) for r in OF_V_STAR if _has(v, r)}} for v in fitted.variants}
+    of_v_star = {v.form: {"rounding": {r: _sizes(v, r) for r in OF_V_STAR}} for v in fitted.variants}
     return Kernel(
         name, name, argument, text, source, domain, functions,
         {v.form.name: {**more.get(v.form.name, {}), **constants(form, v.a, v.b)} for v in fitted.variants},
         tuple(b for v in fitted.variants for b in v.bounds if b.result in results), missing=fitted.missing,
         record={
-            **head, "formula": text, "domain": domain, "measure": measure,
+            **head, "formula": text, "domain": domain, "measure": fitted.certificate.measure,
             "variants": [v.record() | of_v_star[v.form] for v in fitted.variants], "missing": fitted.missing,
             "source": source,
         },
         proofs=tuple(head | v.proof() | of_v_star[v.form] for v in fitted.variants),
     )  # fmt: skip
-
-
-def _has(variant: Coefficients, result: str) -> bool:
-    return any(bound.result == result for bound in variant.bounds)
 
 
 def _sizes(variant: Coefficients, result: str) -> dict[str, str]:
@@ -210,19 +200,19 @@ def _sizes(variant: Coefficients, result: str) -> dict[str, str]:
 
 
 @recorded("compact powers")
-def compact_powers(wanted: Fraction, measure: Measure) -> Powers:
+def compact_powers(wanted: Fraction) -> Powers:
     """Return the powers of the kernel with the fewest coefficients that is proven to be accurate enough."""
-    candidates = levelled(BEST[measure], lambda form: approximants.fit_half_line(form, measure))
-    return first(wanted, candidates, lambda form: compact_fit(form, measure).variants[0].error("restitution"))
+    candidates = levelled(BEST, approximants.fit_half_line)
+    return first(wanted, candidates, lambda form: compact_fit(form).variants[0].error("restitution"))
 
 
 @recorded("compact")
-def compact_fit(form: Powers, measure: Measure) -> Fitted:
+def compact_fit(form: Powers) -> Fitted:
     """Return the best kernel with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
-    found = approximants.fit_half_line(form, measure).quotient
+    found = approximants.fit_half_line(form).quotient
     return with_proofs(
         found,
-        lambda exact: certificate.prove(half_line_formula(exact), Fraction(0), math.inf, measure),
+        lambda exact: certificate.prove(half_line_formula(exact), Fraction(0), math.inf),
         lambda of: (
             *on_machines(of.form, lambda machine: _compact_bounds(form, of, machine)),
             *_half_line_bounds(form, of),
@@ -338,21 +328,20 @@ def _compact_bounds(form: Powers, of: Coefficients, machine: Arithmetic) -> Iter
     1 + eta, and so eps by eps (1 - eps) eta. This is below r_0 eps, with the bound r_0 of eps's relative error. From
     the bound r_2 for 1 - eps^2 it is below r_2 (1 - eps^2)/(2 eps), at most 3/2 r_2 (1 - eps) for eps >= 1/2.
     """
-    error, relative, kind = of.certificate.bound, relative_to(of.certificate.measure), of.form
+    error, kind = of.certificate.bound, of.form
     of_loss = error * (1 + error / 2)  # |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), |d eps| <= error smaller
     sizes = compact_rounding(form, of.a, of.b, machine)
     unit = Fraction(2) ** -machine.form.precision
     last = (unit + machine.quotient * machine.ulp) * _SECOND_ORDER  # elastic/(elastic + lost)
     for i, (low, high) in enumerate((reach(kind), COMMON) if kind == FLOAT else (reach(kind),)):
         of_eps, of_rebound, of_dissipation = (sizes[name][i] for name in MEANINGS)
-        bound = ErrorBound("restitution", low, high, relative, error, arithmetic=machine)
+        bound = ErrorBound("restitution", low, high, "smaller", error, arithmetic=machine)
         yield replace(bound, last=of_eps * (1 + error))
         # eps speed may be subnormal: half of the smallest number
         yield replace(bound, result="rebound", last=of_rebound * (1 + error), absolute=Fraction(1, 2))
-        if relative == "smaller":
-            yield replace(bound, rounding=max(of_eps, Fraction(3, 2) * of_dissipation) * (1 + error), last=last)
-            of_rounding = of_dissipation * (1 + of_loss)
-            yield ErrorBound("dissipation", low, high, "value", of_loss, of_rounding, arithmetic=machine)
+        yield replace(bound, rounding=max(of_eps, Fraction(3, 2) * of_dissipation) * (1 + error), last=last)
+        of_rounding = of_dissipation * (1 + of_loss)
+        yield ErrorBound("dissipation", low, high, "value", of_loss, of_rounding, arithmetic=machine)
 
 
 def compact_rounding(form: Powers, a: Values, b: Values, machine: Arithmetic) -> dict[str, tuple[Fraction, Fraction]]:
@@ -469,7 +458,7 @@ def _relative_of(name: str, least: arb) -> Callable[[Found], arb]:
 
 
 def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
-    """Yield the bounds of eps and 1 - eps, on the host; in the measure "relative" there is none of 1 - eps.
+    """Yield the bounds of eps and 1 - eps, on the host.
 
     Beyond 2^largest w may be subnormal. There w^3 underflows to 0, eps comes out as 0 and 1 - eps as 1, and both are
     right to less than the smallest number.
@@ -486,7 +475,7 @@ def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
             on_parts(near, OF_V_STAR, "y", numbers, machine, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
             on_parts(far, OF_V_STAR, "u", numbers, machine, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
         )
-        for name in OF_V_STAR if proof.measure == "both" else OF_V_STAR[:1]:
+        for name in OF_V_STAR:
             # Both branches have the parts of [0, 1].
             # 1 - eps^2 may be a normal number where 1 - eps is half of the least one.
             of_normal = _relative_of(name, ball_of(kind.least) / (1 + (name == OF_V_STAR[1])))
@@ -494,7 +483,7 @@ def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
             size = max(size for _, parts in walks for size, _ in parts)
             underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
             yield ErrorBound(
-                name, Fraction(0), math.inf, relative_to(proof.measure), proof.bound,
+                name, Fraction(0), math.inf, "smaller", proof.bound,
                 last=rounded_up(size, DIGITS) * (1 + proof.bound),
                 absolute=rounded_up(underflow / ball_of(kind.smallest), DIGITS), arithmetic=machine,
             )  # fmt: skip

@@ -19,7 +19,6 @@ from flint import arb, arb_poly
 
 from viscopade import arguments
 from viscopade.approximation import cheapest, machine_coefficients, minimax
-from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
 from viscopade.arithmetic.balls import ball_of, bits_for, joined, known_decimal, magnitude, working
 from viscopade.arithmetic.decimals import above, at_most, below, identifier, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format, float_text
@@ -35,9 +34,7 @@ from viscopade.kernels.coefficients import (
     accuracy_name,
     accuracy_of,
     in_formats,
-    measure_name,
     on_machines,
-    relative_to,
 )
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Expression, Name, both, read
@@ -261,7 +258,7 @@ def proven_pade(m: int, n: int) -> ProvenPade:
     found = list[Certificate]()
     for end in _useful_ends(None if bare.end is None else Fraction(bare.end[1])):
         try:
-            found.append(certificate.prove(quotient_formula(*bare.reduced), Fraction(0), end, "both"))
+            found.append(certificate.prove(quotient_formula(*bare.reduced), Fraction(0), end))
         except ArithmeticError:  # of high degree, with a pole and a zero that nearly cancel
             break
     if not found:
@@ -299,40 +296,37 @@ def _useful_ends(first: Fraction | None) -> list[Fraction]:
 # --- best approximants ------------------------------------------------------------------------------------------------
 
 
-def best_fit(
-    m: SupportsIndex, n: SupportsIndex, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both"
-) -> Kernel:
+def best_fit(m: SupportsIndex, n: SupportsIndex, v_star_max: Exact, v_star_min: Exact = 0) -> Kernel:
     """Return the kernel of the best approximant [m/n] on an interval; arguments and errors as for `minimax.fit`."""
-    interval, measure = minimax.interval_of(v_star_min, v_star_max), measure_of(measure)
-    return _best(*minimax.degrees_of(m, n), *interval, measure)
+    return _best(*minimax.degrees_of(m, n), *minimax.interval_of(v_star_min, v_star_max))
 
 
 @lru_cache(maxsize=256)
-def _best(m: int, n: int, low: Fraction, high: Fraction, measure: Measure) -> Kernel:
-    return _of_fit(_with_proofs(minimax.fit(m, n, high, low, measure)), f"{m}_{n}_{_interval_name(low, high)}")
+def _best(m: int, n: int, low: Fraction, high: Fraction) -> Kernel:
+    return _of_fit(_with_proofs(minimax.fit(m, n, high, low)), f"{m}_{n}_{_interval_name(low, high)}")
 
 
-def accurate_quotient(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Kernel:
+def accurate_quotient(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0) -> Kernel:
     """Return the cheapest kernel whose proven errors sum to at most `accuracy` in type double.
 
-    (The formula's error is relative to what `measure` says, the rounding error is relative to eps.)
+    (The formula's error is relative to the smaller of eps and 1 - eps, the rounding error to eps.)
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
-    return _accurate(accuracy_of(accuracy), *minimax.interval_of(v_star_min, v_star_max), measure_of(measure))
+    return _accurate(accuracy_of(accuracy), *minimax.interval_of(v_star_min, v_star_max))
 
 
 @lru_cache(maxsize=256)
-def _accurate(wanted: Fraction, low: Fraction, high: Fraction, measure: Measure) -> Kernel:
-    fitted = accurate_fit(wanted, low, high, measure)
+def _accurate(wanted: Fraction, low: Fraction, high: Fraction) -> Kernel:
+    fitted = accurate_fit(wanted, low, high)
     return _of_fit(fitted, f"{_interval_name(low, high)}_{accuracy_name(wanted)}")
 
 
 @recorded("minimax")
-def accurate_fit(wanted: Fraction, low: Fraction, high: Fraction, measure: Measure) -> Fitted:
+def accurate_fit(wanted: Fraction, low: Fraction, high: Fraction) -> Fitted:
     """Return the cheapest best approximant that is proven to be accurate enough."""
     limit = wanted
     for _ in range(_ATTEMPTS):
-        chosen = cheapest.cheapest_fit(limit, high, low, measure=measure)
+        chosen = cheapest.cheapest_fit(limit, high, low)
         fitted = _with_proofs(chosen.fit, wanted)
         error = fitted.variants[0].error("epsilon")
         if error <= wanted:
@@ -346,7 +340,7 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> Fitted:
 
     def prove(form: Format) -> Coefficients:
         machine = machine_coefficients.machine(fit, form)
-        proof = certificate.prove(quotient_formula(*machine.exact), *fit.interval, fit.measure)
+        proof = certificate.prove(quotient_formula(*machine.exact), *fit.interval)
         return Coefficients(form, machine.a, machine.b, proof)
 
     def bounds(of: Coefficients) -> Iterator[ErrorBound]:
@@ -357,12 +351,9 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> Fitted:
 
 def _of_fit(fitted: Fitted, name: str) -> Kernel:
     proof = fitted.certificate
-    low, high, name = proof.low, _end(proof), f"minimax_{name}{measure_name(proof.measure)}"
+    low, high, name = proof.low, _end(proof), f"minimax_{name}"
     m, n = (len(values) - 1 for values in fitted.variants[0].exact)
-    source = (
-        "best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure "
-        f"|error|/{RELATIVE_TO[proof.measure]}"
-    )
+    source = "best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure |error|/min(eps, 1 - eps)"
     record = {
         "name": name,
         "m": m,
@@ -524,9 +515,7 @@ def _bounds(
     with working(64):  # relative to eps, not to the formula's value
         last = rounded_up(size * (1 + ball_of(max(proof.bound for proof in proofs))), DIGITS)
     for proof in proofs:
-        yield ErrorBound(
-            "epsilon", proof.low, _end(proof), relative_to(proof.measure), proof.bound, last=last, arithmetic=machine
-        )
+        yield ErrorBound("epsilon", proof.low, _end(proof), "smaller", proof.bound, last=last, arithmetic=machine)
 
 
 def quotient_rounding(
@@ -608,7 +597,7 @@ def error_up_to(a: Sequence[arb], b: Sequence[arb], v_star_max: Exact) -> Fracti
         If v_star_max is no such number, or nothing was proven up to there, as for an N/D with a pole.
     """
     try:
-        return certificate.prove(quotient_formula(a, b), Fraction(0), _end_of_interval(v_star_max), "both").bound
+        return certificate.prove(quotient_formula(a, b), Fraction(0), _end_of_interval(v_star_max)).bound
     except ArithmeticError as error:
         raise ValueError(f"v_star_max is {v_star_max}: {error}; expected a smaller number") from None
 

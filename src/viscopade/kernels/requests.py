@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.decimals import identifier
 from viscopade.kernels import catalogue, compact, full, inverse, quotient, speed_table
 from viscopade.kernels.catalogue import Entry
@@ -25,7 +24,7 @@ Degrees = Sequence[tuple[int, int]]
 
 _OF_FITS = ("minimax", "accuracy")
 _NEEDED = {
-    **dict.fromkeys(("v_star_min", "v_star_max", "measure"), _OF_FITS),
+    **dict.fromkeys(("v_star_min", "v_star_max"), _OF_FITS),
 }
 """Options that need one of others, without which they would change nothing."""
 
@@ -50,8 +49,6 @@ class Request:
         At most one accuracy of `catalogue.SPEEDS`: a kernel that needs no root, in C.
     v_star_min, v_star_max : str or None
         Interval of the best approximants.
-    measure : "both" or "relative"
-        The measure of the error of best approximants.
     law : str
         Law of contact, for Padé approximants in v* = kappa^(1/d); contact ends where the force vanishes.
     digits : int
@@ -66,7 +63,6 @@ class Request:
     from_speed: Sequence[str] = ()
     v_star_min: str = "0"
     v_star_max: str | None = None
-    measure: Measure = "both"
     law: str = "viscoelastic"
     digits: int = LATEX_DIGITS
 
@@ -112,9 +108,9 @@ class Request:
                 raise ValueError(f"pade is {m}/{n}: expected m + n >= {law.d}, as 1 - eps begins with v*^{law.d}")
         found = [quotient.pade_quotient(m, n, law) for m, n in self.pade]
         if self.v_star_max is None:
-            found += [compact.compact(accuracy, self.measure) for accuracy in self.accuracy]
+            found += [compact.compact(accuracy) for accuracy in self.accuracy]
         else:
-            ends = self.v_star_max, self.v_star_min, self.measure
+            ends = self.v_star_max, self.v_star_min
             found += [quotient.best_fit(m, n, *ends) for m, n in self.minimax]
             found += [quotient.accurate_quotient(accuracy, *ends) for accuracy in self.accuracy]
         found += [inverse.inverse(accuracy) for accuracy in self.inverse]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import operator
-import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -12,7 +11,6 @@ from fractions import Fraction
 import numpy as np
 
 from viscopade.approximation import cheapest, minimax
-from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.arrays import double
@@ -72,8 +70,8 @@ class Candidate:
         The largest errors on the scene (proven), rounding included, by the name of the tolerance.
     failing : tuple of str
         The names of the tolerances that they exceed.
-    measure : "both", "relative" or None
-        Measure of the error of a best quotient.
+    degrees : pair of int, or None
+        Those of a best quotient.
     """
 
     kernel: Kernel
@@ -81,7 +79,7 @@ class Candidate:
     cost: int
     errors: tolerance.Errors
     failing: tuple[str, ...]
-    measure: Measure | None = None
+    degrees: tuple[int, int] | None = None
 
     @property
     def rank(self) -> tuple[int, int, Fraction]:
@@ -150,7 +148,7 @@ def _ready(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
 
 
 def _candidate(
-    scene: Scene, met: Sequence[Encounter], kernel: Kernel, label: str, measure: Measure | None = None
+    scene: Scene, met: Sequence[Encounter], kernel: Kernel, label: str, degrees: tuple[int, int] | None = None
 ) -> Candidate | None:
     """Return a candidate; None if the kernel has no proven error on the scene."""
     code = scene.code
@@ -160,7 +158,7 @@ def _candidate(
     if errors is None:
         return None
     count = weighted_operations(kernel, code.function, met[0])
-    return Candidate(kernel, label, count, errors, tolerance.failing(errors, scene.tolerance), measure)
+    return Candidate(kernel, label, count, errors, tolerance.failing(errors, scene.tolerance), degrees)
 
 
 def weighted_operations(kernel: Kernel, result: str, encounter: Encounter) -> int:
@@ -305,47 +303,28 @@ def too_rough(scene: Scene, met: Sequence[Encounter]) -> str | None:
 def best_quotient(scene: Scene, met: Sequence[Encounter]) -> Candidate | None:
     """Return the cheapest best approximant within the tolerance on the range of v* of all pairs, or None.
 
-    An approximant in the measure "relative" is fitted only if it may be cheaper than the one in "both".
+    It is one on more than this range if that is as cheap.
     """
-    if interval(met, scene.code)[1] > LARGEST_V_STAR:
-        return None
-    first = _best(scene, met, "both")
-    if first is not None and not first.failing:
-        accuracy = _accuracy(scene, met, "relative")
-        if accuracy is None or not _reached(interval(met, scene.code), price(first) - 1, accuracy, "relative"):
-            return first
-    found = [c for c in (first, _best(scene, met, "relative")) if c is not None]
-    return min([c for c in found if not c.failing] or found, key=price, default=None)
-
-
-def price(candidate: Candidate) -> int:
-    """Return the cost of a best quotient by its degrees."""
-    m, n = map(int, re.findall(r"\d+", candidate.kernel.label))
-    return minimax.cost(m, n)
-
-
-def _reached(ends: Interval, price: int, accuracy: Fraction, measure: Measure) -> bool:
-    """Return whether the best approximant of at most this cost meets the accuracy."""
-    fit = cheapest.most_accurate(price, ends[1], ends[0], measure)
-    return fit is not None and fit.error <= accuracy
-
-
-def _best(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Candidate | None:
-    """Return the cheapest approximant in a measure, on more than the scene's interval if that is as cheap."""
-    accuracy = _accuracy(scene, met, measure)
-    if accuracy is None:
-        return None
     low, high = inner = interval(met, scene.code)
+    accuracy = _accuracy(scene, met)
+    if high > LARGEST_V_STAR or accuracy is None:
+        return None
     outer = _outwards(low * (1 - BEYOND), -1), _outwards(high * (1 + BEYOND), 1)
-    found = _on_interval(scene, met, outer, measure, accuracy)
-    if found is not None and not _reached(inner, price(found) - 1, accuracy, measure):
-        return found
-    return _on_interval(scene, met, inner, measure, accuracy) or found
+    found = _on_interval(scene, met, outer, accuracy)
+    if found is not None:
+        cheaper = fewer_operations(found, inner)
+        if cheaper is None or cheaper.error > accuracy:
+            return found
+    return _on_interval(scene, met, inner, accuracy) or found
 
 
-def _on_interval(
-    scene: Scene, met: Sequence[Encounter], ends: Interval, measure: Measure, accuracy: Fraction
-) -> Candidate | None:
+def fewer_operations(found: Candidate, ends: Interval) -> minimax.Fit | None:
+    """Return the most accurate best approximant with one operation less than a best quotient; None if there is none."""
+    assert found.degrees is not None
+    return cheapest.most_accurate(minimax.cost(*found.degrees) - 1, ends[1], ends[0])
+
+
+def _on_interval(scene: Scene, met: Sequence[Encounter], ends: Interval, accuracy: Fraction) -> Candidate | None:
     """Return the cheapest approximant on an interval; in float, a more accurate one if its rounding needs it."""
     code = scene.code
     for factor in TIGHTER if code.format != DOUBLE.name else TIGHTER[:1]:
@@ -353,23 +332,24 @@ def _on_interval(
             return None
         try:
             short = f"{float(accuracy * factor) * 0.9985:.2e}".replace("e-0", "e-")  # rounded down to three digits
-            kernel = quotient.accurate_quotient(short, ends[1], ends[0], measure)
+            kernel = quotient.accurate_quotient(short, ends[1], ends[0])
         except (ValueError, ArithmeticError):
             return None
         by_pow = ", v* by pow" if code.argument == "speed" else ""
-        found = _candidate(scene, met, kernel, "", measure)
+        m, n = kernel.record["m"], kernel.record["n"]
+        found = _candidate(scene, met, kernel, f"best quotient {kernel.label}{by_pow}", (m, n))
         if found is not None:
-            if not kernel.label.endswith("/0]"):
-                return replace(found, label=f"best quotient {kernel.label}{by_pow}")
+            if n:
+                return found
             # The division by 1 is left out of the code.
             return replace(found, label=f"best series {kernel.label}{by_pow}", cost=found.cost - DIVISION)
     return None
 
 
-def _accuracy(scene: Scene, met: Sequence[Encounter], measure: Measure) -> Fraction | None:
-    """Return the allowed error of a kernel in a measure, or None if no kernel is that accurate."""
+def _accuracy(scene: Scene, met: Sequence[Encounter]) -> Fraction | None:
+    """Return the allowed error of a kernel relative to min(eps, 1 - eps), or None if no kernel is that accurate."""
     code, where = scene.code, ranges(scene, met)
-    accuracy = tolerance.allowed(scene.tolerance, [each.epsilon for each in where], measure) * Fraction(999, 1000)
+    accuracy = tolerance.allowed(scene.tolerance, [each.epsilon for each in where]) * Fraction(999, 1000)
     if code.argument == "speed":
         slowest, fastest = hull(each.speeds for each in where)
         usual = 1 / USUAL <= slowest <= fastest <= USUAL

@@ -6,12 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from viscopade.approximation import cheapest
-from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import at_most
 from viscopade.progress import track
 from viscopade.scene import sense
-from viscopade.scene.candidate import AS_CHEAP, Candidate, best_quotient, candidates, price, too_rough, uncovered
+from viscopade.scene.candidate import (
+    AS_CHEAP,
+    Candidate,
+    best_quotient,
+    candidates,
+    fewer_operations,
+    too_rough,
+    uncovered,
+)
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, encounters
 from viscopade.scene.tolerance import MEASURES, excess
@@ -69,7 +75,7 @@ def choose(scene: Scene) -> Choice:
     if not enough:
         raise _nothing(scene, met, offers)
     as_cheap = [each for each in enough if each.cost <= AS_CHEAP * enough[0].cost]
-    chosen = min(as_cheap, key=lambda each: (each.kernel.bytes, each.measure is not None, each.rank))
+    chosen = min(as_cheap, key=lambda each: (each.kernel.bytes, each.degrees is not None, each.rank))
     warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
     notes = [text for encounter in met for text in sense.notes(scene, encounter)]
     for weight in filter(None, map(sense.weight, met)):
@@ -101,11 +107,11 @@ def _nothing(scene: Scene, met: Sequence[Encounter], known: Sequence[Candidate])
 def _reasons(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate], chosen: Candidate) -> list[str]:
     """Return the reasons against cheaper kernels, including the one that comes closest to the tolerance."""
     texts = list[str]()
-    if chosen.measure is not None:
+    if chosen.degrees is not None:
         domain = chosen.kernel.bounds[0]
-        fit = cheapest.most_accurate(price(chosen) - 1, Fraction(domain.high), domain.low, chosen.measure)
+        fit = fewer_operations(chosen, (domain.low, Fraction(domain.high)))
         if fit is not None:
-            off = f"{fit.error:.3g} {RELATIVE_TO[chosen.measure]}"
+            off = f"{fit.error:.3g} min(eps, 1 - eps)"
             texts.append(f"the best quotient with fewer operations, {fit.label}, has an error of {off} (sampled)")
     # At the same cost, a smaller table would be preferred.
     less = [each for each in offers if each.rank[:2] < chosen.rank[:2]]
@@ -117,7 +123,7 @@ def _reasons(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate]
         texts.append(_failure(scene, met, min(missed, key=lambda each: excess(each.errors, scene.tolerance))))
     for why, found in (
         ("with a larger table", [each for each in cheap if each.kernel.bytes]),
-        ("for the speeds of the scene only", [each for each in cheap if each.measure is not None]),
+        ("for the speeds of the scene only", [each for each in cheap if each.degrees is not None]),
     ):
         if found:
             texts.append(f"{' and '.join(each.label for each in found)}: hardly cheaper, {why}")

@@ -244,7 +244,7 @@ def error_sentences(choice: Choice) -> list[str]:
         f"Kernel: {candidate.label} ({candidate.kernel.name}){table}.",
         f"Proven on this scene, rounding included: {found}.",
     ]
-    if candidate.measure is not None:
+    if candidate.degrees is not None:
         low, high = (float(end) for end in (candidate.kernel.bounds[0].low, candidate.kernel.bounds[0].high))
         sentences.append(f"The formula is for v* from {low:.6g} to {high:.6g}; outside, the functions return NaN.")
     return sentences

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple, TypeVar
 
-from viscopade.approximation.measure import Measure
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
@@ -128,13 +127,13 @@ def failing(errors: Errors, tolerance: Tolerance) -> tuple[str, ...]:
     return tuple(name for name, limit in tolerance.given().items() if errors[name] > _exact(limit))
 
 
-def allowed(tolerance: Tolerance, ranges: Iterable[Interval], measure: Measure) -> Fraction:
-    """Return the largest error of a formula in a measure within the tolerance, to first order, on ranges of eps.
+def allowed(tolerance: Tolerance, ranges: Iterable[Interval]) -> Fraction:
+    """Return the largest error relative to min(eps, 1 - eps) within the tolerance, to first order, on ranges of eps.
 
     All errors are nearly proportional to it; the factors are computed for an error of 2^-30.
     """
     unit = Fraction(1, 1 << 30)
-    bound = ErrorBound("epsilon", Fraction(0), _ONE, "smaller" if measure == "both" else "value", unit)
+    bound = ErrorBound("epsilon", Fraction(0), _ONE, "smaller", unit)
     largest = worst_errors(errors_of(bound, epsilon) for epsilon in ranges)
     return min(_exact(limit) / (largest[name] / unit) for name, limit in tolerance.given().items())
 

@@ -41,7 +41,6 @@ from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.series import series
 
 DEGREES = ((1, 4), (3, 3), (2, 5), (3, 6), (5, 5))
@@ -180,7 +179,7 @@ def against_sollya() -> tuple[RivalComparison, RivalComparison]:
         return best, machine
     for m, v_max in POLYNOMIALS:
         interval = minimax.interval_of(0, v_max)
-        fit, fitted = tried(partial(minimax._fit.__wrapped__, m, 0, interval, "both", 17, VISCOELASTIC))
+        fit, fitted = tried(partial(minimax._fit.__wrapped__, m, 0, interval, 17))
         (real, first), (rounded, second) = _by_sollya(m, v_max)
         best.add((fit.error, fitted), (_error(fit, real), first))
         ours, seconds = tried(lambda fit=fit: machine_coefficients.machine(fit, FLOAT))  # type: ignore[misc]
@@ -193,7 +192,7 @@ def _error(fit: minimax.Fit, loss: list[Fraction]) -> float:
     """Return the error of 1 - v*^2 (c_0 + c_1 v* + …) on the fit's interval; infinite without coefficients."""
     if not loss:
         return math.inf
-    task = minimax.minimax_problem(fit.m, 0, fit.interval, fit.measure, fit.digits)
+    task = minimax.minimax_problem(fit.m, 0, fit.interval, fit.digits)
     with working(task.bits):
         a = [arb(1), arb(0), *(-arb(c.numerator) / c.denominator for c in loss)]
         return remez.sup_error(task, a, [arb(1)], fit.points)
