@@ -57,7 +57,7 @@ def table() -> str:
 
 def _error(bounds: list[ErrorBound], low: Fraction, high: End) -> str:
     """Return the smallest bound on a range as text, "" if there is none."""
-    found = [bound for bound in bounds if bound.on(low, high) and bound.speeds is None and bound.proven]
+    found = [bound for bound in bounds if bound.on(low, high) and bound.speeds is None]
     if not found:
         return ""
     best = min(found, key=_relative)

@@ -19,10 +19,6 @@ END_CONDITION = (
     "not when the compression x returns to 0"
 )
 
-END_CONDITION_WITHOUT_DELAY = (
-    "contact ends when the force vanishes, which by this law is where the compression x returns to 0"
-)
-
 WIDTH = 100  # columns of generated text
 
 SPDX = ("SPDX-FileCopyrightText: 2026 viscopade developers", "SPDX-License-Identifier: MIT")
@@ -100,10 +96,10 @@ def marker_lines(command: str) -> list[str]:
     return [marker_line(command), *SPDX, *wrap(CITE, WIDTH)]
 
 
-def json_head(command: str, source: str, end: str = END_CONDITION) -> dict[str, Any]:
+def json_head(command: str, source: str) -> dict[str, Any]:
     """Return the first entries of a generated file in JSON, which has no comments."""
     made = {"generated_by": generated_by(), "command": command, **dict(line.split(": ") for line in SPDX)}
-    return {**made, "cite": CITE.partition(": ")[2], "source": source, "end_condition": end}
+    return {**made, "cite": CITE.partition(": ")[2], "source": source, "end_condition": END_CONDITION}
 
 
 def environment(module: str | None = None) -> Environment:

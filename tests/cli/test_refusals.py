@@ -97,8 +97,6 @@ BAD = [
     ("export c --accuracy 1e-17 --v-star-max 5", "expected a number from 1e-15 to 0.99"),
     ("export c --accuracy 1e-12 --v-star-max 1000", "or a shorter interval"),
     ("export c --minimax 0/9 --v-star-max 1000", "expected other degrees"),
-    ("export c --law linear --accuracy 1e-3 --v-star-max 2", "expected pade alone with it"),
-    ("export vectors --law linear --pade 2/4", "nothing is proven: expected viscoelastic for vectors"),
     ("export python --full", "as the kernel has a table"),
     ("export c --from-speed 1e-6", "'1e-6' is not one of '1e-5', '5e-6', '1e-10', 'full'"),
     ("export c --from-speed 1e-10 --from-speed 1e-5", "expected one accuracy, as a file holds one kernel"),

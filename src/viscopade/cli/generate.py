@@ -12,7 +12,6 @@ from click.core import ParameterSource
 
 from viscopade.cli.console import (
     DIGITS,
-    LAW,
     ORDER,
     OUTPUT,
     STYLE,
@@ -40,8 +39,7 @@ _SERIES = ("series-csv", "series-json", "series-latex")
     "--pade",
     type=Degrees(),
     multiple=True,
-    help="Padé approximant, such as 3/6; repeatable. For another --law its error is sampled, not proven."
-    "  [default: the four of the paper's table]",
+    help="Padé approximant, such as 3/6; repeatable.  [default: the four of the paper's table]",
 )
 @click.option(
     "--minimax",
@@ -60,7 +58,6 @@ _SERIES = ("series-csv", "series-json", "series-latex")
 @click.option(
     "--v-star-min", default="0", show_default=True, help="Smallest v* of the interval, for --minimax and --accuracy."
 )
-@LAW
 @click.option("--full", is_flag=True, help="Kernels that are accurate to the last digit, from v*, in C.")
 @click.option(
     "--from-speed",

@@ -47,8 +47,6 @@ class ErrorBound:
         The range of speeds, if the bound is only for some.
     branch : int or None
         The branch of the function (`machine.located`), if the bound is only for arguments that lead to it.
-    proven : bool
-        False: sampled.
     """
 
     result: str
@@ -63,7 +61,6 @@ class ErrorBound:
     arithmetic: Arithmetic = HOST
     speeds: tuple[Fraction, Fraction] | None = None
     branch: int | None = None
-    proven: bool = True
 
     def __post_init__(self) -> None:
         if not 0 <= self.low < self.high:

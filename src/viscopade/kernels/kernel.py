@@ -17,7 +17,6 @@ from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels import expressions
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Expression, Item, Program, Statement, names_in
-from viscopade.theory.law import VISCOELASTIC, Law
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +161,6 @@ class Kernel:
         branch does. None: NaN.
     proofs : tuple of mapping
         What independent checkers need to check the bounds, as JSON-able data.
-    law : Law
 
     Raises
     ------
@@ -185,7 +183,6 @@ class Kernel:
     missing: Mapping[str, str] = field(default_factory=dict)
     record: Mapping[str, Any] = field(default_factory=dict)
     proofs: tuple[Mapping[str, Any], ...] = ()
-    law: Law = VISCOELASTIC
     elsewhere: Kernel | None = None
     normal: tuple[str, ...] = ()
 

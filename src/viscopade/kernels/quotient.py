@@ -46,7 +46,7 @@ from viscopade.kernels.rounding_bounds import BITS, DIGITS, reading
 from viscopade.kernels.v_star import Beyond, of_computed_v_star, of_v_star, restitution
 from viscopade.progress import track
 from viscopade.store import recorded
-from viscopade.theory.law import VISCOELASTIC, Law
+from viscopade.theory.law import Law
 from viscopade.theory.pade import Pade, Root
 from viscopade.theory.pade import pade as pade_of
 
@@ -177,17 +177,13 @@ class ProvenPade:
         nearest(f"a_{len(a) - 1}/b_{len(b) - 1}", top / bottom)  # what is left for large v*
         return a, b
 
-    def kernel(self, law: Law = VISCOELASTIC, sampled: Sequence[tuple[Fraction, Fraction]] = ()) -> Kernel:
-        """Return the kernel; of another law than the paper's with the ends and sizes of sampled errors."""
+    def kernel(self) -> Kernel:
+        """Return the kernel."""
         m, n = len(self.a) - 1, len(self.b) - 1
-        exponents = f"_a{law.elastic}_b{law.damping}".replace("/", "o")
         a, b = ([str(c).lower() for c in values] for values in (self.a, self.b))
-        of_law = {"law": str(law), "end": law.end, "kappa": law.kappa_text, "d": law.d}
-        samples = [{"v_star_max": below(high), "error": at_most(error)} for high, error in sampled]
         record = {
             "m": m,
             "n": n,
-            **({} if law == VISCOELASTIC else of_law | {"sampled": samples}),
             "a": a,
             "b": b,
             "domain": self.domain,
@@ -199,11 +195,8 @@ class ProvenPade:
             "rounding": {b.arithmetic.form.name: at_most(b.last) for b in self.bounds if b.arithmetic.place == "host"},
             "source": PADE_SOURCE,
         }
-        bounds = [*self.bounds]
-        if law == VISCOELASTIC:
-            bounds += (b for bound in self.bounds for b in of_computed_v_star(bound, self._beyond(bound)))
-        bounds += (ErrorBound("epsilon", Fraction(0), high, "smaller", error, proven=False) for high, error in sampled)
-        name = f"pade_{m}_{n}{'' if law == VISCOELASTIC else exponents}"
+        of_speed = (b for bound in self.bounds for b in of_computed_v_star(bound, self._beyond(bound)))
+        bounds, name = (*self.bounds, *of_speed), f"pade_{m}_{n}"
         given, missing = dict[str, _Given](), dict[str, str]()
         for form in FORMATS.values():
             try:
@@ -217,7 +210,7 @@ class ProvenPade:
             ends = None if self.end is None else (0.0, form.nearest(Fraction(self.end[1]), math.floor))
             given[form.name] = _Given(top, bottom, ends, limit)
         return replace(
-            _kernel(name, self.label, given, bounds, law), source=PADE_SOURCE, domain=self.domain,
+            _kernel(name, self.label, given, bounds), source=PADE_SOURCE, domain=self.domain,
             missing=missing, record=record,
             proofs=tuple({"name": name, "type": "exact", "a": a, "b": b, **c.record()} for c in self.certificates),
         )  # fmt: skip
@@ -240,15 +233,9 @@ class ProvenPade:
 
 
 @lru_cache(maxsize=256)
-def pade_quotient(m: int, n: int, law: Law = VISCOELASTIC) -> Kernel:
-    """Return the kernel of a Padé approximant; of another law than the paper's with sampled errors.
-
-    Errors as for `theory.pade.pade`.
-    """
-    if law == VISCOELASTIC:
-        return proven_pade(m, n).kernel()
-    approximant = pade_of(m, n, PADE_DIGITS, law)
-    return without_proof(approximant).kernel(law, sampled_errors(approximant, law))
+def pade_quotient(m: int, n: int) -> Kernel:
+    """Return the kernel of a Padé approximant; errors as for `theory.pade.pade`."""
+    return proven_pade(m, n).kernel()
 
 
 @recorded("pade")
@@ -410,10 +397,8 @@ class _Given:
     threshold: int
 
 
-def _kernel(
-    name: str, label: str, given: Mapping[str, _Given], bounds: Sequence[ErrorBound], law: Law = VISCOELASTIC
-) -> Kernel:
-    """Return a kernel of v*, and of the speed by the paper's law; NaN outside its domain."""
+def _kernel(name: str, label: str, given: Mapping[str, _Given], bounds: Sequence[ErrorBound]) -> Kernel:
+    """Return a kernel of v*, and of the speed and beta; NaN outside its domain."""
     ends = {form: parts.ends for form, parts in given.items() if parts.ends is not None}
     far = any(
         2.0**parts.threshold < (math.inf if parts.ends is None else parts.ends[1])
@@ -437,17 +422,12 @@ def _kernel(
         v_star, above_it = Name("v_star"), Name("threshold") < Name("v_star")
         guard = both(above_it, v_star <= Name("high")) if ends else above_it
         branches = (CodeBranch(guard, beyond.program, beyond.results), *branches)
-    at = "" if law == VISCOELASTIC else f" at v* = kappa^(1/{law.d})"
-    functions = [Function("epsilon", ("v_star",), f"eps{at}", None, (), branches, "epsilon")]
-    if law == VISCOELASTIC:
-        functions.append(restitution(branches))
+    functions = (Function("epsilon", ("v_star",), "eps", None, (), branches, "epsilon"), restitution(branches))
     top, bottom = (
         " + ".join(c if i == 0 else f"{c} v*" if i == 1 else f"{c} v*^{i}" for i, c in _terms(coefficients, letter))
         for letter in "ab"
     )
-    return Kernel(
-        name, label, "v_star", f"eps = ({top})/({bottom})", "", "", tuple(functions), constants, tuple(bounds), law=law
-    )
+    return Kernel(name, label, "v_star", f"eps = ({top})/({bottom})", "", "", functions, constants, tuple(bounds))
 
 
 def _terms(coefficients: Mapping[str, object], letter: str) -> list[tuple[int, str]]:

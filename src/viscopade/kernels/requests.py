@@ -17,7 +17,7 @@ from viscopade.kernels.write.languages import NAMES as LANGUAGES
 from viscopade.kernels.write.languages import language
 from viscopade.kernels.write.targets import LATEX_DIGITS, SERIES_DIGITS, SERIES_ORDER, TABLES, TARGETS
 from viscopade.progress import track
-from viscopade.theory.law import VISCOELASTIC, law_of
+from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.series import series
 
 Degrees = Sequence[tuple[int, int]]
@@ -49,8 +49,6 @@ class Request:
         At most one accuracy of `catalogue.SPEEDS`: a kernel that needs no root, in C.
     v_star_min, v_star_max : str or None
         Interval of the best approximants.
-    law : str
-        Law of contact, for Padé approximants in v* = kappa^(1/d); contact ends where the force vanishes.
     digits : int
         Significant digits of coefficients, for LaTeX.
     """
@@ -63,7 +61,6 @@ class Request:
     from_speed: Sequence[str] = ()
     v_star_min: str = "0"
     v_star_max: str | None = None
-    law: str = "viscoelastic"
     digits: int = LATEX_DIGITS
 
     def __post_init__(self) -> None:
@@ -73,9 +70,6 @@ class Request:
             if getattr(self, name) != getattr(Request, name) and not any(getattr(self, other) for other in needed):
                 others, flags = " or ".join(needed), ", ".join(f"--{other.replace('_', '-')}" for other in needed)
                 raise ValueError(f"{name} is given without {others}: expected {name} with {others} ({flags})")
-        besides = self.minimax, self.accuracy, self.inverse, self.full, self.from_speed
-        if law_of(self.law) != VISCOELASTIC and (not self.pade or any(besides)):
-            raise ValueError(f"the law is {self.law}: expected pade alone with it (--pade)")
         if self.v_star_max is None and self.v_star_min != "0":
             raise ValueError(
                 "v_star_min is given without v_star_max: expected an interval with both ends (--v-star-max)"
@@ -102,11 +96,10 @@ class Request:
         ValueError
             If one does not exist, or cannot be as accurate as wanted.
         """
-        law = law_of(self.law)
         for m, n in self.pade:
-            if m + n < law.d:
-                raise ValueError(f"pade is {m}/{n}: expected m + n >= {law.d}, as 1 - eps begins with v*^{law.d}")
-        found = [quotient.pade_quotient(m, n, law) for m, n in self.pade]
+            if m + n < VISCOELASTIC.d:
+                raise ValueError(f"pade is {m}/{n}: expected m + n >= {VISCOELASTIC.d}, as 1 - eps begins with v*^2")
+        found = [quotient.pade_quotient(m, n) for m, n in self.pade]
         if self.v_star_max is None:
             found += [compact.compact(accuracy) for accuracy in self.accuracy]
         else:
@@ -138,8 +131,6 @@ class Request:
         """
         if target not in TARGETS:
             raise ValueError(f"target is {target!r}: expected {', '.join(TARGETS)}")
-        if target in ("certificates", "vectors") and law_of(self.law) != VISCOELASTIC:
-            raise ValueError(f"the law is {self.law}, of which nothing is proven: expected viscoelastic for {target}")
         kernels = distinct(self.kernels())
         if target in TABLES:
             if target != "vectors" and any(kernel.tables for kernel in kernels):

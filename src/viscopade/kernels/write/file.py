@@ -15,7 +15,6 @@ from viscopade.arithmetic.decimals import at_least, at_most
 from viscopade.generated import (
     CITE,
     END_CONDITION,
-    END_CONDITION_WITHOUT_DELAY,
     SPDX,
     comment,
     marker_line,
@@ -29,7 +28,6 @@ from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.write import speed_table
 from viscopade.kernels.write.language import Language, Number
 from viscopade.kernels.write.writer import function_text, generic_text, table_text, words_of
-from viscopade.theory.law import VISCOELASTIC, Law
 
 HEAD = 30
 """Lines at the beginning of a file, with those that begin and end the comment."""
@@ -45,7 +43,7 @@ _OF_EXAMPLES = {
     "restitution": "the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s",
     "beta": "a material whose eps is 0.995 at a speed of 2",
 }
-_SPHERES = (
+SPHERES = (
     "eps: coefficient of normal restitution of two viscoelastic spheres; speed: normal component of the impact "
     "velocity; beta = 3/2 A (rho/m_eff)^(2/5), unit (time/length)^(1/5), in the units of speed; A: dissipative "
     "constant, a time; rho = 4/3 E_eff sqrt(R_eff); m_eff = m1 m2/(m1 + m2); v_star = v* = beta^(1/2) speed^(1/10)."
@@ -67,7 +65,7 @@ def file_text(
     Parameters
     ----------
     kernels : sequence of Kernel
-        At least one, no two of the same name, of one law.
+        At least one, no two of the same name.
     language : Language
     command : str
         The command line that makes the file.
@@ -213,7 +211,7 @@ def range_text(bound: ErrorBound) -> str:
     text = _between("v*", low, high) if low or high != INFINITY else "all v*"
     if bound.speeds is not None:
         text += f", {_between('speed', *bound.speeds)}"
-    return text if bound.proven else f"{text} (sampled)"
+    return text
 
 
 def _between(name: str, low: Fraction, high: End) -> str:
@@ -273,13 +271,12 @@ def _comment(kernel: Kernel, function: Function, language: Language, number: Num
 
 def head(kernels: Sequence[Kernel], language: Language, command: str, module: str) -> list[str]:
     """Return the lines at the head of a file, without comment marks."""
-    law = kernels[0].law
     before = [
         marker_line(command),
         *SPDX,
         "",
-        *wrapped(subject(law), _COLUMNS),
-        *wrapped(f"End condition: {end_condition(law)}.", _COLUMNS),
+        *wrapped(SPHERES, _COLUMNS),
+        *wrapped(f"End condition: {END_CONDITION}.", _COLUMNS),
         "",
         *wrapped(_legend(kernels, language), _COLUMNS),
         *wrapped(_conditions(kernels, language), _COLUMNS),
@@ -321,22 +318,6 @@ def _conditions(kernels: Sequence[Kernel], language: Language) -> str:
         kernels_of.setdefault(condition, []).append(kernel.name)
     subjects = ["Bounds"] if len(kernels_of) == 1 else [f"Those of {', '.join(names)}" for names in kernels_of.values()]
     return " ".join(f"{of} hold {condition}." for of, condition in zip(subjects, kernels_of, strict=True) if condition)
-
-
-def end_condition(law: Law) -> str:
-    """Return the end condition of a law as a sentence."""
-    return END_CONDITION if law.delayed else END_CONDITION_WITHOUT_DELAY
-
-
-def subject(law: Law) -> str:
-    """Return what eps, v* and the arguments are."""
-    if law == VISCOELASTIC:
-        return _SPHERES
-    return (
-        f"eps: coefficient of normal restitution of the law of contact m xi'' + k xi^a + c xi^b xi' = 0, "
-        f"a = {law.elastic}, b = {law.damping}, with the effective mass m and the normal component v of the impact "
-        f"velocity. v_star = v* = {'kappa' if law.d == 1 else f'kappa^(1/{law.d})'}, kappa = {law.kappa_text}."
-    )
 
 
 def _example(kernel: Kernel, language: Language, module: str) -> Iterator[str]:

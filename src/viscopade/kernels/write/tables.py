@@ -13,7 +13,7 @@ from viscopade.arithmetic.formats import decimal_value
 from viscopade.generated import END_CONDITION, comment, json_head, marker_lines, wrapped
 from viscopade.kernels.arithmetic import HOST
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.write.file import end_condition, error_text, range_text, stated, subject
+from viscopade.kernels.write.file import SPHERES, error_text, range_text, stated
 from viscopade.kernels.write.targets import LATEX_DIGITS
 
 SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
@@ -26,7 +26,6 @@ PROVEN = (
     "proven by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the rounding is proven "
     "for the order of evaluation in code (to nearest, with or without fused multiply-add), and adds to the error"
 )
-SAMPLED = "sampled: compared with the exact eps at points of the interval; nothing is proven"
 _MAX_DIGITS = 30  # in LaTeX: the records have 40 digits, and a second rounding is right with ten digits to spare
 _DOUBLE_DIGITS = 17  # of the coefficients of a best approximant, whose type is double
 
@@ -45,8 +44,8 @@ def csv_table(kernels: Sequence[Kernel], command: str) -> str:
 def json_table(kernels: Sequence[Kernel], command: str) -> str:
     """Return one object; its "approximants" hold the records, with numbers as decimal strings."""
     source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
-    rest: dict[str, object] = {"error": _error(kernels), "approximants": [kernel.record for kernel in kernels]}
-    return _json(command, source, rest, end_condition(kernels[0].law))
+    rest: dict[str, object] = {"error": PROVEN, "approximants": [kernel.record for kernel in kernels]}
+    return _json(command, source, rest)
 
 
 def certificates(kernels: Sequence[Kernel], command: str) -> str:
@@ -125,21 +124,15 @@ def _quotient(kernel: Kernel, target: str) -> Mapping[str, Sequence[str]]:
     return given
 
 
-def _error(kernels: Sequence[Kernel]) -> str:
-    bounds = [bound for kernel in kernels for bound in kernel.bounds]
-    return PROVEN if all(bound.proven for bound in bounds) else SAMPLED
-
-
 def _head(kernels: Sequence[Kernel], command: str) -> list[str]:
-    law = kernels[0].law
     return [
         *marker_lines(command),
         "",
-        *wrapped(subject(law)),
+        *wrapped(SPHERES),
         "[m/n](v*) = (a_0 + a_1 v* + ... + a_m v*^m) / (b_0 + b_1 v* + ... + b_n v*^n)",
-        *wrapped(f"End condition: {end_condition(law)}."),
+        *wrapped(f"End condition: {END_CONDITION}."),
         *(line for kernel in kernels for line in _about(kernel)),
-        *wrapped(f"m = min(eps, 1 - eps), r = [m/n]; {_error(kernels)}."),
+        *wrapped(f"m = min(eps, 1 - eps), r = [m/n]; {PROVEN}."),
     ]
 
 
@@ -155,8 +148,8 @@ def _csv(head: Iterable[str], columns: tuple[str, ...], rows: Iterable[tuple[obj
     return "\n".join([comment(head, "#"), *(",".join(map(str, row)) for row in (columns, *rows))]) + "\n"
 
 
-def _json(command: str, source: str, rest: dict[str, object], end: str = END_CONDITION) -> str:
-    return dumps(json_head(command, source, end) | rest, indent=2, ensure_ascii=False) + "\n"
+def _json(command: str, source: str, rest: dict[str, object]) -> str:
+    return dumps(json_head(command, source) | rest, indent=2, ensure_ascii=False) + "\n"
 
 
 def _latex_rows(kernel: Kernel, digits: int) -> list[str]:
