@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 from viscopade.approximation import remez
 from viscopade.approximation.lacunary import Powers, full_powers
 from viscopade.approximation.remez import Coordinate, NoBest, Problem, TooAccurate
-from viscopade.approximation.target import exact_target
+from viscopade.approximation.target import target
 from viscopade.arithmetic.balls import working
 
 
@@ -26,10 +26,9 @@ def free(m, n, f, interval, weight=one, **more):
 
 def restitution(m, n, v_max, measure="both", v_min=0.0):
     """The elastic problem, written down once more."""
-    target = exact_target()
 
     def values(v):
-        epsilon, loss, ratio = target.at(v)
+        epsilon, loss, ratio = target(v)
         return ratio, 1 / ratio if measure == "both" and loss < epsilon else v * v / epsilon
 
     return Problem(full_powers(m, n), values, (v_min, v_max), 2)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
@@ -12,6 +11,7 @@ from viscopade.approximation.machine_coefficients import MachineFit, machine
 from viscopade.approximation.minimax import (
     MAX_M,
     MAX_N,
+    SMALLEST_ERROR,
     Fit,
     Interval,
     _fit,
@@ -19,7 +19,6 @@ from viscopade.approximation.minimax import (
     cost,
     interval_of,
 )
-from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
 
@@ -40,7 +39,7 @@ def cheapest_fit(
     Parameters
     ----------
     accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        Largest error, below 1 and at least four units of rounding of the format.
+        Largest error, below 1, at least 1e-12 and four units of rounding of the format.
     v_star_max, v_star_min
         As for `fit`.
     form : Format
@@ -52,23 +51,20 @@ def cheapest_fit(
         As for `fit`; or if no degrees up to [6/9] are accurate enough; the message has the accuracy that they reach.
     """
     interval = interval_of(v_star_min, v_star_max)
-    least = Fraction(2) ** (2 - form.precision)
+    least = max(Fraction(2) ** (2 - form.precision), SMALLEST_ERROR)
     accepted = f"a number below 1, and in {form.name} at least {float(least):.3g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))
 
-    def good(price: int) -> list[Fit]:
-        return [fit for fit in _fits(price, interval) if fit.error <= limit]
-
     prices = sorted({cost(*pair) for pair in CANDIDATES})
     rounded: list[MachineFit] = []
-    for price in prices[bisect_left(prices, True, key=lambda price: bool(good(price))) :]:
-        new = [machine(fit, form) for fit in good(price)]
+    for price in prices:
+        new = [machine(fit, form) for fit in _fits(price, interval) if fit.error <= limit]
         best = min(new, key=lambda fit: fit.error, default=None)
         if best is not None and best.error <= limit:
             return best
         rounded += new
     m, n = CANDIDATES[-1]
-    errors = [fit.error for fit in rounded or _fits(prices[-1], interval)]
+    errors = [fit.error for fit in rounded] or [fit.error for price in prices for fit in _fits(price, interval)]
     raise ValueError(
         f"accuracy is {limit:g}: expected {1.01 * min(errors, default=1):.3g} or more, which [m/n] up to [{m}/{n}] "
         f"reach on {_shown(interval)} in {form.name}, or a shorter interval"
@@ -88,5 +84,5 @@ def _fits(price: int, interval: Interval) -> tuple[Fit, ...]:
     for m, n in CANDIDATES:
         if cost(m, n) == price:
             with suppress(ValueError):  # no best approximant, or no good one
-                found.append(_fit(m, n, interval, TABLE_DIGITS))
+                found.append(_fit(m, n, interval))
     return tuple(found)

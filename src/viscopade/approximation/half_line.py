@@ -27,7 +27,7 @@ from viscopade.approximation import lawson
 from viscopade.approximation.lacunary import Powers
 from viscopade.approximation.lawson import LacunaryFit, Sample
 from viscopade.approximation.remez import Coordinate
-from viscopade.approximation.target import exact_target
+from viscopade.approximation.target import loss_limit, target
 from viscopade.arrays import double
 
 ROOT = Fraction(1, 3)  # y = v*^ROOT
@@ -73,14 +73,13 @@ def fit_half_line(powers: Powers) -> LacunaryFit:
         If the error cannot be levelled.
     """
     require_half_line_degrees(powers)
-    exact = exact_target()
 
     def values(y: arb) -> tuple[arb, arb]:
         """Return N/D, and the factor from its relative error to that of the smaller one, to first order."""
-        epsilon, loss, loss_ratio = exact.at(y * y * y)
-        return loss_ratio / epsilon / exact.c, max(epsilon, loss)
+        epsilon, loss, loss_ratio = target(y * y * y)
+        return loss_ratio / epsilon / loss_limit(), max(epsilon, loss)
 
-    return lawson.best(powers, values, _Y_MAX, Coordinate(half_line=True), exact.c, sample=half_line_sample())
+    return lawson.best(powers, values, _Y_MAX, Coordinate(half_line=True), loss_limit(), half_line_sample())
 
 
 @lru_cache(maxsize=1)
@@ -88,4 +87,4 @@ def half_line_sample() -> Sample:
     """Return target and weight at points dense enough for rough fits."""
     v_star = lawson.dense_speeds(12, 22)
     epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-    return Sample(np.cbrt(v_star), loss / epsilon / (float(exact_target().c) * v_star**2), np.maximum(epsilon, loss))
+    return Sample(np.cbrt(v_star), loss / epsilon / (float(loss_limit()) * v_star**2), np.maximum(epsilon, loss))

@@ -12,7 +12,6 @@ have twice that error. In the variable sqrt(1 - eps) the same accuracy takes one
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
 
@@ -22,12 +21,10 @@ from flint import arb
 from viscopade.approximation import lawson
 from viscopade.approximation.lacunary import Powers
 from viscopade.approximation.lawson import LacunaryFit, Sample
-from viscopade.approximation.remez import Coordinate, TooAccurate
-from viscopade.approximation.target import TABLE_DIGITS, exact_target
+from viscopade.approximation.remez import Coordinate
+from viscopade.approximation.target import loss_limit, target
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import double
-
-MORE_DIGITS = 25
 
 _Y_MAX = 2000.0  # of q^(1/10): q up to 1e33
 
@@ -51,7 +48,7 @@ DEGREES_LESS = 2
 
 @lru_cache(maxsize=256)
 def fit_inverse(powers: Powers) -> LacunaryFit:
-    """Return the best N(y)/D(y) of v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10), from values with more digits if necessary.
+    """Return the best N(y)/D(y) of v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10).
 
     Parameters
     ----------
@@ -70,42 +67,25 @@ def fit_inverse(powers: Powers) -> LacunaryFit:
             f"powers are {powers.label}: expected deg D = deg N + {DEGREES_LESS}, because v* behaves like q^(3/10)"
         )
     with working(lawson.BITS):
-        factor = 1 / exact_target().c.root(2)
-
-    def best(digits: int) -> LacunaryFit:
-        return lawson.best(
-            powers, _values(digits), _Y_MAX, Coordinate(half_line=True), factor, digits, inverse_sample()
-        )
-
-    try:
-        return best(TABLE_DIGITS)
-    except TooAccurate:
-        return best(MORE_DIGITS)
+        factor = 1 / loss_limit().root(2)
+    return lawson.best(powers, _values, _Y_MAX, Coordinate(half_line=True), factor, inverse_sample())
 
 
-def _values(digits: int) -> Callable[[arb], tuple[arb, arb]]:
-    """Return v* (c/q)^(1/2), 1 at 0, as a function of y, with the weight 1; c = (1 - eps)/v*^2 at 0."""
-    c = exact_target(digits).c
-
-    def values(y: arb) -> tuple[arb, arb]:
-        if y == 0:
-            return arb(1), arb(1)
-        q = y ** (SHIFT * 2)
-        return _v_star(q.mid(), digits) * (c / q).root(2), arb(1)
-
-    return values
+def _values(y: arb) -> tuple[arb, arb]:
+    """Return v* (c/q)^(1/2), 1 at 0, with the weight 1; c = (1 - eps)/v*^2 at 0."""
+    if y == 0:
+        return arb(1), arb(1)
+    q = y ** (SHIFT * 2)
+    return _v_star(q.mid()) * (loss_limit() / q).root(2), arb(1)
 
 
-def _v_star(q: arb, digits: int) -> arb:
-    """Return v* at (1 - eps)/eps = q: double precision, then Newton's method on ln q, with a slope of 7 digits."""
+def _v_star(q: arb) -> arb:
+    """Return v* at (1 - eps)/eps = q: double precision, then a step of Newton's method on ln q."""
     near = float(q)
     start = double.v_star_from(1 / (1 + near)) if near > 1 else double.v_star_from(one_minus_epsilon=near / (1 + near))
     slope = -double.slope(float(start)) / float(double.one_minus_epsilon(start))  # d ln q/d ln v*
-    v_star = arb(start)
-    for _ in range(1 if digits <= MORE_DIGITS else 2):
-        epsilon, loss, _ = exact_target(digits).at(v_star)
-        v_star = (v_star * (1 + (q * epsilon / loss).log() / slope)).mid()
-    return v_star
+    epsilon, loss, _ = target(arb(start))
+    return (arb(start) * (1 + (q * epsilon / loss).log() / slope)).mid()
 
 
 @lru_cache(maxsize=1)
@@ -113,4 +93,4 @@ def inverse_sample() -> Sample:
     """Return the target at points dense enough for rough fits."""
     v_star = lawson.dense_speeds(15, 18)
     q = double.one_minus_epsilon(v_star) / double.epsilon(v_star)
-    return Sample(q**0.1, v_star * np.sqrt(float(exact_target().c) / q), np.ones_like(q))
+    return Sample(q**0.1, v_star * np.sqrt(float(loss_limit()) / q), np.ones_like(q))

@@ -130,7 +130,6 @@ def best(
     y_max: float,
     coordinate: Coordinate,
     factor: arb,
-    digits: int = 17,
     sample: Sample | None = None,
 ) -> LacunaryFit:
     """Return the quotient that minimises weight |N/(target D) - 1| on [0, y_max], times a factor.
@@ -140,7 +139,7 @@ def best(
     powers : Powers
     values : callable
         Function that returns target and weight at y.
-    y_max, coordinate, digits
+    y_max, coordinate
         As for `remez.Problem`.
     factor : flint.arb
         Factor of N, before its coefficients are rounded to the nearest doubles.
@@ -157,7 +156,7 @@ def best(
         target, weight = values(y)
         return 1 - target, weight / target
 
-    problem = Problem(powers, relative, (0.0, y_max), digits=digits, coordinate=coordinate)
+    problem = Problem(powers, relative, (0.0, y_max), coordinate=coordinate)
     start = None if sample is None else _alternating(sample, rough(powers, sample).deviation, problem.number_of_points)
     found = remez.solve(problem, start)
     with working(BITS):

@@ -89,7 +89,7 @@ def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     ValueError
         If a coefficient is not a normal number of the format.
     """
-    task = minimax_problem(best.m, best.n, best.interval, best.digits)
+    task = minimax_problem(best.m, best.n, best.interval)
     with working(task.bits):
         start = _Grid(task, best, form)
         grids, nearest = [start], start.centre

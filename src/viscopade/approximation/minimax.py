@@ -22,7 +22,7 @@ from flint import arb, fmpz_poly
 from viscopade import arguments
 from viscopade.approximation import remez
 from viscopade.approximation.lacunary import full_powers
-from viscopade.approximation.target import STEP, TABLE_DIGITS, exact_target
+from viscopade.approximation.target import target
 from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
 
@@ -31,8 +31,7 @@ MAX_FIT_M, MAX_FIT_N = 12, 15  # largest degrees of a single fit
 LARGEST = 10**6  # v*
 SMALLEST = Fraction(1, 10**6)  # end v* > 0 and length of an interval
 COEFFICIENT_DIGITS = 30  # digits of coefficients beyond those of the error
-MAX_DIGITS = 150  # digits of eps
-NARROW_DIGITS = 9  # digits of the values beyond those of the error
+SMALLEST_ERROR = Fraction(1, 10**12)  # which the values of eps allow (`remez.TooAccurate`)
 
 
 Interval = tuple[Fraction, Fraction]
@@ -60,8 +59,6 @@ class Fit:
         (both sampled).
     points, deviations : tuple of float, length m + n
         The v* at which the error is largest, and its values there, of alternating signs.
-    digits : int
-        Number of digits of eps in the fit.
 
     Raises
     ------
@@ -78,7 +75,6 @@ class Fit:
     lower_bound: float
     points: tuple[float, ...]
     deviations: tuple[float, ...]
-    digits: int
 
     def __post_init__(self) -> None:
         _check(*self.exact, self)
@@ -134,7 +130,6 @@ def fit(
     n: SupportsIndex,
     v_star_max: Exact,
     v_star_min: Exact = 0,
-    digits: SupportsIndex = TABLE_DIGITS,
 ) -> Fit:
     """Return the best approximant [m/n] of eps on [v_star_min, v_star_max].
 
@@ -144,17 +139,16 @@ def fit(
         Degrees of numerator and denominator, 0 to 12 and 0 to 15, not both below 2.
     v_star_max, v_star_min : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
         Ends of the interval, taken exactly: 0 <= v_star_min < v_star_max <= 10^6.
-    digits : int
-        Least number of digits of eps; more are used if the error is small.
 
     Raises
     ------
     TypeError
         If an argument has a wrong type.
     ValueError
-        If an argument is out of range, the error is not below 100 % (`TooCoarse`), or there is no best approximant.
+        If an argument is out of range, the error is not below 100 % (`TooCoarse`) or below 1e-12, or no best
+        approximant was found.
     """
-    return _fit(*degrees_of(m, n), interval_of(v_star_min, v_star_max), arguments.digits(digits))
+    return _fit(*degrees_of(m, n), interval_of(v_star_min, v_star_max))
 
 
 def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
@@ -184,14 +178,14 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
 
 
 @lru_cache(maxsize=1024)
-def _fit(m: int, n: int, interval: Interval, digits: int) -> Fit:
-    if digits > MAX_DIGITS:
-        raise ValueError(f"[{m}/{n}] on {_shown(interval)} has an error below 1e-{MAX_DIGITS}: expected lower degrees")
+def _fit(m: int, n: int, interval: Interval) -> Fit:
     try:
-        found = remez.solve(minimax_problem(m, n, interval, digits))
-    except remez.TooAccurate as small:
-        wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
-        return _fit(m, n, interval, STEP * math.ceil(max(digits + STEP, wanted) / STEP))
+        found = remez.solve(minimax_problem(m, n, interval))
+    except remez.TooAccurate:
+        raise ValueError(
+            f"the best [{m}/{n}] on {_shown(interval)} has an error below {float(SMALLEST_ERROR):g}: expected lower "
+            "degrees, or the kernel of full accuracy"
+        ) from None
     except remez.NoBest as reason:
         raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; expected other degrees") from None
     if not found.error < 1:
@@ -203,28 +197,20 @@ def _fit(m: int, n: int, interval: Interval, digits: int) -> Fit:
     # Middles are exact, so every one has a decimal.
     a, b = (tuple(str(decimal_string(c, places)) for c in values) for values in (found.a, found.b))
     levels = found.error, found.lower_bound, found.points, found.deviations
-    return Fit(m, n, interval, a, b, *levels, digits)
+    return Fit(m, n, interval, a, b, *levels)
 
 
-def minimax_problem(m: int, n: int, interval: Interval, digits: int) -> remez.Problem:
+def minimax_problem(m: int, n: int, interval: Interval) -> remez.Problem:
     """Return the approximation problem of `fit` for `remez.solve`."""
-    eps = exact_target(digits)
     low, high = map(float, interval)
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),
               high if high <= interval[1] else math.nextafter(high, 0.0))  # fmt: skip
 
     def values(v_star: arb) -> tuple[arb, arb]:
-        epsilon, loss, loss_ratio = eps.at(v_star)
+        epsilon, loss, loss_ratio = target(v_star)
         return loss_ratio, 1 / loss_ratio if loss < epsilon else v_star**2 / epsilon
 
-    return remez.Problem(
-        full_powers(m, n),
-        values,
-        inside,
-        contact=2,
-        digits=eps.digits,
-        coordinate=remez.Coordinate(),
-    )
+    return remez.Problem(full_powers(m, n), values, inside, contact=2)
 
 
 def _shown(interval: Interval) -> str:

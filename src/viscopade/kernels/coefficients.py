@@ -146,10 +146,10 @@ def on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[ErrorBound
                 raise
 
 
-def accuracy_of(accuracy: Exact, name: str = "accuracy") -> Fraction:
-    """Return an accuracy asked for, by its name in a refusal; expected is a number from 1e-15 to 0.99."""
-    least, most = Fraction("1e-15"), Fraction("0.99")
-    return arguments.exact_number(name, accuracy, "a number from 1e-15 to 0.99", lambda x: least <= x <= most)
+def accuracy_of(accuracy: Exact, name: str = "accuracy", least: Fraction = Fraction("1e-15")) -> Fraction:
+    """Return an accuracy asked for, by its name in a refusal; expected is a number from `least` to 0.99."""
+    expected = f"a number from {float(least):g} to 0.99"
+    return arguments.exact_number(name, accuracy, expected, lambda x: least <= x <= Fraction("0.99"))
 
 
 def accuracy_name(accuracy: Fraction) -> str:

@@ -299,7 +299,7 @@ def accurate_quotient(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0)
     (The formula's error is relative to the smaller of eps and 1 - eps, the rounding error to eps.)
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
-    return _accurate(accuracy_of(accuracy), *minimax.interval_of(v_star_min, v_star_max))
+    return _accurate(accuracy_of(accuracy, least=minimax.SMALLEST_ERROR), *minimax.interval_of(v_star_min, v_star_max))
 
 
 @lru_cache(maxsize=256)
@@ -318,7 +318,7 @@ def accurate_fit(wanted: Fraction, low: Fraction, high: Fraction) -> Fitted:
         error = fitted.variants[0].error("epsilon")
         if error <= wanted:
             return fitted
-        limit = min(limit, Fraction(chosen.error)) * min(wanted / error, Fraction(99, 100))
+        limit = max(min(limit, Fraction(chosen.error)) * min(wanted / error, Fraction(99, 100)), minimax.SMALLEST_ERROR)
     raise ArithmeticError(f"no kernel was proven to be as accurate as {float(wanted):g}")
 
 

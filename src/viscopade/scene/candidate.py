@@ -47,7 +47,6 @@ LARGEST_V_STAR = Fraction(1000)  # of best quotients
 STEEPEST = 4  # more than |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*|, which are at most 10/3
 WIDER = Fraction(1, 1 << 18)  # more than the relative rounding errors of beta, the speed and v* in float
 BEYOND = Fraction(1, 50)  # share by which the interval of a quotient exceeds that of the scene: 20 % in speed
-LEAST_ACCURACY = Fraction(1, 10**15)
 TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # factors of the accuracy that are tried for a float kernel
 SAMPLES = 4001
 VALUES = "values"  # name of the list of constants
@@ -328,7 +327,7 @@ def _on_interval(scene: Scene, met: Sequence[Encounter], ends: Interval, accurac
     """Return the cheapest approximant on an interval; in float, a more accurate one if its rounding needs it."""
     code = scene.code
     for factor in TIGHTER if code.format != DOUBLE.name else TIGHTER[:1]:
-        if accuracy * factor < LEAST_ACCURACY:
+        if accuracy * factor < minimax.SMALLEST_ERROR:
             return None
         try:
             short = f"{float(accuracy * factor) * 0.9985:.2e}".replace("e-0", "e-")  # rounded down to three digits
@@ -354,7 +353,7 @@ def _accuracy(scene: Scene, met: Sequence[Encounter]) -> Fraction | None:
         slowest, fastest = hull(each.speeds for each in where)
         usual = 1 / USUAL <= slowest <= fastest <= USUAL
         accuracy -= 2 * of_v_star(HOSTS[code.format], USUAL if usual else None)
-    return None if accuracy < LEAST_ACCURACY else min(accuracy, Fraction(1, 2))
+    return None if accuracy < minimax.SMALLEST_ERROR else min(accuracy, Fraction(1, 2))
 
 
 def interval(met: Sequence[Encounter], code: Code) -> Interval:

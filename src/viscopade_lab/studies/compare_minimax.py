@@ -36,7 +36,7 @@ from rich.table import Table
 
 from viscopade.approximation import machine_coefficients, minimax, remez
 from viscopade.approximation.lacunary import full_powers
-from viscopade.approximation.target import exact_target
+from viscopade.approximation.target import target
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import double
@@ -117,10 +117,9 @@ def rational(a: Iterable[float], b: Iterable[float]) -> Evaluated:
 
 def ours_free(m: int, n: int, v_max: float) -> tuple[float, float]:
     """Return our error and time for [m/n] without conditions."""
-    target = exact_target()
 
     def values(v: arb) -> tuple[arb, arb]:
-        return target.at(v)[1], arb(1)
+        return target(v).loss, arb(1)
 
     problem = remez.Problem(full_powers(m, n), values, (0.0, v_max))
     found, seconds = tried(lambda: remez.solve(problem))
@@ -179,7 +178,7 @@ def against_sollya() -> tuple[RivalComparison, RivalComparison]:
         return best, machine
     for m, v_max in POLYNOMIALS:
         interval = minimax.interval_of(0, v_max)
-        fit, fitted = tried(partial(minimax._fit.__wrapped__, m, 0, interval, 17))
+        fit, fitted = tried(partial(minimax._fit.__wrapped__, m, 0, interval))
         (real, first), (rounded, second) = _by_sollya(m, v_max)
         best.add((fit.error, fitted), (_error(fit, real), first))
         ours, seconds = tried(lambda fit=fit: machine_coefficients.machine(fit, FLOAT))  # type: ignore[misc]
@@ -192,7 +191,7 @@ def _error(fit: minimax.Fit, loss: list[Fraction]) -> float:
     """Return the error of 1 - v*^2 (c_0 + c_1 v* + …) on the fit's interval; infinite without coefficients."""
     if not loss:
         return math.inf
-    task = minimax.minimax_problem(fit.m, 0, fit.interval, fit.digits)
+    task = minimax.minimax_problem(fit.m, 0, fit.interval)
     with working(task.bits):
         a = [arb(1), arb(0), *(-arb(c.numerator) / c.denominator for c in loss)]
         return remez.sup_error(task, a, [arb(1)], fit.points)
