@@ -84,7 +84,7 @@ pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) r
     real(real64), parameter :: b0 = 1.0_real64
     real(real64), parameter :: b6 = -0.46950796085963953_real64
     real(real64), parameter :: b15 = 0.05813311621081886_real64
-    real(real64) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost
+    real(real64) :: square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -92,26 +92,10 @@ pure elemental real(real64) function restitution_compact_1em3_r64(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real64) then
-        at_rest = 0.0_real64
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real64) then
-        y1 = x
-    else
-        y1 = 1.0_real64
-    end if
-    if (x > 0.0_real64) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real64 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real64, speed * beta, x > 0.0_real64)
+    y = merge(exp(log(merge(x, 1.0_real64, x > 0.0_real64)) * thirtieth), &
+            0.0_real64 * at_rest, x > 0.0_real64)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -136,7 +120,7 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
     real(real32), parameter :: b0 = 1.0_real32
     real(real32), parameter :: b6 = -0.46950796_real32
     real(real32), parameter :: b15 = 0.058133118_real32
-    real(real32) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost
+    real(real32) :: square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -144,26 +128,10 @@ pure elemental real(real32) function restitution_compact_1em3_r32(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real32) then
-        at_rest = 0.0_real32
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real32) then
-        y1 = x
-    else
-        y1 = 1.0_real32
-    end if
-    if (x > 0.0_real32) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real32 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real32, speed * beta, x > 0.0_real32)
+    y = merge(exp(log(merge(x, 1.0_real32, x > 0.0_real32)) * thirtieth), &
+            0.0_real32 * at_rest, x > 0.0_real32)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -188,7 +156,7 @@ pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) resul
     real(real64), parameter :: b0 = 1.0_real64
     real(real64), parameter :: b6 = -0.46950796085963953_real64
     real(real64), parameter :: b15 = 0.05813311621081886_real64
-    real(real64) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost
+    real(real64) :: square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -196,26 +164,10 @@ pure elemental real(real64) function rebound_compact_1em3_r64(speed, beta) resul
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real64) then
-        at_rest = 0.0_real64
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real64) then
-        y1 = x
-    else
-        y1 = 1.0_real64
-    end if
-    if (x > 0.0_real64) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real64 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real64, speed * beta, x > 0.0_real64)
+    y = merge(exp(log(merge(x, 1.0_real64, x > 0.0_real64)) * thirtieth), &
+            0.0_real64 * at_rest, x > 0.0_real64)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -241,7 +193,7 @@ pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) resul
     real(real32), parameter :: b0 = 1.0_real32
     real(real32), parameter :: b6 = -0.46950796_real32
     real(real32), parameter :: b15 = 0.058133118_real32
-    real(real32) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost
+    real(real32) :: square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -249,26 +201,10 @@ pure elemental real(real32) function rebound_compact_1em3_r32(speed, beta) resul
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real32) then
-        at_rest = 0.0_real32
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real32) then
-        y1 = x
-    else
-        y1 = 1.0_real32
-    end if
-    if (x > 0.0_real32) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real32 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real32, speed * beta, x > 0.0_real32)
+    y = merge(exp(log(merge(x, 1.0_real32, x > 0.0_real32)) * thirtieth), &
+            0.0_real32 * at_rest, x > 0.0_real32)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -293,7 +229,7 @@ pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) r
     real(real64), parameter :: b0 = 1.0_real64
     real(real64), parameter :: b6 = -0.46950796085963953_real64
     real(real64), parameter :: b15 = 0.05813311621081886_real64
-    real(real64) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost, inverse
+    real(real64) :: square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -301,26 +237,10 @@ pure elemental real(real64) function dissipation_compact_1em3_r64(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real64) then
-        at_rest = 0.0_real64
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real64) then
-        y1 = x
-    else
-        y1 = 1.0_real64
-    end if
-    if (x > 0.0_real64) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real64 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real64, speed * beta, x > 0.0_real64)
+    y = merge(exp(log(merge(x, 1.0_real64, x > 0.0_real64)) * thirtieth), &
+            0.0_real64 * at_rest, x > 0.0_real64)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -346,7 +266,7 @@ pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) r
     real(real32), parameter :: b0 = 1.0_real32
     real(real32), parameter :: b6 = -0.46950796_real32
     real(real32), parameter :: b15 = 0.058133118_real32
-    real(real32) :: square, w, x, at_rest, y1, y, y2, y3, y6, y9, y10, elastic, lost, inverse
+    real(real32) :: square, w, x, at_rest, y, y2, y3, y6, y9, y10, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -354,26 +274,10 @@ pure elemental real(real32) function dissipation_compact_1em3_r32(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real32) then
-        at_rest = 0.0_real32
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real32) then
-        y1 = x
-    else
-        y1 = 1.0_real32
-    end if
-    if (x > 0.0_real32) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real32 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real32, speed * beta, x > 0.0_real32)
+    y = merge(exp(log(merge(x, 1.0_real32, x > 0.0_real32)) * thirtieth), &
+            0.0_real32 * at_rest, x > 0.0_real32)
     y2 = y * y
     y3 = y2 * y
     y6 = y3 * y3
@@ -402,7 +306,7 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
     real(real64), parameter :: b6 = -0.45730946038493253_real64
     real(real64), parameter :: b8 = 0.045564175424708794_real64
     real(real64), parameter :: b15 = 0.059828543778550125_real64
-    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost
+    real(real64) :: square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -410,26 +314,10 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real64) then
-        at_rest = 0.0_real64
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real64) then
-        y1 = x
-    else
-        y1 = 1.0_real64
-    end if
-    if (x > 0.0_real64) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real64 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real64, speed * beta, x > 0.0_real64)
+    y = merge(exp(log(merge(x, 1.0_real64, x > 0.0_real64)) * thirtieth), &
+            0.0_real64 * at_rest, x > 0.0_real64)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -457,7 +345,7 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
     real(real32), parameter :: b6 = -0.45730945_real32
     real(real32), parameter :: b8 = 0.045564175_real32
     real(real32), parameter :: b15 = 0.059828542_real32
-    real(real32) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost
+    real(real32) :: square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -465,26 +353,10 @@ pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real32) then
-        at_rest = 0.0_real32
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real32) then
-        y1 = x
-    else
-        y1 = 1.0_real32
-    end if
-    if (x > 0.0_real32) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real32 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real32, speed * beta, x > 0.0_real32)
+    y = merge(exp(log(merge(x, 1.0_real32, x > 0.0_real32)) * thirtieth), &
+            0.0_real32 * at_rest, x > 0.0_real32)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -512,7 +384,7 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
     real(real64), parameter :: b6 = -0.45730946038493253_real64
     real(real64), parameter :: b8 = 0.045564175424708794_real64
     real(real64), parameter :: b15 = 0.059828543778550125_real64
-    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost
+    real(real64) :: square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -520,26 +392,10 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real64) then
-        at_rest = 0.0_real64
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real64) then
-        y1 = x
-    else
-        y1 = 1.0_real64
-    end if
-    if (x > 0.0_real64) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real64 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real64, speed * beta, x > 0.0_real64)
+    y = merge(exp(log(merge(x, 1.0_real64, x > 0.0_real64)) * thirtieth), &
+            0.0_real64 * at_rest, x > 0.0_real64)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -567,7 +423,7 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
     real(real32), parameter :: b6 = -0.45730945_real32
     real(real32), parameter :: b8 = 0.045564175_real32
     real(real32), parameter :: b15 = 0.059828542_real32
-    real(real32) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost
+    real(real32) :: square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -575,26 +431,10 @@ pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) resul
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real32) then
-        at_rest = 0.0_real32
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real32) then
-        y1 = x
-    else
-        y1 = 1.0_real32
-    end if
-    if (x > 0.0_real32) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real32 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real32, speed * beta, x > 0.0_real32)
+    y = merge(exp(log(merge(x, 1.0_real32, x > 0.0_real32)) * thirtieth), &
+            0.0_real32 * at_rest, x > 0.0_real32)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -622,7 +462,7 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
     real(real64), parameter :: b6 = -0.45730946038493253_real64
     real(real64), parameter :: b8 = 0.045564175424708794_real64
     real(real64), parameter :: b15 = 0.059828543778550125_real64
-    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost, inverse
+    real(real64) :: square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -630,26 +470,10 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real64) then
-        at_rest = 0.0_real64
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real64) then
-        y1 = x
-    else
-        y1 = 1.0_real64
-    end if
-    if (x > 0.0_real64) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real64 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real64, speed * beta, x > 0.0_real64)
+    y = merge(exp(log(merge(x, 1.0_real64, x > 0.0_real64)) * thirtieth), &
+            0.0_real64 * at_rest, x > 0.0_real64)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -678,7 +502,7 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
     real(real32), parameter :: b6 = -0.45730945_real32
     real(real32), parameter :: b8 = 0.045564175_real32
     real(real32), parameter :: b15 = 0.059828542_real32
-    real(real32) :: square, w, x, at_rest, y1, y, y2, y4, y6, y7, y8, elastic, lost, inverse
+    real(real32) :: square, w, x, at_rest, y, y2, y4, y6, y7, y8, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real32 .and. beta >= 0.0_real32)) then
         value = ieee_value(1.0_real32, ieee_quiet_nan)
@@ -686,26 +510,10 @@ pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real32) then
-        at_rest = 0.0_real32
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real32) then
-        y1 = x
-    else
-        y1 = 1.0_real32
-    end if
-    if (x > 0.0_real32) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real32 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real32, speed * beta, x > 0.0_real32)
+    y = merge(exp(log(merge(x, 1.0_real32, x > 0.0_real32)) * thirtieth), &
+            0.0_real32 * at_rest, x > 0.0_real32)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -738,7 +546,7 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
     real(real64), parameter :: b9 = 0.11198670291284574_real64
     real(real64), parameter :: b10 = 0.19422424881893974_real64
     real(real64), parameter :: b22 = 0.019133730997429727_real64
-    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y8, y12, elastic, lost
+    real(real64) :: square, w, x, at_rest, y, y2, y4, y6, y8, y12, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -746,26 +554,10 @@ pure elemental real(real64) function restitution_compact_1em7_r64(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real64) then
-        at_rest = 0.0_real64
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real64) then
-        y1 = x
-    else
-        y1 = 1.0_real64
-    end if
-    if (x > 0.0_real64) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real64 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real64, speed * beta, x > 0.0_real64)
+    y = merge(exp(log(merge(x, 1.0_real64, x > 0.0_real64)) * thirtieth), &
+            0.0_real64 * at_rest, x > 0.0_real64)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -798,7 +590,7 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
     real(real64), parameter :: b9 = 0.11198670291284574_real64
     real(real64), parameter :: b10 = 0.19422424881893974_real64
     real(real64), parameter :: b22 = 0.019133730997429727_real64
-    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y8, y12, elastic, lost
+    real(real64) :: square, w, x, at_rest, y, y2, y4, y6, y8, y12, elastic, lost
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -806,26 +598,10 @@ pure elemental real(real64) function rebound_compact_1em7_r64(speed, beta) resul
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real64) then
-        at_rest = 0.0_real64
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real64) then
-        y1 = x
-    else
-        y1 = 1.0_real64
-    end if
-    if (x > 0.0_real64) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real64 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real64, speed * beta, x > 0.0_real64)
+    y = merge(exp(log(merge(x, 1.0_real64, x > 0.0_real64)) * thirtieth), &
+            0.0_real64 * at_rest, x > 0.0_real64)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2
@@ -858,7 +634,7 @@ pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) r
     real(real64), parameter :: b9 = 0.11198670291284574_real64
     real(real64), parameter :: b10 = 0.19422424881893974_real64
     real(real64), parameter :: b22 = 0.019133730997429727_real64
-    real(real64) :: square, w, x, at_rest, y1, y, y2, y4, y6, y8, y12, elastic, lost, inverse
+    real(real64) :: square, w, x, at_rest, y, y2, y4, y6, y8, y12, elastic, lost, inverse
 
     if (.not. (speed >= 0.0_real64 .and. beta >= 0.0_real64)) then
         value = ieee_value(1.0_real64, ieee_quiet_nan)
@@ -866,26 +642,10 @@ pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) r
     end if
     square = beta * beta
     w = square * square * beta * speed
-    if (w > largest) then
-        x = largest
-    else
-        x = w
-    end if
-    if (x > 0.0_real64) then
-        at_rest = 0.0_real64
-    else
-        at_rest = speed * beta
-    end if
-    if (x > 0.0_real64) then
-        y1 = x
-    else
-        y1 = 1.0_real64
-    end if
-    if (x > 0.0_real64) then
-        y = exp(log(y1) * thirtieth)
-    else
-        y = 0.0_real64 * at_rest
-    end if
+    x = merge(largest, w, w > largest)
+    at_rest = merge(0.0_real64, speed * beta, x > 0.0_real64)
+    y = merge(exp(log(merge(x, 1.0_real64, x > 0.0_real64)) * thirtieth), &
+            0.0_real64 * at_rest, x > 0.0_real64)
     y2 = y * y
     y4 = y2 * y2
     y6 = y4 * y2

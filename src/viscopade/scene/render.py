@@ -112,7 +112,9 @@ def _pairs(choice: Choice, name: str) -> Kernel:
         start = (
             Statement("of_wall", Item("walls", "pair")),
             Statement("densities", Item("quotients", "pair")),
-            Statement("ratio", Select(densities > zero, Name("first") / Name("second"), zero)),
+            # Some languages compute both sides of a choice: the second radius of a wall may be 0.
+            Statement("other", Select(densities > zero, Name("second"), formulas.ONE)),
+            Statement("ratio", Select(densities > zero, Name("first") / Name("other"), zero)),
         )
         meaning = (
             f"beta of a pair with given radii of its first and second body in {scene.units.length}; for a sphere and a "

@@ -124,12 +124,8 @@ class Language:
     unless, when, end : str
         The line before a return of NaN where a {condition} does not hold, the line before statements for which it does,
         and the line after either; "" where indentation ends them.
-    otherwise : str
-        Between the two halves of a choice that is written as statements.
     select : str
-        A choice as an expression: {condition}, {met}, {otherwise}; "": choices are written as statements.
-    declare, set : str
-        A variable that such statements assign: {name}, {type}; {name}, {value}.
+        A choice as an expression: {condition}, {met}, {otherwise}; both may be computed.
     locals : str
         The declaration of all variables, {names} and {type}, where it stands before the statements.
     both, either : str
@@ -195,10 +191,7 @@ class Language:
     procedure: str = "{name}{suffix}"
     close: str = ""
     end: str = ""
-    otherwise: str = ""
     select: str = "{condition} ? {met} : {otherwise}"
-    declare: str = ""
-    set: str = "{name} = {value};"
     condition: str = ""
     locals: str = ""
     both: str = "&&"

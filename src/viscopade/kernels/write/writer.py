@@ -1,7 +1,7 @@
 """The one writer of functions: it walks a kernel and a language.
 
-Expressions are written with the same order of evaluation. Choices are expressions where a language has such, and
-statements elsewhere. Every function stands alone: it can be copied without the others.
+Expressions are written with the same order of evaluation; choices are expressions, too. Every function stands alone: it
+can be copied without the others.
 """
 
 from __future__ import annotations
@@ -173,69 +173,19 @@ class _Writer:
         return [*lines, *self._unless(last.guard), *self._branch(last, self.language.last or self.language.result)]
 
     def _branch(self, branch: CodeBranch, result: str) -> list[str]:
-        lines = self.program(branch.program)
-        before, value = self._lowered(branch.results[self.function.result], "chosen")
-        return [*lines, *self.program(before), *self._wrapped(result, value)]
+        return [*self.program(branch.program), *self._wrapped(result, branch.results[self.function.result])]
 
     def program(self, program: Program) -> list[str]:
         lines = list[str]()
-        for name, expression in program:
-            before, value = self._lowered(expression, name)
-            lines += self.program(before)
-            if isinstance(value, Select) and not self.language.select:
-                lines += self._choice(name, value)
-            else:
-                self.variables.append(name)
-                kind = _kind(value, self.kinds)
-                condition = kind == "condition" and self.language.condition
-                lines += self._wrapped(
-                    self.language.condition if condition else self.language.assign, value, name=name,
-                    type=self.number.types.get(kind, self.number.type),
-                )  # fmt: skip
+        for name, value in program:
+            self.variables.append(name)
+            kind = _kind(value, self.kinds)
+            condition = kind == "condition" and self.language.condition
+            lines += self._wrapped(
+                self.language.condition if condition else self.language.assign, value, name=name,
+                type=self.number.types.get(kind, self.number.type),
+            )  # fmt: skip
         return lines
-
-    def _choice(self, name: str, value: Select) -> list[str]:
-        """Return a choice as statements."""
-        self.variables.append(name)
-        met, otherwise = (
-            [_TAB + line for line in self._wrapped(self.language.set, part, name=name)]
-            for part in (value.met, value.otherwise)
-        )
-        return [
-            *self._line(self.language.declare, name=name),
-            *self._line(self.language.when, condition=self.expression(value.condition)),
-            *met,
-            *self._line(self.language.otherwise),
-            *otherwise,
-            *self._line(self.language.end),
-        ]
-
-    def _lowered(self, expression: Expression, name: str) -> tuple[Program, Expression]:
-        """Return the assignments of choices within an expression, and the expression that reads them."""
-        if self.language.select:
-            return (), expression
-        before = list[Statement]()
-
-        def lower(part: Expression, top: bool = False) -> Expression:
-            match bare(part):
-                case Select(condition, met, otherwise) as choice:
-                    choice = Select(lower(condition), lower(met), lower(otherwise))
-                    if top:
-                        return choice
-                    inner = f"{name}{len(before) + 1}"
-                    before.append(Statement(inner, choice))
-                    return Name(inner)
-                case Operation(symbol, left, right):
-                    return Operation(symbol, lower(left), lower(right))
-                case Negation(symbol, operand):
-                    return Negation(symbol, lower(operand))
-                case Call(function, arguments):
-                    return Call(function, tuple(map(lower, arguments)))
-                case other:
-                    return other
-
-        lowered = lower(expression, name != "chosen")
-        return tuple(before), lowered
 
     def _wrapped(self, pattern: str, value: Expression, **words: str) -> list[str]:
         """Return a statement; lines break after operators, where every language knows that the next line goes on."""
