@@ -90,7 +90,7 @@ def test_errors_are_rounded_up(key):
     """What is printed of a bound is no smaller, and its range is no wider."""
     kernel = catalogue.kernel(key)
     for bound in kernel.bounds:
-        parts = [(unit, Fraction(number)) for number, unit in re.findall(r"(\S+) (m|r|ulp)\b", file.error_text(bound))]
+        parts = [(unit, Fraction(number)) for number, unit in file.error_parts(bound)]
         sizes = {name: sum(size for unit, size in parts if unit == name) for name in ("m", "r", "ulp")}
         assert sizes["r" if bound.relative_to == "value" else "m"] >= bound.formula
         assert sizes["m"] + sizes["r"] >= bound.relative + bound.last  # what m lacks, r has

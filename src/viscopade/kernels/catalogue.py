@@ -28,22 +28,25 @@ class Entry:
 
     Attributes
     ----------
-    key : str
-        "compact 1e-5": the group, and what was asked for.
+    group : str
+        "pade", "minimax", "compact", "inverse", "full" or "speed".
+    asked : str
+        What was asked for: an accuracy, degrees; "" for the only kernel of its group.
     options : mapping
         The options of `viscopade export` that ask for it, as `requests.Request` has them.
     make : callable
         Reads the kernel's records.
     """
 
-    key: str
+    group: str
+    asked: str
     options: Mapping[str, Any]
     make: Callable[[], Kernel]
 
     @property
-    def group(self) -> str:
-        """The first word of the key: "pade", "minimax", "compact", "inverse", "full" or "speed"."""
-        return self.key.partition(" ")[0]
+    def key(self) -> str:
+        """Both as one word or two, "compact 1e-5"."""
+        return f"{self.group} {self.asked}".rstrip()
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -92,17 +95,17 @@ def _speed(accuracy: str) -> Kernel:
 
 def _entries() -> Iterator[Entry]:
     for m, n in ((0, 3), (1, 4), (2, 5), (3, 6)):  # the paper's; its module takes long to import
-        yield Entry(f"pade {m}/{n}", {"pade": ((m, n),)}, partial(_pade, m, n))
+        yield Entry("pade", f"{m}/{n}", {"pade": ((m, n),)}, partial(_pade, m, n))
     for accuracy in ("1e-3", "1e-5", "1e-8"):
         options = {"accuracy": (accuracy,), "v_star_max": "5"}
-        yield Entry(f"minimax {accuracy} v5", options, partial(_minimax, accuracy, "5"))
+        yield Entry("minimax", f"{accuracy} v5", options, partial(_minimax, accuracy, "5"))
     for accuracy in ("1e-3", "1e-5", "1e-7"):
-        yield Entry(f"compact {accuracy}", {"accuracy": (accuracy,)}, partial(_compact, accuracy))
+        yield Entry("compact", accuracy, {"accuracy": (accuracy,)}, partial(_compact, accuracy))
     for accuracy in ("1e-3", "1e-5"):
-        yield Entry(f"inverse {accuracy}", {"inverse": (accuracy,)}, partial(_inverse, accuracy))
-    yield Entry("full", {"full": True}, _full)
+        yield Entry("inverse", accuracy, {"inverse": (accuracy,)}, partial(_inverse, accuracy))
+    yield Entry("full", "", {"full": True}, _full)
     for accuracy in SPEEDS:
-        yield Entry(f"speed {accuracy}", {"from_speed": (accuracy,)}, partial(_speed, accuracy))
+        yield Entry("speed", accuracy, {"from_speed": (accuracy,)}, partial(_speed, accuracy))
 
 
 CATALOGUE: Mapping[str, Entry] = {entry.key: entry for entry in _entries()}

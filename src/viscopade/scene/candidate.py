@@ -138,10 +138,8 @@ def _ready(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
         written = bool(code.spoken.table) if kernel.tables else True
         fits = code.largest_table is None or kernel.bytes <= code.largest_table
         if written and fits and any(function.name == code.function for function in kernel.functions):
-            tier = entry.key.partition(" ")[2]
-            ready = _candidate(
-                scene, met, kernel, READY[entry.group].format(f"to {tier}" if "e-" in tier else "full accuracy")
-            )
+            accuracy = "full accuracy" if entry.asked in ("", "full") else f"to {entry.asked}"
+            ready = _candidate(scene, met, kernel, READY[entry.group].format(accuracy))
             if ready is not None:
                 yield ready
 
@@ -302,47 +300,33 @@ def too_rough(scene: Scene, met: Sequence[Encounter]) -> str | None:
 def best_quotient(scene: Scene, met: Sequence[Encounter]) -> Candidate | None:
     """Return the cheapest best approximant within the tolerance on the range of v* of all pairs, or None.
 
-    It is one on more than this range if that is as cheap.
+    In float it is a more accurate one if its rounding needs it.
     """
-    low, high = inner = interval(met, scene.code)
+    low, high = interval(met, scene.code)
     accuracy = _accuracy(scene, met)
     if high > LARGEST_V_STAR or accuracy is None:
         return None
-    outer = _outwards(low * (1 - BEYOND), -1), _outwards(high * (1 + BEYOND), 1)
-    found = _on_interval(scene, met, outer, accuracy)
-    if found is not None:
-        cheaper = fewer_operations(found, inner)
-        if cheaper is None or cheaper.error > accuracy:
-            return found
-    return _on_interval(scene, met, inner, accuracy) or found
-
-
-def fewer_operations(found: Candidate, ends: Interval) -> minimax.Fit | None:
-    """Return the most accurate best approximant with one operation less than a best quotient; None if there is none."""
-    assert found.degrees is not None
-    return cheapest.most_accurate(minimax.cost(*found.degrees) - 1, ends[1], ends[0])
-
-
-def _on_interval(scene: Scene, met: Sequence[Encounter], ends: Interval, accuracy: Fraction) -> Candidate | None:
-    """Return the cheapest approximant on an interval; in float, a more accurate one if its rounding needs it."""
-    code = scene.code
-    for factor in TIGHTER if code.format != DOUBLE.name else TIGHTER[:1]:
-        if accuracy * factor < minimax.SMALLEST_ERROR:
-            return None
+    by_pow = ", v* by pow" if scene.code.argument == "speed" else ""
+    for factor in TIGHTER if scene.code.format != DOUBLE.name else TIGHTER[:1]:
         try:
             short = f"{float(accuracy * factor) * 0.9985:.2e}".replace("e-0", "e-")  # rounded down to three digits
-            kernel = quotient.accurate_quotient(short, ends[1], ends[0])
+            kernel = quotient.accurate_quotient(short, high, low)
         except (ValueError, ArithmeticError):
             return None
-        by_pow = ", v* by pow" if code.argument == "speed" else ""
         m, n = kernel.record["m"], kernel.record["n"]
         found = _candidate(scene, met, kernel, f"best quotient {kernel.label}{by_pow}", (m, n))
-        if found is not None:
-            if n:
-                return found
-            # The division by 1 is left out of the code.
+        if found is not None and n:
+            return found
+        if found is not None:  # the division by 1 is left out of the code
             return replace(found, label=f"best series {kernel.label}{by_pow}", cost=found.cost - DIVISION)
     return None
+
+
+def fewer_operations(found: Candidate) -> minimax.Fit | None:
+    """Return the most accurate best approximant with one operation less than a best quotient; None if there is none."""
+    assert found.degrees is not None
+    domain = found.kernel.bounds[0]
+    return cheapest.most_accurate(minimax.cost(*found.degrees) - 1, Fraction(domain.high), domain.low)
 
 
 def _accuracy(scene: Scene, met: Sequence[Encounter]) -> Fraction | None:
@@ -357,9 +341,10 @@ def _accuracy(scene: Scene, met: Sequence[Encounter]) -> Fraction | None:
 
 
 def interval(met: Sequence[Encounter], code: Code) -> Interval:
-    """Return the range of v* of all pairs, rounded outwards to three digits; a very low start becomes 0."""
+    """Return the interval of a best quotient: the range of v* of all pairs, widened; a very low start becomes 0."""
     low, high = hull(in_format(encounter, code)[0] for encounter in met)
-    return _outwards(low, -1) if low > Fraction(1, 100) else Fraction(0), _outwards(high, 1)
+    start = _outwards(low * (1 - BEYOND), -1) if low > Fraction(1, 100) else Fraction(0)
+    return start, _outwards(high * (1 + BEYOND), 1)
 
 
 def _outwards(number: Fraction, sign: int) -> Fraction:

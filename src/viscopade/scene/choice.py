@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.progress import track
@@ -108,8 +107,7 @@ def _reasons(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate]
     """Return the reasons against cheaper kernels, including the one that comes closest to the tolerance."""
     texts = list[str]()
     if chosen.degrees is not None:
-        domain = chosen.kernel.bounds[0]
-        fit = fewer_operations(chosen, (domain.low, Fraction(domain.high)))
+        fit = fewer_operations(chosen)
         if fit is not None:
             off = f"{fit.error:.3g} min(eps, 1 - eps)"
             texts.append(f"the best quotient with fewer operations, {fit.label}, has an error of {off} (sampled)")

@@ -178,14 +178,22 @@ def call(kernel: Kernel, function: Function, language: Language, arguments: Sequ
 # --- what is proven ---------------------------------------------------------------------------------------------------
 
 
-def error_text(bound: ErrorBound) -> str:
-    """Return an error as text, rounded up: E m + R r. Rounding that E would not show is in R: m is at most r."""
+def error_parts(bound: ErrorBound) -> list[tuple[str, str]]:
+    """Return the parts E m, R r and U ulp of an error: numbers, rounded up, and units.
+
+    Rounding that E would not show is in R: m is at most r.
+    """
     if bound.relative_to == "value":
         sizes = [(bound.relative + bound.last, "r")]
     else:
         seen = bound.rounding * 10**_DIGITS > bound.formula
         sizes = [(bound.formula + seen * bound.rounding, "m"), (bound.last + (not seen) * bound.rounding, "r")]
-    return " + ".join(f"{at_most(size, _DIGITS)} {of}" for size, of in (*sizes, (bound.ulps, "ulp")) if size) or "0"
+    return [(at_most(size, _DIGITS), unit) for size, unit in (*sizes, (bound.ulps, "ulp")) if size]
+
+
+def error_text(bound: ErrorBound) -> str:
+    """Return an error as text: E m + R r."""
+    return " + ".join(f"{size} {unit}" for size, unit in error_parts(bound)) or "0"
 
 
 def stated(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> list[ErrorBound]:
@@ -256,7 +264,8 @@ def _comment(kernel: Kernel, function: Function, language: Language, number: Num
             lines += wrapped(f"{', '.join(filter(None, [f'Error{place} <= {each}', where_normal(kernel, bounds)]))}.")
     yield language.block.format(lines=comment(lines, language.comment))
     for bound in on_all_machines(kernel, function, number)[-1:] if language.macro else ():
-        first, _, rest = error_text(bound).partition(" ")
+        (first, unit), *others = error_parts(bound) or [("0", "r")]
+        rest = " + ".join([unit, *map(" ".join, others)])
         conditions = [f"{rest} for {range_text(bound)}", places(number), where_normal(kernel, [bound])]
         yield language.macro.format(
             NAME=f"{function.name}_{kernel.name}".upper(),
@@ -303,7 +312,7 @@ def _legend(kernels: Sequence[Kernel], language: Language) -> str:
         for function in kernel.functions:
             for number in numbers_of(kernel, language):
                 bounds = [bound for a in number.arithmetics for bound in stated(kernel, function, a)]
-                units = {unit for bound in bounds for unit in re.findall(r" (m|r|ulp)\b", error_text(bound))}
+                units = {unit for bound in bounds for _, unit in error_parts(bound)}
                 found |= units | ({"rebound"} if function.name == "rebound" and "m" in units else set())
     known = [text for unit, text in _UNITS.items() if unit in found and (unit, "rebound" in found) != ("m", True)]
     return f"Bounds of |error| below: {'; '.join(known)}." if known else ""
