@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, cast, overload
+from typing import Any, cast
 
 import numpy as np
 
@@ -387,23 +387,9 @@ class Pair:
         return checked.elementwise(lambda b: b / self._stiffness * (2 / 3), "beta", beta, _NON_NEGATIVE)
 
 
-@overload
-def beta_from_restitution(speed: float, epsilon: float, *, one_minus_epsilon: None = None) -> float: ...
-@overload
-def beta_from_restitution(speed: float, epsilon: None = None, *, one_minus_epsilon: float) -> float: ...
-@overload
 def beta_from_restitution(
-    speed: float | FloatArray,
-    epsilon: float | FloatArray | None = None,
-    *,
-    one_minus_epsilon: float | FloatArray | None = None,
-) -> float | FloatArray: ...
-def beta_from_restitution(
-    speed: float | FloatArray,
-    epsilon: float | FloatArray | None = None,
-    *,
-    one_minus_epsilon: float | FloatArray | None = None,
-) -> float | FloatArray:
+    speed: float | Values, epsilon: float | Values | None = None, *, one_minus_epsilon: float | Values | None = None
+) -> Values:
     """Return the beta that gives a coefficient of restitution at a speed: beta = v*^2 v^(-1/5).
 
     Parameters
@@ -430,16 +416,10 @@ def beta_from_restitution(
     if np.asarray(np.isinf(reached)).any():
         raise ValueError("epsilon is 0: expected a number > 0 and <= 1")
     beta = checked.Elementwise(lambda v, v_star: v_star**2 / v**0.2, {"speed": _POSITIVE, "v_star": _NON_NEGATIVE})
-    return cast(float | FloatArray, beta(speed, reached))
+    return cast(Values, beta(speed, reached))
 
 
-@overload
-def v_star(speed: float, beta: float) -> float: ...
-@overload
-def v_star(speed: FloatArray, beta: float | FloatArray) -> FloatArray: ...
-@overload
-def v_star(speed: float, beta: FloatArray) -> FloatArray: ...
-def v_star(speed: float | FloatArray, beta: float | FloatArray) -> float | FloatArray:
+def v_star(speed: float | Values, beta: float | Values) -> Values:
     """Return v* = beta^(1/2) v^(1/10), the only parameter of eq:equationOfMotionNatUnit.
 
     Parameters
@@ -462,16 +442,10 @@ def v_star(speed: float | FloatArray, beta: float | FloatArray) -> float | Float
         If an argument is negative, infinite or NaN anywhere.
     """
     of = checked.Elementwise(lambda v, b: np.sqrt(b) * v**0.1, {"speed": _NON_NEGATIVE, "beta": _NON_NEGATIVE})
-    return cast(float | FloatArray, of(speed, beta))
+    return cast(Values, of(speed, beta))
 
 
-@overload
-def speed_from_v_star(v_star: float, beta: float) -> float: ...
-@overload
-def speed_from_v_star(v_star: FloatArray, beta: float | FloatArray) -> FloatArray: ...
-@overload
-def speed_from_v_star(v_star: float, beta: FloatArray) -> FloatArray: ...
-def speed_from_v_star(v_star: float | FloatArray, beta: float | FloatArray) -> float | FloatArray:
+def speed_from_v_star(v_star: float | Values, beta: float | Values) -> Values:
     """Return the impact speed v = v*^10/beta^5, the inverse of `v_star` (eq:betadef).
 
     Parameters
@@ -495,7 +469,7 @@ def speed_from_v_star(v_star: float | FloatArray, beta: float | FloatArray) -> f
     """
     # The power comes last: v*^10 and beta^5 overflow long before their quotient does.
     of = checked.Elementwise(lambda v, b: (v / np.sqrt(b)) ** 10, {"v_star": _NON_NEGATIVE, "beta": _POSITIVE})
-    return cast(float | FloatArray, of(v_star, beta))
+    return cast(Values, of(v_star, beta))
 
 
 def restitution_error(v_star: float, relative_error: float) -> float:
