@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from viscopade import files
-from viscopade.cli.console import STYLE, Whole, examples, picture_kind, say, show
+from viscopade.cli.console import STYLE, FilePath, Whole, examples, picture_kind, say, show
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.extras import require
 from viscopade_lab import figures
@@ -46,7 +46,7 @@ def claims(names: tuple[str, ...], style: str) -> None:
 
 
 @click.command("figures", epilog=examples("viscopade figures --only local-exponent --out pictures"))
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write the figures to.")
+@click.option("--out", type=FilePath(), required=True, help="Directory to write the figures to.")
 @click.option(
     "--only", "names", multiple=True, type=click.Choice(figures.NAMES),
     help="Name of a figure; repeatable.  [default: all]",
@@ -71,7 +71,7 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
 @click.option("--cc", help="C compiler.  [default: CC of the environment, or cc]")
 @click.option(
     "--headers",
-    type=click.Path(path_type=Path),
+    type=FilePath(),
     help="Directory with the exported headers.  [default: make them, which takes minutes]",
 )
 @click.option("--quick", is_flag=True, help="Few rounds and elements: a trial run; its times have no meaning.")
@@ -79,8 +79,8 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
     "--from", "result", type=click.Path(path_type=Path, exists=True, dir_okay=False),
     help="File of an earlier run's --out to show instead of measuring.",
 )  # fmt: skip
-@click.option("--out", type=click.Path(path_type=Path), help="CSV file to write the result to.")
-@click.option("--picture", type=click.Path(path_type=Path), help="File for the figure: .svg, .pdf or .png.")
+@click.option("--out", type=FilePath(), help="CSV file to write the result to.")
+@click.option("--picture", type=FilePath(), help="File for the figure: .svg, .pdf or .png.")
 @STYLE
 def bench_command(
     only: tuple[str, ...], rounds: int | None, quick: bool, cc: str | None, headers: Path | None,
@@ -126,7 +126,7 @@ def bench_command(
 @click.command("hardcases", epilog=examples("viscopade hardcases --only truncated-series"))
 @click.option("--only", "names", multiple=True, help="Name of a case; repeatable.  [default: all]")
 @click.option("--thorough", is_flag=True, help="Run more points, orders and compilers: minutes instead of seconds.")
-@click.option("--out", type=click.Path(path_type=Path), help="Directory to write the page and its pictures to.")
+@click.option("--out", type=FilePath(), help="Directory to write the page and its pictures to.")
 @STYLE
 @click.pass_context
 def hardcases_command(

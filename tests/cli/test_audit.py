@@ -186,7 +186,7 @@ def test_any_force():
         (("--force", "1e5*x", "--speed", "1", "--mass", "1", "--radius", ""), "--radius is '': expected a length > 0"),
         (("mujoco", "--speed", "1", "--mass", "2"), "--mass has no effect on this contact: expected a command"),
         (("newton", "--scheme", "SolverMuJoCo", "--speed", "1", "--mass", "2"), "--mass has no effect on this contact"),
-        (("mujoco", "--speed", "1", "--all"), "--all is given with --speed, --set and --force: expected one of both"),
+        (("mujoco", "--speed", "1", "--all"), "--all is given with --speed: expected one of both"),
         (("--force", "0*x", "--speed", "1", "--mass", "1"), "the force does not stop a body"),
     ],
 )

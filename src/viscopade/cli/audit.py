@@ -96,8 +96,10 @@ def audit(
     SI units.
     """
     of_audit = {"--contact-time": contact_time, "--step-error": step_error, "--all": whole}
-    if own["speed"] is not None or own["settings"] or own["force"] is not None:
-        _refuse("with --speed, --set and --force", of_audit)
+    of_contact = {"--speed": own["speed"], "--set": own["settings"] or None, "--force": own["force"]}
+    typed = [flag for flag, value in of_contact.items() if value is not None]
+    if typed:
+        _refuse(f"with {' and '.join(typed)}", of_audit)
         _show_contact(simulator, epsilon, time_step, style, **own)
     else:
         _refuse("without --speed", {f"--{name}": own[name] for name in ("mass", "radius", "gravity", "scheme", "end")})
@@ -311,8 +313,14 @@ def _in_contact_times(time_step: str | None, contact_time: float, is_time: bool)
     else:
         expected = "a number of contact times, or a time with --contact-time"
         step = float(arguments.exact_number("--time-step", time_step, expected, lambda x: abs(x) < 10**300))
-    if not _LEAST_STEP <= step <= 1:
-        raise ValueError(f"--time-step is {step:.4g} contact times: expected {_LEAST_STEP:g} to 1")
+    if step > 1:
+        from viscopade.simulators.setup import SI
+
+        longer = f', or for 20 steps --contact-time "{SI.time_text(20 * step * contact_time)}"' if is_time else ""
+        raise ValueError(f"--time-step is {step:.4g} contact times: expected at most 1{longer}")
+    if step < _LEAST_STEP:
+        finer = "because finer steps give the eps that is printed without --time-step"
+        raise ValueError(f"--time-step is {step:.4g} contact times: expected at least {_LEAST_STEP:g}, {finer}")
     return step
 
 

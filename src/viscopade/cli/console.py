@@ -179,6 +179,19 @@ class Degree(_Pair):
         return Whole(0, arguments.MAX_DEGREE).convert(value, param, ctx), -1
 
 
+class FilePath(click.Path):
+    """Type of an option or argument: the path of a file or a folder. An empty one, of an unset variable, is refused."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path."""
+        if value == "":
+            raise click.UsageError(f"{_name(param)} is '': expected a path")
+        return super().convert(value, param, ctx)
+
+
 PICTURES = ("svg", "png", "pdf")
 _ENDLESS = 1_000_000  # columns, more than any table has
 _IN_A_PIPE = 100  # columns of text in a pipe or a file
@@ -198,19 +211,19 @@ STYLE = click.option(
 DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
 
 
-def _checked_output(_context: click.Context, _: click.Parameter, path: str | None) -> Path | None:
+def _checked_output(_context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
     """Return the file to write, None for "-"; refuse one that cannot be written, before the work."""
-    if path is None or path == "-":
+    if path is None or path == Path("-"):
         return None
     check_targets([path])
-    return Path(path)
+    return path
 
 
 def to_file(*flags: str) -> Callable[..., Any]:
     """Return the option, with these names, that says where `write_or_print` writes."""
     return click.option(
         *flags,
-        type=click.Path(),
+        type=FilePath(),
         callback=_checked_output,
         help="File to write.  [default: -, the standard output]",
     )

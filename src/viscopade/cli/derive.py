@@ -19,6 +19,7 @@ from viscopade.cli.console import (
     STYLE,
     WITH_LAW,
     Degree,
+    FilePath,
     Quantity,
     Real,
     Whole,
@@ -52,9 +53,7 @@ _LOAD = click.option("--load", type=Real(), help="Load G of the scaled equation 
 
 
 @click.command(epilog=examples("viscopade reproduce"))
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="Directory for the exported files.  [default: no file is written]"
-)
+@click.option("--out", type=FilePath(), help="Directory for the exported files.  [default: no file is written]")
 @STYLE
 @click.pass_context
 def reproduce(context: click.Context, out: Path | None, style: str) -> None:

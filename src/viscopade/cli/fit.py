@@ -13,6 +13,7 @@ import click
 
 from viscopade.cli.console import (
     STYLE,
+    FilePath,
     Quantity,
     Real,
     command_line,
@@ -88,7 +89,7 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 
 
 @click.command(epilog=examples("viscopade fit examples/collisions.csv"))
-@click.argument("data", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.argument("data", type=FilePath(), nargs=-1, required=True)
 @click.option("--sheet", "sheets", multiple=True, metavar="NAME", help="Sheet to read; repeatable.  [default: all]")
 @click.option(
     "--column",
@@ -128,16 +129,14 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
 @click.option(
     "--scene",
     "scene_file",
-    type=click.Path(path_type=Path),
+    type=FilePath(),
     help="Write a scene with the fitted material to this file.",
 )
-@click.option(
-    "--plot", "picture", type=click.Path(path_type=Path), help="Draw the fit into this file: .svg, .png or .pdf."
-)
+@click.option("--plot", "picture", type=FilePath(), help="Draw the fit into this file: .svg, .png or .pdf.")
 @click.option(
     "--empirical",
     "code",
-    type=click.Path(path_type=Path),
+    type=FilePath(),
     help="Write an empirical function of the data, which follows no law, to this file: .h, .py, .f90, …",
 )
 @click.option(
@@ -178,6 +177,8 @@ def fit(
     With a column contact_time instead of --young-modulus the Young modulus is fitted, too. Plain numbers are in SI
     units.
     """  # noqa: D301
+    if "" in sheets:
+        raise click.UsageError("--sheet is '': expected the name of a sheet")
     spreadsheet = any(each.suffix.lower() in (".xls", ".xlsx", ".ods") for each in data)
     needed = {"scipy": True, "python_calamine": spreadsheet, "matplotlib": picture is not None}
     require("fit", *(package for package, wanted in needed.items() if wanted))

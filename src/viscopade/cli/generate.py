@@ -16,6 +16,7 @@ from viscopade.cli.console import (
     OUTPUT,
     STYLE,
     Degrees,
+    FilePath,
     OneOf,
     examples,
     say,
@@ -124,14 +125,14 @@ def _refuse_unused(target: str, used: set[str]) -> None:
 
 
 @click.command("scene", epilog=examples("viscopade scene --example ice_rings --out ."))
-@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.argument("file", type=FilePath(), required=False)
 @click.option(
     "--example",
     metavar="NAME",
     shell_complete=lambda _context, _option, start: [name for name in example_scenes() if name.startswith(start)],
     help="Use an example scene, such as ice_rings, instead of FILE.",
 )
-@click.option("--out", type=click.Path(path_type=Path), help="Directory for the generated file.")
+@click.option("--out", type=FilePath(), help="Directory for the generated file.")
 @click.option(
     "--check/--no-check",
     "checking",

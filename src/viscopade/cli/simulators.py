@@ -13,6 +13,7 @@ from viscopade.cli.console import (
     EFFECTIVE_MASS,
     GRAVITY,
     OUTPUT,
+    FilePath,
     OneOf,
     Quantity,
     Real,
@@ -66,7 +67,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
     ),
 )
 @click.argument("target", metavar="PROGRAM", type=OneOf(TARGETS, _AUDITED))
-@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.argument("file", type=FilePath(), required=False)
 @click.option("--epsilon", type=Real(), help="Wanted eps at --speed, instead of a scene or A.")
 @click.option("--speed", type=Quantity("speed"), help="Impact speed, instead of a scene.")
 @click.option("--law", metavar="NAME|A,B", help="Law of contact with that eps at --speed.  [default: viscoelastic]")

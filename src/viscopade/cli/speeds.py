@@ -16,6 +16,7 @@ from viscopade.cli.console import (
     NO_FALL,
     STYLE,
     Degrees,
+    FilePath,
     Quantity,
     Real,
     Whole,
@@ -56,7 +57,7 @@ class _Length(Quantity):
 
 
 _CURVES = (
-    click.argument("file", type=click.Path(path_type=Path), required=False),
+    click.argument("file", type=FilePath(), required=False),
     click.option("--from", "slowest", type=Quantity("speed"), help="Lowest speed.  [default: 0.001]"),
     click.option("--to", "fastest", type=Quantity("speed"), help="Highest speed.  [default: 10]"),
     click.option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', instead of a material."),
@@ -73,13 +74,11 @@ _CURVES = (
 
 @click.command(epilog=examples("viscopade plot --law linear --law tsuji --epsilon 0.8 --speed 1 -o laws.svg"))
 @with_options(*_CURVES)
-@click.option("--data", type=click.Path(path_type=Path), help="Measured data to draw, as for `viscopade fit`.")
+@click.option("--data", type=FilePath(), help="Measured data to draw, as for `viscopade fit`.")
 @click.option("--title", help="Title above the picture.")
 @click.option("--size", type=_Length("length"), nargs=2, help="Width and height, such as '8.6 cm' '6 cm'.")
 @click.option("--font-size", type=Real(), help="Font size in points.  [default: 7.5]")
-@click.option(
-    "-o", "--output", required=True, type=click.Path(path_type=Path), help="File to write: .svg, .png or .pdf."
-)
+@click.option("-o", "--output", required=True, type=FilePath(), help="File to write: .svg, .png or .pdf.")
 def plot(
     file: Path | None,
     data: Path | None,
