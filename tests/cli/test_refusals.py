@@ -84,10 +84,6 @@ BAD = [
     ("export c --pade 0/1", "pade is 0/1: expected m + n >= 2"),
     ("export c --pade 3/6 --pade 3/6", "asked for twice"),
     ("export c --minimax 1/4", "minimax is given without an interval: expected minimax with v_star_max"),
-    (
-        "export c --v-star-max 5",
-        "--v-star-max is given without minimax or accuracy: expected v_star_max with minimax or accuracy (--minimax, ",
-    ),
     ("export c --minimax 1/4 --v-star-max -3", "expected a number greater than v_star_min = 0"),
     ("export c --minimax 1/4 --v-star-max 1e9", "expected a number greater than v_star_min = 0, at"),
     ("export c --minimax 1/4 --v-star-min 3 --v-star-max 2", "greater than v_star_min = 3"),

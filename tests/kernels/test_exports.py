@@ -21,7 +21,7 @@ from tests.cli import called
 from viscopade import pade, series, store
 from viscopade.cli.main import command
 from viscopade.kernels import compact, quotient, requests
-from viscopade.kernels.requests import NAMES, PAPER_DEGREES
+from viscopade.kernels.requests import NAMES, PAPER
 
 DIRECTORY = Path(__file__).parents[2] / "exports"
 VECTORS = [name for name in NAMES if name.startswith("vectors_")]
@@ -120,7 +120,7 @@ def test_no_trace_of_the_machine(name):
     assert str(DIRECTORY.parent) not in committed(name)
 
 
-@pytest.mark.parametrize(("m", "n"), PAPER_DEGREES)
+@pytest.mark.parametrize(("m", "n"), PAPER.pade)
 def test_kernel_states_the_first_deviation_with_its_sign(m, n):
     """[m/n] - eps = next_term v*^(m+n+1) + …, against the series at a small v*."""
     next_term = quotient.proven_pade(m, n).next_term

@@ -22,12 +22,6 @@ from viscopade.theory.series import series
 
 Degrees = Sequence[tuple[int, int]]
 
-_OF_FITS = ("minimax", "accuracy")
-_NEEDED = {
-    **dict.fromkeys(("v_star_min", "v_star_max"), _OF_FITS),
-}
-"""Options that need one of others, without which they would change nothing."""
-
 
 @dataclass(frozen=True)
 class Request:
@@ -66,10 +60,11 @@ class Request:
     def __post_init__(self) -> None:
         if self.minimax and self.v_star_max is None:
             raise ValueError("minimax is given without an interval: expected minimax with v_star_max (--v-star-max)")
-        for name, needed in _NEEDED.items():
-            if getattr(self, name) != getattr(Request, name) and not any(getattr(self, other) for other in needed):
-                others, flags = " or ".join(needed), ", ".join(f"--{other.replace('_', '-')}" for other in needed)
-                raise ValueError(f"{name} is given without {others}: expected {name} with {others} ({flags})")
+        for name in ("v_star_min", "v_star_max"):
+            if getattr(self, name) != getattr(Request, name) and not (self.minimax or self.accuracy):
+                raise ValueError(
+                    f"{name} is given without minimax or accuracy: expected it with one of them (--minimax, --accuracy)"
+                )
         if self.v_star_max is None and self.v_star_min != "0":
             raise ValueError(
                 "v_star_min is given without v_star_max: expected an interval with both ends (--v-star-max)"
@@ -166,7 +161,6 @@ _TABLES: Mapping[str, Callable[[Sequence[Kernel], str], str]] = {
 
 _GROUPS = {name: Request.of(catalogue.group(name)) for name in ("pade", "minimax", "compact", "inverse")}
 PAPER, RECOMMENDED, COMPACT, INVERSE = _GROUPS.values()
-PAPER_DEGREES = PAPER.pade
 _WITH_TABLES = next(name for name in LANGUAGES if language(name).table)
 
 
