@@ -177,7 +177,7 @@ def fit(
     With a column contact_time instead of --young-modulus the Young modulus is fitted, too. Plain numbers are in SI
     units.
     """  # noqa: D301
-    if "" in sheets:
+    if "" in options["sheets"]:
         raise click.UsageError("--sheet is '': expected the name of a sheet")
     spreadsheet = any(each.suffix.lower() in (".xls", ".xlsx", ".ods") for each in data)
     needed = {"scipy": True, "python_calamine": spreadsheet, "matplotlib": picture is not None}
