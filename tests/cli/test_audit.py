@@ -173,6 +173,23 @@ def test_any_force():
 
 
 @pytest.mark.parametrize(
+    ("force", "speed", "words", "printed"),
+    [  # depth sqrt(2 E/k) or E/F from where the force begins; half of the period of a spring
+        ("where(x<1e-3,1e5*x,0)", "0.1", "", "eps = 1, sampled depth 0.0003162 m, duration 0.009935 s"),
+        ("where(x<1e-3,501,0)", "1", "", "eps = 1, sampled depth 0.000998 m, duration 0.003992 s"),
+        ("1e5*max(x-0.1,0)", "1", "", "eps = 1, sampled depth 0.1032 m, duration 0.1099 s"),
+        ("1e5*max(x-0.1,0)", "1", "--time-step 1e-3", "eps = 1.0000 ("),
+        ("1e5*max(x-0.04,0)", "1", "--gravity 9.81", "eps = 1, sampled depth 0.04432 m, duration 0.04433 s"),
+        ("1e5*x", "1", "", "eps = 1, sampled depth 0.003162 m, duration 0.009935 s"),
+    ],
+)
+def test_a_force_without_damping_gives_1(force, speed, words, printed):
+    text = " ".join(run("--force", force, "--mass", "1", "--speed", speed, *words.split()).output.split())
+    assert text.startswith(printed)
+    assert "Warning" not in text
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
         (("mujoco", "--speed", ""), "--speed is '': expected a speed > 0"),
@@ -209,6 +226,13 @@ def test_restitution_that_is_off():
     text = " ".join(run(*words, "--epsilon", "0.3").output.split())
     assert "for eps = 0.3 at 1 m/s write restitution = 0.3, enable_restitution = True" in text
     assert "Warning: enable_restitution is off" in text
+
+
+def test_an_impulse_has_no_depth_and_no_duration():
+    words = ("rebound", "--set", "coefficient_of_restitution=0.5", "--speed", "1")
+    assert "depth" not in run(*words).output
+    found = json.loads(run(*words, "--format", "json").output)
+    assert (found["delivered"], found["depth"], found["duration"]) == (0.5, None, None)
 
 
 def test_bodies_that_part_in_some_phases_have_no_duration():

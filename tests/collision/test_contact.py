@@ -203,6 +203,74 @@ def test_a_force_with_a_jump():
     assert 1 - contact.collide(speed).epsilon == pytest.approx(work / mass / speed**2, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("force", "speed", "g", "end", "deepest", "duration"),
+    [
+        (lambda x, v: np.where(x < 1e-3, 1e5 * x, 0), 0.1, 0, "force", 0.1 / 1e5**0.5, math.pi / 1e5**0.5),
+        (lambda x, v: np.where(x < 1e-3, 2e6 * x, 0), 1, 0, "return", 1 / 2e6**0.5, math.pi / 2e6**0.5),
+        (lambda x, v: np.where(x < 1e-3, 501, 0), 1, 0, "force", 0.5 / 501, 2 / 501),
+        (lambda x, v: np.where(x < 1e-3, 600, 0), 1, 9.81, "force", 0.5 / 590.19, 2 / 590.19),
+        (lambda x, v: np.where((x > 0.1) & (x < 0.2), 10, 0), 1, 0, "return", 0.15, 0.1 + 2 / 10),
+        (lambda x, v: np.where(x > 1, 1e3, 0), 1, 0, "force", 1 + 0.5e-3, 1 + 2 / 1e3),
+        (lambda x, v: np.where(x > 1, 1e5 * x, 0), 1, 0, "force", (1 + 1e-5) ** 0.5, 1 + 2e-5),
+    ],
+)
+def test_a_force_of_finite_range_or_with_a_gap(force, speed, g, end, deepest, duration):
+    """Springs and constant forces without damping: eps is 1, and the bodies turn where their energy is used up."""
+    found = Contact(force, load=g, end=end).collide(speed)
+    assert found.epsilon == pytest.approx(1, abs=1e-6)
+    assert found.depth == pytest.approx(deepest, rel=1e-9)
+    assert found.duration == pytest.approx(duration, rel=1e-6)
+
+
+def test_a_load_of_a_million_times_the_force():
+    found = Contact(lambda x, v: x, load=1e6).collide()
+    assert found.epsilon == pytest.approx(1, abs=1e-3)
+    assert found.depth == pytest.approx(1e6 + math.hypot(1e6, 1), rel=1e-9)
+
+
+@pytest.mark.parametrize("start", [0.04, 0.1, 10])
+@pytest.mark.parametrize("g", [0, 9.81])
+@pytest.mark.parametrize("c", [0, 40])
+def test_a_spring_from_some_compression_on(start, g, c):
+    """Free flight to the spring; there SciPy's integrator, up to where the force vanishes; free flight to x = 0."""
+    k, before = 1e5, math.sqrt(1 + 2 * g * start)
+
+    def turns(t, y):
+        return y[1]
+
+    def vanishes(t, y):
+        return k * y[0] + c * y[1] if y[1] < 0 else 1.0
+
+    vanishes.terminal = True
+    path = solve_ivp(
+        lambda t, y: (y[1], g - k * y[0] - c * y[1]),
+        (0, 1),
+        (0, before),
+        events=(turns, vanishes),
+        rtol=1e-11,
+        atol=1e-14,
+    )
+    x, v = path.y[:, -1]
+    square = v * v - 2 * g * (start + x)
+    found = Contact(lambda x, v: np.where(x > start, k * (x - start) + c * v, 0), load=g).collide()
+    assert found.parts == (square > 0)
+    assert found.epsilon == pytest.approx(math.sqrt(max(square, 0)), abs=1e-6)
+    assert found.depth == pytest.approx(start + path.y_events[0][0][0], rel=1e-8)
+    if found.parts:
+        flight = (before - 1) / g if g else start
+        assert found.duration == pytest.approx(flight + path.t[-1], rel=1e-5)
+
+
+@pytest.mark.parametrize("step", [None, 1e-5])
+@pytest.mark.parametrize("force", [lambda x, v: 499, lambda x, v: 100 + 600 * v], ids=["constant", "damping"])
+def test_a_force_of_finite_range_that_does_not_stop_a_body(force, step):
+    """In 1 mm they take less than the body's 0.5 J; with v = 1, which falls, the second would take 0.7 J."""
+    contact = Contact(lambda x, v: np.where(x < 1e-3, force(x, v), 0))
+    with pytest.raises(ValueError, match="force does not stop a body of mass 1 at speed 1"):
+        contact.collide(step=step)
+
+
 @pytest.mark.parametrize("mass", [1.0, 2.0])
 @pytest.mark.parametrize("load", [0.0, 3.0])
 def test_a_force_of_the_approach_alone_does_not_part_bodies(mass, load):
@@ -486,6 +554,8 @@ def test_the_undamped_contact_time():
     hertz = Contact(lambda x, v: 1e6 * x**1.5 + np.sqrt(x) * v, mass=0.1)
     deepest = (5 / 4 * 0.1 * 0.3**2 / 1e6) ** 0.4
     assert hertz.contact_time(0.3) == pytest.approx(2.9432751 * deepest / 0.3, rel=1e-7)
+    late = Contact(lambda x, v: 1e5 * np.maximum(x - 10, 0), load=9.81)
+    assert late.contact_time(1.0) == pytest.approx(math.pi / math.sqrt(1e5), rel=1e-4)
 
 
 def test_a_contact_that_a_step_resolves():
@@ -612,6 +682,10 @@ def test_what_is_no_force(force, step):
         ),
         (lambda: Contact(lambda x, v: x, load=1e300).collide(1e-3), "force"),
         (lambda: Contact(lambda x, v: np.where(x < 0.5, x, np.nan)).collide(), "force"),
+        (
+            lambda: Contact(lambda x, v: np.where(x > 1, 1e10 * x, 0)).collide(),
+            r"gives eps = .* with an error of 0\.\d+ at speed 1: expected a smoother force, or a time step",
+        ),
     ],
 )
 def test_refusals(make, message):

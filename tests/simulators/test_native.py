@@ -180,6 +180,27 @@ def test_both_numbers_of_a_line_are_those_of_the_program(program, settings, step
     assert falls.falling is None
 
 
+@pytest.mark.parametrize("start", [0.04, 0.6])
+@pytest.mark.parametrize(("step", "error"), [(None, 1e-6), (1e-3, 0.1), (1e-4, 1e-2)])
+@pytest.mark.parametrize("gravity", [0.0, EARTH])
+def test_a_spring_from_some_compression_on(start, step, error, gravity):
+    """Without damping eps is 1, with weight, too; the depth is that of the energy, k y^2 = v^2 + 2 g (start + y)."""
+    found = delivered(typed(f"1e5*max(x - {start}, 0)", "force"), {}, mass=1.0, step=step, gravity=gravity)
+    collision = found.collision
+    assert (collision.least, collision.largest) == pytest.approx((1, 1), abs=error)
+    overlap = (gravity + np.sqrt(gravity**2 + 1e5 * (1 + 2 * gravity * start))) / 1e5
+    assert collision.depth == pytest.approx(start + overlap, abs=error / 100)
+    assert found.stepped == (step is not None)
+    assert (found.falling, found.warnings) == (None, ())
+
+
+def test_a_contact_time_without_end_says_nothing_of_steps(monkeypatch):
+    monkeypatch.setattr("viscopade.collision.contact.Contact.contact_time", lambda contact, speed: np.inf)
+    found = delivered("newton", {"ke": "1e5", "kd": "1e3"}, mass=1.0, step=1e-3)
+    assert (found.stepped, found.warnings) == (True, ())
+    assert found.collision.epsilon == pytest.approx(0.1601, abs=5e-5)
+
+
 def test_newton_with_weight_and_a_step():
     found = delivered("newton", {"ke": "1e5", "kd": "1e3"}, mass=1.0, step=1e-3)
     assert (found.collision.epsilon, found.falling.epsilon) == pytest.approx((0.1601, 0.1248), abs=5e-5)

@@ -222,8 +222,8 @@ def _show_contact(
         "delivered": collision.epsilon,
         "least": collision.least,
         "largest": collision.largest,
-        "depth": collision.depth,
-        "duration": collision.duration if collision.duration < math.inf else None,
+        "depth": collision.depth or None,  # an impulse has none, and no duration
+        "duration": collision.duration if 0 < collision.duration < math.inf else None,
         "parts": collision.parts,
         "instead": None if found.instead is None else dict(found.instead),
         "scheme": found.scheme if found.stepped else None,
@@ -289,7 +289,8 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
     duration = f", duration {collision.duration:.4g} {units.time}"
     if collision.duration == math.inf:
         duration = "; if contact begins at some places in a step, the bodies do not part"
-    say(f"depth {collision.depth:.4g} {units.length}{duration if collision.parts else ''}")
+    if collision.depth:  # an impulse has none
+        say(f"depth {collision.depth:.4g} {units.length}{duration if collision.parts else ''}")
     used = {name: value for name, value in found.values.items() if name != native.integrator}
     if used:
         say(f"for {_words(native.written(used))}")

@@ -53,7 +53,7 @@ PHASES = np.arange(0.5, 64) / 64
 
 _METHODS = ((20, 1e-12), (16, 1e-11))  # number of nodes (half of the order); error of a piece over the largest speed
 _SOLVED = 1e-14  # error of the equations of a piece
-_SHORTEST = 1e-8  # length of a piece where a force has a jump
+_SHORTEST = 1e-12  # length of a piece where a force has a jump
 _ESCAPES = 1e6  # speed over the speed of impact from which on a piece cannot be solved
 _ROUNDING, _ROUNDED = 4e-16, 2e-14  # rounding error of a number, and of the error of a piece
 _NEWTON = 20  # largest number of steps to solve a piece
@@ -68,9 +68,14 @@ _RANGE_ERROR = 1e-6  # error of the least and the largest eps over all phases
 _NARROW, _SAME_PHASE = 1e-5, 1e-12  # lengths up to which intervals with a jump, or any intervals, are divided
 _ROUNDS = 30  # largest number of attempts to find a resolving factor
 _STEPS = 100_000  # largest number of steps in a contact, roughly
+_HALVINGS, _MOST_PLACES = 40, 100_000  # of intervals of compressions, and how many there are
+_ZOOMS = 9  # into a 64th of the compressions, to find where a force begins to act
+_WORK_ERROR = 1e-4  # error of the work in an interval over the largest energy
 _EXPECTED = "expected a function of compression and rate that pushes bodies apart"
 _NOISY = 10  # error of a piece over the unit roundoff of the force
 _CREEP = 1e-12  # share of the speed of impact: slower bodies that slow down do not part
+_WORST = 1e-3  # error of eps, and relative error of the depth, of what is not refused
+_FAR = 10  # lengths, and in s, that is 10^4 lengths: bodies that come so far are not stopped
 _NUDGE = 1e-7  # for derivatives of the force
 _EDGE = 1e-3  # share of the part of a piece without nodes
 _PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
@@ -208,7 +213,7 @@ class Contact:
         ------
         TypeError, ValueError
             If an argument is out of range, a step is below about 1e-5 of a contact, the force is not real or not
-            finite, or it does not stop the bodies.
+            finite, or it does not stop the bodies; without a step, if the estimated error is above 1e-3.
         """
         v = checked.number("speed", speed, _POSITIVE)
         if step is None:
@@ -234,6 +239,8 @@ class Contact:
                 )
         if not (math.isfinite(largest - least) and np.isfinite(found.depth).all()):
             raise ValueError(f"step is {step:g}: expected a smaller one, because speeds exceed double precision")
+        if np.isinf(found.duration).all() and found.depth.min() > _FAR * length:
+            raise _never_stops(self, v)
         mean, errors = {}, {}
         for name, values in found._asdict().items():
             mean[name] = float(values.mean())
@@ -251,8 +258,18 @@ class Contact:
         return float(np.finfo(kind if kind.kind == "f" else float).eps)
 
     def contact_time(self, speed: float) -> float:
-        """Return the undamped contact time at a speed of impact: the duration under F(x, 0), without a load."""
-        return replace(self, force=lambda x, v: self.force(x, 0 * v), load=0.0).collide(speed).duration
+        """Return the undamped contact time at a speed of impact: the duration under F(x, 0), without a load.
+
+        Free flight up to the compression from which on a force acts does not count.
+        """
+        elastic = replace(self, force=lambda x, v: self.force(x, 0 * v), load=0.0)
+        found = elastic.collide(speed)
+        low, high = 0.0, found.depth
+        for _ in range(_ZOOMS):
+            x = np.linspace(low, high, 65)
+            i = max(int(np.argmax(elastic.forces(x, 0 * x) != 0)), 1)
+            low, high = float(x[i - 1]), float(x[i])
+        return found.duration - low / speed
 
     def softened(self, factor: float) -> Contact:
         """Return the contact whose motion without a load is the same, but `factor` times as long and as deep."""
@@ -550,7 +567,7 @@ class _Motion:
     def collide(self) -> tuple[float, float, float, float]:
         """Return eps (0 if the bodies do not part), depth, duration and the sum of the errors of all pieces."""
         s, v, time, error, h = 0.0, self.start, 0.0, 0.0, 0.25
-        acts, approaches, depth, vanished = not self.pushes or self.force_at(1e-3, v) >= 0, True, 0.0, 0.0
+        acts, approaches, depth, acted = not self.pushes or self.force_at(1e-3, v) >= 0, True, 0.0, 0.0
         power, creep = 1 / len(self.rule.nodes), max(_CREEP * self.start, 10 * self.solved)
         for _ in range(_PIECES):
             piece = self.piece(s, v, h, acts)
@@ -572,16 +589,20 @@ class _Motion:
             if not piece.error < 1:
                 break
             s, v, time, error = float(piece.s[-1]), float(piece.v[-1]), time + piece.time, error + piece.error
+            if s > _FAR:
+                raise _never_stops(self.contact, self.start * self.speed)
             depth = max(depth, s**4)
+            if acts and self.force(piece.s, piece.v).any():  # the force may be 0 up to some compression
+                acted = time
             if event and event.name == "end":
-                return -v / self.start, depth, time if acts else vanished, error / self.start
+                return -v / self.start, depth, acted, error / self.start
             if event and event.name == "turn":
                 v, approaches = 0.0, False
                 # A force that acts in the approach only does not push bodies apart: they stay at the turning point.
                 if self.rate(s, -creep, acts) >= 0:
                     return 0.0, depth, math.inf, error / self.start
             elif event and event.name == "force":
-                acts, vanished = not acts, time
+                acts = not acts
             rate = self.rate(s, v, acts)
             if abs(v) < creep and (s * abs(rate) < creep or (v * rate < 0 and not approaches)):
                 return 0.0, depth, math.inf, error / self.start
@@ -653,33 +674,50 @@ class _Motion:
             move = -value / slope if slope else math.inf
             if abs(move) < self.solved * max(h, 1) or abs(value) < close:
                 return piece, h
-            if high - low < self.solved * max(h, 1):  # the force jumps: this piece ends in front of the jump
-                h = max(low, self.solved)
+            if high - low < self.solved * max(h, 1):
+                if event.name != "force":  # s and v do not jump: the longer piece was wrong
+                    break
+                h = max(low, self.solved)  # the force jumps: this piece ends in front of the jump
                 return self.piece(s, v, h, acts), h
             h = h + move if low < h + move < high else (low + high) / 2
         return (piece if abs(move) < _CREEP * max(h, 1) else piece._replace(error=math.inf)), h
 
 
 def _length(contact: Contact, speed: float) -> float:
-    """Return a length over which the force stops the bodies, the force at rate 0 or else at the speed of impact."""
-    if not (0 < speed * speed < math.inf and 0 < contact.mass * speed * speed < math.inf):
+    """Return the compression at which the work of the force, at rate 0 or else at the speed of impact, stops bodies.
+
+    It is the unit of length of a collision; 1e-3 of the largest energy is exact enough.
+    """
+    energy = contact.mass * speed * speed / 2
+    if not (0 < speed * speed < math.inf and 0 < 2 * energy < math.inf):
         raise ValueError(
             f"speed is {speed:g}, mass is {contact.mass:g}: expected m v^2 in the range of double precision"
         )
     for rate in (0.0, speed):
-        low, high = -40.0, 40.0
-        for _ in range(3):
-            lengths = np.logspace(low, high, 41)
+        x = np.concatenate(([0.0], np.logspace(-40, 40, 8001)))
+        for _ in range(_HALVINGS):
             with np.errstate(all="ignore"):
-                force = contact.forces(lengths, np.full(41, rate)) - contact.load
-                stops = np.isfinite(force) & (force * lengths >= contact.mass * speed**2)
-            if not stops.any():
+                force = contact.forces(x, np.full(len(x), rate))
+                force = np.maximum(force, 0) if contact.end == "force" else force
+                force = np.where(np.isfinite(force), force - contact.load, 0)
+                width, scale = np.diff(x), energy + max(contact.load, 0) * x[1:]
+                work = np.cumsum((force[1:] + force[:-1]) / 2 * width)
+                most = np.cumsum(np.maximum(force[1:], force[:-1]) * width)
+                doubt = np.abs(np.diff(force)) * width
+
+            # Where the force may jump, intervals are halved, as far as the bodies may come.
+            reached = most >= energy
+            halved = (doubt > _WORK_ERROR * scale) & (np.arange(len(width)) <= np.argmax(reached))
+            if not reached.any() or not halved.any() or len(x) > _MOST_PLACES:
                 break
-            i = max(int(np.argmax(stops)), 1)
-            low, high = np.log10(lengths[i - 1]), np.log10(lengths[i])
-        else:
-            return float(lengths[i])
-    raise ValueError(f"the force does not stop a body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
+            x = np.sort(np.concatenate((x, (x[1:] - width / 2)[halved])))
+        if (work >= energy).any():
+            return float(x[1 + np.argmax(work >= energy)])
+    raise _never_stops(contact, speed)
+
+
+def _never_stops(contact: Contact, speed: float) -> ValueError:
+    return ValueError(f"the force does not stop a body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
 
 
 def _fastest(contact: Contact, speed: float, length: float) -> float:
@@ -699,5 +737,8 @@ def _exact(contact: Contact, speed: float) -> SampledCollision:
     for name, one, other, unit in zip(names, fine, coarse, units, strict=False):
         rounding = 0.0 if fine[2] == math.inf and name != "depth" else fine[-1] + _ROUNDING * (one + 1 / motion.start)
         errors[name] = unit * ((abs(one - other) if one != other else 0.0) + rounding)
+    if not (errors["epsilon"] < _WORST and errors["depth"] < _WORST * numbers["depth"]):
+        found = f"eps = {fine[0]:.4g} with an error of {errors['epsilon']:.2g}"
+        raise ValueError(f"the force gives {found} at speed {speed:g}: expected a smoother force, or a time step")
     errors["least"] = errors["largest"] = errors["epsilon"]
     return SampledCollision(least=fine[0], largest=fine[0], parts=fine[2] < math.inf, errors=errors, **numbers)

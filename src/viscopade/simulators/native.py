@@ -35,6 +35,7 @@ from viscopade.theory.law import Law
 _FEW_STEPS = 2  # in a contact: eps then depends much on where in a step contact begins
 _MOST_STEPS = 5000  # in a contact; more are as good as infinitely many
 _RESOLVED = 500  # steps in a contact, with which eps depends on where in a step it begins by far less than `SPREAD`
+_SAME = 1e-4  # difference of eps up to which weight changes nothing
 SPREAD = 0.02
 """Range of eps over where in a step contact begins, above which a longer contact is suggested."""
 
@@ -509,7 +510,10 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
     ratio = gravity * (duration or 0.0) / hit.speed
     if not hit.gravity and ratio >= COUNTS:
         with suppress(ValueError):  # too strong a damping
-            falling = delivered(native, values, replace(hit, gravity=gravity))
+            heavy = delivered(native, values, replace(hit, gravity=gravity))
+            # Weight alone costs nothing: without damping eps is 1 with it, too.
+            falling = heavy if abs(heavy.epsilon - collision.epsilon) > _SAME else None
+        if falling is not None:
             result = f"{falling.epsilon:.4f}" if falling.parts else "0, as it does not leave the plane"
             words = f"A body that falls on a plane has g t_c/v = {ratio:.2g}, and eps = {result}"
             warnings.append(f"Without weight. {words}: --gravity 9.81")
@@ -552,6 +556,7 @@ def contact_time(native: Native, values: Values, hit: Impact) -> float | None:
     """Return the undamped contact time; None for an impulse, or if the bodies do not part without damping."""
     contact = native.contact(values, replace(hit, gravity=0.0))
     try:
-        return None if isinstance(contact, Impulse) else contact.contact_time(hit.speed)
+        duration = math.inf if isinstance(contact, Impulse) else contact.contact_time(hit.speed)
     except ValueError:
         return None
+    return duration if duration < math.inf else None
