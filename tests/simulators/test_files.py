@@ -204,6 +204,33 @@ def test_yade_has_the_viscoelastic_eps_with_the_weight():
     assert fallen(yade(text, facet, (0, 1)), pair.m_eff, 9.81, 0.1, 0.007)[0] == pytest.approx(stated_epsilon, abs=1e-4)
 
 
+@pytest.mark.parametrize("law", ["viscoelastic", "betan"])
+def test_all_numbers_of_yade_s_file_are_those_of_its_own_contact_at_a_wall(law):
+    """Half of the radius: eps without weight, the speed below which the body stays down, durations, the step."""
+    (contact,), text = FALL.contacts, flowing(render("yade", FALL, COMMAND))
+    pair = SimpleNamespace(E_eff=contact.pair.E_eff, m_eff=contact.pair.m_eff, R_eff=0.005)
+    if law == "betan":
+        force = mindlin(float(re.search(r"betan (\S+) gives eps = 0.5 with weight", text)[1]), pair)
+        said = re.search(r"constant eps \((\S+) without weight; with weight a body stays down below (\S+) m/s", text)
+    else:
+        force = yade(render("yade", FALL, COMMAND), pair, (0, 1))
+        said = re.search(r"without weight: \S+ (\S+), \S+ the fastest", text), re.search(r"below (\S+) m/s it", text)
+        said = (None, said[0][1], said[1][1])
+        a, step, lasts = (
+            float(re.search(rf"{name} (\S+) s", text)[1]) for name in (r"m\^2\), A|, A", "Time step:", "contact lasts")
+        )
+        duration = fallen(force, pair.m_eff, 0.0, 1.0, 0.005)[2]
+        assert [lasts, 100 * step] == pytest.approx([duration] * 2, rel=1e-5)
+        # F = k x^(3/2) + 3/2 A k sqrt(x) u
+        damping = force(1e-4, 1.0) - force(1e-4, 0.0)
+        assert a == pytest.approx(damping / (1.5e4 * force(1e-4, 0.0)), rel=1e-5)
+    light, stays = (float(number) for number in (said[1], said[2]))
+    assert light == pytest.approx(fallen(force, pair.m_eff, 0.0, 0.1, 0.007)[0], abs=1e-6)
+    assert fallen(force, pair.m_eff, 9.81, 1.01 * stays, 0.008)[0] > 0
+    with pytest.raises(ValueError, match="math domain error"):  # the energy does not suffice to reach x = 0
+        fallen(force, pair.m_eff, 9.81, 0.99 * stays, 0.008)
+
+
 def test_what_liggghts_cannot_have():
     assert "cannot have this eps: epsilon is" in render("liggghts", setup(0.04), COMMAND)
 

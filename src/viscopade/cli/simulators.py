@@ -193,6 +193,7 @@ def _setup_of_material(
 def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> str:
     from viscopade.scene.units import Scale
     from viscopade.simulators.setup import SI
+    from viscopade.simulators.simulator import OwnLaw
     from viscopade.simulators.soft import STEP_ERROR, Softness, Wanted
     from viscopade.simulators.text import render_own_law
     from viscopade.theory.law import VISCOELASTIC, law_of
@@ -205,6 +206,10 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     error = STEP_ERROR if soft["step_error"] is None else soft["step_error"]
     if soft["step_error"] is not None and soft["time_step"] is not None:
         raise click.UsageError("--step-error has no effect with --time-step: expected one of them")
+    own = simulator_with(target).texts[target]
+    assert isinstance(own, OwnLaw)
+    if soft["step_error"] is not None and simulator_with(target).formula(own.formula).scheme is None:
+        raise click.UsageError(f"--step-error has no effect for {target}, which chooses its own steps: leave it out")
     if not 1e-8 <= error <= 1:
         raise ValueError(f"--step-error is {error:.4g}: expected 1e-08 to 1")
     if soft["mass"] is not None and found.setup is not None:
@@ -226,6 +231,11 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
         click.echo(f"Warning: contact-time is {soft['contact_time']:g} s: is a unit missing?", err=True)
     stiffness = _stiffness(target, soft, found.setup is not None or soft["mass"] is not None)
     softness = Softness(**stiffness, contact_time=time, penetration=length)
+    unknown = softness == Softness() or (softness.stiffness is not None and soft["mass"] is None)
+    if soft["step_error"] is not None and found.setup is None and unknown:
+        raise click.UsageError(
+            "--step-error has no effect, as nothing says how long contact lasts: expected --contact-time with it"
+        )
     if found.setup is None:
         assert found.epsilon is not None
         wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, soft["mass"], found.gravity, law)]

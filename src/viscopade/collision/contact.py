@@ -427,19 +427,30 @@ def resolving_factor(
     The other arguments are those of `damping_factor`: each longer contact is damped so that its mean eps is `epsilon`.
     None if no factor is found.
     """
+
+    def longer(factor: float) -> SampledCollision:
+        nonlocal near
+        near = damping_factor(
+            lambda c: family(c).softened(factor), epsilon, near, speed=speed, step=step, scheme=scheme
+        )
+        return family(near).softened(factor).collide(speed, step=step, scheme=scheme)
+
+    return resolved(longer, spread)
+
+
+def resolved(collision: Callable[[float], SampledCollision], spread: float) -> float | None:
+    """Return a factor >= 1 of steps in a contact with which eps differs by at most `spread` over the phases, or None.
+
+    `collision` returns the collision with a factor. It raises a ValueError where no damping gives the wanted eps.
+    """
     factor = 1.0
     for _ in range(_ROUNDS):
-
-        def longer(c: float, factor: float = factor) -> Contact:
-            return family(c).softened(factor)
-
         try:
-            near = damping_factor(longer, epsilon, near, speed=speed, step=step, scheme=scheme)
+            found = collision(factor)
         except ValueError:  # no damping gives this eps with so few steps
             factor *= 2
             continue
-        collision = longer(near).collide(speed, step=step, scheme=scheme)
-        differ = collision.largest - collision.least
+        differ = found.largest - found.least
         if differ <= spread:
             return factor
         factor *= max(1.1, math.sqrt(differ / spread))  # eps differs in proportion to the step, or to its square

@@ -137,7 +137,7 @@ def audited(
             wanted = compensated(formula.law, float(asked), step, formula.scheme)
         except ValueError as error:
             wanted = None
-            reasons.append(f"No damping gives it: {error}.")
+            reasons.append(f"No damping gives it: {error}; expected a shorter step or a longer contact.")
     instead = None if wanted is None else formula.parameter_of(wanted)
     if instead is None and wanted is not None:
         reasons.append(f"No {formula.parameter} in its range gives it.")

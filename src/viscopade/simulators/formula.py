@@ -22,7 +22,7 @@ from typing import Any, Literal
 from mpmath import mp
 
 from viscopade.collision import exact
-from viscopade.collision.contact import SampledCollision, damping_factor
+from viscopade.collision.contact import PHASES, Contact, SampledCollision, damping_factor
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import loaded
 from viscopade.theory.law import VISCOELASTIC, End, Law, law_of
@@ -219,25 +219,41 @@ def stepped_collision(
     return loaded(law, kappa, load, carried).collide(step=step * law.contact_time, scheme=scheme)
 
 
+class TooFewSteps(ValueError):
+    """No damping gives a wanted eps in time steps that are so long."""
+
+
 @cache
 def compensated(
     law: Law, epsilon: float, step: float | None, scheme: Scheme, load: float = 0.0, carried: float = 0.0
 ) -> float:
-    """Return the kappa of a law whose mean eps with a time step, or with a load, is `epsilon`."""
+    """Return the kappa of a law whose mean eps with a time step, or with a load, is `epsilon`.
+
+    Raises
+    ------
+    TooFewSteps
+        If none does with this time step.
+    ValueError
+        If none does with this load.
+    """
     near = float(wanted_kappa(law, repr(epsilon)))
     if near == 0:
         return 0.0  # without damping no step changes eps
     scaled = None if step is None else step * law.contact_time
+
+    def family(kappa: float) -> Contact:
+        return loaded(law, kappa, load, carried)
+
     try:
-        return damping_factor(
-            lambda kappa: loaded(law, kappa, load, carried), epsilon, near, step=scaled, scheme=scheme
-        )
+        # Where the steps alone take more energy than is wanted, no search is necessary.
+        if scaled is not None and family(0.0).collide(step=scaled, scheme=scheme, phases=PHASES).epsilon < epsilon:
+            raise ValueError
+        return damping_factor(family, epsilon, near, step=scaled, scheme=scheme)
     except ValueError as error:
         if step is None:
             raise ValueError(f"with weight {error}") from None
-        raise ValueError(
-            f"time-step is {step:.4g} of the contact time: no damping gives eps = {epsilon:g} with so few steps; "
-            "expected a shorter step or a longer contact"
+        raise TooFewSteps(
+            f"time-step is {step:.4g} of the contact time: no damping gives eps = {epsilon:g} with so few steps"
         ) from None
 
 

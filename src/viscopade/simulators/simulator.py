@@ -26,7 +26,8 @@ class InputFile:
         What follows the comment at the beginning.
     values : callable
         From a `Setup` and options to what both templates have: "contacts", which are `stated.described`, and other
-        values. Besides these they have `setup`, `units`, `command` and the function `number`.
+        values. Besides these they have `setup`, `units`, `command` and the function `number`. A "setup" among the
+        values is that of the program, where its contacts are not those of the bodies.
     """
 
     comment: Comment

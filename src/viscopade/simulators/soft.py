@@ -24,12 +24,20 @@ from mpmath import mp
 
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.collision.contact import SampledCollision
+from viscopade.collision.contact import SampledCollision, resolved
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import beta_from_restitution, v_star
 from viscopade.collision.weight import EARTH, FallingContact, loaded
 from viscopade.simulators.audit import largest_step
-from viscopade.simulators.formula import DampingFormula, compensated, epsilon_of, same, stepped_collision, wanted_kappa
+from viscopade.simulators.formula import (
+    DampingFormula,
+    TooFewSteps,
+    compensated,
+    epsilon_of,
+    same,
+    stepped_collision,
+    wanted_kappa,
+)
 from viscopade.simulators.setup import SI, NamedContact, Units
 from viscopade.simulators.stated import SPEEDS, SpeedErrors, error_lines, program_number, speed_errors
 from viscopade.theory.law import VISCOELASTIC, Law
@@ -47,7 +55,9 @@ _DIGITS = 15
 _LEAST = 1e-30
 _SLOWEST, _WIDEST = 1e-12, 1e6  # impact speed, and range of speeds
 _LEAST_STEP = 1e-3  # in contact times
-_LENGTHENINGS = 4  # tries of a longer contact
+MOST_STEPS = 400
+"""Time steps in the longest contact that texts advise."""
+_BRIEF_STEPS = 100  # in a contact that gets shorter together with its steps, at first
 _STRETCH, _MOST_STRETCHES, _HALVINGS = 0.2, 40, 60  # search for a contact with weight, or with time steps
 _ALIKE, _NARROW = 1e-10, 1e-7  # error at which it ends; width at which it ends where the duration jumps
 _UNLIKE = 0.02  # error by such a jump, from which on the contact is another one than was asked for
@@ -175,11 +185,15 @@ class Softness:
     def __post_init__(self) -> None:
         given = {name: value for name, value in vars(self).items() if value is not None}
         if len(given) > 1:
-            names = " and ".join(name.removesuffix("_over_mass") for name in given)
-            raise ValueError(f"{names} are given: expected one of them")
+            raise ValueError(f"{' and '.join(map(_option, given))} are given: expected one of them")
         for name, value in given.items():
             if not _LEAST <= value <= 1 / _LEAST:
-                raise ValueError(f"{name} is {value!r}: expected a number from {_LEAST:g} to {1 / _LEAST:g}")
+                raise ValueError(f"{_option(name)} is {value!r}: expected a number from {_LEAST:g} to {1 / _LEAST:g}")
+
+
+def _option(name: str) -> str:
+    """Return the option of the command line that gives a number of `Softness`."""
+    return "--" + name.removesuffix("_over_mass").replace("_", "-")
 
 
 class _Course(NamedTuple):
@@ -295,10 +309,12 @@ class SoftContact:
         over_mass = plain * math.exp(-power * stretch)
         if abs(excess(stretch)) > _UNLIKE:
             name = "contact-time" if given.penetration is None else "penetration"
-            raise ValueError(
-                f"{name} is {asked:.4g}: no contact with eps = {self.epsilon:g}, weight and time steps is like that, "
-                "expected another one"
+            refused = (
+                f"{name} is {asked:.4g}: no contact with eps = {self.epsilon:g}, weight and time steps is like that"
             )
+            if self.time_step is not None:
+                raise TooFewSteps(refused)
+            raise ValueError(f"{refused}, expected another one")
         return self._damping(over_mass), over_mass
 
     @property
@@ -334,11 +350,7 @@ class SoftContact:
             return
         if step < 1:
             raise ValueError(f"time-step is {step:.4g} contact times: so short a one needs no number, leave it out")
-        raise ValueError(
-            f"time-step is {step:.4g} contact times: expected a contact of {CHOSEN_STEPS} steps, --contact-time "
-            f'"{self.units.time_text(with_two_digits(CHOSEN_STEPS * self.time_step))}", or steps up to '
-            f"{self.units.time_text(with_two_digits(self.time_step / step / CHOSEN_STEPS))}"
-        )
+        raise TooFewSteps(f"time-step is {step:.4g} contact times")
 
     def _course(self, speed: float, kappa: float, over_mass: float, falls: bool | None = None) -> _Course:
         """Return the collision at a speed, with the program's own time steps; arguments as of `delivered`."""
@@ -445,24 +457,6 @@ class SoftContact:
         load = 0.0 if self.wanted.with_weight is None else self._load(speed, over_mass)
         return stepped_collision(self.formula.law, self.kappa, step, scheme, load, self.carried)
 
-    def resolved(self) -> float | None:
-        """Return a contact time at which eps of single collisions differs by `SPREAD` at most, if more steps can do it.
-
-        None for a contact that needs no other one, or without time steps.
-        """
-        found, asked, longer = self.stepped(), self.contact_time, None
-        if found is None or asked is None or not found.duration < math.inf:
-            return None
-        for _ in range(_LENGTHENINGS):
-            if found is None or found.largest - found.least <= SPREAD:
-                return longer
-            longer = asked = with_two_digits(1.01 * asked * (found.largest - found.least) / SPREAD)
-            try:
-                found = replace(self, softness=Softness(contact_time=longer)).stepped()
-            except ValueError:  # no damping gives this eps with weight and so few steps
-                return None
-        return None
-
     def errors(self, kappa: float | None = None) -> list[SpeedErrors]:
         """Return the errors over the speeds, for typical and for extreme sizes; with another kappa if one is given."""
         wanted = self.wanted
@@ -536,10 +530,72 @@ def _zero(function: Callable[[float], float]) -> float:
     return low
 
 
-def with_two_digits(number: float) -> float:
-    """Return the next larger number with two digits."""
-    unit = 10.0 ** (math.floor(math.log10(number)) - 1)
-    return math.ceil(number / unit * (1 - 1e-9)) * unit
+def with_two_digits(number: float, rounded: Callable[[float], int] = math.ceil) -> float:
+    """Return the next larger number with two digits, or with `math.floor` the next smaller one."""
+    unit = 10.0 ** (math.floor(math.log10(number) + 1e-12) - 1)
+    slack = -1e-9 if rounded is math.ceil else 1e-9
+    return rounded(number / unit * (1 + slack)) * unit
+
+
+def outweighs(wanted: Wanted, time_step: float) -> bool:
+    """Return whether in one time step the weight changes the speed by more than the speed of impact."""
+    return wanted.with_weight is not None and wanted.gravity * time_step >= wanted.typical
+
+
+def ways_out(contact: SoftContact, wanted: Wanted, time_step: float, spread: float = math.inf) -> Iterator[str]:
+    """Yield options of the command line with which a contact in time steps has the wanted eps; each was tried.
+
+    The first is `--contact-time` for a longer contact in these time steps, if there is one; then come shorter steps.
+
+    Parameters
+    ----------
+    contact : SoftContact
+        One that exists, so without these steps, or without the weight.
+    wanted : Wanted
+        The collisions, with the weight.
+    time_step : float
+        The steps that are too long.
+    spread : float
+        Wanted difference of eps in single collisions, at most.
+    """
+    given, text = contact.softness, contact.units.time_text
+    lasts = contact.contact_time
+    known = lasts is not None and lasts < math.inf and not contact.is_chosen
+    lasts = lasts if lasts is not None and known else CHOSEN_STEPS * time_step
+    longest, shortest = max(lasts, CHOSEN_STEPS * time_step), min(time_step, lasts / CHOSEN_STEPS)
+    brief = min(lasts, _BRIEF_STEPS * time_step)
+
+    def shorter(factor: float) -> float:
+        return with_two_digits(shortest / factor, math.floor)
+
+    # From a factor to the contact and the steps: a longer contact, shorter steps in the same one, both shorter.
+    ways: tuple[Callable[[float], tuple[Softness, float]], ...] = (
+        lambda factor: (Softness(contact_time=with_two_digits(longest * factor)), time_step),
+        lambda factor: (given, shorter(factor)),
+        lambda factor: (Softness(contact_time=with_two_digits(brief / math.sqrt(factor))), shorter(factor)),
+    )
+    for number, way in enumerate(ways):
+        if not number and outweighs(wanted, time_step):
+            continue  # how long contact lasts does not matter then
+
+        def collision(factor: float, way: Callable[[float], tuple[Softness, float]] = way) -> SampledCollision:
+            softness, step = way(factor)
+            duration = lasts if softness == given and known else softness.contact_time or CHOSEN_STEPS * step
+            if not CHOSEN_STEPS * (1 - 1e-9) <= duration / step <= MOST_STEPS:
+                raise ValueError
+            made = replace(contact, wanted=wanted, softness=softness, time_step=step).stepped()
+            assert made is not None
+            return made
+
+        factor = resolved(collision, spread)
+        if factor is not None:
+            softness, step = way(factor)
+            options = [f'--time-step "{text(step)}"'] if number else []
+            if softness != given and softness.contact_time is not None:
+                options.append(f'--contact-time "{text(softness.contact_time)}"')
+            yield " ".join(options)
+            if number:
+                return
 
 
 def best_line(contact: SoftContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:

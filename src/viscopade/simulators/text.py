@@ -6,25 +6,29 @@ import math
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
 from viscopade.collision.weight import loss_slope
 from viscopade.generated import WIDTH, harmless, marker_lines, written_template, xml_comment
 from viscopade.simulators import simulator_with
+from viscopade.simulators.formula import TooFewSteps
 from viscopade.simulators.setup import NO_WEIGHT, SI, Setup, Units
 from viscopade.simulators.simulator import Comment, InputFile, OwnLaw, Simulator
 from viscopade.simulators.soft import (
     CHOSEN_STEPS,
     FEWEST_STEPS,
+    MOST_STEPS,
     SPREAD,
     STEP_ERROR,
     SoftContact,
     Softness,
     Wanted,
     best_line,
+    outweighs,
+    ways_out,
     weighed_lines,
-    with_two_digits,
 )
 from viscopade.simulators.stated import error_lines, program_number
 from viscopade.theory.law import VISCOELASTIC
@@ -70,7 +74,7 @@ def render(target: str, setup: Setup, command: str, **options: str) -> str:
     file = simulator_with(target).texts[target]
     assert isinstance(file, InputFile)
     values = {"setup": setup, "units": setup.units, "command": command, **file.values(setup, **options)}
-    return _written(file, command, setup.opening, values)
+    return _written(file, command, values["setup"].opening, values)
 
 
 def render_own_law(
@@ -116,7 +120,13 @@ def render_own_law(
     contacts = []
     for each in wanted:
         formula = simulator.formula(own.formula)
-        contact = SoftContact(formula, each, softness or Softness(), time_step, own.carried, units)
+        given = softness or Softness()
+        try:
+            contact = SoftContact(formula, each, given, time_step, own.carried, units)
+        except TooFewSteps as error:
+            assert time_step is not None
+            light = SoftContact(formula, replace(each, with_weight=None), given, None, own.carried, units)
+            raise ValueError(_refused(str(error), light, each, time_step)) from None
         stiffness = contact.stiffness_over_mass if own.per_mass else contact.stiffness
         if own.per_mass and stiffness is None:
             raise ValueError(
@@ -263,6 +273,17 @@ def _on_weight(contact: SoftContact, units: Units) -> Iterator[str]:
             yield f"  {'Warning: ' if wanted.with_weight is None else ''}{fall}"
 
 
+def _refused(error: str, light: SoftContact, wanted: Wanted, time_step: float) -> str:
+    """Return an error of a contact in time steps, with options that mend it; `light` has neither steps nor weight."""
+    ways = list(ways_out(light, wanted, time_step))
+    expected = " or ".join(ways) or f"a contact of more than {MOST_STEPS} time steps"
+    reason = "" if any(way.startswith("--contact-time") for way in ways) else ", and a longer contact does not help"
+    if outweighs(wanted, time_step):
+        gained = f"{wanted.gravity * time_step:.3g} {light.units.speed}"
+        reason = f", as the weight changes the speed by {gained} in a step: only shorter steps help"
+    return f"{error}{reason}: expected {expected}"
+
+
 def _on_steps(contact: SoftContact, simulator: Simulator, units: Units, step_error: float) -> Iterator[str]:
     """Yield lines on the time step for which the damping makes up, or on that of the program."""
     found, default = contact.stepped(), simulator.default_step
@@ -272,9 +293,10 @@ def _on_steps(contact: SoftContact, simulator: Simulator, units: Units, step_err
             f"  with the time step {contact.time_step:.6g} {units.time}, for which {makes_up} makes up: eps = "
             f"{found.epsilon:.6g} on average, {found.least:.6g} to {found.largest:.6g} in single collisions"
         )
-        longer = contact.resolved()
-        if longer is not None:
-            yield f'  with --contact-time "{units.time_text(longer)}" single collisions differ by {SPREAD:g} at most'
+        if found.largest - found.least > SPREAD and found.duration < math.inf:
+            way = next(ways_out(contact, contact.wanted, contact.time_step, SPREAD), None)
+            if way is not None:
+                yield f"  with {way} single collisions differ by {SPREAD:g} at most"
         return
     longest = contact.longest_step(step_error)
     if contact.formula.scheme is not None and longest is None:
@@ -293,16 +315,24 @@ def default_step_warning(contact: SoftContact, title: str, step: float, units: U
     """Yield a warning if a program's default time step is too long for a contact."""
     assert contact.contact_time is not None
     steps, name = contact.contact_time / step, f"{title}'s default step of {units.time_text(step)}"
-    if steps < FEWEST_STEPS:
-        longer = units.time_text(with_two_digits(CHOSEN_STEPS * step))
-        yield (
-            f'  Warning: {name} is {1 / steps:.2g} contacts long; --contact-time "{longer}" makes a contact that it '
-            "resolves"
-        )
-        return
-    found = contact.stepped(step)
+    found = contact.stepped(step) if steps >= FEWEST_STEPS else None
+    off = f"{name} is {1 / steps:.2g} contacts long"
     if found is not None:
-        yield (
-            f"  Warning: with {name} eps is {found.epsilon:.4g} on average, {found.least:.4g} to {found.largest:.4g}"
-            f' in single collisions; --time-step "{units.time_text(step)}" adapts the damping'
+        off = (
+            f"with {name} eps is {found.epsilon:.4g} on average, {found.least:.4g} to {found.largest:.4g} in single "
+            "collisions"
         )
+        try:
+            adapted = replace(contact, time_step=step)
+        except ValueError:  # no damping gives this eps in so few steps
+            adapted = None
+        if adapted is not None:
+            yield f'  Warning: {off}; --time-step "{units.time_text(step)}" adapts the damping'
+            return
+    way = next(ways_out(contact, contact.wanted, step), None)
+    if way is None:
+        yield f"  Warning: {off}"
+    elif way.startswith("--contact-time"):
+        yield f"  Warning: {off}; {way} makes a contact that it resolves"
+    else:
+        yield f"  Warning: {off}; shorter steps are necessary: {way}"

@@ -16,12 +16,13 @@ printed coefficients. So `en` is not given as eps but as the value of the printe
 exact. The program has the same beta, not A, for all sizes of one pair of materials.
 
 At a wall R_eff is R/2, and at a facet 2/3 R, instead of R: `Ig2_Wall_Sphere_ScGeom` and `Ig2_Facet_Sphere_ScGeom` give
-them the sphere's radius and twice that. eps does not feel it in either law, as betan and beta fix it; the duration of
-contact does. m_eff is the sphere's if the other body is not dynamic.
+them the sphere's radius and twice that. Without weight eps does not feel it in either law, as betan and beta fix it.
+The duration of contact does, and with it the effect of weight and of time steps: a file's numbers are for R/2. m_eff is
+the sphere's if the other body is not dynamic.
 
 With betan = A/2 sqrt(kn/m_eff), set for every contact at every step, c = A kn in all versions. The generated code has
-that as a function to be run by the program: exact, and slow, as it is Python. At walls it uses the A that gives the
-right beta with the program's R_eff.
+that as a function to be run by the program: exact, and slow, as it is Python. At walls and facets it uses the A that
+gives the right beta with the program's R_eff.
 
 For the audit, read in pkg/dem of YADE 2025.2.0 (c61292558/yade4deepin at commit f1486c0) and of an older trunk
 (Togekey/yade_trunk at commit a6084d6):
@@ -51,7 +52,8 @@ from mpmath import mp
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
-from viscopade.collision.weight import FallingContact
+from viscopade.collision.spheres import Pair
+from viscopade.collision.weight import FallingContact, calibrated
 from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR,
@@ -64,7 +66,7 @@ from viscopade.simulators.formula import (
     thornton_kappa,
     tsuji_kappa,
 )
-from viscopade.simulators.setup import Setup
+from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 from viscopade.simulators.soft import SoftContact, Softness, Wanted, constant_lines, weighed_lines
 from viscopade.simulators.stated import described, program_number, same_beta, size_lines, time_step
@@ -93,22 +95,19 @@ def printed_pade(v_star: float) -> float:
 
 def _values(setup: Setup) -> dict[str, Any]:
     """Return what the templates have: bodies become materials, contacts the pairs of them that may meet."""
+    own = replace(setup, contacts=tuple(in_program(contact, setup.weighty) for contact in setup.contacts))
     contacts = []
-    for contact in setup.contacts:
-        vn, wanted = contact.typical, Wanted.of(contact, setup.weighty)
-        # Weight acts for as long as contact lasts, which at a wall depends on the program's own R_eff.
+    for real, contact in zip(setup.contacts, own.contacts, strict=True):
+        pair, vn, wanted = contact.pair, contact.typical, Wanted.of(real, setup.weighty)
+        # The program's contact at a wall lasts longer than that of the bodies, so the weight acts longer.
         weighty = wanted.with_weight is not None
-        softness = Softness(contact.pair.rho * (math.sqrt(_RADII["wall"]) if weighty else 1))
         constant, viscoelastic = (
-            SoftContact(SIMULATOR.formula(f"MindlinPhys, {name}"), wanted, softness, units=setup.units)
+            SoftContact(SIMULATOR.formula(f"MindlinPhys, {name}"), wanted, Softness(pair.rho), units=setup.units)
             for name in ("betan", "en and vn")
         )
-        pair = contact.pair
-        if weighty:
-            pair = pair.damped(float(pair.dissipative_constant(viscoelastic.kappa * vn**-0.2)))
         en = printed_pade(pair.v_star(vn))
         lines = [
-            "  constant eps:" if not weighty else "  constant eps (without weight):",
+            "  constant eps:" if not weighty else f"  constant eps ({without_weight(constant)}):",
             *(f"  {line}" for line in constant_lines(constant, "betan")),
             f"  viscoelastic: en {program_number(en)} with vn {program_number(vn)} gives the exact beta",
             "    (en is the printed [3/6] at the exact v*, which the program inverts; eps would leave its error)",
@@ -116,15 +115,41 @@ def _values(setup: Setup) -> dict[str, Any]:
         if weighty:
             facets = " and ".join(f"{at_facets(body).epsilon([vn])[0]:.4f}" for body in (constant, viscoelastic))
             lines += weighed_lines(viscoelastic)
-            lines += [
-                "  with weight A, beta, betan and en are for a Wall, where the program takes R/2 for R_eff, and "
-                f"contacts last longer; at a Facet (2/3 R) eps = {facets}"
-            ]
+            lines.append(f"  with weight at a Facet (2/3 R) eps = {facets}")
         else:
-            lines += (f"  {line}" for line in size_lines(contact, same_beta(pair), _WAY_OUT))
+            lines += (f"  {line}" for line in size_lines(real, same_beta(real.pair), _WAY_OUT))
+        if contact.falls:
+            lines.append("  R_eff, A, times and weight are those at a Wall, where the program takes R/2 for R_eff")
         numbers = {"betan": constant.parameter, "en": en, "vn": vn, "A": pair.A}
-        contacts.append(described(replace(contact, pair=pair), setup.units, *lines, **numbers))
-    return {**time_step(setup), "contacts": contacts}
+        contacts.append(described(contact, setup.units, *lines, **numbers))
+    return {**time_step(own), "setup": own, "contacts": contacts}
+
+
+def in_program(contact: NamedContact, weighty: bool) -> NamedContact:
+    """Return a contact as the program has it: at a Wall with half of the radius, and the same mass.
+
+    Its beta is that of the bodies, or with weight the one that has their eps at the typical speed.
+    """
+    if not contact.falls:
+        return contact
+
+    def halved(pair: Pair) -> Pair:
+        own = replace(pair, first=replace(pair.first, radius=_RADII["wall"] * pair.first.radius))
+        return own.damped(float(own.dissipative_constant(pair.beta)))
+
+    pair = halved(contact.pair)
+    epsilon = float(contact.falling.epsilon([contact.typical])[0]) if weighty else 0.0
+    if epsilon:  # no damping makes a contact that has eps = 0
+        pair = calibrated(pair, contact.typical, epsilon, contact.gravity)
+    return replace(contact, pair=pair, extremes=tuple(map(halved, contact.extremes)))
+
+
+def without_weight(contact: SoftContact) -> str:
+    """Return words on eps without weight, and on the speed below which a body that falls stays down."""
+    assert contact.falling is not None
+    speed = contact.falling.sticking_speed
+    stays = "" if speed is None else f"; with weight a body stays down below {speed:.3g} {contact.units.speed}"
+    return f"{contact.delivered(contact.wanted.typical, falls=False):.6f} without weight{stays}"
 
 
 def at_facets(contact: SoftContact) -> FallingContact:
@@ -178,8 +203,10 @@ def viscoelastic():
         first, second = O.bodies[contact.id1], O.bodies[contact.id2]
         mobility = sum(1 / body.state.mass for body in (first, second) if body.dynamic)
         constant = A_of_materials[frozenset((first.material.id, second.material.id))]
-        # At a wall the program's R_eff is not the sphere's radius: an A that makes up for it leaves beta as it is.
-        curvature = sum(1 / body.shape.radius for body in (first, second) if isinstance(body.shape, Sphere))
+        # A of a sphere and a Wall is for R_eff = R/2, which the program has there. At a Facet it has another R_eff: an
+        # A that makes up for it leaves beta as it is.
+        radii = [body.shape.radius for body in (first, second) if isinstance(body.shape, Sphere)]
+        curvature = 2 / radii[0] if len(radii) == 1 else 1 / radii[0] + 1 / radii[1]
         constant *= ((1 / contact.geom.refR1 + 1 / contact.geom.refR2) / curvature) ** 0.2
         contact.phys.betan = constant / 2 * (contact.phys.kn * mobility) ** 0.5
 
