@@ -139,10 +139,10 @@ DROPPED = (*MATERIAL, "--wall", "--epsilon", "0.5", "--speed", "0.1")
 def test_files_say_what_weight_does(tmp_path):
     for target in TARGETS[3:]:
         text = printed("simulators", target, *DROPPED)
-        assert "ball-wall: weight: g t_c/v = 0.36 at 0.1 m/s with g = 9.81 m/s^2" in text
-        assert (
-            "Warning: ball-wall: a body that falls on a plane at 0.1 m/s rebounds with eps = 0.3607 (sampled)" in text
-        )
+        # YADE takes R/2 for R_eff at a wall: its contacts last longer by a factor of 2^(1/5).
+        share, epsilon = ("0.42", "0.3337") if target == "yade" else ("0.36", "0.3607")
+        assert f"ball-wall: weight: g t_c/v = {share} at 0.1 m/s with g = 9.81 m/s^2" in text
+        assert f"Warning: ball-wall: a body that falls on a plane at 0.1 m/s rebounds with eps = {epsilon} (" in text
         assert "Weight does not change eps when both bodies fall" in printed(
             "simulators", target, *MATERIAL, "--epsilon", "0.5", "--speed", "0.1"
         )
@@ -157,7 +157,7 @@ def test_files_say_what_weight_does(tmp_path):
     assert "unhappy-floor: weight: g t_c/v = 0.006 and 1.3 at 4.4 and 0.05 m/s" in scene
     assert "Warning: unhappy-floor: a body that falls" in scene
     centimetres = printed("simulators", "yade", EXAMPLES / "glass_beads.toml")  # in the units of the scene
-    assert "0.025 at 100 and 1 cm/s with g = 981 cm/s^2" in centimetres
+    assert "0.029 at 100 and 1 cm/s with g = 981 cm/s^2" in centimetres
 
 
 def test_files_for_a_body_that_falls():
