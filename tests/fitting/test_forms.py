@@ -116,6 +116,26 @@ READ = {
     ),
     "hauteur": ("hauteur (m);±\n1;0,01\n0,81;0,01\n0,64;0,01", *OF_HEIGHTS, "error of height: '±'"),
     "H and h": ("H (cm),h (cm)\n100,81\n81,64\n", *OF_HEIGHTS, "drop_height: 'H (cm)'; rebound_height: 'h (cm)'"),
+    "errors of H and h": (
+        "H (cm),h (cm),sigma_H (cm),sigma_h (cm)\n100,81,4,.1\n81,64,4,.1\n",
+        *OF_HEIGHTS,
+        "error of drop_height: 'sigma_H (cm)'; error of rebound_height: 'sigma_h (cm)'; not used: none",
+    ),
+    "ΔH and Δh": (
+        "h (cm),H (cm),ΔH (cm),Δh (cm)\n81,100,4,.1\n64,81,4,.1\n",
+        *OF_HEIGHTS,
+        "error of drop_height: 'ΔH (cm)'; error of rebound_height: 'Δh (cm)'; not used: none",
+    ),
+    "an error of h only": (
+        "H,h,sigma_h\n1,.81,.1\n.81,.64,.1\n",
+        *OF_HEIGHTS,
+        "error of rebound_height: 'sigma_h'; not",
+    ),
+    "an error of h1 and h2": (
+        "H,h1,h2,sigma_h\n1,.81,.64,.1\n",
+        *OF_HEIGHTS,
+        "heights: 'h1', 'h2' in m (plain numbers); error of heights: 'sigma_h'; not used: none",
+    ),
     "Drop and Rebound": ("Drop (cm),Rebound (cm)\n100,81\n81,64\n", *OF_HEIGHTS, "drop_height: 'Drop (cm)'"),
     "H0 to H2": (
         "drop,H0 (cm),H1 (cm),H2 (cm)\n1,100,81,64\n",
@@ -234,6 +254,18 @@ REFUSED = {
     "an error is missing": ("v,e,±\n1,.9,.1\n2,.85,\n", "line 3: sigma_epsilon is '': expected a number >= 0"),
     "nothing": ("a,b\n1,2\n", "columns are 'a', 'b': expected .* --column NAME=HEADER .* --unit NAME=UNIT"),
     "falls": ("Height (m),Fall time (s)\n.8,.4\n.6,.35\n.4,.28\n", "'Fall time .s.' is not read beside 'Height .m.'"),
+    **{
+        f"{names} beside eps": (f"{names}\n.5,.9,.1\n.4,.89,.1\n.3,.88,.1\n", "the column '[eE]' is not read beside")
+        for names in ("H (m),e,u", "height (m),e,±", "t (s),e,n", "H,E,n", "T,E,n")
+    },
+    "two errors of eps": (
+        "v,e,sigma_e,u(e)\n1,.9,.1,.2\n2,.8,.1,.2\n",
+        "'sigma_e' .column 3. and 'u.e.' .column 4. are both errors of epsilon: expected --column sigma_epsilon=NUMBER",
+    ),
+    "an error of two heights": (
+        "Drop (cm),Rebound (cm),sigma height\n100,81,.1\n90,72,.1\n",
+        "'sigma height' are of drop_height or of rebound_height: expected --column sigma_drop_height='sigma height' or",
+    ),
     "two tables": (f"t (s),y (m)\n{TRACK}\nv,e,sigma_e\n1,.9,.1\n", "line 27: 3 cells under 2 names"),
     "a sound track": ("time (s),amplitude\n" + TRACK.replace(".04,", ".041,"), "evenly spaced, as in a recording"),
     "an energy": ("t,v,e\n" + "".join(f"{row},.5\n" for row in TRACK.split("\n")), "evenly spaced, as in a recording"),
@@ -263,6 +295,37 @@ def test_options_lead_out_of_refusals():
     assert recorded(REFUSED["no unit of a speed"][0], units={"speed": "cm/s"}).points.speed == pytest.approx(
         [0.01, 0.02, 0.03]
     )
+
+
+THREE = "1,.9,.1,.2\n2,.85,.1,.2\n3,.8,.1,.2\n"
+
+# The text, columns by option, and what is said.
+CHOSEN = {
+    "an error by option, the other by its name": (
+        f"v (m/s),e,sv,sigma_e\n{THREE}",
+        {"sigma_speed": "sv"},
+        "error of speed: 'sv'; error of epsilon: 'sigma_e'; not used: none",
+    ),
+    "one of two errors": (f"v,e,sigma_e,u(e)\n{THREE}", {"sigma_epsilon": "4"}, "epsilon: 'u(e)'; not used: 'sigma_e'"),
+    "SD and SEM": (f"v,e,SD,SEM\n{THREE}", {"sigma_epsilon": "SEM"}, "error of epsilon: 'SEM'; not used: 'SD'"),
+    "no error": (f"v,e,sigma_e,n\n{THREE}", {"sigma_epsilon": "-"}, "epsilon: 'e'; not used: 'sigma_e', 'n'"),
+    "± of a column that is not read": (
+        "height (m),e,±\n1,.9,.1\n.81,.89,.1\n.64,.88,.1\n",
+        {"epsilon": "-"},
+        "height: 'height (m)'; not used: 'e', '±'",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CHOSEN)
+def test_options_and_headers_together(case):
+    text, columns, shown = CHOSEN[case]
+    assert shown in " ".join(read_text(recorded(text, columns=columns)))
+
+
+def test_no_epsilon_by_option():
+    with pytest.raises(ValueError, match="the columns are 'v', 'e'"):
+        recorded(f"v,e\n{PAIRS}", columns={"epsilon": "-"})
 
 
 @pytest.mark.parametrize(

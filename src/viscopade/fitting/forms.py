@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -276,23 +276,58 @@ class SheetLayout:
         """Return the column of the standard errors of each column; raise ValueError if it may belong to several."""
         values = {i: name for name in self.form.measured for i in self.places[name]}
         found = {i: j for i, name in values.items() for j in self.places.get(f"sigma_{name}", ())}
-        alone = [*self.places.get("sigma", ())]
-        for j, head in enumerate(self.headers if not found and not alone else ()):
-            meant = {"epsilon" if name == self.form.epsilon else name for name in quantities(head.error_of or "")}
-            of = [i for i, name in values.items() if {name, *self.headers[i].quantities[:1]} & meant]
-            found |= dict.fromkeys(of[:1], j)
-            alone += [j] * (head.error_of == "")
+        # Options decide on the errors of their quantities; headers on those of the others.
+        left = {i: name for i, name in values.items() if f"sigma_{name}" not in self.places}
+        by_option, read = len(left) < len(values), {i for of in self.places.values() for i in of}
+        heads = {j: head for j, head in enumerate(self.headers) if j not in read and "sigma" not in self.places}
+        for j, head in heads.items():
+            of = [i for i in self._called(head.error_of) if i in left] if head.error_of else []
+            self._give(j, of, found, {left[i] for i in of})
         # One column of errors beside one quantity, or a column of errors to the right of each.
+        alone = [*self.places.get("sigma", ()), *(j for j, head in heads.items() if head.error_of == "")]
         for j in alone:
-            cell, measured = self.cells[j], self.form.measured
-            if len(measured) == len(alone) == 1:
-                found = dict.fromkeys(values, j) | found
-            elif j - 1 in values and (len(alone) > 1 or "±" in cell or "+/-" in cell):
-                found[j - 1] = j
-            else:
-                options = " or ".join(f"--column sigma_{name}={cell!r}" for name in measured)
-                raise ValueError(f"the errors {cell!r} are of {' or of '.join(measured)}: expected {options}")
+            beside_other = j - 1 not in values and j in heads and bool(self.headers[j - 1].quantities)
+            if len(self.form.measured) == len(alone) == 1 and not (beside_other and j):
+                found = dict.fromkeys(left, j) | found
+            elif j - 1 in values and (len(alone) > 1 or "±" in self.headers[j].name):
+                self._give(j, [j - 1] if j - 1 in left else [], found)
+            elif not (by_option or beside_other):
+                self._give(j, [], found, {*self.form.measured})
         return found
+
+    def _give(self, j: int, of: Sequence[int], found: dict[int, int], names: Collection[str] = ()) -> None:
+        """Add a column of errors to those that are found; raise ValueError if it is of several, or a second one."""
+        cell = self.cells[j]
+        if len(names) > 1:
+            names = [name for name in self.form.measured if name in names]
+            options = " or ".join(f"--column sigma_{name}={cell!r}" for name in names)
+            raise ValueError(f"the errors {cell!r} are of {' or of '.join(names)}: expected {options}")
+        for i in of:
+            if i in found:
+                name = next(name for name in self.form.measured if i in self.places[name])
+                shown = f"{self.cells[found[i]]!r} (column {found[i] + 1}) and {cell!r} (column {j + 1})"
+                raise ValueError(f"{shown} are both errors of {name}: expected --column sigma_{name}=NUMBER")
+            found[i] = j
+
+    def _called(self, target: str) -> list[int]:
+        """Return the columns for which the name of errors stands: of the same name, or else of the same quantity."""
+        heads = {i: head for i, head in enumerate(self.headers) if head.error_of is None}
+        for same in (_spelling, plain):  # H is not h, if there are both
+            # The errors of h are those of h1 and h2.
+            names = {i: {same(head.name), same(head.name.rstrip("0123456789"))} for i, head in heads.items()}
+            if of := [i for i in heads if same(target) in names[i]]:
+                return of
+        meant = {"epsilon" if name in ("e", self.form.epsilon) else name for name in quantities(target)}
+        values = {i: name for name in self.form.measured for i in self.places[name]}
+        every = "height" in meant and len(target) > 1  # of the drop and of the rebound
+        own = {i: {name, *self.headers[i].quantities[:1]} for i, name in values.items()}
+        lengths = {i for i, name in values.items() if every and measured_quantity(name).dimension == "length"}
+        return [i for i in values if own[i] & meant or i in lengths]
+
+
+def _spelling(name: str) -> str:
+    """Return a name as written, without separators."""
+    return "_".join(re.split(r"[\s_]+", name.translate(_MARKS).strip()))
 
 
 def places_of(cells: Sequence[str], text: str) -> tuple[int, ...]:
@@ -314,6 +349,7 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
     """
     headers = tuple(map(header, cells))
     omitted = {name for name, text in columns.items() if text == "-"}
+    omitted |= {"e", "energy"} if "epsilon" in omitted else set()
     chosen = {name: places_of(cells, text) for name, text in columns.items() if name not in {*omitted, *SERIES}}
     places: dict[str, tuple[int, ...]] = {}
     for i, head in enumerate(headers):
@@ -332,5 +368,6 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
             starts_at_0 = last in SERIES and headers[own[last][0]].quantities[0].endswith(" 0")
             if last not in SERIES or (len(own[last]) > 1 - len(first) and not (first and starts_at_0)):
                 used = {name: of for name, of in own.items() if name in form.names()}
+                used |= {name: () for name in omitted & form.names() if name.startswith("sigma")}
                 return SheetLayout(form, tuple(cell.strip() for cell in cells), headers, used)
     return None

@@ -467,11 +467,12 @@ class _Reader:
         name, read = self.form.needed[0], {i for places in self.layout.places.values() for i in places}
         alone = self.form.needed in (("height",), ("time",), ("interval",)) and name not in self.options.columns
         for i, head in enumerate(self.layout.headers if alone else ()):
-            rivals = {*head.quantities} & {"speed", "speed_out", "epsilon"}
+            rivals = {*head.quantities} & {"speed", "speed_out", "epsilon", "e", "energy"}
             if name == "height":  # of several falls, perhaps, if anything else was measured beside it
-                rivals = {*head.quantities} - {"height", "position", "drop_height", "drop", "frame", "energy", "e"}
+                rivals = {*head.quantities} - {"height", "position", "drop_height", "drop", "frame"}
                 rivals |= {each for each in ("length", "time", "speed") if head.unit and unit_in_si(head.unit, each)}
-            omitted = any(self.options.columns.get(each) == "-" for each in head.quantities)
+            eps = ["epsilon"] if {"e", "energy"} & {*head.quantities} else []
+            omitted = any(self.options.columns.get(each) == "-" for each in (*head.quantities, *eps))
             if rivals and i not in read and not omitted and head.error_of is None:
                 cell, own = self.layout.cells[i], self.layout.cells[self.layout.places[name][0]]
                 text = f"--column NAME={i + 1} with its quantity, or --column {name}={own!r} for the {name} alone"
