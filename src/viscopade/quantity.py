@@ -39,6 +39,10 @@ DIMENSIONS = {
 """SI unit of each dimension, and another common unit."""
 
 
+PIXELS = ("px", "pixel", "pixels")
+"""No units of length: Pint has a pixel of a fixed length."""
+
+
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry[Any]:
     with warnings.catch_warnings():
@@ -140,8 +144,7 @@ def unit_in_si(unit: str, dimension: str) -> tuple[str, float] | None:
         return (name, 0.01 if name == "%" else 1.0) if name in ("%", "-", "1") else None
     if dimension == "speed" and (match := _PER_SECOND.fullmatch(name)):
         name = f"{match[1]}/s"
-    # Pint has a pixel of a fixed length.
-    tried = () if name.lower() in ("px", "pixel", "pixels") else (name, name.lower())
+    tried = () if name.lower() in PIXELS else (name, name.lower())
     return next(((each, size) for each in tried if (size := _in_si(f"1 {each}", DIMENSIONS[dimension][0]))), None)
 
 

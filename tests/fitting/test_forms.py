@@ -232,6 +232,10 @@ REFUSED = {
     ),
     "c is no unit": (f"v_c,e\n{PAIRS}", "the columns are 'v_c', 'e'"),
     "a length": (f"v_cm,e\n{PAIRS}", "'v_cm': the unit of speed is 'cm': expected m/s or cm/s, or --unit speed=UNIT"),
+    "km/h without a sign": (
+        f"v_kmh,e\n{PAIRS}",
+        "'v_kmh': the unit of speed is 'kmh': expected m/s or cm/s, or --unit",
+    ),
     "pixels": (f"t (s),y (px)\n{TRACK}", "unit of position is 'px': .* --length-per-unit"),
     "two units": (f"v (m/s),e\ncm/s,-\n{PAIRS}", "the units 'm/s' in its header and 'cm/s' in the row below"),
     "commas and points": (
@@ -315,6 +319,27 @@ CHOSEN = {
         "height: 'height (m)'; not used: 'e', '±'",
     ),
 }
+
+
+W = "10,.93\n20,.92\n30,.9\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [(f"w{end}", 0.01) for end in ("_cm_s", " cm/s", " in cm/s", " / cm s^-1", "..cm.s.", "_slow_cm_s", " (cm/s)")]
+    + [("w km/h", 1 / 3.6), ("w_m_s", 1), ("w_measured", 1), ("w", 1), ("my_speed", 1)],
+)
+def test_units_of_columns_by_option(name, unit):
+    found = recorded(f'"{name}";q\n{W}'.replace(",", ";"), columns={"speed": "1", "epsilon": "q"}).points
+    assert found.speed == pytest.approx([10 * unit, 20 * unit, 30 * unit])
+
+
+@pytest.mark.parametrize("unit", ["kmh", "km_h", "ft_s", "px", "cm", "s", "GPa"])
+def test_a_unit_of_something_else_needs_an_option(unit):
+    text, columns = f"w_{unit},q\n{W}", {"speed": f"w_{unit}", "epsilon": "q"}
+    with pytest.raises(ValueError, match=f"the unit of speed is '{unit}': expected .*--unit speed=UNIT"):
+        recorded(text, columns=columns)
+    assert recorded(text, columns=columns, units={"speed": "cm/s"}).points.speed == pytest.approx([0.1, 0.2, 0.3])
 
 
 @pytest.mark.parametrize("case", CHOSEN)

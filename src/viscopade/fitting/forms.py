@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
+from viscopade.quantity import DIMENSIONS, PIXELS, unit_in_si
+
 
 class MeasuredQuantity(NamedTuple):
     """A quantity that a column may have.
@@ -138,8 +140,11 @@ _SEPARATOR = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_]+")
 # Units that may follow a name after a blank or _; other ends, such as c and a, may mean something else.
 _COMMON = re.compile(
     r"[kcmuµn]?m|[muµn]?s|sec|in|inch|ft|(?:milli|centi)?met(?:er|re)s?|(?:milli)?seconds?|%|[kcm]?m.*s.*"
+    r"|km[\s_/]?p?h|[mk]ph|fps|(?:ft|in)[\s_/].*s"
 )
+_SEPARATORS = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_.]+")  # also "v..cm.s." of R
 _LONGEST = 200  # characters of a header
+_LONG_WORD = 4  # "measured" is no unit, "cms" is one
 
 _NAMES: dict[str, tuple[str, ...]] = {}
 
@@ -224,6 +229,23 @@ def header(text: str) -> Header:
         if ends_in_unit and (found or error is not None):
             return Header(name, end, found, None if found else error)
     return Header(text)
+
+
+@lru_cache(maxsize=4096)
+def _chosen(head: Header, dimension: str) -> Header:
+    """Return the header of a column that an option names for a quantity: its end may be a unit, after any name."""
+    ends = [] if head.unit or head.quantities or head.error_of is not None else [*_SEPARATORS.finditer(head.name)]
+    ends = ends if len(head.name) <= _LONGEST else []
+    parts = [(head.name[: sign.start()], sign[0], head.name[sign.end() :].strip(" ._")) for sign in ends]
+    for name, _, end in parts:
+        if name and unit_in_si(end, dimension) and (len(end) > 1 or _COMMON.fullmatch(end)):  # a and c are units, too
+            return Header(name, end)
+    for name, sign, end in parts if dimension in DIMENSIONS else ():  # a unit of something else is refused later
+        other = end.lower() in PIXELS or (len(end) > 1 and any(unit_in_si(end, each) for each in DIMENSIONS))
+        common = _COMMON.fullmatch(end) and not (end.isalpha() and len(end) > _LONG_WORD)
+        if name and (sign.strip(" _.") or other or common) and not quantities(end):
+            return Header(name, end)
+    return head
 
 
 def _error_of(name: str) -> str | None:
@@ -351,6 +373,8 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
     omitted = {name for name, text in columns.items() if text == "-"}
     omitted |= {"e", "energy"} if "epsilon" in omitted else set()
     chosen = {name: places_of(cells, text) for name, text in columns.items() if name not in {*omitted, *SERIES}}
+    dimensions = {i: measured_quantity(name).dimension for name, of in chosen.items() if name != "sigma" for i in of}
+    headers = tuple(_chosen(head, dimensions[i]) if i in dimensions else head for i, head in enumerate(headers))
     places: dict[str, tuple[int, ...]] = {}
     for i, head in enumerate(headers):
         taken = omitted & {*head.quantities} or any(i in of for of in chosen.values())
