@@ -1,5 +1,6 @@
 """Every form of a recording is a row: a small file, what is read, and what is said, by plain arithmetic."""
 
+import time
 from itertools import pairwise
 from pathlib import Path
 
@@ -38,6 +39,7 @@ def ratios(*times):
 
 
 V, E = [1, 2, 3], [0.9, 0.85, 0.8]
+PAIRS_AND_ERRORS = "1;.9;.01\n2;.85;.02\n3;.8;.03\n"
 PAIRS = "1,0.9\n2,0.85\n3,0.8\n"
 CM = "100,0.9\n200,0.85\n300,0.8\n"
 T = [0.25, 1.25, 2.15, 2.95]  # flights of 1, 0.9 and 0.8 s
@@ -319,6 +321,73 @@ CHOSEN = {
         "height: 'height (m)'; not used: 'e', '±'",
     ),
 }
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["+-", "COR err.", "s_eps", "σ_e", "δe", "∆e", "Fehler von e", "de (1)", "s(e)", "e std. dev.", "u_e", "seps",
+     "Ecart-type e", "error of coefficient of restitution", "standard error of e", "Messunsicherheit Stoßzahl"],
+)  # fmt: skip
+@pytest.mark.parametrize("epsilon", ["e", "COR"])
+def test_errors_of_eps_by_their_name(epsilon, name):
+    found = recorded(f"v (m/s);{epsilon};{name}\n{PAIRS_AND_ERRORS}")
+    assert found.points.standard_errors == pytest.approx([0.01, 0.02, 0.03])
+    assert not found.warnings
+
+
+@pytest.mark.parametrize("name", ["dv (mm/s)", "dv_mm_s", "dv in mm/s", "sv / mm s^-1", "Δv (mm/s)", "s_v (mm/s)"])
+def test_errors_of_speeds_by_their_name(name):
+    found = recorded(f"v (m/s);{name};COR\n1;20;.9\n2;10;.8\n")
+    assert "error of speed: " + repr(name) in read_text(found)[0]
+    assert np.linalg.norm(found.points.speed_errors.toarray(), axis=1) == pytest.approx([0.02, 0.01])
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["SEM", "SE", "std dev", "std. dev.", "Std.", "s.d.", "uncert.", "Standardabweichung", "Messunsicherheit",
+     "écart-type", "Ecart type", "standard error of the mean", "error bars", "incertitude"],
+)  # fmt: skip
+def test_errors_of_speed_or_eps(name):
+    text = f"v (m/s);e;{name}\n{PAIRS_AND_ERRORS}"
+    with pytest.raises(ValueError, match=f"--column sigma_speed={name!r} or --column sigma_epsilon={name!r}"):
+        recorded(text)
+    found = recorded(text, columns={"sigma_epsilon": name}).points
+    assert found.standard_errors == pytest.approx([0.01, 0.02, 0.03])
+
+
+# The headers beside speed and eps, and the option for each column of numbers that is not used.
+UNUSED = {
+    "v,e,x": ["x' is not used: --column sigma_epsilon='x' if it is an error"],
+    "v,e,sigma_e,x": ["x' is not used: --column sigma_speed='x' if it is an error"],
+    "v,e,2 sigma,x": ["--column sigma_epsilon='2 sigma' if", "--column sigma_epsilon='x' if"],
+    "v,e,x,x": ["--column sigma_epsilon=3 if", "--column sigma_epsilon=4 if"],
+    "v,e,,": ["the column 3 is not used: --column sigma_epsilon=3 if", "the column 4 is"],
+    "v_in,v_out,x": ["--column sigma_speed_out='x' if"],
+    "v,e,t (s)": [],
+    "v,e,sv,sigma_e": [],
+}
+
+
+@pytest.mark.parametrize("header", UNUSED)
+def test_columns_of_numbers_that_are_not_used(header):
+    columns, expected = header.count(",") + 1, UNUSED[header]
+    rows = [["1", ".9", ".1", ".2"], ["2", "1.2", ".1", ".2"], ["3", "1.5", ".1", ".2"]]
+    found = recorded("\n".join([header, *(",".join(row[:columns]) for row in rows)]))
+    assert len(found.warnings) == len(expected)
+    assert all(part in warning for part, warning in zip(expected, found.warnings, strict=True))
+
+
+def test_numbers_of_rows_and_texts_are_no_errors():
+    assert not recorded("Nr.,v,e,by\n4,1,.9,A\n5,2,.8,B\n6,3,.7,A\n").warnings
+
+
+def test_long_headers_take_no_time():
+    cells = ["t " * 11, "v_" * 11, "t " * 95, "v_" * 35, "sigma v in m/s a "]
+    rows = [",".join(f"{cells[i % len(cells)]}{i}{j}" for j in range(300)) for i in range(100)]
+    begin = time.perf_counter()
+    with pytest.raises(ValueError, match="the columns are"):
+        recorded("\n".join([*rows, ",".join("1" * 300)]), columns={"speed": "1"})
+    assert time.perf_counter() - begin < 20
 
 
 W = "10,.93\n20,.92\n30,.9\n"

@@ -126,13 +126,42 @@ OPTIONS = tuple(dict.fromkeys(name for form in FORMS for name in sorted(form.nam
 """Names of quantities in options."""
 
 _ERROR_WORDS = {
-    *("±", "sigma", "delta", "sd", "std", "stdev", "deviation", "se", "err", "error", "uncertainty", "d", "u"),
-    *("fehler", "unsicherheit", "incertitude", "incertidumbre", "incertezza", "erreur", "errore"),
+    *("±", "sigma", "delta", "sd", "std", "stdev", "stddev", "dev", "deviation", "se", "sem", "stderr", "d", "u", "s"),
+    *("err", "error", "errors", "unc", "uncert", "uncertainty", "uncertainties", "standardabweichung", "abweichung"),
+    *(
+        "fehler",
+        "standardfehler",
+        "messfehler",
+        "unsicherheit",
+        "messunsicherheit",
+        "standardunsicherheit",
+        "ecart",
+        "ecarttype",
+    ),
+    *("incertitude", "incertidumbre", "incertezza", "erreur", "errore", "desviacion", "deviazione"),
 }
-"""Words for a standard error, alone beside a quantity or with its name; d and u only with its name."""
+"""Words for a standard error, alone beside a quantity or with its name; d, u and s only before its name."""
 
-_FILLERS = {"of", "in", "on", "the", "der", "des", "von", "de", "di", "standard"}
-_MARKS = str.maketrans({"ε": " epsilon ", "σ": " sigma ", "Δ": " delta ", "δ": " delta ", "±": " ± "})
+_FILLERS = {
+    "of",
+    "in",
+    "on",
+    "the",
+    "der",
+    "des",
+    "von",
+    "de",
+    "di",
+    "standard",
+    "estandar",
+    "type",
+    "mean",
+    "bar",
+    "bars",
+}
+_MARKS = str.maketrans(
+    {"ε": " epsilon ", "σ": " sigma ", "Δ": " delta ", "δ": " delta ", "∆": " delta ", "±": " ± ", "ϵ": " epsilon "}
+)
 # "Latest: Time (s)" of Logger Pro, "Time (s) Run #1" of Capstone.
 _DATA_SET = re.compile(r"^[^:]*:|(?<=.)\s+Run\s*#?[0-9]+$")
 _BRACKETS = re.compile(r"(.+?)[\s/_,]*[(\[]([^()\[\]]*)[)\]]")
@@ -143,7 +172,8 @@ _COMMON = re.compile(
     r"|km[\s_/]?p?h|[mk]ph|fps|(?:ft|in)[\s_/].*s"
 )
 _SEPARATORS = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_.]+")  # also "v..cm.s." of R
-_LONGEST = 200  # characters of a header
+_JOINED = re.compile(r"^(?!se(?![^\W_]))(d|s|u)(v|e|eps|cor|h|y)(?![^\W_])", re.I)  # dv is an error of v; se of any
+_LONGEST, _MOST_WORDS = 80, 12  # characters and words of a header
 _LONG_WORD = 4  # "measured" is no unit, "cms" is one
 
 _NAMES: dict[str, tuple[str, ...]] = {}
@@ -206,14 +236,11 @@ class Header(NamedTuple):
 @lru_cache(maxsize=4096)
 def header(text: str) -> Header:
     """Take a header apart; the unit is in brackets, or after /, a comma, "in", a blank or _."""
-    if len(text) > _LONGEST or not any(letter.isalpha() or letter in "±/" for letter in text):
+    text = text.replace("+/-", "±").replace("+-", "±")
+    words = len(text) <= _LONGEST and len(_SEPARATORS.findall(text)) < _MOST_WORDS
+    if not words or not any(letter.isalpha() or letter in "±/" for letter in text):
         return Header(text)
-    text = re.sub(
-        "^d(v|e|eps|cor|h|y)$",
-        r"d \1",
-        _DATA_SET.sub("", " ".join(text.split())).replace("+/-", "±").strip(),
-        flags=re.I,
-    )
+    text = _DATA_SET.sub("", " ".join(text.split())).strip()
     if (match := _BRACKETS.fullmatch(text)) and not _error_of(f"{match[1]} {match[2]}"):
         name, unit = match[1], match[2].strip()
         if symbol := _common(name, unit):
@@ -224,10 +251,10 @@ def header(text: str) -> Header:
         return Header(text, "", found, None if found else error)
     for separator in reversed(list(_SEPARATOR.finditer(text))):
         name, end = text[: separator.start()], text[separator.end() :]
-        found, error = quantities(name), _error_of(name)
-        ends_in_unit = not quantities(end) and bool(separator[0].strip(" _") or _COMMON.fullmatch(end))
-        if ends_in_unit and (found or error is not None):
-            return Header(name, end, found, None if found else error)
+        if (separator[0].strip(" _") or _COMMON.fullmatch(end)) and not quantities(end):
+            found, error = quantities(name), _error_of(name)
+            if found or error is not None:
+                return Header(name, end, found, None if found else error)
     return Header(text)
 
 
@@ -235,7 +262,7 @@ def header(text: str) -> Header:
 def _chosen(head: Header, dimension: str) -> Header:
     """Return the header of a column that an option names for a quantity: its end may be a unit, after any name."""
     ends = [] if head.unit or head.quantities or head.error_of is not None else [*_SEPARATORS.finditer(head.name)]
-    ends = ends if len(head.name) <= _LONGEST else []
+    ends = ends if len(head.name) <= _LONGEST and len(ends) < _MOST_WORDS else []
     parts = [(head.name[: sign.start()], sign[0], head.name[sign.end() :].strip(" ._")) for sign in ends]
     for name, _, end in parts:
         if name and unit_in_si(end, dimension) and (len(end) > 1 or _COMMON.fullmatch(end)):  # a and c are units, too
@@ -250,14 +277,16 @@ def _chosen(head: Header, dimension: str) -> Header:
 
 def _error_of(name: str) -> str | None:
     """Return the name of the quantity whose errors a name stands for: "v" for "sigma_v"; None if it is no error."""
-    words = [word for word in re.split(r"[\s_()]+", name.translate(_MARKS)) if word and word.casefold() not in _FILLERS]
-    is_error = [word.casefold() in _ERROR_WORDS for word in words]
-    first = next((k for k, error in enumerate(is_error) if not error), len(words))
-    last = len(words) if first else max((k for k, error in enumerate(is_error, 1) if not error), default=0)
-    if first == len(words):
-        return "" if any(len(word) > 1 or word == "±" for word in words) else None
-    target = " ".join(words[first:last])
-    return target if last - first < len(words) and quantities(target) else None
+    words = [word for word in re.split(r"[\s_()]+", _JOINED.sub(r"\1 \2", name).translate(_MARKS)) if word]
+    keys = [plain(word).replace("_", "") for word in words]  # "std.", "écart-type"
+    is_error = [key in _ERROR_WORDS and (k == 0 or key != "s") for k, key in enumerate(keys)]
+    inner = [k for k, key in enumerate(keys) if not is_error[k] and key not in _FILLERS]
+    if not inner:  # d, u and s need a name
+        alone = any(error and (len(key) > 1 or key == "±") for error, key in zip(is_error, keys, strict=True))
+        return "" if alone else None
+    target = " ".join(words[inner[0] : inner[-1] + 1])
+    outside = is_error[: inner[0]] + is_error[inner[-1] + 1 :]
+    return target if any(outside) and quantities(target) else None
 
 
 @dataclass(frozen=True)

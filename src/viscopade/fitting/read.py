@@ -478,6 +478,22 @@ class _Reader:
                 text = f"--column NAME={i + 1} with its quantity, or --column {name}={own!r} for the {name} alone"
                 raise ValueError(f"the column {cell!r} is not read beside {own!r}: expected {text}")
 
+    def warn_of_unused(self) -> None:
+        """Add a warning for each column of numbers that is not read, if it may have errors."""
+        used = {i for places in self.layout.places.values() for i in places} | {*self.errors.values()}
+        bare = [
+            name for name in self.form.measured
+            if f"sigma_{name}" not in self.layout.places and self.layout.places[name][0] not in self.errors
+        ]  # fmt: skip
+        for i, head in enumerate(self.layout.headers if bare else ()):
+            values = np.array([self._number(cell) for row in self.rows if (cell := cell_of(row, i)) != ""])
+            counts = len(values) > 1 and (np.diff(values) == 1).all()  # numbers of rows
+            if i not in used and not head.quantities and len(values) and np.isfinite(values).all() and not counts:
+                cell = self.layout.cells[i]
+                column = repr(cell) if cell and self.layout.cells.count(cell) == 1 else f"{i + 1}"
+                option = f"--column sigma_{bare[-1]}={column} if it is an error"
+                self.warnings.append(f"the column {cell or i + 1!r} is not used: {option}")
+
     # --- drops --------------------------------------------------------------------------------------------------------
 
     def drops(self) -> list[list[int]]:
@@ -529,6 +545,7 @@ def _speeds(reader: _Reader) -> Points:
     if "epsilon" in reader.form.needed and reader.options.resolution is not None:
         raise ValueError("--resolution is for instants, heights or speeds: expected a column sigma_epsilon")
     speed, (after,) = reader.columns("speed")[0], reader.columns(reader.form.needed[1])
+    reader.warn_of_unused()
     if "speed_out" in reader.form.needed:
         sigma = after.sigma if after.sigma.any() else speed.sigma
         return bounces.of_speeds(speed.values, after.values, sigma=speed.sigma, sigma_after=sigma, labels=reader.labels)
