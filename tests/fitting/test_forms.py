@@ -264,6 +264,16 @@ REFUSED = {
         f"{names} beside eps": (f"{names}\n.5,.9,.1\n.4,.89,.1\n.3,.88,.1\n", "the column '[eE]' is not read beside")
         for names in ("H (m),e,u", "height (m),e,±", "t (s),e,n", "H,E,n", "T,E,n")
     },
+    "a unit of h only": (
+        "H,h (cm)\n100,81\n81,64\n",
+        "'h .cm.' is in cm, but 'H' has no unit: expected one, such as --unit drop_height=cm",
+    ),
+    "a unit of h0 only": ("h0 (cm),h1,h2\n100,81,64\n", "'h1' has no unit: expected one, such as --unit heights=cm"),
+    "a unit of one speed": ("v_in (cm/s),v_out\n100,81\n90,70\n", "'v_out' has no unit: .*--unit speed_out=cm/s"),
+    "fractions in percent": (
+        f"v,e (%)\n{PAIRS}",
+        "'e .%.': all numbers are 0.9 % or less: is the unit right. Expected numbers such as 90, or a header without %",
+    ),
     "two errors of eps": (
         "v,e,sigma_e,u(e)\n1,.9,.1,.2\n2,.8,.1,.2\n",
         "'sigma_e' .column 3. and 'u.e.' .column 4. are both errors of epsilon: expected --column sigma_epsilon=NUMBER",
@@ -297,6 +307,8 @@ def test_options_lead_out_of_refusals():
     assert found.epsilon == pytest.approx([0.6**0.5, 0.625**0.5, (2 / 3) ** 0.5])
     sigma = REFUSED["one sigma beside two quantities"][0].replace("0.9\n", "0.9,.1\n").replace("0.8\n", "0.8,.1\n")
     assert recorded(sigma, columns={"sigma_epsilon": "sigma"}).points.standard_errors == pytest.approx([0.1] * 3)
+    for case, units in (("a unit of h only", {"drop_height": "cm"}), ("a unit of h0 only", {"heights": "cm"})):
+        assert recorded(REFUSED[case][0], units=units).points.epsilon[0] == pytest.approx(0.9)
     assert recorded(REFUSED["fast"][0], units={"speed": "m/s"}).points.speed.tolist() == [100, 200, 300]
     assert recorded(REFUSED["no unit of a speed"][0], units={"speed": "cm/s"}).points.speed == pytest.approx(
         [0.01, 0.02, 0.03]

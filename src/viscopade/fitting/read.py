@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
-from itertools import chain
+from itertools import chain, product
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
@@ -339,6 +339,10 @@ class _Reader:
             sigma = self._numbers(j, f"sigma_{name}") * error_size
             if (missing := np.isfinite(values) & np.isnan(sigma)).any():
                 raise ValueError(f"{self.labels[int(np.argmax(missing))]}: sigma_{name} is '': expected a number >= 0")
+        # Cells of a spreadsheet that show 90 % have the number 0.9.
+        if unit == "%" and name == "epsilon" and len(values) and (values <= 1).all():
+            text = f"all numbers are {values.max():g} % or less: is the unit right?"
+            raise ValueError(f"{self.layout.cells[i]!r}: {text} Expected numbers such as 90, or a header without %")
         return _Column(values * size, unit, origin, sigma)
 
     def _numbers(self, i: int, name: str) -> FloatArray:
@@ -441,6 +445,7 @@ class _Reader:
             raise bounces.TooFew("there are no rows with data")
         self._refuse_surplus_cells()
         self._refuse_second_reading()
+        self._refuse_missing_units()
         points = _POINTS[form.kind](self)
         # The flights of a track tell whether its units are right.
         fastest = FASTEST if {*options.units} & {*form.needed} or form.kind == "positions" else FAST
@@ -477,6 +482,18 @@ class _Reader:
                 cell, own = self.layout.cells[i], self.layout.cells[self.layout.places[name][0]]
                 text = f"--column NAME={i + 1} with its quantity, or --column {name}={own!r} for the {name} alone"
                 raise ValueError(f"the column {cell!r} is not read beside {own!r}: expected {text}")
+
+    def _refuse_missing_units(self) -> None:
+        """Raise ValueError if one of two columns of the same dimension has a unit, and the other none."""
+        places = [
+            (i, name) for name in (*self.form.needed, *self.form.optional) for i in self.layout.places.get(name, ())
+        ]
+        units = [(i, name, unit) for i, name in places if (unit := self._unit(i, name)) and unit[1] != 1]
+        bare = [(i, name) for i, name in places if self._unit(i, name) is None]  # in SI units
+        for (i, name, unit), (j, other) in product(units, bare):
+            if forms.measured_quantity(name).dimension == forms.measured_quantity(other).dimension in DIMENSIONS:
+                text = f"{self.layout.cells[i]!r} is in {unit[0]}, but {self.layout.cells[j]!r} has no unit"
+                raise ValueError(f"{text}: expected one, such as --unit {other}={unit[0]}")
 
     def warn_of_unused(self) -> None:
         """Add a warning for each column of numbers that is not read, if it may have errors."""
