@@ -261,7 +261,10 @@ REFUSED = {
     "nothing": ("a,b\n1,2\n", "columns are 'a', 'b': expected .* --column NAME=HEADER .* --unit NAME=UNIT"),
     "falls": ("Height (m),Fall time (s)\n.8,.4\n.6,.35\n.4,.28\n", "'Fall time .s.' is not read beside 'Height .m.'"),
     **{
-        f"{names} beside eps": (f"{names}\n.5,.9,.1\n.4,.89,.1\n.3,.88,.1\n", "the column '[eE]' is not read beside")
+        f"{names} beside eps": (
+            f"{names}\n.5,.9,.1\n.4,.89,.1\n.3,.88,.1\n",
+            "the column '[eE]' is not read beside .* a column speed",
+        )
         for names in ("H (m),e,u", "height (m),e,±", "t (s),e,n", "H,E,n", "T,E,n")
     },
     "a unit of h only": (
@@ -327,6 +330,13 @@ CHOSEN = {
     "one of two errors": (f"v,e,sigma_e,u(e)\n{THREE}", {"sigma_epsilon": "4"}, "epsilon: 'u(e)'; not used: 'sigma_e'"),
     "SD and SEM": (f"v,e,SD,SEM\n{THREE}", {"sigma_epsilon": "SEM"}, "error of epsilon: 'SEM'; not used: 'SD'"),
     "no error": (f"v,e,sigma_e,n\n{THREE}", {"sigma_epsilon": "-"}, "epsilon: 'e'; not used: 'sigma_e', 'n'"),
+    "± of the other": (
+        "v,±,e,±\n1,.1,.9,.2\n2,.1,.8,.2\n",
+        {"sigma_epsilon": "4"},
+        "of speed: '±'; error of epsilon: '±'",
+    ),
+    "v is not read": (f"v,e,w,sigma_v\n{THREE}", {"speed": "w"}, "epsilon: 'e'; not used: 'v', 'sigma_v'"),
+    "V is not v": (f"v,e,V,sigma_V\n{THREE}", {"speed": "v"}, "epsilon: 'e'; not used: 'V', 'sigma_V'"),
     "± of a column that is not read": (
         "height (m),e,±\n1,.9,.1\n.81,.89,.1\n.64,.88,.1\n",
         {"epsilon": "-"},
@@ -427,6 +437,11 @@ def test_a_unit_of_something_else_needs_an_option(unit):
 def test_options_and_headers_together(case):
     text, columns, shown = CHOSEN[case]
     assert shown in " ".join(read_text(recorded(text, columns=columns)))
+
+
+def test_two_columns_of_the_same_name_by_option():
+    with pytest.raises(ValueError, match="are both sigma_speed: expected one; choose with --column sigma_speed=NUMBER"):
+        recorded("v,±,e,±\n1,.1,.9,.2\n2,.1,.8,.2\n", columns={"sigma_speed": "±"})
 
 
 def test_no_epsilon_by_option():

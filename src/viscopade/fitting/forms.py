@@ -172,7 +172,7 @@ _COMMON = re.compile(
     r"|km[\s_/]?p?h|[mk]ph|fps|(?:ft|in)[\s_/].*s"
 )
 _SEPARATORS = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_.]+")  # also "v..cm.s." of R
-_JOINED = re.compile(r"^(?!se(?![^\W_]))(d|s|u)(v|e|eps|cor|h|y)(?![^\W_])", re.I)  # dv is an error of v; se of any
+_JOINED = re.compile(r"^(d|u(?![hy])|s(?![hy]|e(?![a-z])))(v|e|eps|cor|h|y)(?![^\W_])", re.I)  # dv is of v, se of any
 _LONGEST, _MOST_WORDS = 80, 12  # characters and words of a header
 _LONG_WORD = 4  # "measured" is no unit, "cms" is one
 
@@ -315,10 +315,10 @@ class SheetLayout:
     def columns(self, name: str) -> tuple[int, ...]:
         """Return the columns of a quantity; raise ValueError if two have it, or a number of a series is missing."""
         places = self.places[name]
-        shown = " and ".join(f"{self.cells[i]!r} (column {i + 1})" for i in places)
-        if name in QUANTITIES and len(places) > 1:
-            raise ValueError(f"{shown} are both {name}: expected one; choose with --column {name}=NUMBER")
         numbers = [int(self.headers[i].quantities[0].split()[1]) for i in places if name in SERIES]
+        shown = " and ".join(f"{self.cells[i]!r} (column {i + 1})" for i in places)
+        if name not in SERIES and len(places) > 1:
+            raise ValueError(f"{shown} are both {name}: expected one; choose with --column {name}=NUMBER")
         if numbers and numbers != [*range(numbers[0], numbers[0] + len(numbers))]:
             raise ValueError(f"the columns {shown} are no series: expected successive numbers")
         return places
@@ -326,9 +326,10 @@ class SheetLayout:
     def errors(self) -> dict[int, int]:
         """Return the column of the standard errors of each column; raise ValueError if it may belong to several."""
         values = {i: name for name in self.form.measured for i in self.places[name]}
-        found = {i: j for i, name in values.items() for j in self.places.get(f"sigma_{name}", ())}
+        chosen = {name: self.columns(f"sigma_{name}") for name in {*values.values()} if f"sigma_{name}" in self.places}
+        found = {i: j for i, name in values.items() for j in chosen.get(name, ())}
         # Options decide on the errors of their quantities; headers on those of the others.
-        left = {i: name for i, name in values.items() if f"sigma_{name}" not in self.places}
+        left = {i: name for i, name in values.items() if name not in chosen}
         by_option, read = len(left) < len(values), {i for of in self.places.values() for i in of}
         heads = {j: head for j, head in enumerate(self.headers) if j not in read and "sigma" not in self.places}
         for j, head in heads.items():

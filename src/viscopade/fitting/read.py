@@ -480,8 +480,10 @@ class _Reader:
             omitted = any(self.options.columns.get(each) == "-" for each in (*head.quantities, *eps))
             if rivals and i not in read and not omitted and head.error_of is None:
                 cell, own = self.layout.cells[i], self.layout.cells[self.layout.places[name][0]]
-                text = f"--column NAME={i + 1} with its quantity, or --column {name}={own!r} for the {name} alone"
-                raise ValueError(f"the column {cell!r} is not read beside {own!r}: expected {text}")
+                of_eps = rivals <= {"epsilon", "e", "energy"}
+                how = "a column speed, if it is eps" if of_eps else f"--column NAME={i + 1} with its quantity"
+                alone_too = f"or --column {name}={own!r} for the {name} alone"
+                raise ValueError(f"the column {cell!r} is not read beside {own!r}: expected {how}, {alone_too}")
 
     def _refuse_missing_units(self) -> None:
         """Raise ValueError if one of two columns of the same dimension has a unit, and the other none."""
