@@ -267,6 +267,11 @@ REFUSED = {
         )
         for names in ("H (m),e,u", "height (m),e,±", "t (s),e,n", "H,E,n", "T,E,n")
     },
+    "± of an unknown column": (
+        "height (cm),n,±\n100,5,1\n81,5,1\n64,5,1\n",
+        "the errors '±' are of height: expected --column sigma_height='±'",
+    ),
+    "a drop and H": ("drop,H (cm),h (cm)\n1,100,81\n2,81,64\n", "are both drop_height: expected one; choose with"),
     "a unit of h only": (
         "H,h (cm)\n100,81\n81,64\n",
         "'h .cm.' is in cm, but 'H' has no unit: expected one, such as --unit drop_height=cm",

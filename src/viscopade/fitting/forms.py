@@ -334,23 +334,26 @@ class SheetLayout:
         heads = {j: head for j, head in enumerate(self.headers) if j not in read and "sigma" not in self.places}
         for j, head in heads.items():
             of = [i for i in self._called(head.error_of) if i in left] if head.error_of else []
-            self._give(j, of, found, {left[i] for i in of})
+            names = {left[i] for i in of}
+            self._give(j, of, found, names if len(names) > 1 else ())
         # One column of errors beside one quantity, or a column of errors to the right of each.
         alone = [*self.places.get("sigma", ()), *(j for j, head in heads.items() if head.error_of == "")]
         for j in alone:
-            beside_other = j - 1 not in values and j in heads and bool(self.headers[j - 1].quantities)
-            if len(self.form.measured) == len(alone) == 1 and not (beside_other and j):
+            beside = "±" in self.headers[j].name  # of the column to its left
+            after = self.headers[j - 1] if j in heads and j > 0 and j - 1 not in values else Header("")
+            of_other, unknown = bool(after.quantities), bool(after.name) and beside
+            if len(self.form.measured) == len(alone) == 1 and not (of_other or unknown):
                 found = dict.fromkeys(left, j) | found
-            elif j - 1 in values and (len(alone) > 1 or "±" in self.headers[j].name):
+            elif j - 1 in values and (len(alone) > 1 or beside):
                 self._give(j, [j - 1] if j - 1 in left else [], found)
-            elif not (by_option or beside_other):
-                self._give(j, [], found, {*self.form.measured})
+            elif not (by_option or of_other):
+                self._give(j, [], found, self.form.measured)
         return found
 
     def _give(self, j: int, of: Sequence[int], found: dict[int, int], names: Collection[str] = ()) -> None:
         """Add a column of errors to those that are found; raise ValueError if it is of several, or a second one."""
         cell = self.cells[j]
-        if len(names) > 1:
+        if names:
             names = [name for name in self.form.measured if name in names]
             options = " or ".join(f"--column sigma_{name}={cell!r}" for name in names)
             raise ValueError(f"the errors {cell!r} are of {' or of '.join(names)}: expected {options}")

@@ -487,9 +487,8 @@ class _Reader:
 
     def _refuse_missing_units(self) -> None:
         """Raise ValueError if one of two columns of the same dimension has a unit, and the other none."""
-        places = [
-            (i, name) for name in (*self.form.needed, *self.form.optional) for i in self.layout.places.get(name, ())
-        ]
+        names = [name for name in (*self.form.needed, *self.form.optional) if name in self.layout.places]
+        places = [(i, name) for name in names for i in self.layout.columns(name)]
         units = [(i, name, unit) for i, name in places if (unit := self._unit(i, name)) and unit[1] != 1]
         bare = [(i, name) for i, name in places if self._unit(i, name) is None]  # in SI units
         for (i, name, unit), (j, other) in product(units, bare):
