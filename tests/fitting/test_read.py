@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import viscopade as vp
-from viscopade.fitting import bounces, read
+from viscopade.fitting import bounces, read, spreadsheet
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.read import Options
 
@@ -51,6 +51,66 @@ def test_columns_and_units_by_option():
     assert found.known
     assert np.sqrt((found.epsilon_errors.toarray() ** 2).sum(axis=1)).tolist() == pytest.approx([0.01, 0.02, 0.01])
     assert not points(text, columns=columns, units={"speed": "cm/s"}, scatter=True).known
+
+
+AUDACITY = "".join(f"{t:.6f}\t{t:.6f}\tb{k}\n" for k, t in enumerate(0.5 + np.cumsum(0.9 ** np.arange(7))))
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "epsilon"),
+    [
+        (AUDACITY, {"time": "1"}, [0.9] * 5),
+        (f"labels of a track\n{AUDACITY}", {"time": "1"}, [0.9] * 5),
+        (f"# 1\n{AUDACITY}", {"time": "1"}, [0.9] * 5),
+        ("1,.93\n2,.92\n3,.9\n4,.89\n", {"speed": "1", "epsilon": "2"}, [0.93, 0.92, 0.9, 0.89]),
+        ("1,.93,a\n2,.92,\n3,.9,b\n", {"speed": "column 1", "epsilon": "2"}, [0.93, 0.92, 0.9]),
+        ("0;1;0,5\n", {"height": "3"}, "no drop has two heights"),
+        ("1,93%\n2,92%\n", {"speed": "1", "epsilon": "2"}, "line 1: epsilon is '93%': write epsilon as 0.93"),
+        ("00:01\n00:02\n", {"time": "1"}, "line 1: time is '00:01': expected a number"),
+        ("0.5s\n1.5s\n2.4s\n", {"time": "1"}, "line 1: time is '0.5s': expected a number"),
+        ("0,512\n1,402\n2,203\n", {"time": "1"}, "commas between digits may be decimal signs: expected a header"),
+        ("1,.93\n2,.92\n", {}, "the columns are 'column 1', 'column 2': expected"),
+        ("1,.93\n2,.92\nv,e\n3,.9\n4,.89\n", {}, "the columns are 'column 1', 'column 2': expected"),
+    ],
+)
+def test_a_row_of_numbers_is_no_header(text, columns, epsilon):
+    """Without a header no row is lost: the first one is data, or refused."""
+    if isinstance(epsilon, str):
+        with pytest.raises(ValueError, match=epsilon):
+            points(text, columns=columns)
+    else:
+        assert points(text, columns=columns).epsilon == pytest.approx(epsilon, abs=2e-6)
+
+
+def test_a_row_of_numbers_is_no_header_of_a_spreadsheet(monkeypatch):
+    pytest.importorskip("python_calamine")
+    rows = [(k, [float(k), 1 - k / 100]) for k in range(1, 5)]
+    monkeypatch.setattr(spreadsheet, "worksheets", lambda *_: [("s", rows)])
+    found = points(STOPWATCH.read_bytes(), "a.xls", columns={"speed": "1", "epsilon": "2"})
+    assert found.epsilon.tolist() == [0.99, 0.98, 0.97, 0.96]
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("v und e eines Balls\n\nv (m/s);e\n0,1;0,93\n0,2;0,9\n", {"speed": "v (m/s)", "epsilon": "e"}),
+        ("speed, epsilon, contact time of balls\nv (m/s);e\n0,1;0,93\n0,2;0,9\n", {"speed": "v (m/s)"}),
+        ("Höhe (cm);100\n\nZeit (s)\n0\n1\n1,9\n2,7\n", {"time": "Zeit (s)"}),
+        ("Höhe (cm);100\n\nZeit (s);n\n0;1\n1;2\n1,9;3\n2,7;4\n", {"time": "Zeit (s)"}),
+        ('"t (s)"\n0\n1\n1.9\n2.7\n', {"time": "t (s)"}),
+        ('"t (s)" "level (dB)"\n0 1\n1 1\n1.9 2\n2.7 2\n', {"time": "t (s)"}),
+        ("drop height\n1 .5\n1 .4\n2 .6\n2 .5\n", {"drop": "drop", "height": "height"}),
+    ],
+)
+def test_the_header_is_the_line_above_the_numbers(text, shown):
+    (read_columns,) = recording(text).read
+    assert {name: read_columns[name]["column"] for name in shown} == shown
+
+
+def test_units_in_a_row_below_columns_by_number_are_read():
+    found = points("a,b\ncm/s,%\n100,90\n200,85\n", columns={"speed": "1", "epsilon": "2"})
+    assert found.speed.tolist() == [1, 2]
+    assert found.epsilon == pytest.approx([0.9, 0.85])
 
 
 def test_labels_are_lines_of_the_file():
@@ -289,6 +349,8 @@ def test_encodings(wide):
         ("time\n1\n2\n", "no drop has three bounces"),
         ("height\n1\n-2\n", "line 3: height is '-2': expected a number > 0"),
         ("height\n1\n", "no drop has two heights"),
+        ("drop height (cm)\n50\n60\n70\n", "the columns are 'drop height .cm.': expected"),
+        ("# 3 balls\nrebound height (cm)\n50\n60\n70\n", "the columns are 'rebound height .cm.': expected"),
         ("", "the file has 0 lines with data"),
         (b"\x00\x01\x02", "the file is not text"),
         ('speed,epsilon\n"1,0.9\n2,0.8\n', "the file is not CSV|a quoted cell extends"),

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
+from typing import NamedTuple
 
 from viscopade import files
 from viscopade.extras import require
 from viscopade.fitting import spreadsheet
 from viscopade.fitting.forms import SheetLayout
+from viscopade.quantity import unit_in_si
 
-_BLANK_SEPARATED = re.compile(r"[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?")
-_NUMBER = re.compile(r"\s*(?:[-+]?[0-9.,]+(?:[eE][-+]?[0-9]+)?|nan)?\s*", re.IGNORECASE)
+_BLANK_SEPARATED = re.compile(r'"[^"]*"|[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?')
+_VALUE = re.compile(r"\W*[0-9][0-9.,:]*(?:e[-+]?[0-9]+)?|nan", re.IGNORECASE)  # the beginning of a measured value
+_WHOLE_NUMBERS = re.compile(r"[0-9,\s+-]*")
 _CSV_NAME = re.compile(r"(?i)[^/]*\.csv")
 _XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
 _ABOVE, _LONGEST_HEADER = 100, 1 << 16  # number of rows that are searched for a header, and its longest length
@@ -65,8 +68,8 @@ class Sheet:
 def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
     """Return the sheets of a file that are not empty.
 
-    The header is the row with the most recognised columns above the first numbers, among the first hundred rows, or
-    else the first row. In a CSV file it may be a comment.
+    The header is the best row above the first values, among the first hundred rows; see `_header`. In a CSV file it may
+    be a comment. Without a header, which only options allow, the columns are called "column 1", "column 2", …
 
     Raises
     ------
@@ -97,11 +100,11 @@ def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
         raise ValueError(f"{source}: the spreadsheet cannot be read: {error}") from None
     tables = []
     for name, rows in read:
-        texts = [list(map(str, cells)) for _, cells in rows[:_ABOVE]]
-        first, layout = _header((i, cells, layout_of(cells)) for i, cells in enumerate(texts))
-        if below := rows[first + 1 :]:
+        texts = [(i, list(map(str, cells)), False) for i, (_, cells) in enumerate(rows[:_ABOVE])]
+        head = _header(texts, len(rows[-1][1]) if rows else 0, layout_of)
+        if below := rows[head.below :]:
             lines, cells = zip(*below, strict=True)
-            tables.append(Sheet(source, name, tuple(texts[first]), cells, lines, "", layout))
+            tables.append(Sheet(source, name, tuple(head.names), cells, lines, "", head.layout))
     if not tables:
         raise ValueError(f"{source}: no sheet has rows below a header: expected one")
     return tables
@@ -122,44 +125,102 @@ def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
     for number, line in enumerate(text.split("\n"), 1):
         if line.strip():
             (comments if line.lstrip().startswith("#") else data).append((number, line))
-    heads = dict(sorted(data[:_ABOVE] + comments[:_ABOVE])) or {0: ""}
-    place, layout = _header((number, *_names(line, layout_of)) for number, line in heads.items())
-    place, header = (place, heads[place]) if layout or not data else data[0]
-    below = [row for row in data if row[0] > place]
+    # Without a separator, a line is one name with blanks in it if the rows below it have one cell.
+    last = data[-1][1] if data else ""
+    width = len(_cells([last], _delimiter(last), strict=False)[0]) if data else 0
+    of_data = {number for number, _ in data}
+    texts = dict(sorted(data[:_ABOVE] + comments[:_ABOVE]))
+    rows_above = [(k, _names(line, len(last.split()) == 1), k not in of_data) for k, line in texts.items()]
+    head = _header(rows_above, width, layout_of)
+    below = [row for row in data if row[0] >= head.below]
     if not below:
         raise ValueError(f"{source}: the file has {len(data)} lines with data: expected a header and rows below it")
-    delimiter = _delimiter(header)
+    delimiter = _delimiter(texts[head.number])
     lines = [line for _, line in below]
-    files.require_cells(source, sum(line.count(delimiter or " ") + 1 for line in (header, *lines)))
+    if head.number == head.below and delimiter == "," and all(map(_WHOLE_NUMBERS.fullmatch, lines)):
+        raise ValueError(f"{source}: without a header, commas between digits may be decimal signs: expected a header")
+    files.require_cells(source, sum(line.count(delimiter or " ") + 1 for line in (texts[head.number], *lines)))
     try:
         rows = _cells(lines, delimiter)
-        names = _names(header, layout_of)[0]
     except csv.Error as error:
         raise ValueError(f"{source}: the file is not CSV: {error}") from None
     if len(rows) != len(below):
         raise ValueError(f"{source}: a quoted cell extends over several lines: expected one line for each row")
-    return Sheet(file, sheet, tuple(names), rows, [number for number, _ in below], delimiter or "", layout)
+    return Sheet(file, sheet, tuple(head.names), rows, [number for number, _ in below], delimiter or "", head.layout)
 
 
-def _header(rows: Iterator[tuple[int, list[str], SheetLayout | None]]) -> tuple[int, SheetLayout | None]:
-    """Return the number of the header, and its layout: the most recognised columns above the first numbers."""
-    best: tuple[int, SheetLayout | None] = (0, None)
-    for number, names, layout in rows:
-        if best[1] and all(_NUMBER.fullmatch(name) for name in names):
+class _Header(NamedTuple):
+    """The number of the header's row, that of the first row below it (the same without a header), and the names."""
+
+    number: int
+    below: int
+    names: list[str]
+    layout: SheetLayout | None
+
+
+def _header(rows: Iterable[tuple[int, list[str], bool]], width: int, layout_of: LayoutOf) -> _Header:
+    """Return the header among rows, each with its number, its cells, and whether it is a comment.
+
+    `width` is the number of cells of a row of values. Without a recognised row, the header is the first row of this
+    width that is no comment, for a message.
+    """
+    ranked: list[tuple[tuple[int, ...], _Header]] = []
+    others: list[_Header] = []
+    for number, cells, comment in rows:
+        layout, names = layout_of(cells), [f"column {i + 1}" for i in range(len(cells))]
+        numbered = _Header(number, number, names, layout_of(names))
+        values = [_is_value(cell) for cell in cells]
+        # The table begins where a column that is read has a value, by its number, by this row or by the best one above,
+        # or where all cells are values.
+        best = max(ranked, key=lambda each: each[0])[1] if ranked else None
+        own, above = _read(layout), _read(best.layout) if best else []
+        begins = any(values[i] for i in (*own, *_read(numbered.layout)))
+        begins |= bool(above) and all(i < len(cells) and values[i] for i in above)
+        full = any(values) and all(value or not cell.strip() for value, cell in zip(values, cells, strict=True))
+        if not comment and (begins or (full and (best or len(cells) == width))):
+            others = [numbered] if numbered.layout or not others else others
             break
-        best = (number, layout) if len(layout or ()) > len(best[1] or ()) else best
-    return best
+        header = _Header(number, number + 1, cells, layout)
+        if layout and not begins:
+            # A row of names has names, not only units; no number beside them, as a setting above the table has; as many
+            # cells as the values; and the most recognised columns and units. It is the lowest such row.
+            heads = [layout.headers[i] for i in own]
+            named = any(head.quantities or not _is_unit(head.name) for head in heads)
+            units = sum(bool(head.unit) for head in heads)
+            ranked.append(((named, not any(values), len(cells) == width, len(layout), units, number), header))
+        elif not comment:
+            others.append(header)
+    if ranked:
+        return max(ranked, key=lambda each: each[0])[1]
+    return next(
+        (each for each in others if len(each.names) == width), others[0] if others else _Header(0, 1, [""], None)
+    )
 
 
-def _names(line: str, layout_of: LayoutOf) -> tuple[list[str], SheetLayout | None]:
-    """Return the names in a line, which may be a comment, and their layout; without separators it may be one name."""
+def _read(layout: SheetLayout | None) -> list[int]:
+    """Return the columns that are read."""
+    return [i for places in layout.places.values() for i in places] if layout else []
+
+
+def _is_value(cell: str) -> bool:
+    """Return whether a cell has a number, or another value without letters; it may have a unit."""
+    cell = cell.strip()
+    rest = cell[match.end() :].strip() if (match := _VALUE.match(cell)) else "?"
+    return match is not None and (not any(each.isalpha() for each in rest) or _is_unit(rest))
+
+
+def _is_unit(text: str) -> bool:
+    text = text.strip("()[] ")
+    return text in ("", "-", "%") or any(unit_in_si(text, each) for each in ("time", "length", "speed"))
+
+
+def _names(line: str, alone: bool) -> list[str]:
+    """Return the names in a line, which may be a comment; without a separator it may be one name."""
     whole = line.lstrip("# ")
     if len(line) > _LONGEST_HEADER:
-        return [whole], None
-    if not _delimiter(line) and (layout := layout_of([whole])):
-        return [whole], layout
-    names = _cells([whole], _delimiter(line), strict=False)[0]
-    return names, layout_of(names)
+        return [whole]
+    delimiter = _delimiter(line)
+    return _cells([whole], delimiter or ("," if alone else None), strict=False)[0]
 
 
 def _delimiter(line: str) -> str | None:
@@ -167,10 +228,10 @@ def _delimiter(line: str) -> str | None:
 
 
 def _cells(lines: list[str], delimiter: str | None, strict: bool = True) -> list[list[str]]:
-    """Return the cells of lines; a unit in parentheses belongs to the name before it."""
+    """Return the cells of lines; between blanks, a unit in parentheses belongs to the name before it."""
     if delimiter:
         return list(csv.reader(lines, delimiter=delimiter, strict=strict))
-    return [_BLANK_SEPARATED.findall(line) for line in lines]
+    return [[cell.strip('"') for cell in _BLANK_SEPARATED.findall(line)] for line in lines]
 
 
 def cell_of(row: Sequence[str | float], i: int) -> str | float:
