@@ -162,7 +162,10 @@ def test_several_files_of_which_one_has_an_echo(tmp_path):
             "H (cm),h (cm)\n92,67\n92,66\n92,68\n",
             "all speeds are 4.248 m/s: .*`viscopade invert --epsilon 0.8534`.* of 0.853, 0.847, 0.860",
         ),
-        ("height\n400\n300\n220\n160\n", "in air drag would change eps by .*: are the units of heights or times right"),
+        (
+            "height\n400\n300\n220\n160\n",
+            "few.csv: line 3: in air drag would change eps by .*: are the units of heights or times right",
+        ),
     ],
 )
 def test_data_that_give_no_fit_are_refused_with_the_file_and_the_reason(text, why, tmp_path):
@@ -189,6 +192,34 @@ def test_flights_of_a_track_are_printed_with_their_acceleration():
     found = json_of("fit", held)
     assert [each["first"] for each in found["flights"]][1] == "line 53"
     assert found["left_out"] == [{"line": "line 90", "why": "no free flight of 5 frames or more after it"}]
+
+
+def test_json_has_what_was_read_from_each_file(tmp_path):
+    one, two = tmp_path / "one.csv", tmp_path / "two.csv"
+    one.write_text("v,e\n1,.9\n2,.88\n3,.87\n")
+    two.write_text("v (cm/s),COR,remark\n150,.89,\n250,.875,\n")
+    first, second = json_of("fit", one, two)["read"]["files"]
+    assert (first["sheet"], first["speed"]["unit"], first["rows"]) == ("one.csv", "m/s", 3)
+    assert (second["sheet"], second["speed"]["unit"], second["unused"]) == ("two.csv", "cm/s", ["remark"])
+    alone = json_of("fit", one)["read"]
+    assert alone == {**first, "files": [first]}
+
+
+def test_a_wrong_scale_of_a_track_is_a_condition_in_the_sentence_to_quote(tmp_path):
+    """A ball that rises and falls with 9.80665 m/s^2 and eps of 0.9, in mm under a header in m."""
+    file, speed, rows = tmp_path / "mm.csv", 4.0, []
+    for noise in (np.random.default_rng(k) for k in range(5)):
+        for t in np.arange(0, 2 * speed / 9.80665, 0.005):
+            y = 1000 * (speed * t - 9.80665 * t**2 / 2) + 0.3 * noise.standard_normal()
+            rows.append(f"{0.005 * len(rows):.3f},{y:.3f}")
+        speed *= 0.9
+    table = "\n".join(rows)
+    file.write_text(f"t (s),y (m)\n{table}\n")
+    condition = "points), if the scale were right, which the warning above doubts: "
+    text = said("fit", file)
+    assert "--length-per-unit '1 mm' gives this" in text
+    assert condition in text
+    assert "if the scale" not in said("fit", file, "--length-per-unit", "1 mm")
 
 
 def test_an_eps_of_0_has_no_beta_in_json(tmp_path):

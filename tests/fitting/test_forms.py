@@ -205,7 +205,10 @@ REFUSED = {
         "height (m)\n0.2\n0.4\n0.6\n",
         "line 3: the height 0.4 m is above .* drops.* drop_height and rebound_height, or a column drop",
     ),
-    "a rebound above its drop": ("H,h\n1,.8\n1,1.1\n", "line 3, h: the height 1.1 m is above .* independent drops"),
+    "a rebound above its drop": (
+        "H,h\n1,.8\n1,1.1\n",
+        "line 3, h: the height 1.1 m is above the one before it, 1 m: is the order of the columns right.*drop_height=",
+    ),
     "repetitions": (
         "H,h1,h2,h3\n100,64,63,62\n80,51,50,49\n",
         "are they repetitions, from one height. Then .* H and h",
@@ -486,4 +489,6 @@ def test_a_header_of_two_lines_in_a_spreadsheet():
 def test_the_page_begins_with_the_forms():
     page = Path(__file__).parents[2] / "docs" / "usage" / "fitting.md"
     rows = [f"| `{form.header}` | {form.row} |" for form in forms.FORMS if form.epsilon == "epsilon"]
-    assert "\n".join(rows) in page.read_text("utf-8")[:2000]
+    shown = [line for line in page.read_text("utf-8")[:2000].splitlines() if line.startswith("| `")]
+    assert len(shown) == 10
+    assert shown == [row for row in rows if row in shown]

@@ -107,10 +107,44 @@ def test_the_header_is_the_line_above_the_numbers(text, shown):
     assert {name: read_columns[name]["column"] for name in shown} == shown
 
 
-def test_units_in_a_row_below_columns_by_number_are_read():
-    found = points("a,b\ncm/s,%\n100,90\n200,85\n", columns={"speed": "1", "epsilon": "2"})
+@pytest.mark.parametrize(
+    ("text", "columns"),
+    [
+        ("a,b\ncm/s,%\n100,90\n200,85\n", {"speed": "1", "epsilon": "2"}),
+        ("speed;e\n[cm/s];[1]\n100;0,9\n200;0,85\n", {}),
+        ("speed;e;sigma_e\ncm/s;1;1\n100;0,9;0,1\n200;0,85;0,1\n", {}),
+        ("e,speed\n(1),(cm s^-1)\n.9,100\n.85,200\n", {}),
+    ],
+)
+def test_units_in_a_row_below_the_header_are_read(text, columns):
+    found = points(text, columns=columns)
     assert found.speed.tolist() == [1, 2]
     assert found.epsilon == pytest.approx([0.9, 0.85])
+
+
+def test_a_row_of_ones_is_no_row_of_units():
+    assert points("speed;e\n1;1\n2;0,9\n").epsilon.tolist() == [1, 0.9]
+    with pytest.raises(ValueError, match="line 2: speed is 'n/a': expected a number > 0"):
+        points("speed;e\nn/a;1\n2;0,9\n")
+
+
+def test_refusals_of_exchanged_columns_and_of_flights_lead_somewhere():
+    text = "H (cm),h (cm)\n40.5,50\n49,100\n"
+    with pytest.raises(
+        ValueError, match=r"0\.5 m is above .* --column drop_height=HEADER and --column rebound_height="
+    ):
+        points(text)
+    found = points(text, columns={"drop_height": "h (cm)", "rebound_height": "H (cm)"})
+    assert found.epsilon == pytest.approx([0.9, 0.7])
+    text = "T (s)\n.8\n.72\n.63\n"
+    with pytest.raises(
+        ValueError, match=r"at 0\.72: .* times of flight, expected the name interval, or --column interval="
+    ):
+        points(text)
+    assert points(text, columns={"interval": "T (s)"}).epsilon == pytest.approx([0.9, 0.875])
+    assert points(text.replace("T", "interval")).epsilon == pytest.approx([0.9, 0.875])
+    with pytest.raises(ValueError, match=r"expected later than the one before$"):
+        points("time\n0\n1\n1.9\n0\n1\n1.8\n")
 
 
 def test_labels_are_lines_of_the_file():

@@ -413,7 +413,7 @@ def _show(
     for warning in _warnings(recording, found, left):
         say(f"  {warning}", 2)
     click.echo()
-    say(_quoted(found, constants))
+    say(_quoted(recording, found, constants))
     if "dissipative_constant" not in constants:
         say(
             "A also needs --radius, --density or --mass, --poisson-ratio, and --young-modulus or a column contact_time."
@@ -473,14 +473,15 @@ def _unit(read: Mapping[str, Any]) -> str:
     return f" in {read['unit']} ({read['unit_from']})" if read["unit"] and not shown else ""
 
 
-def _quoted(found: DampingFit, constants: Mapping[str, Constant]) -> str:
-    """Return the sentence that a report quotes."""
+def _quoted(recording: Recording, found: DampingFit, constants: Mapping[str, Constant]) -> str:
+    """Return the sentence that a report quotes; under a condition if the flights say that the scale is wrong."""
     names = {"dissipative_constant": ("A", "s"), "young_modulus": ("Y", "Pa")}
     numbers = [f"beta = {uncertain(found.beta, found.beta_standard_error)} {_UNIT}"]
     for name, each in constants.items():
         numbers.append(f"{names[name][0]} = {uncertain(each.value, each.standard_error)} {names[name][1]}")
     verdict = found.verdict.sentence
-    return f"{', '.join(numbers)} (standard errors; {found.number}): {verdict[0].lower()}{verdict[1:]}."
+    condition = ", if the scale were right, which the warning above doubts" * bool(recording.warnings)
+    return f"{', '.join(numbers)} (standard errors; {found.number}){condition}: {verdict[0].lower()}{verdict[1:]}."
 
 
 def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:
@@ -538,7 +539,7 @@ def fit_json(
         "epsilon": {"speed": found.main.middle, "value": value, "standard_error": error},
         "scatter": found.main.scatter,
         **{name: {"value": each.value, "standard_error": each.standard_error} for name, each in constants.items()},
-        "read": recording.read[0],
+        "read": {**recording.read[0], "files": recording.read},
         "sheets": [
             {"sheet": name} | ({"points": made} if isinstance(made, int) else {"not_read": made})
             for name, made in recording.sheets

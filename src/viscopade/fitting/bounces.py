@@ -193,20 +193,32 @@ def require_ascending(instants: FloatArray, labels: Sequence[str]) -> None:
     """Raise ValueError if instants do not ascend."""
     if (late := np.diff(instants) <= 0).any():
         k = int(np.argmax(late))
-        raise ValueError(f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: expected later than the one before")
+        text = f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: expected later than the one before"
+        if 2 * late.sum() > len(late) and (instants > 0).all():
+            text += f"; if these are times of flight, expected {FLIGHTS}"
+        raise ValueError(text)
 
+
+FLIGHTS = "the name interval, or --column interval=HEADER, for a flight in each row, or the names T0, T1, … for a drop"
+"""The names of columns with times of flight."""
 
 INDEPENDENT = (
     "are these independent drops? Then expected drop_height and rebound_height, or a column drop with their numbers"
 )
-"""Advice for heights that do not fall."""
+"""Advice for heights in a column that do not fall."""
+
+ORDER = (
+    "is the order of the columns right? Expected the drop, then its rebounds; "
+    "--column drop_height=HEADER and --column rebound_height=HEADER choose two columns"
+)
+"""Advice for heights in a row that do not fall."""
 
 
-def require_falling(heights: FloatArray, labels: Sequence[str], sigma: FloatArray) -> None:
+def require_falling(heights: FloatArray, labels: Sequence[str], sigma: FloatArray, advice: str = INDEPENDENT) -> None:
     """Raise ValueError if a body rises above the height that it fell from, by more than the errors of the heights."""
     if (high := np.diff(heights) > _RISE * np.hypot(sigma[1:], sigma[:-1])).any():
         k = int(np.argmax(high))
-        text = f"the height {heights[k + 1]:.6g} m is above the one before it, {heights[k]:.6g} m: {INDEPENDENT}"
+        text = f"the height {heights[k + 1]:.6g} m is above the one before it, {heights[k]:.6g} m: {advice}"
         raise ValueError(f"{labels[k + 1]}: {text}; --resolution gives the error of the heights")
 
 

@@ -84,12 +84,14 @@ def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | No
     else:
         fall, rise = (flight.launch(2 * speed / gravity) for speed in (before, np.maximum(after, _SLOW)))
     changes = rise / flight.impact(fall) - recorded.points.epsilon
-    change = float(changes[np.argmax(np.abs(changes))])
+    k = int(np.argmax(np.abs(changes)))
+    change, label = float(changes[k]), recorded.points.labels[k]
     if abs(change) < _LEAST_DRAG:
         return None
     if abs(change) > 1:
+        place = label if len(recorded.read) > 1 else f"{recorded.read[0]['sheet']}: {label}"
         raise ValueError(
-            f"in air drag would change eps by {change:.2g}: are the units of heights or times right? (--unit)"
+            f"{place}: in air drag would change eps by {change:.2g}: are the units of heights or times right? (--unit)"
         )
     whose = "" if sphere else " of a table-tennis ball (2.7 g, 4 cm)"
     how = "--air-density" if sphere else "--air-density with --radius and --mass"

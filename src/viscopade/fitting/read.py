@@ -287,7 +287,9 @@ class _Reader:
         first = 0
         for k in full[:_ROWS_OF_UNITS]:
             texts = {i: str(cell_of(sheet.rows[k], i)).strip("()[] ") for i in {*used, *range(len(sheet.header))}}
-            if any(_DATA.search(texts[i]) for i in used):
+            # Beside a unit, 1 is the unit of a plain number.
+            units = any(unit_in_si(texts[i], each) for i in used for each in ("speed", "length", "time"))
+            if any(_DATA.search(texts[i]) and not (units and texts[i] == "1") for i in used):
                 break
             self._below |= {i: text for i, text in texts.items() if any(c.isalpha() or c == "%" for c in text)}
             first += 1
@@ -621,12 +623,13 @@ def _successive(reader: _Reader) -> list[Sequel]:
 
 def _heights(reader: _Reader) -> Points:
     drops = _successive(reader)
+    advice = bounces.INDEPENDENT if reader.form.needed == ("height",) else bounces.ORDER
     for drop in drops:
-        bounces.require_falling(drop.values, drop.labels, drop.sigma)
+        bounces.require_falling(drop.values, drop.labels, drop.sigma, advice)
     bounces.require_successive([drop.values for drop in drops])
     every = [(drop.values, drop.labels) for drop in drops]
     if np.ptp(np.concatenate([values for values, _ in every])) == 0:
-        raise ValueError(f"all heights are {drops[0].values[0]:.6g} m: {bounces.INDEPENDENT}")
+        raise ValueError(f"all heights are {drops[0].values[0]:.6g} m: {advice}")
     sigma, contact = [drop.sigma for drop in drops], reader.options.contact_time
     return bounces.of_heights(every, reader.options.flight, sigma=sigma, contact_time=contact)
 
