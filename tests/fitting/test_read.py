@@ -99,6 +99,7 @@ def test_a_row_of_numbers_is_no_header_of_a_spreadsheet(monkeypatch):
         ("Höhe (cm);100\n\nZeit (s);n\n0;1\n1;2\n1,9;3\n2,7;4\n", {"time": "Zeit (s)"}),
         ('"t (s)"\n0\n1\n1.9\n2.7\n', {"time": "t (s)"}),
         ('"t (s)" "level (dB)"\n0 1\n1 1\n1.9 2\n2.7 2\n', {"time": "t (s)"}),
+        ("Datum;Zeit\n21.11.2024;10:30\nv (m/s);e\n0,1;0,93\n0,2;0,9\n", {"speed": "v (m/s)", "epsilon": "e"}),
         ("drop height\n1 .5\n1 .4\n2 .6\n2 .5\n", {"drop": "drop", "height": "height"}),
     ],
 )
@@ -368,6 +369,9 @@ def test_encodings(wide):
             "three bounces in succession: .* line 3: ambiguous: an echo or another sound, or the bounce after it",
         ),
         ("t,x\n0,1\n0.1,2\n0.2,2\n0.3,1\n0.4,1\n0.5,1\n", "the times are evenly spaced, as in a recording"),
+        ("drop,time\na,0\na,1\na,1.9\ndrop,time\nb,0\nb,1\nb,1.8\n", "line 5: time is 'time': expected a number"),
+        ("v,e\n1,bad\nv,e\n2,.8\n", "line 3: speed is 'v': expected a number > 0"),
+        ("v,e\n1,.9\n" + "2" * 140_000 + ",.9", "the file is not CSV: field larger than"),
         ("speed,epsilon\n,\n,\n", "there are no rows with data"),
         (
             "speed,eps\n1,0,0,9\n2,0,0,8\n",

@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import PurePath
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from viscopade.fitting.forms import SheetLayout
 from viscopade.quantity import unit_in_si
 
 _BLANK_SEPARATED = re.compile(r'"[^"]*"|[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?')
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:e[-+]?[0-9]+)?|nan", re.IGNORECASE)
 _VALUE = re.compile(r"\W*[0-9][0-9.,:]*(?:e[-+]?[0-9]+)?|nan", re.IGNORECASE)  # the beginning of a measured value
 _WHOLE_NUMBERS = re.compile(r"[0-9,\s+-]*")
 _CSV_NAME = re.compile(r"(?i)[^/]*\.csv")
@@ -127,11 +129,11 @@ def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
             (comments if line.lstrip().startswith("#") else data).append((number, line))
     # Without a separator, a line is one name with blanks in it if the rows below it have one cell.
     last = data[-1][1] if data else ""
-    width = len(_cells([last], _delimiter(last), strict=False)[0]) if data else 0
+    alone = len(last.split(None, 1)) == 1
     of_data = {number for number, _ in data}
     texts = dict(sorted(data[:_ABOVE] + comments[:_ABOVE]))
-    rows_above = [(k, _names(line, len(last.split()) == 1), k not in of_data) for k, line in texts.items()]
-    head = _header(rows_above, width, layout_of)
+    rows_above = [(k, _names(line, alone), k not in of_data) for k, line in texts.items()]
+    head = _header(rows_above, len(_names(last, alone)), layout_of)
     below = [row for row in data if row[0] >= head.below]
     if not below:
         raise ValueError(f"{source}: the file has {len(data)} lines with data: expected a header and rows below it")
@@ -164,21 +166,26 @@ def _header(rows: Iterable[tuple[int, list[str], bool]], width: int, layout_of: 
     `width` is the number of cells of a row of values. Without a recognised row, the header is the first row of this
     width that is no comment, for a message.
     """
+
+    @cache
+    def numbered(columns: int) -> tuple[list[str], SheetLayout | None]:
+        names = [f"column {i + 1}" for i in range(columns)]
+        return names, layout_of(names)
+
     ranked: list[tuple[tuple[int, ...], _Header]] = []
     others: list[_Header] = []
     for number, cells, comment in rows:
-        layout, names = layout_of(cells), [f"column {i + 1}" for i in range(len(cells))]
-        numbered = _Header(number, number, names, layout_of(names))
-        values = [_is_value(cell) for cell in cells]
-        # The table begins where a column that is read has a value, by its number, by this row or by the best one above,
-        # or where all cells are values.
+        layout, without = layout_of(cells), _Header(number, number, *numbered(len(cells)))
+        own, values = _read(layout), [_is_value(cell) for cell in cells]
+        # The table begins where a column has a value that is read by its name here, by its number, or by the best
+        # header above; or where all cells are numbers.
         best = max(ranked, key=lambda each: each[0])[1] if ranked else None
-        own, above = _read(layout), _read(best.layout) if best else []
-        begins = any(values[i] for i in (*own, *_read(numbered.layout)))
-        begins |= bool(above) and all(i < len(cells) and values[i] for i in above)
-        full = any(values) and all(value or not cell.strip() for value, cell in zip(values, cells, strict=True))
-        if not comment and (begins or (full and (best or len(cells) == width))):
-            others = [numbered] if numbered.layout or not others else others
+        begins = any(values[i] for i in (*own, *_read(without.layout)))
+        below = any(_NUMBER.fullmatch(cells[i].strip()) for i in _read(best and best.layout) if i < len(cells))
+        filled = [cell.strip() for cell in cells if cell.strip()]
+        full = bool(filled) and all(map(_NUMBER.fullmatch, filled)) and (best or len(cells) == width)
+        if not comment and (begins or below or full):
+            others = [without] if without.layout or not others else others
             break
         header = _Header(number, number + 1, cells, layout)
         if layout and not begins:
@@ -198,8 +205,8 @@ def _header(rows: Iterable[tuple[int, list[str], bool]], width: int, layout_of: 
 
 
 def _read(layout: SheetLayout | None) -> list[int]:
-    """Return the columns that are read."""
-    return [i for places in layout.places.values() for i in places] if layout else []
+    """Return the columns of values that are read."""
+    return [i for name, places in layout.places.items() if name != "drop" for i in places] if layout else []
 
 
 def _is_value(cell: str) -> bool:
