@@ -175,26 +175,27 @@ def _header(rows: Iterable[tuple[int, list[str], bool]], width: int, layout_of: 
     ranked: list[tuple[tuple[int, ...], _Header]] = []
     others: list[_Header] = []
     for number, cells, comment in rows:
-        layout, without = layout_of(cells), _Header(number, number, *numbered(len(cells)))
-        own, values = _read(layout), [_is_value(cell) for cell in cells]
+        filled = [cell.strip() for cell in cells if cell.strip()]
+        numbers = [_NUMBER.fullmatch(cell) is not None for cell in filled]
+        layout = layout_of(cells)
+        without = numbered(len(cells)) if any(map(_VALUE.match, filled)) else ([""], None)  # the names without a header
         # The table begins where a column has a value that is read by its name here, by its number, or by the best
         # header above; or where all cells are numbers.
         best = max(ranked, key=lambda each: each[0])[1] if ranked else None
-        begins = any(values[i] for i in (*own, *_read(without.layout)))
+        begins = any(_is_value(cells[i]) for i in {*_read(layout), *_read(without[1])})
         below = any(_NUMBER.fullmatch(cells[i].strip()) for i in _read(best and best.layout) if i < len(cells))
-        filled = [cell.strip() for cell in cells if cell.strip()]
-        full = bool(filled) and all(map(_NUMBER.fullmatch, filled)) and (best or len(cells) == width)
+        full = bool(filled) and all(numbers) and (best or len(cells) == width)
         if not comment and (begins or below or full):
-            others = [without] if without.layout or not others else others
+            others = [_Header(number, number, *without)] if without[1] or not others else others
             break
         header = _Header(number, number + 1, cells, layout)
         if layout and not begins:
             # A row of names has names, not only units; no number beside them, as a setting above the table has; as many
             # cells as the values; and the most recognised columns and units. It is the lowest such row.
-            heads = [layout.headers[i] for i in own]
+            heads = [layout.headers[i] for i in _read(layout)]
             named = any(head.quantities or not _is_unit(head.name) for head in heads)
             units = sum(bool(head.unit) for head in heads)
-            ranked.append(((named, not any(values), len(cells) == width, len(layout), units, number), header))
+            ranked.append(((named, not any(numbers), len(cells) == width, len(layout), units, number), header))
         elif not comment:
             others.append(header)
     if ranked:
