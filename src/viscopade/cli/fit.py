@@ -480,7 +480,7 @@ def _quoted(recording: Recording, found: DampingFit, constants: Mapping[str, Con
     for name, each in constants.items():
         numbers.append(f"{names[name][0]} = {uncertain(each.value, each.standard_error)} {names[name][1]}")
     verdict = found.verdict.sentence
-    condition = ", if the scale were right, which the warning above doubts" * bool(recording.warnings)
+    condition = ", if the scale were right, which the warning above doubts" * recording.doubtful_scale
     return f"{', '.join(numbers)} (standard errors; {found.number}){condition}: {verdict[0].lower()}{verdict[1:]}."
 
 

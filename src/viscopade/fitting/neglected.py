@@ -75,7 +75,7 @@ def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | No
     about a table-tennis ball.
     """
     body = sphere or _LIGHT
-    if recorded.kind == "speeds" or body.density <= AIR or recorded.warnings:  # of speeds in a wrong unit
+    if recorded.kind == "speeds" or body.density <= AIR or recorded.doubtful_scale:
         return None
     flight = Flight.of_sphere(body.radius, body.density, air_density=AIR, gravity=gravity)
     before, after = recorded.points.speed, recorded.points.speed * recorded.points.epsilon

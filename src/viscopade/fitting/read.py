@@ -110,6 +110,11 @@ class Recording:
     warnings: tuple[str, ...]
     flights: tuple[tracks.FreeFlight, ...]
 
+    @property
+    def doubtful_scale(self) -> bool:
+        """Whether the flights of a track contradict its scale; warnings of positions are about nothing else."""
+        return self.kind == "positions" and bool(self.warnings)
+
 
 def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -> Recording:
     """Return the points in files, given by their contents and names.
