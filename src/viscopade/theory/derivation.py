@@ -22,7 +22,7 @@ from viscopade.theory.law import End, Law
 from viscopade.theory.series import derived, lambda_coefficients
 
 MORE_DIGITS = 40  # of the lambdas, so that the value of a polynomial fits into the wider enclosure of h_k
-LARGEST_POWER = 30  # of kappa: h_60 of the paper's law has 600 terms
+LARGEST_POWER = 30  # of kappa: h_60 of the paper's law has 543 terms, and the number grows fast
 
 
 @dataclass(frozen=True)
