@@ -117,7 +117,7 @@ def bench_command(
     if style == "text":
         for comment in comments[1:]:
             say(comment)
-        show(style, HEADER, table(rows), {}, title="log-uniform speeds; ns per collision; ratios below 1 are faster")
+        show(style, HEADER, table(rows), {}, title="ns per collision; ratios below 1 are faster")
     else:
         cells = [["" if cell is None else cell for cell in astuple(row)] for row in rows]
         show(style, COLUMNS, cells, {"comments": comments, "rows": [vars(row) for row in rows]})

@@ -25,7 +25,7 @@ from viscopade_lab.bench import libraries, ours, picture, rivals
 from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR
 from viscopade_lab.bench.harness import RUNS, BenchError, Harness, Key, Sizes, Task, c_file, in_rounds
 from viscopade_lab.bench.result import COLUMNS, HEADER, Row, from_csv, table, to_csv
-from viscopade_lab.bench.speeds import BETA, DISTRIBUTIONS, SPEED_MAX, SPEED_MIN, speeds
+from viscopade_lab.bench.speeds import BETA, SPEED_MAX, SPEED_MIN, speeds
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 BENCH = Path(__file__).parents[2] / "docs" / "bench"
@@ -57,24 +57,15 @@ def rival(ident):
 # --- the speeds ---------------------------------------------------------------------------------------------------
 
 
-def test_speeds_are_the_same_at_every_call_and_distributed_as_they_are_called():
-    size = 100_000
-    for kind in DISTRIBUTIONS:
-        values = speeds(kind, size)
-        assert np.array_equal(values[:100], speeds(kind, 100))
-        assert SPEED_MIN <= values.min() <= values.max() <= SPEED_MAX
-    assert np.quantile(np.log10(speeds("log-uniform", size)), [0.25, 0.5, 0.75]) == pytest.approx(
-        [-1.5, 0, 1.5], abs=0.03
-    )
-    # Rayleigh's distribution: P(v > x) = exp(-x^2/2).
-    thermal = speeds("maxwell", size)
-    assert thermal.mean() == pytest.approx(math.sqrt(math.pi / 2), rel=0.01)
-    assert (thermal > 2).mean() == pytest.approx(math.exp(-2), rel=0.03)
-    assert set(speeds("equal", 10)) == {1.0}
+def test_speeds_are_the_same_at_every_call_and_log_uniform():
+    values = speeds(100_000)
+    assert np.array_equal(values[:100], speeds(100))
+    assert SPEED_MIN <= values.min() <= values.max() <= SPEED_MAX
+    assert np.quantile(np.log10(values), [0.25, 0.5, 0.75]) == pytest.approx([-1.5, 0, 1.5], abs=0.03)
 
 
 def test_the_exact_values_are_those_of_the_proven_function():
-    speed = speeds("log-uniform", 12)
+    speed = speeds(12)
     eps, loss = exact_at(speed, np.full(12, BETA))
     for i, v in enumerate(speed.tolist()):
         true = exact.collision(None, 25, beta=BETA, speed=v).floats()
@@ -193,7 +184,7 @@ def test_errors_are_seen_where_they_are():
     table = rival("log-table")
     off = replace(table, source=table.source.replace("return table", "return 1.01 * table"), slack=1e14)
     relative, loss = errors_of(off)
-    eps, one_minus_eps = exact_at(speeds("log-uniform", TINY.sampled), np.full(TINY.sampled, BETA))
+    eps, one_minus_eps = exact_at(speeds(TINY.sampled), np.full(TINY.sampled, BETA))
     assert relative == pytest.approx(0.01, rel=1e-2)
     assert loss == pytest.approx(0.01 * (eps / one_minus_eps).max(), rel=1e-2)
     assert errors_of(replace(off, valid=(math.inf, math.inf))) is None
@@ -213,7 +204,7 @@ def counting(log, key, duration=lambda: 1.0):
 
 def test_every_round_measures_everything_once_and_the_order_changes():
     log = []
-    keys = [Key(name, "double", speeds, measure) for name in "abcd" for speeds in DISTRIBUTIONS for measure in MEASURES]
+    keys = [Key(name, form, measure) for name in "abcd" for form in ("double", "float") for measure in MEASURES]
     times = in_rounds([counting(log, key) for key in keys], 5)
     assert set(times) == set(keys)
     assert all(len(values) == 5 for values in times.values())
@@ -224,26 +215,24 @@ def test_every_round_measures_everything_once_and_the_order_changes():
     blocks = [[part[i : i + 4] for i in range(0, len(part), 4)] for part in rounds]
     every = [block for of_round in blocks for block in of_round]
     for block in every:  # what is compared follows each other
-        assert len({(key.speeds, key.measure) for key in block}) == 1
-    assert len({tuple((part[0].speeds, part[0].measure) for part in of_round) for of_round in blocks}) == 5
+        assert len({(key.format, key.measure) for key in block}) == 1
+    assert len({tuple((part[0].format, part[0].measure) for part in of_round) for of_round in blocks}) == 5
     assert len({tuple(key.id for key in block) for block in every}) > 10
 
 
 def test_all_but_arrays_from_memory_are_warmed_up():
     for measure in MEASURES:
         log = []
-        counting(log, Key("a", "double", "equal", measure)).measure()
+        counting(log, Key("a", "double", measure)).measure()
         assert [passes for _, passes in log] == ([4] * RUNS if measure == "memory" else [1] + [4] * RUNS)
 
 
 def test_ratios_are_medians_of_the_ratios_of_a_round():
     def key(ident):
-        return Key(ident, "double", "equal", "cache")
+        return Key(ident, "double", "cache")
 
     times = {key("pow+[3/6]"): [30.0, 60.0, 10.0], key("copy"): [1.0, 2.0, 4.0], key("fit"): [3.0, 3.0, 5.0]}
-    times = {key: np.array(values) for key, values in times.items()} | {
-        Key("fit", "float", "equal", "cache"): np.ones(3)
-    }
+    times = {key: np.array(values) for key, values in times.items()} | {Key("fit", "float", "cache"): np.ones(3)}
     (row,) = bench._rows(times, rival("fit"), DOUBLE, (1e-3, 1e-2))
     assert (row.min_ns, row.median_ns, row.spread) == (3.0, 3.0, pytest.approx(1 / 3))
     assert row.ratio_to_3_6 == pytest.approx(0.1)  # of 0.1, 0.05, 0.5; the ratio of the medians is the same by chance
@@ -257,7 +246,7 @@ def test_ratios_are_medians_of_the_ratios_of_a_round():
 
 def test_the_fastest_of_some_runs_counts():
     durations = iter([9.0, 3.0, 1.0, 2.0])  # the first one is to warm up
-    task = counting([], Key("a", "double", "equal", "cache"), lambda: next(durations))
+    task = counting([], Key("a", "double", "cache"), lambda: next(durations))
     assert task.measure() == pytest.approx(1.0 / 10)
 
 
@@ -308,7 +297,7 @@ def test_fast_math_does_not_change_the_process():
     """Linked with -ffast-math, a library makes the whole process flush subnormal numbers to 0."""
     kernel = rival("pow+[3/6]-fast")
     harness = harness_of(kernel)
-    harness.run(kernel, DOUBLE, "equal", "cache", 16)
+    harness.run(kernel, DOUBLE, "cache", 16)
     assert np.float64(5e-324) * 1.0 > 0
 
 
@@ -340,12 +329,12 @@ def quick():
 
 def test_all_that_was_asked_for_is_measured_and_the_two_references(quick):
     _, rows = quick
-    found = {(row.id, row.format, row.speeds, row.measure) for row in rows}
+    found = {(row.id, row.format, row.measure) for row in rows}
     assert len(found) == len(rows)
     for ident in ("table", "fit", "copy", "pow+[3/6]"):
         for form in ("double", "float"):
-            assert {(ident, form, speeds, measure) for speeds in DISTRIBUTIONS for measure in MEASURES} <= found
-    assert {measure for ident, _, _, measure in found if ident == "verlet"} == {*SCALAR, "cache"}
+            assert {(ident, form, measure) for measure in MEASURES} <= found
+    assert {measure for ident, _, measure in found if ident == "verlet"} == {*SCALAR, "cache"}
     assert "adaptive" not in {ident for ident, *_ in found}
     for row in rows:
         assert row.ratio_to_3_6 == 1 or row.id != "pow+[3/6]"
@@ -363,7 +352,7 @@ def test_unknown_names_and_missing_headers_are_told(tmp_path):
 
 
 def a_row(ident="a", time=1.0, relative=1e-3, proven=None, **changes):
-    names = {"label": ident, "group": "ours", "format": "double", "speeds": "log-uniform", "measure": "throughput"}
+    names = {"label": ident, "group": "ours", "format": "double", "measure": "throughput"}
     return Row(ident, **names | changes, min_ns=time, median_ns=time, spread=0.1, ratio_to_3_6=None, ratio_to_copy=2.0,
                relative=relative, loss=0.0, proven=proven)  # fmt: skip
 
@@ -384,7 +373,7 @@ def test_what_is_written_is_read(quick):
         (",1,1,", ",1,inf,", "a.csv, row 1: median_ns is 'inf': expected a number that is not negative"),
         (",0.001,", ",x,", "a.csv, row 1: relative is 'x': expected a number that is not negative"),
         (",0.1,", ",,", "a.csv, row 1: spread is '': expected a number that is not negative"),
-        (",0.1,", ",0.1,1,", "a.csv, row 1: expected 14 cells, not 15"),
+        (",0.1,", ",0.1,1,", "a.csv, row 1: expected 13 cells, not 14"),
         ("min_ns", "ns", "a.csv: expected the columns id,label,group,"),
         ("a,a", "\xff", "a.csv is not readable: expected what"),
         ("\n", "\n#", "a.csv: expected the columns id,label,group,"),
@@ -458,7 +447,7 @@ def test_the_pages_ratios_are_those_of_the_files():
     lines = [line.split(" | ")[1:] for line in page.partition("| what | Xeon")[2].splitlines()[2:10]]
     for column, name in enumerate(RUNS_OF_ALL):
         rows = from_csv((BENCH / f"{name}.csv").read_bytes(), name)
-        wanted = (row for row in rows if (row.format, row.speeds) == ("double", "log-uniform"))
+        wanted = (row for row in rows if row.format == "double")
         of = {(row.id, row.measure): row for row in wanted}
         full, power = (
             [of[ident, measure].median_ns for measure in ("throughput", "latency")] for ident in ("speed-full", "pow")
@@ -483,7 +472,7 @@ def test_the_pages_times_of_vector_pows_are_those_of_the_file():
     rows = from_csv((BENCH / "vector_pow.csv").read_bytes(), "vector_pow")
     ids = ("speed-1e-5", "speed-1e-10", "speed-full", "pow+[3/6]-mkl", "exp-log+[3/6]-fast", "pow+[3/6]-fast",
            "pow+[3/6]-sleef", "pow+[3/6]")  # fmt: skip
-    chosen = (row for row in rows if (row.format, row.speeds, row.measure) == ("double", "log-uniform", "cache"))
+    chosen = (row for row in rows if (row.format, row.measure) == ("double", "cache"))
     times = {row.id: row.median_ns for row in chosen}
     assert [float(line[1]) for line in lines] == pytest.approx([times[ident] for ident in ids], rel=0.005)
     ratios = [float(line[2].rstrip(" |")) for line in lines]

@@ -94,7 +94,7 @@ def run(
         "{} rounds; scalar {}; arrays {}, {} elements in the cache, {} from memory".format(
             rounds, *flags, CACHE, sizes.memory
         ),
-        f"beta = {BETA:g}, speeds from {SPEED_MIN:g} to {SPEED_MAX:g}",
+        f"beta = {BETA:g}, speeds from {SPEED_MIN:g} to {SPEED_MAX:g}, log-uniform",
         *rivals.absent(),
     ]
     return comments, rows
@@ -114,6 +114,6 @@ def _rows(
             others = (times.get(key._replace(id=other)) for other in (PADE, COPY))
             to_pade, to_copy = (None if other is None else float(np.median(values / other)) for other in others)
             yield Row(
-                contender.id, contender.label, contender.group, key.format, key.speeds, key.measure,
+                contender.id, contender.label, contender.group, key.format, key.measure,
                 float(values.min()), median, (high - low) / median, to_pade, to_copy, relative, loss, bound,
             )  # fmt: skip

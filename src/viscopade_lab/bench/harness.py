@@ -25,7 +25,7 @@ from viscopade.progress import track
 from viscopade_lab.bench import libraries
 from viscopade_lab.bench.contender import Contender, Measure
 from viscopade_lab.bench.libraries import Compiler, Library
-from viscopade_lab.bench.speeds import BETA, DISTRIBUTIONS, SPEED_MAX, SPEED_MIN, Distribution, speeds
+from viscopade_lab.bench.speeds import BETA, SPEED_MAX, SPEED_MIN, speeds
 
 CACHE = 2048  # elements of an array in the cache
 SLOW = 10.0  # ns per collision from which the speed of the memory does not matter
@@ -77,11 +77,10 @@ class Sizes:
 
 
 class Key(NamedTuple):
-    """Key of a measurement: contender, format, kind of speeds, and measure."""
+    """Key of a measurement: contender, format and measure."""
 
     id: str
     format: str
-    speeds: Distribution
     measure: Measure
 
 
@@ -127,18 +126,12 @@ class Harness:
         }
         self._libraries = libraries.build_libraries(compiler, units, {**headers, "bench.c": c_file(contenders)})
         most = max(sizes.memory, CACHE, sizes.scalar, sizes.sampled)
-        self._speed = {
-            (form.name, kind): speeds(kind, most).astype(DTYPE[form])
-            for form in FORMATS.values()
-            for kind in DISTRIBUTIONS
-        }
+        self._speed: dict[str, Array] = {form.name: speeds(most).astype(DTYPE[form]) for form in FORMATS.values()}
         self._out: dict[str, Array] = {form.name: np.zeros(most, DTYPE[form]) for form in FORMATS.values()}
 
-    def run(
-        self, contender: Contender, form: Format, kind: Distribution, measure: Measure, elements: int, passes: int = 1
-    ) -> float:
+    def run(self, contender: Contender, form: Format, measure: Measure, elements: int, passes: int = 1) -> float:
         """Run a contender and return its nanoseconds; its results are then in the array of its format."""
-        speed, out = self._speed[form.name, kind], self._out[form.name]
+        speed, out = self._speed[form.name], self._out[form.name]
         if contender.python is not None:
             taken = 0.0
             for _ in range(passes):
@@ -167,32 +160,31 @@ class Harness:
         """
         size, beta = min(contender.most, self.sizes.sampled), float(DTYPE[form](BETA))
         largest = [0.0, 0.0]
-        for kind in DISTRIBUTIONS:
-            speed = self._speed[form.name, kind][:size].astype(np.float64)
-            eps, loss = double.exact_of_speed(speed, np.full(size, beta))
-            low, high = contender.valid or (0.0, np.inf)
-            valid = (low <= speed) & (speed <= high)
-            for measure in contender.measures:
-                out = self._out[form.name][:size]
-                out[:] = np.nan  # an element that a contender does not write is noticed
-                self.run(contender, form, kind, measure, size)
-                results = out.astype(np.float64)
-                expected = eps if contender.expected is None else contender.expected(speed, beta)
-                tolerance = contender.slack * form.epsilon * np.maximum(np.abs(expected), 1.0)
-                if contender.expected is None:
-                    tolerance = allowed(contender.proven[form.name], form) * np.minimum(eps, loss)
-                wrong = ~(np.abs(results - expected) <= tolerance)
-                if wrong.any():
-                    i = int(wrong.argmax())
-                    what = "contradicts its proof" if contender.expected is None else "computes rubbish"
-                    raise BenchError(
-                        f"{contender.id} ({form.name}, {measure}) {what}: {results[i]:.17g} at speed {speed[i]:.17g}, "
-                        f"where it should be {expected[i]:.17g} within {tolerance[i]:.3g}"
-                    )
-                if contender.group != "limit" and valid.any():
-                    error = np.abs(results - eps)[valid]
-                    parts = (float((error / scale[valid]).max()) for scale in (eps, loss))
-                    largest = [max(pair) for pair in zip(largest, parts, strict=True)]
+        speed = self._speed[form.name][:size].astype(np.float64)
+        eps, loss = double.exact_of_speed(speed, np.full(size, beta))
+        low, high = contender.valid or (0.0, np.inf)
+        valid = (low <= speed) & (speed <= high)
+        for measure in contender.measures:
+            out = self._out[form.name][:size]
+            out[:] = np.nan  # an element that a contender does not write is noticed
+            self.run(contender, form, measure, size)
+            results = out.astype(np.float64)
+            expected = eps if contender.expected is None else contender.expected(speed, beta)
+            tolerance = contender.slack * form.epsilon * np.maximum(np.abs(expected), 1.0)
+            if contender.expected is None:
+                tolerance = allowed(contender.proven[form.name], form) * np.minimum(eps, loss)
+            wrong = ~(np.abs(results - expected) <= tolerance)
+            if wrong.any():
+                i = int(wrong.argmax())
+                what = "contradicts its proof" if contender.expected is None else "computes rubbish"
+                raise BenchError(
+                    f"{contender.id} ({form.name}, {measure}) {what}: {results[i]:.17g} at speed {speed[i]:.17g}, "
+                    f"where it should be {expected[i]:.17g} within {tolerance[i]:.3g}"
+                )
+            if contender.group != "limit" and valid.any():
+                error = np.abs(results - eps)[valid]
+                parts = (float((error / scale[valid]).max()) for scale in (eps, loss))
+                largest = [max(pair) for pair in zip(largest, parts, strict=True)]
         return (largest[0], largest[1]) if max(largest) > 0 else None
 
     # --- how long they take -------------------------------------------------------------------------------------------
@@ -200,25 +192,24 @@ class Harness:
     def tasks(self) -> list[Task]:
         """Return all measurements, each with enough passes to fill the time."""
         return [
-            self._task(contender, form, kind, measure)
+            self._task(contender, form, measure)
             for contender in self.contenders
             for form in contender.formats
-            for kind in DISTRIBUTIONS
             for measure in contender.measures
         ]
 
-    def _task(self, contender: Contender, form: Format, kind: Distribution, measure: Measure) -> Task:
+    def _task(self, contender: Contender, form: Format, measure: Measure) -> Task:
         probe = min(contender.most, _PROBE)
-        self.run(contender, form, kind, measure, probe)
-        each = self.run(contender, form, kind, measure, probe) / probe
+        self.run(contender, form, measure, probe)
+        each = self.run(contender, form, measure, probe) / probe
         wanted = {"memory": self.sizes.memory, "cache": CACHE}.get(measure, self.sizes.scalar)
         elements = min(contender.most, wanted, MOST_OF_SLOW if measure == "memory" and each > SLOW else wanted)
         passes = 1 if measure == "memory" else max(1, round(self.sizes.duration / (each * elements)))
 
         def run(passes: int) -> float:
-            return self.run(contender, form, kind, measure, elements, passes)
+            return self.run(contender, form, measure, elements, passes)
 
-        return Task(Key(contender.id, form.name, kind, measure), run, elements, passes)
+        return Task(Key(contender.id, form.name, measure), run, elements, passes)
 
 
 def ulp_of_eps(form: Format) -> float:
@@ -243,7 +234,7 @@ def allowed(bound: ErrorBound, form: Format) -> float:
 def in_rounds(tasks: Sequence[Task], rounds: int) -> dict[Key, FloatArray]:
     """Measure all tasks in turn, once in each round.
 
-    Tasks to be compared (of one format, speeds and measure) follow each other, in an order that changes from
+    Tasks to be compared (of one format and measure) follow each other, in an order that changes from
     round to round, so that a drift affects all alike.
     """
 

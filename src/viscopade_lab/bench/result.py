@@ -19,19 +19,19 @@ HEADER = (
 
 @dataclass(frozen=True)
 class Row:
-    """The times of a contender in nanoseconds per collision, for a format, kind of speeds and measure; its errors.
+    """The times of a contender in nanoseconds per collision, for a format and a measure; its errors.
 
     Attributes
     ----------
     id, label, group : str
         Of the contender.
-    format, speeds, measure : str
+    format, measure : str
     min_ns, median_ns : float
     spread : float
         Distance of the quartiles, relative to the median.
     ratio_to_3_6, ratio_to_copy : float or None
         Median over the rounds of the time over that of pow + [3/6], or of a scaled copy, in the same round, of the
-        same type, speeds and measure.
+        same type and measure.
     relative, loss : float or None
         Sampled maximum of |d eps|/eps, and of |d eps|/(1 - eps), over all speeds.
     proven : float or None
@@ -42,7 +42,6 @@ class Row:
     label: str
     group: str
     format: str
-    speeds: str
     measure: str
     min_ns: float
     median_ns: float
@@ -67,7 +66,7 @@ class Row:
 
 
 COLUMNS = tuple(field.name for field in fields(Row))
-_TEXTS, _OPTIONAL = 6, COLUMNS[-5:]
+_TEXTS, _OPTIONAL = 5, COLUMNS[-5:]
 
 
 def to_csv(comments: Sequence[str], rows: Sequence[Row]) -> str:
@@ -114,11 +113,10 @@ def from_csv(content: bytes, source: str) -> list[Row]:
 
 
 def table(rows: Sequence[Row]) -> Iterator[list[str]]:
-    """Yield a line with `HEADER` for each contender and format, on the log-uniform speeds."""
+    """Yield a line with `HEADER` for each contender and format."""
     lines: dict[tuple[str, str], dict[str, Row]] = {}
     for row in rows:
-        if row.speeds == "log-uniform":
-            lines.setdefault((row.id, row.format), {})[row.measure] = row
+        lines.setdefault((row.id, row.format), {})[row.measure] = row
 
     def cell(measured: dict[str, Row], measure: Measure, column: str) -> str:
         """Return three digits without an exponent, or a dash if there is no measurement."""
