@@ -133,53 +133,41 @@ __host__ __device__ static double spread(unsigned long long random, int limit)
     return ldexp(mantissa, static_cast<int>(random % (2u * limit)) - limit);
 }
 
-/* The largest errors: of all arguments, and of those with 1e-3 <= v* <= 10. Positive doubles are ordered as their bits. */
-__device__ static void note(double error, bool middle, unsigned long long *worst)
-{
-    const unsigned long long bits = __double_as_longlong(error);
+/* Where the device keeps its largest errors, as their bits: positive doubles are ordered as those. */
+struct Worst {
+    unsigned long long *bits;
+    __device__ void note(int place, double error) const
+    {
+        const unsigned long long found = __double_as_longlong(error);
 
-    if (bits > worst[0]) {
-        atomicMax(worst, bits);
+        if (found > bits[place]) {
+            atomicMax(bits + place, found);
+        }
     }
-    if (middle && bits > worst[1]) {
-        atomicMax(worst + 1, bits);
-    }
-}
+};
 
-__device__ static bool is_middle(double w)
-{
-    return w >= 1e-30 && w <= 1e10;
-}
-
-/* Every float as speed with beta = 1 (one = true), or random pairs. */
-template <typename Function, typename Reference>
-__global__ void float_errors(bool one, Function function, Reference reference, unsigned long long *worst)
-{
-    for (unsigned i = blockIdx.x * blockDim.x + threadIdx.x; i < FLOATS; i += gridDim.x * blockDim.x) {
-        const float speed = one ? __uint_as_float(i) : static_cast<float>(spread(mixed(i), 60));
-        const float beta = one ? 1.0f : static_cast<float>(spread(mixed(~i), 12));
+/* Relative errors of a function of the header, for every float as speed with beta = 1, or for random pairs: in place 0
+ * those of all w of the domain, in place 1 those with 1e-3 <= v* <= 10. */
+template <typename T, typename Function, typename Reference> struct OfKernel {
+    bool every_float;
+    __device__ void operator()(unsigned i, Worst worst) const
+    {
+        const bool in_float = sizeof(T) == sizeof(float);
+        const T speed = every_float ? __uint_as_float(i) : static_cast<T>(spread(mixed(i), in_float ? 60 : 400));
+        const T beta = every_float ? 1 : static_cast<T>(spread(mixed(~i), in_float ? 12 : 80));
         const double w = pow(static_cast<double>(beta), 5.0) * speed;
 
-        if (w >= 0x1p-126 && w <= 0x1p+120) {
-            const double exact = reference(static_cast<double>(speed), static_cast<double>(beta));
-            note(fabs(function(speed, beta) - exact) / exact, is_middle(w), worst);
+        if (w >= (in_float ? 0x1p-126 : 0x1p-1000) && w <= (in_float ? 0x1p+120 : 0x1p+900)) {
+            const double exact = Reference{}(static_cast<double>(speed), static_cast<double>(beta));
+            const double error = fabs(Function{}(speed, beta) - exact) / exact;
+
+            worst.note(0, error);
+            if (w >= 1e-30 && w <= 1e10) {
+                worst.note(1, error);
+            }
         }
     }
-}
-
-template <typename Function, typename Reference>
-__global__ void double_errors(Function function, Reference reference, unsigned long long *worst)
-{
-    for (unsigned i = blockIdx.x * blockDim.x + threadIdx.x; i < FLOATS; i += gridDim.x * blockDim.x) {
-        const double speed = spread(mixed(i), 400), beta = spread(mixed(~i), 80);
-        const double w = pow(beta, 5.0) * speed;
-
-        if (w >= 0x1p-1000 && w <= 0x1p+900) {
-            const double exact = reference(speed, beta);
-            note(fabs(function(speed, beta) - exact) / exact, is_middle(w), worst);
-        }
-    }
-}
+};
 
 /* The error of a float function in units in the last place of the exact value. */
 __device__ static double ulps(float result, double exact)
@@ -189,83 +177,78 @@ __device__ static double ulps(float result, double exact)
     return fabs(result - exact) / ldexp(1.0, max(exponent, -125) - 24);
 }
 
-/* worst: __log2f in ulp outside [1/2, 2]; in 2^-22 inside; exp2f in ulp of normal results; __fdividef in ulp. */
-__global__ void function_errors(unsigned long long *worst)
-{
-    for (unsigned i = blockIdx.x * blockDim.x + threadIdx.x; i < FLOATS; i += gridDim.x * blockDim.x) {
+/* Errors of CUDA's functions: __log2f in ulp outside [1/2, 2]; in 2^-22 inside; exp2f in ulp of normal results;
+ * __fdividef in ulp. */
+struct OfLibrary {
+    __device__ void operator()(unsigned i, Worst worst) const
+    {
         const float x = __uint_as_float(i);
         const float a = static_cast<float>(spread(mixed(i), 30)), b = static_cast<float>(spread(mixed(~i), 60));
 
         if (x >= 0x1p-126f) {
             const double exact = log2(static_cast<double>(x));
             if (x >= 0.5f && x <= 2) {
-                note(fabs(viscopade_log2f(x) - exact) * 0x1p+22, false, worst + 1);
+                worst.note(1, fabs(viscopade_log2f(x) - exact) * 0x1p+22);
             } else {
-                note(ulps(viscopade_log2f(x), exact), false, worst);
+                worst.note(0, ulps(viscopade_log2f(x), exact));
             }
         }
         if (x < 126) {
-            note(ulps(exp2f(x), exp2(static_cast<double>(x))), false, worst + 2);
-            note(ulps(exp2f(-x), exp2(-static_cast<double>(x))), false, worst + 2);
+            worst.note(2, ulps(exp2f(x), exp2(static_cast<double>(x))));
+            worst.note(2, ulps(exp2f(-x), exp2(-static_cast<double>(x))));
         }
-        note(ulps(viscopade_dividef(a, b), static_cast<double>(a) / b), false, worst + 3);
-    }
-}
-
-/* Numbers on the device that kernels raise, as their bits. */
-struct Largest {
-    unsigned long long *bits = nullptr;
-    Largest()
-    {
-        check(cudaMalloc(&bits, 4 * sizeof(*bits)));
-        reset();
-    }
-    ~Largest() { cudaFree(bits); }
-    void reset() { check(cudaMemset(bits, 0, 4 * sizeof(*bits))); }
-    std::vector<double> read()
-    {
-        std::vector<double> values(4);
-        check(cudaGetLastError());
-        check(cudaMemcpy(values.data(), bits, 4 * sizeof(double), cudaMemcpyDeviceToHost));
-        reset();
-        return values;
-    }
-    void print(const char *type, const char *name, const char *arguments)
-    {
-        const std::vector<double> worst = read();
-        std::printf("%-6s  %-36s  %-24s  %.3e (%.3e for 1e-3 <= v* <= 10)\n", type, name, arguments, worst[0], worst[1]);
+        worst.note(3, ulps(viscopade_dividef(a, b), static_cast<double>(a) / b));
     }
 };
 
-#define FLOAT_ERRORS(KERNEL, FUNCTION)                                                                                \
-    float_errors<<<4096, 256>>>(true, KERNEL::FUNCTION{}, viscopade_compact_1em7::FUNCTION{}, largest.bits);          \
-    largest.print("float", #KERNEL " " #FUNCTION, "every speed, beta = 1");                                           \
-    float_errors<<<4096, 256>>>(false, KERNEL::FUNCTION{}, viscopade_compact_1em7::FUNCTION{}, largest.bits);         \
-    largest.print("float", #KERNEL " " #FUNCTION, "random pairs");
-#define DOUBLE_ERRORS(KERNEL, FUNCTION)                                                                               \
-    double_errors<<<4096, 256>>>(KERNEL::FUNCTION{}, viscopade_compact_1em7::FUNCTION{}, largest.bits);               \
-    largest.print("double", #KERNEL " " #FUNCTION, "random pairs");
+template <typename Errors> __global__ void note_all(Errors errors, Worst worst)
+{
+    for (unsigned i = blockIdx.x * blockDim.x + threadIdx.x; i < FLOATS; i += gridDim.x * blockDim.x) {
+        errors(i, worst);
+    }
+}
+
+/* Return the largest errors in each place. */
+template <typename Errors> static std::vector<double> largest(Errors errors)
+{
+    std::vector<double> values(4);
+    const size_t size = values.size() * sizeof(double);
+    Worst worst;
+
+    check(cudaMalloc(&worst.bits, size));
+    check(cudaMemset(worst.bits, 0, size));
+    note_all<<<4096, 256>>>(errors, worst);
+    check(cudaGetLastError());
+    check(cudaMemcpy(values.data(), worst.bits, size, cudaMemcpyDeviceToHost));
+    check(cudaFree(worst.bits));
+    return values;
+}
+
+template <typename Function, typename Reference> static void kernel_errors(const char *name)
+{
+    const auto print = [=](const char *type, const char *arguments, const std::vector<double> &worst) {
+        std::printf("%-6s  %-36s  %-24s  %.3e (%.3e for 1e-3 <= v* <= 10)\n", type, name, arguments, worst[0], worst[1]);
+    };
+
+    print("float", "every speed, beta = 1", largest(OfKernel<float, Function, Reference>{true}));
+    print("float", "random pairs", largest(OfKernel<float, Function, Reference>{false}));
+    print("double", "random pairs", largest(OfKernel<double, Function, Reference>{false}));
+}
 
 static void errors()
 {
-    Largest largest;
+    const std::vector<double> worst = largest(OfLibrary{});
 
-    function_errors<<<4096, 256>>>(largest.bits);
-    const std::vector<double> worst = largest.read();
     std::printf("float   __log2f %.3f ulp, in [1/2, 2] %.3f 2^-22; exp2f %.3f ulp; __fdividef %.3f ulp\n", worst[0], worst[1],
                 worst[2], worst[3]);
-    FLOAT_ERRORS(viscopade_compact_1em3, restitution)
-    FLOAT_ERRORS(viscopade_compact_1em3, rebound)
-    FLOAT_ERRORS(viscopade_compact_1em3, dissipation)
-    FLOAT_ERRORS(viscopade_compact_1em5, restitution)
-    FLOAT_ERRORS(viscopade_compact_1em5, rebound)
-    FLOAT_ERRORS(viscopade_compact_1em5, dissipation)
-    DOUBLE_ERRORS(viscopade_compact_1em3, restitution)
-    DOUBLE_ERRORS(viscopade_compact_1em3, rebound)
-    DOUBLE_ERRORS(viscopade_compact_1em3, dissipation)
-    DOUBLE_ERRORS(viscopade_compact_1em5, restitution)
-    DOUBLE_ERRORS(viscopade_compact_1em5, rebound)
-    DOUBLE_ERRORS(viscopade_compact_1em5, dissipation)
+#define ERRORS(KERNEL, FUNCTION) \
+    kernel_errors<KERNEL::FUNCTION, viscopade_compact_1em7::FUNCTION>(#KERNEL " " #FUNCTION);
+    ERRORS(viscopade_compact_1em3, restitution)
+    ERRORS(viscopade_compact_1em3, rebound)
+    ERRORS(viscopade_compact_1em3, dissipation)
+    ERRORS(viscopade_compact_1em5, restitution)
+    ERRORS(viscopade_compact_1em5, rebound)
+    ERRORS(viscopade_compact_1em5, dissipation)
 }
 
 /* log2 and exp2 of CUDA in type double. */
