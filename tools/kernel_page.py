@@ -11,7 +11,6 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.kernels.arithmetic import ARITHMETICS, Arithmetic
 from viscopade.kernels.catalogue import CATALOGUE, Entry
 from viscopade.kernels.kernel import Function, Kernel
-from viscopade.kernels.requests import Request
 from viscopade.kernels.write.file import error_text, range_text, stated, where_normal
 
 PAGE = Path(__file__).parents[1] / "docs" / "reference" / "kernels.md"
@@ -40,7 +39,7 @@ def _kernel(entry: Entry) -> str:
         "Source": kernel.source,
         "Domain": kernel.domain,
         "Bounds hold": where_normal(kernel, kernel.bounds),
-        "Command": Request.of([entry]).command("c"),
+        "Command": entry.request.command("c"),
     }
     lines += [f"- {name}: `{text}`" for name, text in facts.items() if text]
     lines += [f"- Tables: {kernel.bytes} bytes"] if kernel.bytes else []

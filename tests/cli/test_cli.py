@@ -20,6 +20,7 @@ from viscopade.cli.main import command
 from viscopade.collision import exact
 from viscopade.collision.contact import Contact
 from viscopade.kernels import requests
+from viscopade.kernels.catalogue import Request
 from viscopade.theory.law import ENDS, law_of
 
 # --- what is printed ----------------------------------------------------------------------------------------------
@@ -262,7 +263,7 @@ def test_export_goes_to_stdout_or_to_a_file(tmp_path):
     words = ("export", "c", "--pade", "3/6", "--pade", "1/4")
     written = called(*words, "-o", target)
     assert (written.returncode, written.stdout, written.stderr) == (0, "", "")
-    assert target.read_text() == called(*words).stdout == requests.Request(pade=[(3, 6), (1, 4)]).render("c")
+    assert target.read_text() == called(*words).stdout == requests.render(Request(pade=[(3, 6), (1, 4)]), "c")
     assert "viscopade export c --pade 3/6 --pade 1/4\n" in target.read_text()
 
 

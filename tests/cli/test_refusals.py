@@ -275,7 +275,7 @@ def test_bad_input_is_one_line_and_status_two(line, message, here):
 
 
 def test_targets_are_refused_before_the_work(here, monkeypatch):
-    monkeypatch.setattr(requests.Request, "render", lambda *_: pytest.fail("it was made"))
+    monkeypatch.setattr(requests, "render", lambda *_: pytest.fail("it was made"))
     assert "mine.toml" in refused("export", "c", "--pade", "100/100", "-o", "mine.toml")
 
 

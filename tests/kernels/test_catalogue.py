@@ -12,7 +12,6 @@ from viscopade.arithmetic.formats import FORMATS
 from viscopade.arrays import double
 from viscopade.kernels import catalogue, machine
 from viscopade.kernels.catalogue import CATALOGUE
-from viscopade.kernels.requests import Request
 
 EVERY = pytest.mark.parametrize("entry", CATALOGUE.values(), ids=CATALOGUE)
 FORWARD = [entry for entry in CATALOGUE.values() if entry.group != "inverse"]
@@ -25,12 +24,6 @@ def test_keys_and_names_are_those_of_one_kernel() -> None:
     assert len(set(names)) == len(names)
     with pytest.raises(ValueError, match="the kernel asked for is 'compact 1e-4': expected pade 0/3, "):
         catalogue.kernel("compact 1e-4")
-
-
-@EVERY
-def test_options_ask_for_the_kernel(entry) -> None:
-    (kernel,) = Request.of([entry]).kernels()
-    assert kernel == entry.kernel
 
 
 OUTSIDE = {"epsilon": (0.0, 1.5), "one_minus_epsilon": (1.0, 1.5), "speed": (), "beta": (), "v_star": ()}
@@ -105,7 +98,7 @@ def test_all_records_are_what_is_made() -> None:
     """As `make reproduce` says too; every record belongs to a kernel of the catalogue."""
     with store.anew() as records:
         for entry in CATALOGUE.values():
-            entry.make()
+            entry.request.kernels()
     folder = Path(store.__file__).parent / store.FOLDER
     assert records == {
         path.name: path.read_text() for path in folder.iterdir() if not path.name.startswith("curve_tables-")

@@ -13,7 +13,8 @@ import pytest
 from tests import compiled
 from viscopade.generated import END_CONDITION, MARKER
 from viscopade.kernels import catalogue, requests
-from viscopade.kernels.requests import Request
+from viscopade.kernels.catalogue import Request
+from viscopade.kernels.requests import render
 from viscopade.kernels.write import file
 from viscopade.kernels.write.languages import NAMES, language
 
@@ -136,21 +137,21 @@ def test_a_name_says_what_was_asked_for(asked, name):
 
 def test_requests_that_are_refused():
     with pytest.raises(ValueError, match="the kernel minimax_v5_1em3 is asked for twice: expected each kernel once"):
-        Request(accuracy=("1e-3", "1e-3"), v_star_max="5").render("c")
+        render(Request(accuracy=("1e-3", "1e-3"), v_star_max="5"), "c")
     with pytest.raises(ValueError, match="target is 'cobol': expected c, "):
-        Request(pade=((3, 6),)).render("cobol")
+        render(Request(pade=((3, 6),)), "cobol")
     with pytest.raises(ValueError, match="compact_1em3 is no quotient of polynomials in v"):
-        Request(accuracy=("1e-3",)).render("csv")
+        render(Request(accuracy=("1e-3",)), "csv")
 
 
 def test_a_file_holds_kernels_of_every_kind():
-    text = Request(pade=((3, 6),), accuracy=("1e-3",), inverse=("1e-3",)).render("c")
+    text = render(Request(pade=((3, 6),), accuracy=("1e-3",), inverse=("1e-3",)), "c")
     for name in ("epsilon_pade_3_6", "rebound_compact_1em3", "beta_inverse_1em3"):
         assert f"viscopade_{name}(" in text
 
 
 def test_a_module_of_another_name_in_fortran():
-    text = Request(pade=((3, 6),)).render("fortran", "of_a_scene")
+    text = render(Request(pade=((3, 6),)), "fortran", "of_a_scene")
     assert "\nmodule of_a_scene\n" in text
     assert "module viscopade" not in text
 
@@ -160,14 +161,14 @@ def test_a_module_of_another_name_in_fortran():
 
 def of_one_name():
     """Return a header with another kernel of the name of the one for 1e-5."""
-    text = Request(from_speed=("5e-6",)).render("c")
+    text = render(Request(from_speed=("5e-6",)), "c")
     return text.replace("5em6", "1em5").replace("5EM6", "1EM5")
 
 
 def test_two_kernels_of_one_name_are_refused(tmp_path):
     """The same header twice, and kernels of two headers, are fine."""
     (tmp_path / "other.h").write_text(of_one_name())
-    (tmp_path / "pade.h").write_text(Request(pade=((3, 6),)).render("c"))
+    (tmp_path / "pade.h").write_text(render(Request(pade=((3, 6),)), "c"))
     for others, refused in ((("other.h",), True), (("viscopade_speed_1em5.h", "viscopade_pade.h", "pade.h"), False)):
         text = "".join(f'#include "{name}"\n' for name in ("viscopade_speed_1em5.h", *others)) + "int unused;\n"
         words = [*compiled.compiler("c99"), "-fsyntax-only", "-I", EXPORTS, "-I", tmp_path, "-"]

@@ -24,7 +24,7 @@ from viscopade.cli.console import (
     write_or_print,
 )
 from viscopade.cli.writer import check_targets, write_all
-from viscopade.kernels.catalogue import SPEEDS
+from viscopade.kernels.catalogue import SPEEDS, Request
 from viscopade.kernels.write.targets import LATEX_DIGITS, SERIES_DIGITS, SERIES_ORDER, TARGETS
 from viscopade.shipped import example_scenes
 
@@ -108,9 +108,9 @@ def export(target: str, order: int, digits: int | None, output: Path | None, **w
     elif target == "version-header":
         text = requests.file(requests.VERSION_HEADER)
     else:
-        request = requests.Request(**wanted)
-        request = requests.default(target) if request == requests.Request() else request
-        text = replace(request, digits=digits or LATEX_DIGITS).render(target)
+        request = Request(**wanted)
+        request = requests.default(target) if request == Request() else request
+        text = requests.render(replace(request, digits=digits or LATEX_DIGITS), target)
     write_or_print(text, output)
 
 

@@ -1,4 +1,4 @@
-"""The catalogue: the one list of the kernels that stand ready, each with a key of its own.
+"""Requests for kernels, and the catalogue: the one list of the kernels that stand ready, each with a key of its own.
 
 Exports, scenes, the benchmark, the calculator and the docs read it. What a kernel says of itself (coefficients, bounds,
 operations, size of its table) is in its `Kernel`.
@@ -6,20 +6,111 @@ operations, size of its table) is in its `Kernel`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property, partial
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from viscopade.kernels.write.targets import LATEX_DIGITS
+from viscopade.theory.law import VISCOELASTIC
 
+if TYPE_CHECKING:
     from viscopade.kernels.kernel import Kernel
 
 SPEEDS = ("1e-5", "5e-6", "1e-10", "full")
 """Accuracies of speed tables; that of 5e-6 is the smallest table, and needs more operations than that of 1e-5."""
 TIERS = ("1e-5", "1e-10", "full")
 """Those that have a header in `exports`."""
+
+Degrees = Sequence[tuple[int, int]]
+
+
+@dataclass(frozen=True)
+class Request:
+    """A request to `viscopade export`; its fields are the command's options.
+
+    A file holds all kernels that are asked for.
+
+    Attributes
+    ----------
+    full : bool
+        The kernels of full accuracy, in C.
+    pade, minimax : sequence of (m, n)
+        Degrees of Padé and of best approximants.
+    accuracy : sequence of str
+        Proven errors: the cheapest best approximant on the interval, or the smallest kernel for all v* >= 0.
+    inverse : sequence of str
+        Proven relative errors of v*(eps).
+    from_speed : sequence of str
+        At most one accuracy of `SPEEDS`: a kernel that needs no root, in C.
+    v_star_min, v_star_max : str or None
+        Interval of the best approximants.
+    digits : int
+        Significant digits of coefficients, for LaTeX.
+    """
+
+    full: bool = False
+    pade: Degrees = ()
+    minimax: Degrees = ()
+    accuracy: Sequence[str] = ()
+    inverse: Sequence[str] = ()
+    from_speed: Sequence[str] = ()
+    v_star_min: str = "0"
+    v_star_max: str | None = None
+    digits: int = LATEX_DIGITS
+
+    def __post_init__(self) -> None:
+        if self.minimax and self.v_star_max is None:
+            raise ValueError("minimax is given without an interval: expected minimax with v_star_max (--v-star-max)")
+        for name in ("v_star_min", "v_star_max"):
+            if getattr(self, name) != getattr(Request, name) and not (self.minimax or self.accuracy):
+                raise ValueError(
+                    f"{name} is given without minimax or accuracy: expected it with one of them (--minimax, --accuracy)"
+                )
+        if self.v_star_max is None and self.v_star_min != "0":
+            raise ValueError(
+                "v_star_min is given without v_star_max: expected an interval with both ends (--v-star-max)"
+            )
+        if len(self.from_speed) > 1:
+            raise ValueError(
+                f"from_speed is {', '.join(self.from_speed)}: expected one accuracy, as a file holds one kernel"
+            )
+
+    def kernels(self) -> list[Kernel]:
+        """Return the requested kernels.
+
+        Raises
+        ------
+        ValueError
+            If one does not exist, or cannot be as accurate as wanted.
+        """
+        # What makes kernels is loaded here: the command line reads what can be asked for, and nothing else.
+        from viscopade.kernels import compact, full, inverse, quotient, speed_table
+
+        for m, n in self.pade:
+            if m + n < VISCOELASTIC.d:
+                raise ValueError(f"pade is {m}/{n}: expected m + n >= {VISCOELASTIC.d}, as 1 - eps begins with v*^2")
+        found = [quotient.pade_quotient(m, n) for m, n in self.pade]
+        if self.v_star_max is None:
+            found += [compact.compact(accuracy) for accuracy in self.accuracy]
+        else:
+            ends = self.v_star_max, self.v_star_min
+            found += [quotient.best_fit(m, n, *ends) for m, n in self.minimax]
+            found += [quotient.accurate_quotient(accuracy, *ends) for accuracy in self.accuracy]
+        found += [inverse.inverse(accuracy) for accuracy in self.inverse]
+        found += [full.full()] if self.full else []
+        return [*found, *(speed_table.speed_table(accuracy) for accuracy in self.from_speed)]
+
+    def command(self, target: str) -> str:
+        """Return the command line."""
+        words = ["viscopade export", target]
+        for option in fields(self):
+            value = getattr(self, option.name)
+            if value != option.default:
+                given = [""] if value is True else [str(value)] if isinstance(value, (str, int)) else value
+                texts = (item if isinstance(item, str) else "/".join(map(str, item)) for item in given)
+                words += (f"--{option.name.replace('_', '-')} {text}".rstrip() for text in texts)
+        return " ".join(words)
 
 
 @dataclass(frozen=True)
@@ -32,16 +123,13 @@ class Entry:
         "pade", "minimax", "compact", "inverse", "full" or "speed".
     asked : str
         What was asked for: an accuracy, degrees; "" for the only kernel of its group.
-    options : mapping
-        The options of `viscopade export` that ask for it, as `requests.Request` has them.
-    make : callable
-        Reads the kernel's records.
+    request : Request
+        That for this kernel alone.
     """
 
     group: str
     asked: str
-    options: Mapping[str, Any]
-    make: Callable[[], Kernel]
+    request: Request
 
     @property
     def key(self) -> str:
@@ -50,62 +138,23 @@ class Entry:
 
     @cached_property
     def kernel(self) -> Kernel:
-        """The kernel."""
-        return self.make()
-
-
-# Makers import what they need when they are called: the command line reads the keys, and nothing else.
-
-
-def _pade(m: int, n: int) -> Kernel:
-    from viscopade.kernels import quotient
-
-    return quotient.pade_quotient(m, n)
-
-
-def _minimax(accuracy: str, v_star_max: str) -> Kernel:
-    from viscopade.kernels import quotient
-
-    return quotient.accurate_quotient(accuracy, v_star_max)
-
-
-def _compact(accuracy: str) -> Kernel:
-    from viscopade.kernels import compact
-
-    return compact.compact(accuracy)
-
-
-def _inverse(accuracy: str) -> Kernel:
-    from viscopade.kernels import inverse
-
-    return inverse.inverse(accuracy)
-
-
-def _full() -> Kernel:
-    from viscopade.kernels import full
-
-    return full.full()
-
-
-def _speed(accuracy: str) -> Kernel:
-    from viscopade.kernels import speed_table
-
-    return speed_table.speed_table(accuracy)
+        """The kernel, which is made of its records."""
+        (kernel,) = self.request.kernels()
+        return kernel
 
 
 def _entries() -> Iterator[Entry]:
     for m, n in ((0, 3), (1, 4), (2, 5), (3, 6)):  # the paper's; its module takes long to import
-        yield Entry("pade", f"{m}/{n}", {"pade": ((m, n),)}, partial(_pade, m, n))
+        yield Entry("pade", f"{m}/{n}", Request(pade=((m, n),)))
     for accuracy in ("1e-3", "1e-5", "1e-8"):
-        options = {"accuracy": (accuracy,), "v_star_max": "5"}
-        yield Entry("minimax", f"{accuracy} v5", options, partial(_minimax, accuracy, "5"))
+        yield Entry("minimax", f"{accuracy} v5", Request(accuracy=(accuracy,), v_star_max="5"))
     for accuracy in ("1e-3", "1e-5", "1e-7"):
-        yield Entry("compact", accuracy, {"accuracy": (accuracy,)}, partial(_compact, accuracy))
+        yield Entry("compact", accuracy, Request(accuracy=(accuracy,)))
     for accuracy in ("1e-3", "1e-5"):
-        yield Entry("inverse", accuracy, {"inverse": (accuracy,)}, partial(_inverse, accuracy))
-    yield Entry("full", "", {"full": True}, _full)
+        yield Entry("inverse", accuracy, Request(inverse=(accuracy,)))
+    yield Entry("full", "", Request(full=True))
     for accuracy in SPEEDS:
-        yield Entry("speed", accuracy, {"from_speed": (accuracy,)}, partial(_speed, accuracy))
+        yield Entry("speed", accuracy, Request(from_speed=(accuracy,)))
 
 
 CATALOGUE: Mapping[str, Entry] = {entry.key: entry for entry in _entries()}
@@ -115,6 +164,15 @@ CATALOGUE: Mapping[str, Entry] = {entry.key: entry for entry in _entries()}
 def group(name: str) -> tuple[Entry, ...]:
     """Return the entries of a group, in order."""
     return tuple(entry for entry in CATALOGUE.values() if entry.group == name)
+
+
+def request_of(name: str) -> Request:
+    """Return the request for all kernels of a group, whose requests differ in the kernel alone."""
+    requests, lists = [entry.request for entry in group(name)], dict[str, Any]()
+    for field in fields(Request):
+        if isinstance(field.default, tuple):
+            lists[field.name] = tuple(asked for request in requests for asked in getattr(request, field.name))
+    return replace(requests[0], **lists)
 
 
 def kernel(key: str) -> Kernel:

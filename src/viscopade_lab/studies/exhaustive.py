@@ -31,6 +31,7 @@ from rich.table import Table
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import panels
 from viscopade.kernels import formulas, full, requests, speed_table
+from viscopade.kernels.catalogue import Request
 
 MODES = {"plain": ("-O3", "-ffp-contract=off"), "fused": ("-O3", "-march=native", "-ffp-contract=fast")}
 """Flags of the compiler: without FMA contraction, and with the FMA instructions of this machine."""
@@ -140,7 +141,7 @@ def floats(text: str, mode: str, step: int = 1, jobs: int = 1) -> tuple[list[Err
     # Beyond the table numbers are computed in double: some roundings in 1e-13 of the result.
     beyond_table = float(max(bound.formula for bound in kernel.bounds) + Fraction(1, 10**13))
     files = {
-        "full.h": requests.Request(full=True).render("c"),
+        "full.h": requests.render(Request(full=True), "c"),
         "speed.h": text,
         "bounds.h": f"#define NAME(function) viscopade_##function##_{kernel.name}f\n"
         f"static const double LOW = 0x1p{first}, HIGH = 0x1p{first + formulas.OCTAVES};\n"
@@ -168,8 +169,8 @@ def floats(text: str, mode: str, step: int = 1, jobs: int = 1) -> tuple[list[Err
 def main(samples: int, step: int, jobs: int) -> None:
     """Test, print the errors, and exit with 1 if one is beyond its bound, or an array differs."""
     out, holds = Console(width=160, highlight=False), True
-    source = requests.Request(full=True).render("c")
-    table = requests.Request(from_speed=("1e-5",)).render("c")
+    source = requests.render(Request(full=True), "c")
+    table = requests.render(Request(from_speed=("1e-5",)), "c")
     for mode, flags in MODES.items():
         with compiled("exhaustive_double", mode, double_files(source)) as program:
             in_ulp = [row for function in full.FUNCTIONS for row in doubles(program, function, samples, jobs)]
