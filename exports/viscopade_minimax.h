@@ -14,9 +14,9 @@
  * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 9.1e-16 r   9.87e-4 m + 4.9e-7 r
  * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999                           9.87e-4 m + 1.87e-14 r  9.9e-4 m + 4.91e-7 r (v* <= 4.99998)
  * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.95e-15 r  9.9e-4 m + 4.91e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
- * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.7e-15 r   2.84e-6 m + 8.8e-7 r
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999                           2.84e-6 m + 1.94e-14 r  5.38e-6 m + 8.81e-7 r (v* <= 4.99998)
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.74e-15 r  5.2e-6 m + 8.81e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
+ * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.7e-15 r   2.88e-6 m + 8.8e-7 r
+ * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999                           2.84e-6 m + 1.94e-14 r  5.42e-6 m + 8.81e-7 r (v* <= 4.99998)
+ * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.74e-15 r  5.24e-6 m + 8.81e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
  * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.5e-15 r   -
  * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999                           3.06e-9 m + 2.02e-14 r  -
  * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.54e-15 r  -
@@ -75,9 +75,9 @@ typedef char viscopade_expected_constants_of_type_double[sizeof(0.0) == 8 ? 1 : 
 #ifdef VISCOPADE_INLINE
 
 #ifndef VISCOPADE_MINIMAX_V5_1EM3
-#define VISCOPADE_MINIMAX_V5_1EM3 0x395cc714
+#define VISCOPADE_MINIMAX_V5_1EM3 0x3a298f5b
 
-VISCOPADE_KERNEL(0x395cc714)
+VISCOPADE_KERNEL(0x3a298f5b)
 
 /*
  * eps.
@@ -111,12 +111,12 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em3(double v_star)
 VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float a1 = VISCOPADE_CONSTANT(0x1.87cdacp-3f, 0.191310257f);
+    const float a1 = VISCOPADE_CONSTANT(0x1.87cd9ap-3f, 0.191310123f);
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float b1 = VISCOPADE_CONSTANT(0x1.87cdacp-3f, 0.191310257f);
+    const float b1 = VISCOPADE_CONSTANT(0x1.87cd9ap-3f, 0.191310123f);
     const float b2 = VISCOPADE_CONSTANT(0x1.26fdf2p+0f, 1.1523124f);
-    const float b3 = VISCOPADE_CONSTANT(0x1.fae532p-3f, 0.247507468f);
-    const float b4 = VISCOPADE_CONSTANT(0x1.b8e23ap-2f, 0.430550486f);
+    const float b3 = VISCOPADE_CONSTANT(0x1.fae53cp-3f, 0.247507542f);
+    const float b4 = VISCOPADE_CONSTANT(0x1.b8e22ep-2f, 0.430550307f);
     const float high = VISCOPADE_CONSTANT(0x1.4p+2f, 5.0f);
 
     if (!(v_star >= 0.0f && v_star <= high)) {
@@ -165,12 +165,12 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, doub
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float a1 = VISCOPADE_CONSTANT(0x1.87cdacp-3f, 0.191310257f);
+    const float a1 = VISCOPADE_CONSTANT(0x1.87cd9ap-3f, 0.191310123f);
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float b1 = VISCOPADE_CONSTANT(0x1.87cdacp-3f, 0.191310257f);
+    const float b1 = VISCOPADE_CONSTANT(0x1.87cd9ap-3f, 0.191310123f);
     const float b2 = VISCOPADE_CONSTANT(0x1.26fdf2p+0f, 1.1523124f);
-    const float b3 = VISCOPADE_CONSTANT(0x1.fae532p-3f, 0.247507468f);
-    const float b4 = VISCOPADE_CONSTANT(0x1.b8e23ap-2f, 0.430550486f);
+    const float b3 = VISCOPADE_CONSTANT(0x1.fae53cp-3f, 0.247507542f);
+    const float b4 = VISCOPADE_CONSTANT(0x1.b8e22ep-2f, 0.430550307f);
     const float high = VISCOPADE_CONSTANT(0x1.4p+2f, 5.0f);
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
@@ -187,14 +187,14 @@ VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_MINIMAX_V5_1EM3 != 0x395cc714
+#elif VISCOPADE_MINIMAX_V5_1EM3 != 0x3a298f5b
 #error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_MINIMAX_V5_1EM5
-#define VISCOPADE_MINIMAX_V5_1EM5 0x2a93cc83
+#define VISCOPADE_MINIMAX_V5_1EM5 0x742c7c94
 
-VISCOPADE_KERNEL(0x2a93cc83)
+VISCOPADE_KERNEL(0x742c7c94)
 
 /*
  * eps.
@@ -204,17 +204,17 @@ VISCOPADE_KERNEL(0x2a93cc83)
 VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
-    const double a1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5acea2p-1, 0.95296441829710354);
-    const double a2 = VISCOPADE_CONSTANT(0x1.800bb9ba273bep-1, 0.75008945844057684);
-    const double a3 = VISCOPADE_CONSTANT(0x1.7692a2fc0d6cep-3, 0.18289687473013888);
+    const double a1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5ad00dp-1, 0.95296441829714384);
+    const double a2 = VISCOPADE_CONSTANT(0x1.800bb9ba27352p-1, 0.75008945844056485);
+    const double a3 = VISCOPADE_CONSTANT(0x1.7692a2fc0d628p-3, 0.18289687473013427);
     const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
-    const double b1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5acea2p-1, 0.95296441829710354);
-    const double b2 = VISCOPADE_CONSTANT(0x1.e74e12a5c61f5p+0, 1.9035350470277284);
-    const double b3 = VISCOPADE_CONSTANT(0x1.4849a0a63ab91p+0, 1.2823734670480216);
-    const double b4 = VISCOPADE_CONSTANT(0x1.64c205f8fb99cp+0, 1.3935855610721779);
-    const double b5 = VISCOPADE_CONSTANT(0x1.e15d7ffc7388ep-2, 0.47008323648777484);
-    const double b6 = VISCOPADE_CONSTANT(0x1.4484064322b0cp-2, 0.31690988335383063);
-    const double b7 = VISCOPADE_CONSTANT(0x1.ae57f920a754ep-8, 0.0065665229054990403);
+    const double b1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5ad00dp-1, 0.95296441829714384);
+    const double b2 = VISCOPADE_CONSTANT(0x1.e74e12a5c61bfp+0, 1.9035350470277164);
+    const double b3 = VISCOPADE_CONSTANT(0x1.4849a0a63ac4dp+0, 1.2823734670480633);
+    const double b4 = VISCOPADE_CONSTANT(0x1.64c205f8fb963p+0, 1.3935855610721652);
+    const double b5 = VISCOPADE_CONSTANT(0x1.e15d7ffc73962p-2, 0.4700832364877866);
+    const double b6 = VISCOPADE_CONSTANT(0x1.4484064322a6ap-2, 0.31690988335382164);
+    const double b7 = VISCOPADE_CONSTANT(0x1.ae57f920a74ddp-8, 0.0065665229054989423);
     const double high = VISCOPADE_CONSTANT(0x1.4p+2, 5.0);
 
     if (!(v_star >= 0.0 && v_star <= high)) {
@@ -228,23 +228,23 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em5(double v_star)
 
 /*
  * eps.
- * Error <= 2.84e-6 m + 8.8e-7 r for v* <= 5.
+ * Error <= 2.88e-6 m + 8.8e-7 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERRORF 2.84e-6 /* m + 8.8e-7 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERRORF 2.88e-6 /* m + 8.8e-7 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float a1 = VISCOPADE_CONSTANT(0x1.e7f488p-1f, 0.9530375f);
-    const float a2 = VISCOPADE_CONSTANT(0x1.800a7p-1f, 0.750079632f);
-    const float a3 = VISCOPADE_CONSTANT(0x1.768fb8p-3f, 0.182891309f);
+    const float a1 = VISCOPADE_CONSTANT(0x1.e7eaf4p-1f, 0.952964425f);
+    const float a2 = VISCOPADE_CONSTANT(0x1.800bbap-1f, 0.750089467f);
+    const float a3 = VISCOPADE_CONSTANT(0x1.7692a2p-3f, 0.182896867f);
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float b1 = VISCOPADE_CONSTANT(0x1.e7f488p-1f, 0.9530375f);
-    const float b2 = VISCOPADE_CONSTANT(0x1.e74d6ep+0f, 1.90352523f);
-    const float b3 = VISCOPADE_CONSTANT(0x1.484ec4p+0f, 1.28245187f);
-    const float b4 = VISCOPADE_CONSTANT(0x1.64c17p+0f, 1.39357662f);
-    const float b5 = VISCOPADE_CONSTANT(0x1.e163fcp-2f, 0.470107973f);
-    const float b6 = VISCOPADE_CONSTANT(0x1.44812ap-2f, 0.316898972f);
-    const float b7 = VISCOPADE_CONSTANT(0x1.ae562p-8f, 0.00656641275f);
+    const float b1 = VISCOPADE_CONSTANT(0x1.e7eaf4p-1f, 0.952964425f);
+    const float b2 = VISCOPADE_CONSTANT(0x1.e74e12p+0f, 1.90353501f);
+    const float b3 = VISCOPADE_CONSTANT(0x1.4849ap+0f, 1.28237343f);
+    const float b4 = VISCOPADE_CONSTANT(0x1.64c206p+0f, 1.39358556f);
+    const float b5 = VISCOPADE_CONSTANT(0x1.e15d8p-2f, 0.470083237f);
+    const float b6 = VISCOPADE_CONSTANT(0x1.448406p-2f, 0.316909879f);
+    const float b7 = VISCOPADE_CONSTANT(0x1.ae57fap-8f, 0.00656652311f);
     const float high = VISCOPADE_CONSTANT(0x1.4p+2f, 5.0f);
 
     if (!(v_star >= 0.0f && v_star <= high)) {
@@ -265,17 +265,17 @@ VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
-    const double a1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5acea2p-1, 0.95296441829710354);
-    const double a2 = VISCOPADE_CONSTANT(0x1.800bb9ba273bep-1, 0.75008945844057684);
-    const double a3 = VISCOPADE_CONSTANT(0x1.7692a2fc0d6cep-3, 0.18289687473013888);
+    const double a1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5ad00dp-1, 0.95296441829714384);
+    const double a2 = VISCOPADE_CONSTANT(0x1.800bb9ba27352p-1, 0.75008945844056485);
+    const double a3 = VISCOPADE_CONSTANT(0x1.7692a2fc0d628p-3, 0.18289687473013427);
     const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
-    const double b1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5acea2p-1, 0.95296441829710354);
-    const double b2 = VISCOPADE_CONSTANT(0x1.e74e12a5c61f5p+0, 1.9035350470277284);
-    const double b3 = VISCOPADE_CONSTANT(0x1.4849a0a63ab91p+0, 1.2823734670480216);
-    const double b4 = VISCOPADE_CONSTANT(0x1.64c205f8fb99cp+0, 1.3935855610721779);
-    const double b5 = VISCOPADE_CONSTANT(0x1.e15d7ffc7388ep-2, 0.47008323648777484);
-    const double b6 = VISCOPADE_CONSTANT(0x1.4484064322b0cp-2, 0.31690988335383063);
-    const double b7 = VISCOPADE_CONSTANT(0x1.ae57f920a754ep-8, 0.0065665229054990403);
+    const double b1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5ad00dp-1, 0.95296441829714384);
+    const double b2 = VISCOPADE_CONSTANT(0x1.e74e12a5c61bfp+0, 1.9035350470277164);
+    const double b3 = VISCOPADE_CONSTANT(0x1.4849a0a63ac4dp+0, 1.2823734670480633);
+    const double b4 = VISCOPADE_CONSTANT(0x1.64c205f8fb963p+0, 1.3935855610721652);
+    const double b5 = VISCOPADE_CONSTANT(0x1.e15d7ffc73962p-2, 0.4700832364877866);
+    const double b6 = VISCOPADE_CONSTANT(0x1.4484064322a6ap-2, 0.31690988335382164);
+    const double b7 = VISCOPADE_CONSTANT(0x1.ae57f920a74ddp-8, 0.0065665229054989423);
     const double high = VISCOPADE_CONSTANT(0x1.4p+2, 5.0);
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
@@ -293,24 +293,24 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, doub
 
 /*
  * eps.
- * Error <= 5.38e-6 m + 8.81e-7 r for v* <= 4.99998; 5.2e-6 m + 8.81e-7 r for v* <= 4.99998,
+ * Error <= 5.42e-6 m + 8.81e-7 r for v* <= 4.99998; 5.24e-6 m + 8.81e-7 r for v* <= 4.99998,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.2e-6 /* m + 8.81e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.24e-6 /* m + 8.81e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float a1 = VISCOPADE_CONSTANT(0x1.e7f488p-1f, 0.9530375f);
-    const float a2 = VISCOPADE_CONSTANT(0x1.800a7p-1f, 0.750079632f);
-    const float a3 = VISCOPADE_CONSTANT(0x1.768fb8p-3f, 0.182891309f);
+    const float a1 = VISCOPADE_CONSTANT(0x1.e7eaf4p-1f, 0.952964425f);
+    const float a2 = VISCOPADE_CONSTANT(0x1.800bbap-1f, 0.750089467f);
+    const float a3 = VISCOPADE_CONSTANT(0x1.7692a2p-3f, 0.182896867f);
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float b1 = VISCOPADE_CONSTANT(0x1.e7f488p-1f, 0.9530375f);
-    const float b2 = VISCOPADE_CONSTANT(0x1.e74d6ep+0f, 1.90352523f);
-    const float b3 = VISCOPADE_CONSTANT(0x1.484ec4p+0f, 1.28245187f);
-    const float b4 = VISCOPADE_CONSTANT(0x1.64c17p+0f, 1.39357662f);
-    const float b5 = VISCOPADE_CONSTANT(0x1.e163fcp-2f, 0.470107973f);
-    const float b6 = VISCOPADE_CONSTANT(0x1.44812ap-2f, 0.316898972f);
-    const float b7 = VISCOPADE_CONSTANT(0x1.ae562p-8f, 0.00656641275f);
+    const float b1 = VISCOPADE_CONSTANT(0x1.e7eaf4p-1f, 0.952964425f);
+    const float b2 = VISCOPADE_CONSTANT(0x1.e74e12p+0f, 1.90353501f);
+    const float b3 = VISCOPADE_CONSTANT(0x1.4849ap+0f, 1.28237343f);
+    const float b4 = VISCOPADE_CONSTANT(0x1.64c206p+0f, 1.39358556f);
+    const float b5 = VISCOPADE_CONSTANT(0x1.e15d8p-2f, 0.470083237f);
+    const float b6 = VISCOPADE_CONSTANT(0x1.448406p-2f, 0.316909879f);
+    const float b7 = VISCOPADE_CONSTANT(0x1.ae57fap-8f, 0.00656652311f);
     const float high = VISCOPADE_CONSTANT(0x1.4p+2f, 5.0f);
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
@@ -328,7 +328,7 @@ VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float
 
 VISCOPADE_KERNEL_END
 
-#elif VISCOPADE_MINIMAX_V5_1EM5 != 0x2a93cc83
+#elif VISCOPADE_MINIMAX_V5_1EM5 != 0x742c7c94
 #error "viscopade: two headers have different kernels of one name"
 #endif
 

@@ -267,20 +267,3 @@ def test_no_pole_free_approximant():
     """tan crosses its pole: no continuous approximant is near."""
     with pytest.raises(NoBest):
         remez.solve(free(1, 1, lambda v: v.tan(), (0.0, 2.0)))
-
-
-# --- the error of other approximants --------------------------------------------------------------------------------
-
-
-def test_sup_error():
-    problem = restitution(3, 6, 10.0)
-    found = remez.solve(problem)
-    assert remez.sup_error(problem, found.a, found.b) == pytest.approx(found.error, rel=1e-9, abs=0)
-    worse = remez.sup_error(problem, found.a, [*found.b[:-1], found.b[-1] * 1.01])
-    assert worse > 1.01 * found.error
-
-
-def test_sup_error_at_a_pole():
-    problem = restitution(0, 2, 3.0)
-    with pytest.raises(NoBest, match=r"a pole near v\* = "):
-        remez.sup_error(problem, [arb(1)], [arb(1), arb(0), arb(-1) / 4])

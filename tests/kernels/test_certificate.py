@@ -18,11 +18,10 @@ from hypothesis import strategies as st
 
 import certificate_checker
 from certificate_checker import Checker, Wrong
-from viscopade.approximation import machine_coefficients, minimax
+from viscopade.approximation import minimax
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_least, at_most, rounded_up
-from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double, panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS
 from viscopade.collision import exact, panel_proof
@@ -31,7 +30,7 @@ from viscopade.kernels.certificate import ORDER, prove
 from viscopade.kernels.reference import speeds, stretches, v_star_at
 
 TIGHT = 1.015  # three digits, rounded up, of a bound that is tight to 0.1 %
-A, B = machine_coefficients.machine(minimax.fit(1, 4, 5), DOUBLE).exact
+A, B = (tuple(map(Fraction, map(float, values))) for values in minimax.fit(1, 4, 5).exact)
 FORMULA = quotient.quotient_formula(A, B)
 INTERVALS = [("0", "5"), ("0", "1/3"), ("0.1", "1/3"), ("1", "8"), ("1/16", "2"), ("0.01", "0.05"), ("3", "3.01")]
 CASES = [(*map(Fraction, ends), measure) for ends in INTERVALS for measure in ("both", "relative")]

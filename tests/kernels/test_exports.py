@@ -77,12 +77,11 @@ def test_the_command_in_the_file_makes_the_file(name):
 
 
 FITS = """
-from viscopade.approximation import half_line, machine_coefficients, minimax
+from viscopade.approximation import half_line, minimax
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.formats import FORMATS
 for m, n, form in {quotients}:
-    fit = machine_coefficients.machine(minimax.fit(m, n, {end!r}), FORMATS[form])
-    print((fit.a, fit.b))
+    print(tuple(tuple(map(FORMATS[form].nearest, values)) for values in minimax.fit(m, n, {end!r}).exact))
 for powers, form in {half_lines}:
     fit = half_line.fit_half_line(powers).quotient
     print(tuple(tuple(map(FORMATS[form].nearest, values)) for values in (fit.a, fit.b)))

@@ -1,4 +1,4 @@
-"""Best approximants of eps and its inverse: Remez exchange, minimax and lacunary quotients, machine coefficients."""
+"""Best approximants of eps and its inverse: Remez exchange, minimax and lacunary quotients."""
 
 __all__ = [
     "cheapest",
@@ -6,8 +6,6 @@ __all__ = [
     "inverse",
     "lacunary",
     "lawson",
-    "machine_coefficients",
     "minimax",
     "remez",
-    "target",
 ]

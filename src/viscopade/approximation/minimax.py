@@ -3,18 +3,16 @@ r"""Best rational approximants of eps(v*) on an interval.
 Among N/D with a_0 = b_0 = 1 and a_1 = b_1, which eps = 1 - c v*^2 + … requires, `fit` finds the one with the smallest
 largest error, max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions are accurate.
 
-`machine_coefficients` finds coefficients that are doubles or floats, and `cheapest` the cheapest degrees for an
-accuracy. Errors are sampled, for evaluation without rounding.
+`cheapest` finds the cheapest degrees for an accuracy. Errors are sampled, for evaluation without rounding.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from itertools import pairwise, zip_longest
+from itertools import pairwise
 from typing import Any, SupportsIndex
 
 from flint import arb, fmpz_poly
@@ -77,7 +75,20 @@ class Fit:
     deviations: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        _check(*self.exact, self)
+        a, b = self.exact
+        if (len(a), len(b)) != (self.m + 1, self.n + 1):
+            raise ValueError(f"{self.label} has {self.m + 1} and {self.n + 1} coefficients, not {len(a)} and {len(b)}")
+        if not a[0] == b[0] == 1:
+            raise ValueError("a_0 and b_0 must be 1")
+        if (*a, 0)[1] != (*b, 0)[1]:
+            raise ValueError("a_1 and b_1 must be the same number")
+        low, high = map(float, self.interval)
+        scale = math.lcm(*(c.denominator for c in b))
+        with working(128):
+            roots: list[Any] = fmpz_poly([int(c * scale) for c in b]).complex_roots()  # with their multiplicities
+            for root, _ in roots:
+                if root.imag == 0 and low <= float(root.real) <= high:
+                    raise ValueError(f"the denominator of {self.label} has a zero at v* = {float(root.real):.6g}")
         number = self.m + self.n
         if not len(self.points) == len(self.deviations) == number:
             raise ValueError(f"there are {len(self.points)} points: expected {number}")
@@ -102,24 +113,6 @@ class Fit:
 def cost(m: int, n: int) -> int:
     """Return the cost of [m/n]: m + n multiplications (each with an addition), and a division if n > 0."""
     return m + n + (n > 0)
-
-
-def _check(a: Sequence[Fraction], b: Sequence[Fraction], fit: Fit) -> None:
-    """Raise ValueError if lengths, a_0, b_0 or a_1, b_1 are wrong, or the denominator has a zero on the interval."""
-    if (len(a), len(b)) != (fit.m + 1, fit.n + 1):
-        raise ValueError(f"{fit.label} has {fit.m + 1} and {fit.n + 1} coefficients, not {len(a)} and {len(b)}")
-    if not a[0] == b[0] == 1:
-        raise ValueError("a_0 and b_0 must be 1")
-    for i, (top, bottom) in enumerate(zip_longest(a[:2], b[:2], fillvalue=0)):
-        if top != bottom:
-            raise ValueError(f"a_{i} and b_{i} must be the same number")
-    low, high = map(float, fit.interval)
-    scale = math.lcm(*(c.denominator for c in b))
-    with working(128):
-        roots: list[Any] = fmpz_poly([int(c * scale) for c in b]).complex_roots()  # with their multiplicities
-        for root, _ in roots:
-            if root.imag == 0 and low <= float(root.real) <= high:
-                raise ValueError(f"the denominator of {fit.label} has a zero at v* = {float(root.real):.6g}")
 
 
 # --- best approximants ------------------------------------------------------------------------------------------------
@@ -179,19 +172,20 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
 
 @lru_cache(maxsize=1024)
 def _fit(m: int, n: int, interval: Interval) -> Fit:
+    name = f"[{m}/{n}] on {interval_text(interval)}"
     try:
         found = remez.solve(minimax_problem(m, n, interval))
     except remez.TooAccurate:
         raise ValueError(
-            f"the best [{m}/{n}] on {_shown(interval)} has an error below {float(SMALLEST_ERROR):g}: expected lower "
-            "degrees, or the kernel of full accuracy"
+            f"the best {name} has an error below {float(SMALLEST_ERROR):g}: expected lower degrees, or the kernel of "
+            "full accuracy"
         ) from None
     except remez.NoBest as reason:
-        raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; expected other degrees") from None
+        raise ValueError(f"{name}: {reason}; expected other degrees") from None
     if not found.error < 1:
         raise TooCoarse(
-            f"the best [{m}/{n}] on {_shown(interval)} has a relative error of {found.error:.3g}: expected an error "
-            "below 1, as with a shorter interval or with n = m + 3"
+            f"the best {name} has a relative error of {found.error:.3g}: expected an error below 1, as with a shorter "
+            "interval or with n = m + 3"
         )
     places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))
     # Middles are exact, so every one has a decimal.
@@ -213,6 +207,7 @@ def minimax_problem(m: int, n: int, interval: Interval) -> remez.Problem:
     return remez.Problem(full_powers(m, n), values, inside, contact=2)
 
 
-def _shown(interval: Interval) -> str:
+def interval_text(interval: Interval) -> str:
+    """Return an interval as text, "[0, 5]"."""
     low, high = map(float, interval)
     return f"[{low:g}, {high:g}]"

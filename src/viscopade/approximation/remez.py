@@ -230,26 +230,6 @@ def solve(problem: Problem, start: Sequence[float] | None = None) -> Approximati
         return _first(problem, _references(problem, start))
 
 
-def sup_error(problem: Problem, a: Sequence[arb], b: Sequence[arb], near: Sequence[float] = ()) -> float:
-    """Return the largest weighted error of any N/D that fulfils the condition of contact (sampled).
-
-    Parameters
-    ----------
-    problem : Problem
-    a, b : sequence of flint.arb
-        Coefficients, ascending.
-    near : sequence of float
-        Points that are added to the grid, with more between them, as those of the best approximant.
-
-    Raises
-    ------
-    NoBest
-        If D is not positive.
-    """
-    with working(problem.bits):
-        return max(map(_size, _extrema(problem, a, b, near)))
-
-
 # --- points of reference ----------------------------------------------------------------------------------------------
 
 

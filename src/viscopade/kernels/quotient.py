@@ -18,7 +18,7 @@ from typing import SupportsIndex, TypeVar
 from flint import arb, arb_poly
 
 from viscopade import arguments
-from viscopade.approximation import cheapest, machine_coefficients, minimax
+from viscopade.approximation import cheapest, minimax
 from viscopade.arithmetic.balls import ball_of, bits_for, joined, known_decimal, magnitude, working
 from viscopade.arithmetic.decimals import above, at_most, below, identifier, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format, float_text
@@ -162,20 +162,10 @@ class ProvenPade:
 
     def rounded(self, form: Format) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the reduced coefficients, each rounded once; ValueError if one is neither zero nor a normal number."""
-
-        def nearest(name: str, number: Fraction) -> float:
-            try:
-                return form.nearest(number)
-            except ValueError as error:
-                raise ValueError(f"{self.label}: {name} = {error}") from None
-
-        a, b = (
-            tuple(nearest(f"{name}_{i}", c) for i, c in enumerate(values))
-            for name, values in zip("ab", self.reduced, strict=True)
-        )
-        top, bottom = (values[-1] for values in self.reduced)
-        nearest(f"a_{len(a) - 1}/b_{len(b) - 1}", top / bottom)  # what is left for large v*
-        return a, b
+        a, b = self.reduced
+        found = nearest_coefficients(self.label, a, b, form)
+        nearest(f"{self.label}: a_{len(a) - 1}/b_{len(b) - 1}", a[-1] / b[-1], form)  # what is left for large v*
+        return found
 
     def kernel(self) -> Kernel:
         """Return the kernel."""
@@ -314,7 +304,7 @@ def accurate_fit(wanted: Fraction, low: Fraction, high: Fraction) -> Fitted:
     limit = wanted
     for _ in range(_ATTEMPTS):
         chosen = cheapest.cheapest_fit(limit, high, low)
-        fitted = _with_proofs(chosen.fit, wanted)
+        fitted = _with_proofs(chosen, wanted)
         error = fitted.variants[0].error("epsilon")
         if error <= wanted:
             return fitted
@@ -326,9 +316,9 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> Fitted:
     """Return the coefficients, in type float as well if that is about as accurate, or within the limit."""
 
     def prove(form: Format) -> Coefficients:
-        machine = machine_coefficients.machine(fit, form)
-        proof = certificate.prove(quotient_formula(*machine.exact), *fit.interval)
-        return Coefficients(form, machine.a, machine.b, proof)
+        a, b = nearest_coefficients(f"{fit.label} on {minimax.interval_text(fit.interval)}", *fit.exact, form)
+        proof = certificate.prove(quotient_formula(*(tuple(map(Fraction, part)) for part in (a, b))), *fit.interval)
+        return Coefficients(form, a, b, proof)
 
     def bounds(of: Coefficients) -> Iterator[ErrorBound]:
         return on_machines(of.form, lambda machine: _bounds(fit.label, *of.exact, [of.certificate], machine))
@@ -453,6 +443,25 @@ def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Fo
     if t < 0:
         raise ValueError(f"{label}: the coefficients are too large to be summed in type {form.name}")
     return t
+
+
+def nearest_coefficients(
+    label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return coefficients, each rounded once; ValueError if one is neither zero nor a normal number."""
+    top, bottom = (
+        tuple(nearest(f"{label}: {letter}_{i}", c, form) for i, c in enumerate(values))
+        for letter, values in zip("ab", (a, b), strict=True)
+    )
+    return top, bottom
+
+
+def nearest(name: str, number: Fraction, form: Format) -> float:
+    """Return a number rounded once; ValueError, which names it, if it is neither zero nor a normal number."""
+    try:
+        return form.nearest(number)
+    except ValueError as error:
+        raise ValueError(f"{name} = {error}") from None
 
 
 def without_leading_zeros(ascending: Sequence[Number]) -> tuple[Number, ...]:
