@@ -13,6 +13,7 @@ import pytest
 from viscopade import store
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision import curve
+from viscopade.fitting import weight_table
 from viscopade.kernels import quotient
 from viscopade.kernels.speed_table import Polynomials, table_rows
 
@@ -89,12 +90,14 @@ def test_ready_kernels_are_neither_fitted_nor_proven(monkeypatch):
     def never(*_, **__):
         raise AssertionError("made")
 
-    for module, name in ((quotient.certificate, "prove"), (Polynomials, "row"), (curve, "interpolant")):
+    makers = (quotient.certificate, "prove"), (Polynomials, "row"), (curve, "interpolant"), (weight_table, "_motion")
+    for module, name in makers:
         monkeypatch.setattr(module, name, never)
     store._clear()
     quotient.proven_pade(3, 6)
     assert len(table_rows(Polynomials(6, -96, 1, FLOAT))) == 8192
     curve.curve_tables(curve.law_of("tsuji", "return"))
+    weight_table.nodes()
 
 
 def test_names_of_records_are_unique():

@@ -1,6 +1,6 @@
 """Maker of the package's own records, from the equation of motion on: the kernels of the catalogue are made anew.
 
-So are the array tables of the named laws.
+So are the array tables of the named laws, and the table of falls that fits use.
 
 python -m tools.kernel_records
 """
@@ -13,6 +13,7 @@ from pathlib import Path
 
 from viscopade import store
 from viscopade.collision.curve import curve_tables
+from viscopade.fitting import weight_table
 from viscopade.kernels.catalogue import CATALOGUE
 from viscopade.theory.law import ENDS, NAMED, law_of
 
@@ -26,6 +27,7 @@ def main() -> None:
             entry.make()
         for name, end in product(NAMED, ENDS):
             curve_tables(law_of(name, end))
+        weight_table.nodes()
     TARGET.mkdir(exist_ok=True)
     for old in TARGET.glob("*.json"):
         old.unlink()

@@ -9,5 +9,4 @@ __all__ = [
     "schemes",
     "spheres",
     "weight",
-    "weight_table",
 ]

@@ -11,8 +11,8 @@ from scipy import sparse
 
 from viscopade.arguments import without_unit
 from viscopade.arrays.checked import Accepted, FloatArray, array, number
-from viscopade.collision import weight_table
 from viscopade.collision.spheres import Pair
+from viscopade.fitting import weight_table
 from viscopade.fitting.contacts import LEAST_EPSILON, ContactTime, lasting, weight_speed
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision import weight_table
 from viscopade.collision.spheres import Pair
+from viscopade.fitting import weight_table
 from viscopade.theory.law import VISCOELASTIC
 
 ContactTime = float | Pair

@@ -13,9 +13,9 @@ import numpy as np
 from viscopade.arguments import refusal
 from viscopade.arrays import double
 from viscopade.arrays.checked import Accepted, FloatArray, number
-from viscopade.collision import weight_table
 from viscopade.collision.spheres import Pair, Sphere, restitution_error
 from viscopade.extras import require
+from viscopade.fitting import weight_table
 from viscopade.fitting.points import Points
 from viscopade.quantity import uncertain
 from viscopade.theory.law import VISCOELASTIC, Law, law_of

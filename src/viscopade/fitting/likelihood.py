@@ -1,7 +1,7 @@
 """Fit of one law to measured points, by maximum likelihood, with SciPy.
 
 A law is a curve eps = E(kappa) with kappa = b (v/v_0)^p. If the load of the body's weight is known, eps changes as in
-the viscoelastic contact that has the same eps without weight (`collision.weight_table`). The residuals eps_i - E(v_i)
+the viscoelastic contact that has the same eps without weight (`weight_table`). The residuals eps_i - E(v_i)
 have the covariance
 
     C = s^2 + G G^T,    G = d eps - E'(v) d v,
@@ -32,8 +32,8 @@ from scipy import linalg, optimize, stats
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision import weight_table
 from viscopade.collision.curve import curve
+from viscopade.fitting import weight_table
 from viscopade.fitting.points import Points
 from viscopade.theory.law import VISCOELASTIC, Law
 

@@ -16,8 +16,8 @@ import numpy as np
 
 from viscopade.arguments import without_unit
 from viscopade.arrays.checked import Accepted, FloatArray, array, unmasked
-from viscopade.collision import weight_table
 from viscopade.extras import require
+from viscopade.fitting import weight_table
 
 if TYPE_CHECKING:
     from scipy import sparse

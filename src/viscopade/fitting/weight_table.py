@@ -1,7 +1,7 @@
 """Table of the collision of a viscoelastic sphere that falls on a plane, in kappa and the load G.
 
 A fit of many bounces needs eps and the contact time at each of them, thousands of times, and `Contact.collide` takes
-10 ms. The table is made once, in half a second, and its numbers are sampled. In p = x^(1/2) and dt = 2 p dsigma the
+10 ms. The collisions at the nodes are a record of the package, and sampled. In p = x^(1/2) and dt = 2 p dsigma the
 scaled equation and the loss of energy kappa L are polynomial, so Taylor series in sigma solve it for all nodes at once:
 
     p' = v,    v' = 2 p (G - p^3) - 2 kappa p^2 v,    t' = 2 p,    L' = 4 p^2 v^2.
@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
+from viscopade.store import recorded
 
 LEAST, LARGEST = 9e-4, 6.5
 """Range of kappa in the table: eps without weight is 0.999 and 0.05. Below it D hardly changes with kappa."""
@@ -33,6 +34,18 @@ _ORDER, _STEP = 16, 0.2  # order of the series, and step of sigma over the time 
 _HALVINGS = 50  # of a step, to find its event
 _CLOSE = 1e-14  # error of a kappa, and of eps
 _DEGREE = 5  # of the splines
+
+
+Row = tuple[float, ...]
+
+
+class Nodes(NamedTuple):
+    """Collisions at the nodes of the table: G_s at each kappa; ln D and the duration by kappa and G/G_s."""
+
+    kappa: Row
+    sticking: Row
+    loss: tuple[Row, ...]
+    duration: tuple[Row, ...]
 
 
 class _Table(NamedTuple):
@@ -117,20 +130,35 @@ def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray,
 def _table() -> _Table:
     from scipy.interpolate import InterpolatedUnivariateSpline, RectBivariateSpline  # imported here: SciPy is optional
 
+    made = nodes()
+    ends = np.log(made.kappa), _places()
+    surfaces = (RectBivariateSpline(*ends, each, kx=_DEGREE, ky=_DEGREE).ev for each in (made.loss, made.duration))
+    return _Table(InterpolatedUnivariateSpline(ends[0], np.log(made.sticking), k=_DEGREE), *surfaces)
+
+
+def _places() -> FloatArray:
+    """Return the values of arcsin (G/G_s)^(1/2) at the nodes."""
+    return np.linspace(0, math.pi / 2, _NODES[1])
+
+
+@recorded("weight_table")
+def nodes() -> Nodes:
+    """Compute the collisions at the nodes."""
     # Any guess of the load will do, because the motion gives the speed at first contact, which scales it.
     kappa = np.geomspace(LEAST, 1.2 * LARGEST, _NODES[0])
     load = 0.375 * kappa ** (-6 / 11) * (1 + 0.8 * kappa) ** -2.2
     start = np.array([kappa * np.sqrt(2 * load), -2 * load * kappa, 0 * kappa, 0 * kappa])
     speed = _motion(start, kappa, load, -1, lambda p, v, k: p)[1]
     kappa, sticking = kappa * speed**0.2, load * speed**-1.2
-    place = np.linspace(0, math.pi / 2, _NODES[1])
-    k, g = (each.ravel() for each in np.broadcast_arrays(kappa[:, None], sticking[:, None] * np.sin(place) ** 2))
+
+    # From first contact at each kappa and load, to the instant at which the force vanishes.
+    shares = np.sin(_places()) ** 2
+    k, g = (each.ravel() for each in np.broadcast_arrays(kappa[:, None], sticking[:, None] * shares))
     start = np.array([0 * k, 0 * k + 1, 0 * k, 0 * k])
     _, v, time, lost = _motion(start, k, g, 1, lambda p, v, k: np.minimum(p, p**2 + k * v))
     loss = np.log(lost + 0.8 * k**1.5 * np.abs(v) ** 2.5)
-    ends = (np.log(kappa), place)
-    surfaces = (RectBivariateSpline(*ends, each.reshape(_NODES), kx=_DEGREE, ky=_DEGREE).ev for each in (loss, time))
-    return _Table(InterpolatedUnivariateSpline(ends[0], np.log(sticking), k=_DEGREE), *surfaces)
+    rows = (tuple(map(tuple, each.reshape(_NODES).tolist())) for each in (loss, time))
+    return Nodes(tuple(kappa.tolist()), tuple(sticking.tolist()), *rows)
 
 
 def _motion(

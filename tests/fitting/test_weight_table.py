@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from viscopade import store
 from viscopade.arrays import double
-from viscopade.collision import weight_table
 from viscopade.collision.weight import loaded
+from viscopade.fitting import weight_table
 from viscopade.theory.law import VISCOELASTIC
 
 KAPPA, PART = np.geomspace(1e-3, 6, 8), np.array([1e-4, 0.01, 0.2, 0.7, 0.97])
@@ -35,6 +36,14 @@ def test_numbers_are_those_of_a_collision(kappa):
     assert below.parts
     assert not above.parts
     assert weight_table.epsilon(np.array(kappa), np.array(limit * (1 + 1e-5))) == 0
+
+
+def test_the_record_is_what_is_made():
+    stored = weight_table.nodes()
+    with store.anew():
+        made = weight_table.nodes()
+    for one, other in zip(made, stored, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12)
 
 
 def test_without_load_it_is_the_law_inside_and_beyond_the_table():
