@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy import linalg, optimize, stats
+from scipy import linalg, optimize, special
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
@@ -246,9 +246,12 @@ class LawFit:
         return slopes
 
     def quantile(self, level: float) -> float:
-        """Return the half-width, in standard errors, of an interval of a confidence level."""
+        """Return the half-width, in standard errors, of an interval of a confidence level.
+
+        It is a quantile of the normal distribution, or of Student's t if the scatter is fitted.
+        """
         tail = (1 + level) / 2
-        return float(stats.norm.ppf(tail) if self.points.known else stats.t.ppf(tail, self.degrees))
+        return float(special.ndtri(tail) if self.points.known else special.stdtrit(self.degrees, tail))
 
     def interval(self, level: float, parameter: int = 0) -> tuple[float, float]:
         """Return the confidence interval of a parameter by profile likelihood; b is not negative.
@@ -287,7 +290,7 @@ class LawFit:
         centre, width = means[seen, parameter], np.sqrt(variances[seen, parameter])
 
         def missing(value: float) -> float:
-            return float(weights[seen] @ stats.norm.cdf((value - centre) / width)) - tail
+            return float(weights[seen] @ special.ndtr((value - centre) / width)) - tail
 
         ends = float((centre - 12 * width).min()), float((centre + 12 * width).max())
         return float(optimize.brentq(missing, *ends, xtol=1e-12, rtol=1e-9))

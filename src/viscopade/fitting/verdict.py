@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Literal
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize, special
 
 from viscopade.arrays.checked import FloatArray
 from viscopade.fitting.likelihood import LawFit, Model, fitted
@@ -120,7 +120,8 @@ def judged(fits: Sequence[LawFit]) -> Verdict:
     """
     main, others = fits[0], {fit.model.name: fit for fit in fits[1:]}
     number, free = len(main.points), others.get("free exponent")
-    if main.points.known and all(stats.chi2.sf(fit.chi2, fit.degrees) < _POOR for fit in fits):
+    # chdtrc(d, x): the probability that chi^2 with d degrees of freedom exceeds x.
+    if main.points.known and all(special.chdtrc(fit.degrees, fit.chi2) < _POOR for fit in fits):
         further = [fit.model for fit in fits if fit.model not in MODELS]
         again = judged(compared(replace(main.points, known=False), further, robust=main.robust))
         text = (
