@@ -2,6 +2,7 @@
 
 import ast
 import re
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -89,7 +90,7 @@ def test_imports_point_downward(module):
 
 
 def test_no_module_of_the_product_imports_the_evidence():
-    """`viscopade.cli.main` names the module of the laboratory's commands, and loads it when one is looked for."""
+    """`viscopade.cli.main` names the modules of all commands, and loads one when its command is looked for."""
     for module in PRODUCT:
         assert not any(other.startswith("viscopade_lab") for other, _ in imports(module))
 
@@ -237,6 +238,33 @@ with contextlib.redirect_stdout(io.StringIO()):
         command.main([*words, "--help"], standalone_mode=False)
 """
     assert not loaded_after(code) & {*HEAVY - {"click"}, "numpy", "flint", "mpmath"}
+
+
+COMMAND = """
+from contextlib import redirect_stdout, suppress
+from io import StringIO
+from viscopade.__main__ import main
+sys.argv[1:] = ["epsilon", "--v-star", "1"]
+with redirect_stdout(StringIO()), suppress(SystemExit):
+    main()
+"""
+
+
+def test_a_command_loads_its_own_module():
+    loaded = {name for name in loaded_after(COMMAND) if name.startswith("viscopade.cli.")}
+    assert loaded == {f"viscopade.cli.{name}" for name in ("console", "derive", "main", "writer")}
+
+
+@pytest.mark.parametrize(
+    ("code", "before", "after"),
+    [("import viscopade; viscopade.epsilon(1)", None, "None"), (COMMAND, None, "1"), (COMMAND, "2", "2")],
+)
+def test_only_the_command_line_sets_the_threads_of_numpy_unless_they_are_set(code, before, after):
+    variables = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    variables |= {"OPENBLAS_NUM_THREADS": before} if before else {}
+    code = f"import os, sys\n{code}\nprint(os.environ.get('OPENBLAS_NUM_THREADS'))"
+    run = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, env=variables)
+    assert run.stdout.strip() == after
 
 
 def test_deriving_coefficients_needs_no_sympy():

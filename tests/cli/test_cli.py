@@ -29,7 +29,8 @@ from viscopade.theory.law import ENDS, law_of
 def test_every_command_has_help():
     for name in command.list_commands(click.Context(command)):
         assert "Usage: viscopade" in printed(name, "--help")
-        styles = [option.type.choices for option in command.commands[name].params if option.name == "style"]
+        one = command.get_command(click.Context(command), name)
+        styles = [option.type.choices for option in one.params if option.name == "style"]
         assert styles in ([], [("text", "json", "csv")]) or name == "figures"
 
 

@@ -5,6 +5,7 @@ import re
 import shlex
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import click
@@ -34,8 +35,11 @@ def test_help_lists_all_targets(name):
 
 
 def test_every_command_is_in_one_section():
-    listed = [name for names in SECTIONS.values() for name in names]
-    assert sorted(listed) == sorted(NAMES)
+    """Those of all modules: a command of no section would not be there."""
+    modules = [path.stem for path in (ROOT / "src" / "viscopade" / "cli").glob("*.py")]
+    found = [import_module(f"viscopade.cli.{name}") for name in modules] + [import_module("viscopade_lab.commands")]
+    made = [each.name for module in found for each in getattr(module, "COMMANDS", ())]
+    assert sorted(made) == sorted(name for names in SECTIONS.values() for name in names) == sorted(NAMES)
 
 
 @pytest.mark.parametrize("name", ["viscopade", *NAMES])

@@ -16,39 +16,42 @@ from typing import Any, NoReturn, TextIO
 import click
 
 from viscopade import arguments, shipped
-from viscopade.cli import audit, calculator, derive, fit, generate, simulators, speeds
 from viscopade.cli.console import WORDS, examples, keep_printing, tracker
 from viscopade.extras import MissingPackage
 from viscopade.progress import shown_by
 
-EVIDENCE = "viscopade_lab.commands"
-"""Module of further commands, in a package that imports this one; it is loaded when needed."""
 LONGEST_LINE = 5000  # characters of a message
 NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # on the device of the output
 
 
 SECTIONS = {
-    "Compute": ("epsilon", "invert", "table", "plot", "calculator", "coefficients", "pade"),
-    "Measure": ("fit",),
-    "Simulators": ("audit", "simulators"),
-    "Code": ("scene", "export"),
-    "Evidence": ("reproduce", "claims", "figures", "bench", "hardcases"),
+    "Compute": dict.fromkeys(("epsilon", "invert"), "viscopade.cli.derive")
+    | dict.fromkeys(("table", "plot"), "viscopade.cli.speeds")
+    | {"calculator": "viscopade.cli.calculator"}
+    | dict.fromkeys(("coefficients", "pade"), "viscopade.cli.derive"),
+    "Measure": {"fit": "viscopade.cli.fit"},
+    "Simulators": {"audit": "viscopade.cli.audit", "simulators": "viscopade.cli.simulators"},
+    "Code": dict.fromkeys(("scene", "export"), "viscopade.cli.generate"),
+    "Evidence": {"reproduce": "viscopade.cli.derive"}
+    | dict.fromkeys(("claims", "figures", "bench", "hardcases"), "viscopade_lab.commands"),
 }
-"""The commands as --help prints them."""
+"""The commands as --help prints them, each with the module that has it in `COMMANDS`."""
+
+_MODULES = {name: module for section in SECTIONS.values() for name, module in section.items()}
 
 
 class Commands(click.Group):
-    """Group of commands: this package's own, and the commands of `EVIDENCE`, loaded when needed."""
+    """Group of commands, whose modules are loaded when needed."""
 
     def list_commands(self, context: click.Context) -> list[str]:
         """Return the names of all commands."""
-        self._complete()
-        return sorted(self.commands)
+        return sorted(_MODULES)
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """Return the command of a name."""
-        if name not in self.commands:
-            self._complete()
+        if name in _MODULES and name not in self.commands:
+            for found in import_module(_MODULES[name]).COMMANDS:
+                self.add_command(found)
         return self.commands.get(name)
 
     def resolve_command(
@@ -82,10 +85,6 @@ class Commands(click.Group):
             with formatter.section(section):
                 rows = [(name, _summary(self.get_command(context, name))) for name in names]
                 formatter.write_dl([(name.ljust(width), summary) for name, summary in rows])
-
-    def _complete(self) -> None:
-        for found in import_module(EVIDENCE).COMMANDS:
-            self.add_command(found)
 
 
 def _summary(command: click.Command | None) -> str:
@@ -125,18 +124,6 @@ def command() -> None:
     eps depends on one number, v* = beta^(1/2) v^(1/10). Here v is the impact speed, and beta = 3/2 A
     (rho/m_eff)^(2/5) stands for the material and the sizes. All commands take --help.
     """
-
-
-for found in (
-    *derive.COMMANDS,
-    *audit.COMMANDS,
-    *generate.COMMANDS,
-    *simulators.COMMANDS,
-    *fit.COMMANDS,
-    *speeds.COMMANDS,
-    *calculator.COMMANDS,
-):
-    command.add_command(found)
 
 
 def _fail(message: object, status: int) -> NoReturn:
