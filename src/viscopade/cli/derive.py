@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,13 +31,13 @@ from viscopade.cli.console import (
     pair_of,
     say,
     show,
+    with_options,
 )
 from viscopade.cli.writer import check_targets, write_all
 from viscopade.theory.law import VISCOELASTIC
 
 if TYPE_CHECKING:
     from viscopade.collision import exact
-    from viscopade.collision.contact import SampledCollision
     from viscopade.collision.spheres import Pair
     from viscopade.theory.derivation import Derivation
     from viscopade.theory.law import Law
@@ -45,11 +46,9 @@ if TYPE_CHECKING:
 COMPARED_DIGITS = 20
 _HIGHEST = 9  # order to which `reproduce` shows h_k, that of [3/6]
 _IN_DOUBLES = 15  # digits of numbers that are computed from doubles
-_STIFFNESS = click.option("--stiffness", help="Constant k of the elastic force k x^A, in N/m^A.")
-_MASS = click.option("--mass", help="Effective mass m1 m2/(m1 + m2); on a plane, the mass of the body.")
+_PRECISE = 20  # digits of a damping that is used in doubles
 _SAMPLED, _LEAST_SAMPLED = 12, 1e-12  # digits of sampled numbers, and the smallest error that is stated
 _STATED, _STATED_DIGITS = (1, 2, 5, 10), 20  # v* at which the errors of an approximant are printed
-_LOAD = click.option("--load", type=Real(), help="Load G of the scaled equation x'' + … = G, with its kappa or v*.")
 
 
 @click.command(epilog=examples("viscopade reproduce"))
@@ -281,6 +280,253 @@ def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
     return found
 
 
+# --- epsilon and invert -----------------------------------------------------------------------------------------------
+
+
+def _of_bodies(*properties: str) -> Callable[..., Any]:
+    """Return a decorator that adds the options of `_Bodies`."""
+    return with_options(
+        click.option("--speed", type=Quantity("speed", exact=True), help="Impact speed."),
+        click.option("--stiffness", help="Constant k of the elastic force k x^A, in N/m^A."),
+        click.option("--mass", help="Effective mass m1 m2/(m1 + m2); on a plane, the mass of the body."),
+        click.option("--load", type=Real(), help="Load G of the scaled equation x'' + … = G, with its kappa or v*."),
+        material(*properties, "yield_strength"),
+        GRAVITY,
+        WITH_LAW,
+        STYLE,
+    )
+
+
+@dataclass(frozen=True)
+class _Bodies:
+    """What the options of `epsilon` and `invert` describe: a scaled equation, or bodies with a force or of a material.
+
+    Attributes
+    ----------
+    law : Law
+    style : str
+        Format of the output.
+    speed : str or None
+        Impact speed in m/s, exact.
+    pair : Pair or None
+        Spheres of a material.
+    constants : dict
+        Stiffness k and mass of the force, or those of the pair, in SI units; empty for the scaled equation.
+    damping : float or None
+        Constant c of the force.
+    load, gravity : float or None
+        Load of the scaled equation; acceleration of a body that falls on a plane.
+    strength : float or None
+        Yield strength of the material.
+    """
+
+    law: Law
+    style: str
+    speed: str | None
+    pair: Pair | None
+    constants: dict[str, float]
+    damping: float | None
+    load: float | None
+    gravity: float | None
+    strength: float | None
+
+    @classmethod
+    def of(
+        cls,
+        law: str,
+        end: str | None,
+        style: str,
+        speed: str | None,
+        load: float | None,
+        gravity: float | None,
+        force: Mapping[str, str | None],
+        **options: Any,
+    ) -> _Bodies:
+        """Read the options, those of the force by name.
+
+        Raises
+        ------
+        click.UsageError
+            If options are missing, or do not belong together.
+        """
+        from viscopade.theory.law import law_of
+
+        of, pair, forced = law_of(law, end), pair_of(**options), any(value is not None for value in force.values())
+        if pair is not None and (speed is None or forced or of != VISCOELASTIC):
+            raise click.UsageError(
+                "a material is given: expected --speed with it, and none of --law, --end, --stiffness, --damping and "
+                "--mass"
+            )
+        if load is not None and (pair is not None or forced or speed is not None):
+            raise click.UsageError(
+                "--load belongs to the scaled equation: expected --kappa, --v-star or --epsilon alone with it, or "
+                "--gravity with a material"
+            )
+        if gravity is not None and not (forced and speed is not None if pair is None else pair.second.is_wall):
+            raise click.UsageError(
+                "--gravity needs a body that falls on a plane: expected a material, --wall and --speed, or "
+                "--stiffness, --mass and --speed"
+            )
+        constants = _force(of, speed, force) if forced else {} if pair is None else {"k": pair.rho, "mass": pair.m_eff}
+        damping = constants.pop("c", None)
+        return cls(of, style, speed, pair, constants, damping, load, gravity, options["yield_strength"])
+
+    @property
+    def _speed(self) -> float:
+        """The speed; 1 if the damping does not depend on it."""
+        return 1.0 if self.speed is None else float(self.speed)
+
+    @property
+    def scales(self) -> tuple[float, float]:
+        """Units of length and time of the scaled equation."""
+        speed, law = self._speed, self.law
+        return law.length_scale(speed, **self.constants), law.time_scale(speed, **self.constants)
+
+    @property
+    def kappa(self) -> float | None:
+        """Kappa of the given force; None if none is given."""
+        return None if self.damping is None else self.law.kappa(self._speed, c=self.damping, **self.constants)
+
+    @property
+    def weight(self) -> float | None:
+        """The load G; None without weight."""
+        if self.gravity is None:
+            return self.load
+        length, time = self.scales
+        return self.gravity * time**2 / length
+
+    def with_weight(self, kappa: float, epsilon: float) -> float:
+        """Return the kappa that gives eps with the weight; `kappa` gives it without."""
+        from viscopade.collision.contact import Contact, damping_factor
+
+        weight = self.weight
+        if not weight or not kappa:
+            return kappa
+        return damping_factor(lambda damping: Contact.of_law(self.law, damping, weight), epsilon, kappa)
+
+    def show(self, collision: exact.Collision, kappa: float, digits: int, unit_of_beta: str = "") -> None:
+        """Print the numbers of a collision, and those of a force in SI units."""
+        numbers, scaled = collision.decimals(), collision.floats()
+        found: dict[str, tuple[float, str]] = {}
+        lines = []
+        if self.constants:
+            law, own, (length, time) = self.law, self.law.own_damping, self.scales
+            c = law.damping_constant(kappa, self._speed, **self.constants)
+            found["damping"] = c, law.damping_unit
+            if own is not None:
+                found[own.symbol] = own.of(c, **self.constants), own.unit
+            if self.speed is not None:
+                found["max_compression"] = scaled["x_max"] * length, "m"
+            if self.speed is not None or law.elastic == 1:
+                found["contact_time"] = scaled["tau_c"] * time, "s"
+            symbol = "" if own is None else f", and {own.symbol} = {own.definition}"
+            lines.append(f"damping is c of the force {law.force}{symbol}")
+        numbers |= {name: repr(float(value)) for name, (value, _) in found.items()}
+        units = {"beta": unit_of_beta, **{name: unit for name, (_, unit) in found.items()}}
+        context = {} if self.load is not None else {"digits": digits}
+        self._print(numbers, units, context, lines, kappa, scaled["epsilon"])
+
+    def show_material(self, pair: Pair, proven: dict[str, str], **context: Any) -> None:
+        """Print the numbers of a pair, in double precision except for the proven ones, and warnings about the model."""
+        from viscopade.arrays import double
+
+        speed = self._speed
+        v_star = pair.v_star(speed)
+        numbers = {
+            "v_star": v_star,
+            "epsilon": pair.epsilon(speed),
+            "one_minus_epsilon": pair.one_minus_epsilon(speed),
+            "x_max": double.x_max(v_star),
+            "tau_c": double.tau_c(v_star),
+            "beta": pair.beta,
+            "dissipative_constant": pair.A,
+            "max_compression": pair.max_compression(speed),
+            "contact_time": pair.contact_time(speed),
+        }
+        texts = {name: repr(float(value)) for name, value in numbers.items()} | proven
+        units = {"beta": _unit_of_beta(VISCOELASTIC), "dissipative_constant": "s", "max_compression": "m"}
+        units["contact_time"] = "s"
+        warnings = limits_of(pair, speed, self.strength)
+        self._print(texts, units, context, [], v_star**2, float(numbers["epsilon"]), warnings=warnings)
+
+    def _print(
+        self,
+        numbers: Mapping[str, str],
+        units: Mapping[str, str],
+        context: Mapping[str, Any],
+        lines: Sequence[str],
+        kappa: float,
+        without: float,
+        **further: Any,
+    ) -> None:
+        """Print numbers, in a table with a column of units if there are any, and lines below it.
+
+        With weight, sampled numbers replace those of the collision without weight, whose eps is `without`.
+        """
+        fields, line = law_words(self.law)
+        lines = [line, *lines]
+        if (weight := self.weight) is not None:
+            sampled, of_weight, sentence = self._with_weight(weight, kappa, without)
+            numbers = sampled if self.load is not None else {**numbers, **sampled}
+            lines.append(sentence)
+            further |= of_weight
+        lines += [f"Warning: {text}." for text in further.get("warnings", ())]
+        known = {name: unit for name, unit in units.items() if unit}
+        header = ("quantity", "value", "unit") if known else ("quantity", "value")
+        rows = [(name, value, known.get(name, ""))[: len(header)] for name, value in numbers.items()]
+        further = ({"units": known} if known else {}) | further
+        show(self.style, header, rows, {**context, **fields, **numbers, **further})
+        for text in lines if self.style == "text" else ():
+            if text:
+                say(text)
+
+    def _with_weight(self, weight: float, kappa: float, without: float) -> tuple[dict[str, str], dict[str, Any], str]:
+        """Return the sampled numbers of a collision with weight, further entries for JSON, and a sentence."""
+        from viscopade.collision.contact import Contact
+
+        found = Contact.of_law(self.law, kappa, weight).collide()
+        scaled = {"epsilon": found.epsilon, "one_minus_epsilon": 1 - found.epsilon}
+        scaled |= {"x_max": found.depth, "tau_c": found.duration}
+        if self.load is not None:
+            v_star = kappa ** (1 / self.law.d)
+            numbers = {"v_star": v_star, "kappa": kappa, "load": weight, **scaled, "epsilon_without_load": without}
+        else:
+            length, time = self.scales
+            in_si = {"max_compression": found.depth * length, "contact_time": found.duration * time}
+            numbers = scaled | in_si | {"epsilon_without_weight": without}
+        names = {"epsilon": "epsilon", "depth": "x_max", "duration": "tau_c"}
+        errors = {name: found.errors[of] for of, name in names.items()}
+        error = 10.0 ** math.ceil(math.log10(max(found.errors["epsilon"], _LEAST_SAMPLED)))
+        sentence = f"Sampled, with an error below {error:.0e}: eps with the weight. Without it eps is {without:.6g}."
+        if not found.parts:
+            sentence = f"Sampled: with the weight the bodies do not part, eps is 0; without it eps is {without:.6g}."
+        texts = {name: f"{value:.{_SAMPLED}g}" for name, value in numbers.items()}
+        return texts, {"parts": found.parts, "status": found.status, "errors": errors}, sentence
+
+
+def _force(law: Law, speed: str | None, given: Mapping[str, str | None]) -> dict[str, float]:
+    """Return the constants of a force in SI units, as arguments of `Law.kappa`.
+
+    Raises
+    ------
+    click.UsageError
+        If some of them are missing.
+    ValueError
+        If one is not a positive number, or one in another unit.
+    """
+    needed = given if law.nu == 2 else {**given, "speed": speed}
+    missing = [f"--{name}" for name, value in needed.items() if value is None]
+    if missing:
+        others = " and ".join(f"--{name}" for name, value in given.items() if value is not None)
+        why = "" if law.nu == 2 else f"; for the law {law} kappa depends on the speed"
+        raise click.UsageError(f"{others} {'need' if ' and ' in others else 'needs'} {' and '.join(missing)}{why}")
+    if speed is not None and float(speed) == 0:
+        raise ValueError("speed is 0: expected a number > 0")
+    units = {"stiffness": law.stiffness_unit, "damping": law.damping_unit, "mass": "kg"}
+    symbols = {"stiffness": "k", "damping": "c", "mass": "mass"}
+    return {symbols[name]: _in_unit(name, str(text), units[name]) for name, text in given.items()}
+
+
 @click.command(epilog=examples('viscopade epsilon --beta "1.307 (s/cm)^(1/5)" --speed "2 cm/s"'))
 @click.option(
     "--v-star",
@@ -289,30 +535,17 @@ def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
 )
 @click.option("--kappa", help="Damping of the scaled equation; v*^2 for the viscoelastic law.")
 @click.option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', with --speed.")
-@click.option("--speed", type=Quantity("speed", exact=True), help="Impact speed.")
-@_STIFFNESS
 @click.option("--damping", help="Constant c of the damping force c x^B x', in N s/m^(B+1).")
-@_MASS
-@_LOAD
-@material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
-@GRAVITY
 @click.option("--digits", type=DIGITS, help="Significant digits; not with a material or a stiffness.  [default: 30]")
-@WITH_LAW
-@STYLE
+@_of_bodies("young_modulus", "poisson_ratio", "density", "dissipative_constant")
 def epsilon(
     v_star: str | None,
     kappa: str | None,
     beta: str | None,
-    speed: str | None,
-    stiffness: str | None,
     damping: str | None,
-    mass: str | None,
-    load: float | None,
-    gravity: float | None,
     digits: int | None,
-    law: str,
-    end: str | None,
-    style: str,
+    stiffness: str | None,
+    mass: str | None,
     **options: Any,
 ) -> None:
     """Print eps, maximal compression and contact time.
@@ -332,89 +565,55 @@ def epsilon(
     load G = (F0/m) (k/m)^(-1/(A+1)) v^(-2A/(A+1)).
     """
     from viscopade.collision import exact
-    from viscopade.theory.law import law_of
 
-    of = law_of(law, end)
-    fields, line = law_words(of)
-    pair = pair_of(**options)
-    on_plane = stiffness is not None and speed is not None if pair is None else pair.second.is_wall
-    _check_weight(load, gravity, on_plane=on_plane, of_scaled=v_star is not None or kappa is not None)
-    if pair is not None:
-        others = (v_star, kappa, beta, digits, stiffness, damping, mass)
-        if any(value is not None for value in others) or speed is None or of != VISCOELASTIC:
-            raise click.UsageError(
-                "a material is given: expected --speed with it, and none of --v-star, --kappa, --beta, --stiffness, "
-                "--damping, --mass, --digits and --law"
-            )
-        _show_material(pair, float(speed), {}, options["yield_strength"], fields, style, gravity)
-        return
-    constants = _constants(of, stiffness, mass, speed, damping=damping)
-    if constants is not None:
+    bodies = _Bodies.of(force={"stiffness": stiffness, "damping": damping, "mass": mass}, **options)
+    law, speed = bodies.law, bodies.speed
+    scaled = {"--v-star": v_star, "--kappa": kappa, "--beta": beta}
+    if bodies.constants:
+        what = "--stiffness, --damping and --mass are" if bodies.pair is None else "a material is"
+        if any(value is not None for value in scaled.values()):
+            raise click.UsageError(f"{what} given: expected none of {', '.join(scaled)}")
         if digits is not None:
             raise click.UsageError(
-                "--digits is given with --stiffness, --damping and --mass: their numbers are computed in double "
-                f"precision, {_IN_DOUBLES} digits without weight, {_SAMPLED} with it; expected no --digits"
+                f"--digits and {what} given: such numbers are computed in double precision, {_IN_DOUBLES} digits "
+                f"without weight, {_SAMPLED} with it; expected no --digits"
             )
-        if v_star is not None or kappa is not None or beta is not None:
-            raise click.UsageError(
-                "--stiffness, --damping and --mass are given: expected none of --v-star, --kappa and --beta with them"
-            )
-        in_doubles = exact.collision(kappa=repr(constants.kappa), digits=_IN_DOUBLES, law=of)
-        numbers, units = constants.of(in_doubles.floats())
-        shown, lines = in_doubles.decimals() | numbers, constants.lines
-        further: dict[str, Any] = {}
-        if gravity is not None:
-            weighted, further, sentence = _falling(of, constants.kappa, gravity, *constants.scales)
-            shown, lines = shown | weighted, (*lines, sentence)
-        _show_numbers(shown, units, {"digits": _IN_DOUBLES, **fields}, style, line, *lines, **further)
+    if bodies.pair is not None:
+        bodies.show_material(bodies.pair, {})
         return
-    given = (v_star is not None) + (kappa is not None) + (beta is not None and speed is not None)
-    if given != 1 or (beta is None) != (speed is None):
+    if bodies.kappa is not None:
+        in_doubles = exact.collision(kappa=repr(bodies.kappa), digits=_IN_DOUBLES, law=law)
+        bodies.show(in_doubles, bodies.kappa, _IN_DOUBLES)
+        return
+    if sum(value is not None for value in scaled.values()) != 1 or (beta is None) != (speed is None):
         raise click.UsageError(
             "the options do not give one v*: expected --v-star, --kappa, --beta with --speed, --stiffness with "
             "--damping and --mass, or a material with --speed"
         )
-    number = 30 if digits is None else digits
-    if beta is not None and speed is not None and of == VISCOELASTIC:
+    number, unit = 30 if digits is None else digits, ""
+    if beta is not None and speed is not None and law == VISCOELASTIC:
         factor, in_its_units, unit = _beta_and_speed(beta, speed)
         collision = exact.collision(digits=number, beta=factor, speed=in_its_units)
     else:
-        unit = "" if beta is None else _unit_of_beta(of)
         if beta is not None:
+            unit = _unit_of_beta(law)
             accepted = f"a plain number, in {unit}" if unit else "a plain number"
-            arguments.exact_number("beta", beta, f"{accepted}, for the law {of}", lambda _: True)
-        collision = exact.collision(v_star, number, kappa=kappa, beta=beta, speed=speed, law=of)
-    if load is not None:
-        _show_load(collision, load, of, fields, style, line)
-        return
-    units = {"beta": unit} if unit else {}
-    _show_numbers(collision.decimals(), units, {"digits": collision.digits, **fields}, style, line)
+            arguments.exact_number("beta", beta, f"{accepted}, for the law {law}", lambda _: True)
+        collision = exact.collision(v_star, number, kappa=kappa, beta=beta, speed=speed, law=law)
+    bodies.show(collision, collision.floats()["v_star"] ** law.d, number, unit)
 
 
 @click.command(epilog=examples("viscopade invert --law linear --epsilon 0.5 --stiffness 1e5 --mass 0.1"))
 @click.option("--epsilon", help="Wanted coefficient of restitution eps, > 0 and <= 1.")
 @click.option("--one-minus-epsilon", help="1 - eps, instead of --epsilon, for nearly elastic collisions.")
-@click.option("--speed", type=Quantity("speed", exact=True), help="Impact speed.")
-@_STIFFNESS
-@_MASS
-@_LOAD
-@material("young_modulus", "poisson_ratio", "density", "yield_strength")
-@GRAVITY
 @DIGITS_OPTION
-@WITH_LAW
-@STYLE
+@_of_bodies("young_modulus", "poisson_ratio", "density")
 def invert(
     epsilon: str | None,
     one_minus_epsilon: str | None,
-    speed: str | None,
+    digits: int,
     stiffness: str | None,
     mass: str | None,
-    load: float | None,
-    gravity: float | None,
-    digits: int,
-    law: str,
-    end: str | None,
-    style: str,
     **options: Any,
 ) -> None:
     """Print the v*, beta and A that give a wanted eps.
@@ -435,129 +634,28 @@ def invert(
     the contact. These numbers are sampled in double precision.
     """  # noqa: D301
     from viscopade.collision import exact
-    from viscopade.collision.contact import Contact, damping_factor
-    from viscopade.theory.law import law_of
 
     if (epsilon is None) == (one_minus_epsilon is None):
         given = "neither" if epsilon is None else "both"
         raise click.UsageError(f"--epsilon and --one-minus-epsilon: {given} given, expected exactly one of them")
-    of = law_of(law, end)
-    fields, line = law_words(of)
-    pair = pair_of(**options)
-    if pair is not None and speed is None:
-        raise click.UsageError("a material also needs --speed")
-    if pair is not None and of != VISCOELASTIC:
-        raise click.UsageError("a material is given: expected the law viscoelastic with the end force")
-    constants = _constants(of, stiffness, mass, speed)
-    if constants is not None and pair is not None:
-        raise click.UsageError("--stiffness and a material are given: expected one of them")
-    plain = pair is None and speed is None and constants is None
-    on_plane = constants is not None and speed is not None if pair is None else pair.second.is_wall
-    _check_weight(load, gravity, on_plane=on_plane, of_scaled=plain)
-    collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=of)
-    proven = collision.decimals()
-    if pair is not None and speed is not None:
-        precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, speed=speed)
-        constant, v = pair.dissipative_constant(precise.floats()["beta"]), float(speed)
-        if gravity and constant:
-            wanted = precise.floats()["epsilon"]
-            constant = damping_factor(lambda a: pair.damped(a).contact(gravity), wanted, constant, speed=v)
-        known = {"digits": digits, **fields}
-        _show_material(pair.damped(constant), v, proven, options["yield_strength"], known, style, gravity)
+    bodies = _Bodies.of(force={"stiffness": stiffness, "mass": mass}, **options)
+    law, speed, pair = bodies.law, bodies.speed, bodies.pair
+    collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law)
+
+    # Numbers in double precision need the damping to more digits than these, and one that compensates the weight.
+    precise = collision.floats()
+    if digits < _PRECISE:
+        precise = exact.invert(epsilon, _PRECISE, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law).floats()
+    without = precise["v_star"] ** law.d
+    kappa = bodies.with_weight(without, precise["epsilon"])
+    if pair is not None:
+        constant = pair.dissipative_constant(precise["beta"])
+        damped = pair.damped(constant if kappa == without else constant * kappa / without)
+        bodies.show_material(damped, collision.decimals() if kappa == without else {}, digits=digits)
         return
-    if load is not None:
-        wanted, kappa = collision.floats()["epsilon"], collision.floats()["v_star"] ** of.d
-        if kappa:
-            kappa = damping_factor(lambda damping: Contact.of_law(of, damping, load), wanted, kappa)
-        _show_load(exact.collision(kappa=repr(kappa), digits=15, law=of), load, of, fields, style, line)
-        return
-    units = {} if speed is None else {"beta": _unit_of_beta(of)}
-    lines: tuple[str, ...] = ()
-    further: dict[str, Any] = {}
-    if constants is not None:
-        floats = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, law=of).floats()
-        constants = replace(constants, kappa=floats["v_star"] ** of.d)
-        if gravity and constants.kappa:
-            weight = gravity * constants.scales[1] ** 2 / constants.scales[0]
-            wanted = floats["epsilon"]
-            kappa = damping_factor(lambda damping: Contact.of_law(of, damping, weight), wanted, constants.kappa)
-            without = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=of)
-            constants, floats, proven = replace(constants, kappa=kappa), without.floats(), without.decimals()
-        numbers, own_units = constants.of(floats)
-        proven, units, lines = proven | numbers, units | own_units, constants.lines
-        if gravity is not None:
-            weighted, further, sentence = _falling(of, constants.kappa, gravity, *constants.scales)
-            proven, lines = proven | weighted, (*lines, sentence)
-    _show_numbers(proven, units, {"digits": digits, **fields}, style, line, *lines, **further)
-
-
-@dataclass(frozen=True)
-class _Constants:
-    """Constants of a contact in SI units; the speed is None if the damping does not depend on it."""
-
-    law: Law
-    k: float
-    mass: float
-    speed: float | None
-    kappa: float
-
-    def of(self, scaled: dict[str, float]) -> tuple[dict[str, str], dict[str, str]]:
-        """Return the damping, the depth and the duration of the scaled collision, and their units."""
-        law, at = self.law, {"k": self.k, "mass": self.mass}
-        speed = 1.0 if self.speed is None else self.speed
-        c = law.damping_constant(self.kappa, speed, **at)
-        found = {"damping": (c, law.damping_unit)}
-        if law.own_damping is not None:
-            found[law.own_damping.symbol] = law.own_damping.of(c, **at), law.own_damping.unit
-        if self.speed is not None:
-            found["max_compression"] = scaled["x_max"] * law.length_scale(speed, **at), "m"
-        if self.speed is not None or law.elastic == 1:
-            found["contact_time"] = scaled["tau_c"] * law.time_scale(speed, **at), "s"
-        numbers = {name: repr(float(value)) for name, (value, _) in found.items()}
-        return numbers, {name: unit for name, (_, unit) in found.items() if unit}
-
-    @property
-    def scales(self) -> tuple[float, float]:
-        """Units of length and time of the scaled equation."""
-        speed, at = 1.0 if self.speed is None else self.speed, {"k": self.k, "mass": self.mass}
-        return self.law.length_scale(speed, **at), self.law.time_scale(speed, **at)
-
-    @property
-    def lines(self) -> tuple[str, ...]:
-        """Sentences on the damping."""
-        own, what = self.law.own_damping, f"damping is c of the force {self.law.force}"
-        return (what if own is None else f"{what}, and {own.symbol} = {own.definition}",)
-
-
-def _constants(
-    law: Law, stiffness: str | None, mass: str | None, speed: str | None, **of_epsilon: str | None
-) -> _Constants | None:
-    """Return the constants of a contact; None if none is given.
-
-    Raises
-    ------
-    click.UsageError
-        If some of them are missing.
-    ValueError
-        If one is not a positive number, or one in another unit.
-    """
-    given = {"stiffness": stiffness, "mass": mass, **of_epsilon}
-    if all(value is None for value in given.values()):
-        return None
-    needed = given if law.nu == 2 else {**given, "speed": speed}
-    missing = [f"--{name}" for name, value in needed.items() if value is None]
-    if missing:
-        others = " and ".join(f"--{name}" for name, value in given.items() if value is not None)
-        why = "" if law.nu == 2 else f"; for the law {law} kappa depends on the speed"
-        raise click.UsageError(f"{others} {'need' if ' and ' in others else 'needs'} {' and '.join(missing)}{why}")
-    units = {"stiffness": law.stiffness_unit, "damping": law.damping_unit, "mass": "kg"}
-    value = {name: _in_unit(name, str(text), units[name]) for name, text in given.items()}
-    v = None if speed is None else float(speed)
-    if v == 0:
-        raise ValueError("speed is 0: expected a number > 0")
-    k, m = value["stiffness"], value["mass"]
-    kappa = law.kappa(1.0 if v is None else v, k=k, c=value["damping"], mass=m) if of_epsilon else 0.0
-    return _Constants(law, k, m, v, kappa)
+    if kappa != without:
+        collision = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=law)
+    bodies.show(collision, kappa, digits, "" if speed is None else _unit_of_beta(law))
 
 
 def _in_unit(name: str, text: str, unit: str) -> float:
@@ -574,82 +672,6 @@ def _in_unit(name: str, text: str, unit: str) -> float:
             lambda x: 0 < x < 10**300 or (x == 0 and name == "damping"),
         )
     )
-
-
-def _check_weight(load: float | None, gravity: float | None, *, on_plane: bool, of_scaled: bool) -> None:
-    """Refuse --load or --gravity without the collision that it belongs to."""
-    if load is not None and not of_scaled:
-        raise click.UsageError(
-            "--load belongs to the scaled equation: expected --kappa, --v-star or --epsilon alone with it, or "
-            "--gravity with a material"
-        )
-    if gravity is not None and not on_plane:
-        raise click.UsageError(
-            "--gravity needs a body that falls on a plane: expected a material, --wall and --speed, or "
-            "--stiffness, --mass and --speed"
-        )
-
-
-def _falling(
-    law: Law, kappa: float, gravity: float, length: float, time: float
-) -> tuple[dict[str, str], dict[str, Any], str]:
-    """Return the numbers of a body that falls on a plane, further entries for JSON, and a sentence.
-
-    `length` and `time` are the units of the scaled equation.
-    """
-    from viscopade.collision.contact import Contact
-
-    without = Contact.of_law(law, kappa).collide().epsilon
-    found = Contact.of_law(law, kappa, gravity * time**2 / length).collide()
-    numbers = {
-        "epsilon": found.epsilon,
-        "one_minus_epsilon": 1 - found.epsilon,
-        "x_max": found.depth,
-        "tau_c": found.duration,
-        "max_compression": found.depth * length,
-        "contact_time": found.duration * time,
-        "epsilon_without_weight": without,
-    }
-    texts = {name: f"{value:.{_SAMPLED}g}" for name, value in numbers.items()}
-    return texts, _sampled_json(found, "x_max", "tau_c"), _weight_line(found, without)
-
-
-def _weight_line(found: SampledCollision, without: float) -> str:
-    """Return the sentence on a collision with weight."""
-    if not found.parts:
-        return f"Sampled: with the weight the bodies do not part, eps is 0; without it eps is {without:.6g}."
-    error = 10.0 ** math.ceil(math.log10(max(found.errors["epsilon"], _LEAST_SAMPLED)))
-    return f"Sampled, with an error below {error:.0e}: eps with the weight. Without it eps is {without:.6g}."
-
-
-def _show_load(
-    collision: exact.Collision, load: float, law: Law, context: dict[str, Any], style: str, line: str
-) -> None:
-    """Show a collision of the scaled equation with a load."""
-    from viscopade.collision.contact import Contact
-
-    without = collision.floats()
-    kappa = without["v_star"] ** law.d
-    found = Contact.of_law(law, kappa, load).collide()
-    numbers = {
-        "v_star": without["v_star"],
-        "kappa": kappa,
-        "load": load,
-        "epsilon": found.epsilon,
-        "x_max": found.depth,
-        "tau_c": found.duration,
-        "epsilon_without_load": without["epsilon"],
-    }
-    shown = {name: f"{value:.{_SAMPLED}g}" for name, value in numbers.items()}
-    further = _sampled_json(found, "x_max", "tau_c")
-    _show_numbers(shown, {}, context, style, line, _weight_line(found, without["epsilon"]), **further)
-
-
-def _sampled_json(found: SampledCollision, depth: str, duration: str) -> dict[str, Any]:
-    """Return whether the bodies part, and the errors of the numbers by their names in the output."""
-    names = {"epsilon": "epsilon", "depth": depth, "duration": duration}
-    errors = {name: found.errors[of] for of, name in names.items()}
-    return {"parts": found.parts, "status": found.status, "errors": errors}
 
 
 def _beta_and_speed(beta: str, speed: str) -> tuple[str, str | Fraction, str]:
@@ -671,64 +693,6 @@ def _unit_of_beta(law: Law) -> str:
     if abs(power) in (0, 1):
         return {0: "", 1: "s/m", -1: "m/s"}[int(power)]
     return f"(s/m)^({power})" if power > 0 else f"(m/s)^({-power})"
-
-
-def _show_material(
-    pair: Pair,
-    speed: float,
-    proven: dict[str, str],
-    strength: float | None,
-    context: dict[str, Any],
-    style: str,
-    gravity: float | None = None,
-) -> None:
-    """Show the numbers of a collision, in double precision except for the proven ones, and warnings about the model."""
-    from viscopade.arrays import double as scaled
-
-    v_star = pair.v_star(speed)
-    numbers = {
-        "v_star": v_star,
-        "epsilon": pair.epsilon(speed),
-        "one_minus_epsilon": pair.one_minus_epsilon(speed),
-        "x_max": scaled.x_max(v_star),
-        "tau_c": scaled.tau_c(v_star),
-        "beta": pair.beta,
-        "dissipative_constant": pair.A,
-        "max_compression": pair.max_compression(speed),
-        "contact_time": pair.contact_time(speed),
-    }
-    units = {
-        "beta": _unit_of_beta(VISCOELASTIC),
-        "dissipative_constant": "s",
-        "max_compression": "m",
-        "contact_time": "s",
-    }
-    lines: list[str] = []
-    further: dict[str, Any] = {}
-    if gravity is not None:
-        scales = pair.length_scale(speed), pair.time_scale(speed)
-        proven, further, line = _falling(VISCOELASTIC, v_star**2, gravity, *scales)
-        lines = [line]
-    warnings = limits_of(pair, speed, strength)
-    lines += [f"Warning: {text}." for text in warnings]
-    shown = {name: repr(float(value)) for name, value in numbers.items()} | proven
-    _show_numbers(shown, units, context, style, *lines, warnings=warnings, **further)
-
-
-def _show_numbers(
-    numbers: dict[str, str], units: dict[str, str], context: dict[str, Any], style: str, *lines: str, **further: Any
-) -> None:
-    """Show numbers in a table, with a column of units if there are any, and lines below it."""
-    if units:
-        header: tuple[str, ...] = ("quantity", "value", "unit")
-        rows: list[tuple[str, ...]] = [(name, value, units.get(name, "")) for name, value in numbers.items()]
-        further = {"units": units, **further}
-    else:
-        header, rows = ("quantity", "value"), list(numbers.items())
-    show(style, header, rows, {**context, **numbers, **further})
-    for line in lines:
-        if style == "text" and line:
-            say(line)
 
 
 def _root_json(root: Root, digits: int) -> dict[str, Any]:
