@@ -5,15 +5,16 @@ The truth comes from a run with many more bits, which is itself compared with an
 
 from contextlib import suppress
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 
 import pytest
-from flint import arb, arb_poly
+from flint import arb, arb_poly, fmpq, fmpq_poly, fmpz_poly
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from viscopade.arithmetic.balls import fixed_point, to_mpf, working
+from viscopade.arithmetic.balls import exact_middle, fixed_point, to_mpf, working
 from viscopade.collision import flow, validation
 from viscopade.collision.flow import HERTZ, Branch, Dyadic, Piece, integrate
 from viscopade.collision.validation import GUARD_BITS, Ends, ends
@@ -199,6 +200,24 @@ def parts(branch: Branch):
     functions = [validation._Functions.of(branch, piece) for piece in branch.pieces]
     residuals = [validation._residual(branch.k, f) for f in functions]
     return functions, residuals, validation._shares(branch, functions, residuals)
+
+
+@pytest.mark.parametrize("k", SIGNED)
+@pytest.mark.parametrize("index", [0, -1])
+@pytest.mark.parametrize("last", [0, 1 << 24])
+def test_the_bound_of_the_residual_against_exact_arithmetic(k, index, last):
+    """All coefficients of R = u'' - S (2 h^2 S + h k Y), S = (1 - u)^2, written out; also if the high ones count."""
+    branch = coarse(k, 40)
+    piece = branch.pieces[index]
+    piece = with_coefficient(piece, len(piece.u) - 1, last * piece.u[-1])
+    with working(branch.bits + GUARD_BITS):
+        bound = exact_middle(validation._residual(k, validation._Functions.of(branch, piece)))
+    u = fmpq_poly(fmpz_poly(piece.u), 1 << branch.bits)
+    h, number = (fmpq(n.mantissa) * fmpq(2) ** n.exponent for n in (piece.h, k))
+    y, s = u.derivative(), (1 - u) ** 2
+    residual = y.derivative() - s * (2 * h**2 * s + h * number * y)
+    total = sum((abs(Fraction(int(c.p), int(c.q))) for c in residual.coeffs()), Fraction(0))
+    assert total <= bound <= total * (Fraction(101, 100) if last == 0 else 2)
 
 
 @cache

@@ -24,7 +24,7 @@ from math import exp, ldexp, lgamma, log, pi, sqrt
 from operator import mul
 from typing import NamedTuple
 
-from flint import arb, arb_series, fmpz, fmpz_poly
+from flint import arb, arb_poly, arb_series, fmpz, fmpz_poly
 
 from viscopade.arithmetic.balls import fixed_point, working
 from viscopade.theory.law import VISCOELASTIC, Law
@@ -434,44 +434,46 @@ def _doubled(u: list[int], elastic: Dyadic, viscous: Dyadic, bits: int, terms: i
     """Append coefficients by one step of Newton's iteration, to less than twice as many.
 
     The correction e solves the linearised flow. With Y = u', which solves it too, w = Y e' - Y' e obeys
-    w' = h k r^(n_b-1) w + Y (u'' - S V), and e = Y integral of w/Y^2.
+    w' = h k r^(n_b-1) w + Y (u'' - S V), and e = Y integral of w/Y^2. The weight is Y exp(-integral of h k r^(n_b-1)).
     """
-    known, new = len(u), terms - len(u)
-    r = fmpz_poly([(1 << bits) - u[0], *(-c for c in u[1:])])
-    y = [j * c for j, c in enumerate(u)][1:]
-    powers = {power: _cut_power(r, power, bits, terms - 2) for power in {*motion.factors, motion.n_b - 1}}
+    known, new, length = len(u), terms - len(u), terms - 2
+    r, y = (1 << bits) - fmpz_poly(u), fmpz_poly(u).derivative()
+    powers = {power: _cut_power(r, power, bits, length) for power in {*motion.factors, motion.n_b - 1}}
     s, spring, drag = (powers[power] for power in motion.factors)
-    damping = y[: terms - 2] if motion.d >= 0 else _cut(fmpz_poly(drag) * fmpz_poly(y), bits, 0, terms - 2)
-    v = [elastic.times(c) for c in spring]
-    for j, c in enumerate(damping):
-        v[j] += viscous.times(c)
-    residual = _cut(fmpz_poly(s) * fmpz_poly(v), bits, known - 2, terms - 2)
+    damping = y if motion.d >= 0 else _cut(drag * y, bits, length)
+    v = _times(elastic, spring, length) + _times(viscous, damping, length)
+    residual = _cut(s * v, bits, length).right_shift(known - 2)
     turning = 1 if u[1] == 0 else 0  # Y has a factor z at the turning point
-    with working(max(c.bit_length() for c in residual) + 64, new):
+    with working(residual.height_bits() + 64, new):
         unit = arb(2) ** -bits
-        y_series = arb_series([c * unit for c in y[turning : turning + new]], new)
-        growth = arb_series([viscous.times(c) * unit for c in powers[motion.n_b - 1][:new]], new).integral().exp()
-        w = growth * _integral(y_series * arb_series([c * unit for c in residual], new) / growth, known + turning - 1)
-        e = y_series * _integral(w / (y_series * y_series), known - turning)
+        y_series = arb_series(arb_poly(y.right_shift(turning).truncate(new)) * unit)
+        growth = arb_series(arb_poly(_times(viscous, powers[motion.n_b - 1], new)) * unit).integral()
+        weight = y_series * (-growth).exp()
+        weighted_w = _integral(weight * arb_series(arb_poly(residual) * unit), known + turning - 1)  # w weight/Y
+        e = y_series * _integral(weighted_w / (weight * y_series), known - turning)
         scale = arb(2) ** bits
         return u + [_floor(c * scale) for c in _coefficients(e, new)]
 
 
-def _cut_power(r: fmpz_poly, power: int, bits: int, length: int) -> list[int]:
+def _cut_power(r: fmpz_poly, power: int, bits: int, length: int) -> fmpz_poly:
     """Return the first coefficients of a power of r, in units of 2^-bits."""
     if power == 0:
-        return [1 << bits, *(length - 1) * [0]]
+        return fmpz_poly([1 << bits])
     if power == 1:
-        return _cut(r * (1 << bits), bits, 0, length)
-    half = fmpz_poly(_cut_power(r, power // 2, bits, length))
-    square = _cut(half * half, bits, 0, length)
-    return square if power % 2 == 0 else _cut(fmpz_poly(square) * r, bits, 0, length)
+        return r.truncate(length)
+    half = _cut_power(r, power // 2, bits, length)
+    square = _cut(half * half, bits, length)
+    return square if power % 2 == 0 else _cut(square * r, bits, length)
 
 
-def _cut(polynomial: fmpz_poly, bits: int, first: int, end: int) -> list[int]:
-    """Return coefficients first … end - 1 in units of 2^-bits, given those of a product in 2^(-2 bits)."""
-    coefficients = [int(c) >> bits for c in polynomial.coeffs()[first:end]]
-    return coefficients + [0] * (end - first - len(coefficients))
+def _times(factor: Dyadic, polynomial: fmpz_poly, length: int) -> fmpz_poly:
+    """Return the first coefficients of factor * polynomial, rounded down."""
+    return _cut(polynomial * factor.mantissa, -factor.exponent, length)
+
+
+def _cut(polynomial: fmpz_poly, bits: int, length: int) -> fmpz_poly:
+    """Return the first coefficients of polynomial/2^bits, rounded down."""
+    return fmpz_poly([c >> bits if bits >= 0 else c << -bits for c in polynomial.truncate(length).coeffs()])
 
 
 def _integral(series: arb_series, power: int) -> arb_series:

@@ -23,7 +23,7 @@ from viscopade.collision.flow import Branch, Dyadic, Motion, Piece
 
 GUARD_BITS = 32  # within a piece p may grow by a factor of e^6, nine bits
 # For |k| of this many bits or more the balance of energy gives the work, at the cost of few bits.
-ENERGY_FROM = -2
+ENERGY_FROM = -4
 PARTS, LEADING = 8, 100  # of a piece, on which the speed is shown to be positive, and of its coefficients
 
 
@@ -121,8 +121,12 @@ class _Functions(NamedTuple):
 def _residual(k: Dyadic, f: _Functions) -> arb:
     """Bound |u'' - S (2 h^2 r^elastic + h k r^viscous Y)| = 2 h^2 |rho| on 0 <= z <= 1 (`flow.taylor`)."""
     drag = f.y if f.motion.d >= 0 else f.viscous * f.y
-    right = f.common * (f.elastic * (2 * f.h**2) + drag * (f.h * k.ball()))
-    return (f.y.derivative() - right)(arb(0, 1)).abs_upper()
+    v = f.elastic * (2 * f.h**2) + drag * (f.h * k.ball())
+    # S V = S_low V_low + S_low V_high + S_high V. The high powers are small: the product of two bounds is enough.
+    terms = f.r.length()
+    low = f.common.truncate(terms)
+    high = _largest(low) * _largest(v.right_shift(terms)) + _largest(f.common.right_shift(terms)) * _largest(v)
+    return (_largest(f.y.derivative() - low * v.truncate(terms)) + high).abs_upper()
 
 
 def _require_motion(f: _Functions, end: arb) -> None:
