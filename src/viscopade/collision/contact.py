@@ -217,7 +217,7 @@ class Contact:
         """
         v = checked.number("speed", speed, _POSITIVE)
         if step is None:
-            return _exact(self, v)
+            return _without_steps(self, v)
         h = checked.number("step", step, _POSITIVE) / integer("substeps", substeps, 1, _SUBSTEPS)
         length = _length(self, v)
         shortest = math.pi * length / _fastest(self, v, length) / _STEPS
@@ -736,7 +736,7 @@ def _fastest(contact: Contact, speed: float, length: float) -> float:
     return math.sqrt(speed**2 + max(contact.load, 0) / contact.mass * length)
 
 
-def _exact(contact: Contact, speed: float) -> SampledCollision:
+def _without_steps(contact: Contact, speed: float) -> SampledCollision:
     """Return the collision without a time step: the finer of two solutions, with their differences as errors."""
     with np.errstate(all="ignore"):  # overflow in steps that are too long
         motions = [_Motion(contact, speed, *method) for method in _METHODS]

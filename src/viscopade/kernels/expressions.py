@@ -293,15 +293,13 @@ _OPERATIONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<=": op.le,
     ">": op.gt,
     ">=": op.ge,
-    "==": op.eq,
-    "!=": op.ne,
     AND: op.and_,
 }
 _NEGATIONS: Mapping[str, Callable[[Any], Any]] = {"-": op.neg, "~": op.invert}
 
 
-equal, unequal, both = map(_operator, ("==", "!=", AND))
-"""Conditions: two words, or two conditions, are equal or differ; both of two conditions hold."""
+both = _operator(AND)
+"""Condition that both of two conditions hold."""
 
 
 def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Reading) -> Any:

@@ -122,7 +122,8 @@ def candidates(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
     """Yield the kernels for a scene's language, format and argument, and a best quotient if it may be cheaper."""
     others = [constant(scene, met), *_ready(scene, met)]
     yield from others
-    # A quotient with pow is never cheaper than a table or a compact kernel, and its fit takes time.
+    # No quotient costs less than `least`: two operations, and for speeds the way to v*. A fit takes time, and saves
+    # little where a kernel that is accurate enough costs hardly more.
     least = 2 + (POWER + DIVISION + 1 if scene.code.argument == "speed" else 0)
     enough = any(not each.failing and each.cost <= AS_CHEAP * least for each in others)
     if not enough and too_rough(scene, met) is None and (found := best_quotient(scene, met)) is not None:

@@ -71,7 +71,7 @@ def end_of_contact(law: Law | str = VISCOELASTIC) -> sympy.Eq:
     """Return the condition that ends the contact as SymPy equality: x'' = 0 (eq:tEndAdvanced), or x = 0.
 
     Its symbols are those of `scaled_equation`. With delayed recovery the force vanishes while the spheres are still
-    compressed: x = kappa eps for the paper's law.
+    compressed: x = kappa eps for the paper's law. `derivations/01_scaling.py` and notebook 02 read it.
     """
     import sympy
 

@@ -325,7 +325,7 @@ def _beta_1(law: Law) -> sp.Expr:
 def g_2_at_0() -> sp.Expr:
     """Return G_2 = 3/5 G_1^2 - 25/132.
 
-    Proven in derivations/08_closed_forms.py.
+    Proven in derivations/08_closed_forms.py, and read by derivations/14_expansions.py; the series needs G_1 alone.
     """
     return sp.Rational(3, 5) * g_1_at_0() ** 2 - sp.Rational(25, 132)
 
@@ -333,7 +333,7 @@ def g_2_at_0() -> sp.Expr:
 def g_3_at_0() -> sp.Expr:
     """Return G_3 = 7/25 G_1^3 - 5/22 G_1 + 125/2904 B(9/5, 1/2).
 
-    Proven in derivations/08_closed_forms.py.
+    Proven in derivations/08_closed_forms.py, and read by derivations/14_expansions.py; the series needs G_1 alone.
     """
     g_1 = g_1_at_0()
     return sp.Rational(7, 25) * g_1**3 - sp.Rational(5, 22) * g_1 + sp.Rational(125, 2904) * _beta_9_5()
