@@ -262,7 +262,7 @@ def test_a_spring_from_some_compression_on(start, g, c):
         assert found.duration == pytest.approx(flight + path.t[-1], rel=1e-5)
 
 
-@pytest.mark.parametrize("step", [None, 1e-5])
+@pytest.mark.parametrize("step", [None, 1e-4])
 @pytest.mark.parametrize("force", [lambda x, v: 499, lambda x, v: 100 + 600 * v], ids=["constant", "damping"])
 def test_a_force_of_finite_range_that_does_not_stop_a_body(force, step):
     """In 1 mm they take less than the body's 0.5 J; with v = 1, which falls, the second would take 0.7 J."""
@@ -292,6 +292,9 @@ def test_strong_damping(kappa, k, mass, speed):
     assert found.duration + found.errors["duration"] > kappa * found.depth / speed
 
 
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(200)
+
+
 def loss(law, load):
     """Return lambda(G) by quadrature in an angle, x = x_m sin^2."""
     a, b = float(law.elastic), float(law.damping)
@@ -299,11 +302,10 @@ def loss(law, load):
     for _ in range(200):
         middle = (low + high) / 2
         low, high = (middle, high) if 1 + 2 * load * middle > 2 * middle ** (a + 1) / (a + 1) else (low, middle)
-    nodes, weights = np.polynomial.legendre.leggauss(200)
-    angle = (nodes + 1) * math.pi / 4
+    angle = (NODES + 1) * math.pi / 4
     x = low * np.sin(angle) ** 2
     speed = np.sqrt(np.maximum(1 + 2 * load * x - 2 * x ** (a + 1) / (a + 1), 0))
-    return float(2 * (weights * math.pi / 4) @ (x**b * speed * low * np.sin(2 * angle)))
+    return float(2 * (WEIGHTS * math.pi / 4) @ (x**b * speed * low * np.sin(2 * angle)))
 
 
 @pytest.mark.parametrize("law", NAMED, ids=identity)
@@ -488,10 +490,10 @@ def test_velocity_verlet_that_carries_its_force_is_the_same_map():
 def test_fine_steps_lead_to_the_equation_of_motion(scheme, load):
     contact = Contact.of_law("hunt-crossley:1", 0.4, load)
     limit = contact.collide()
-    coarse, fine = (contact.collide(step=h, scheme=scheme) for h in (4e-3, 2e-3))
-    assert 2 * fine.epsilon - coarse.epsilon == pytest.approx(limit.epsilon, abs=2e-5)
+    coarse, fine = (contact.collide(step=h, scheme=scheme) for h in (8e-3, 4e-3))
+    assert 2 * fine.epsilon - coarse.epsilon == pytest.approx(limit.epsilon, abs=4e-5)
     assert fine.depth == pytest.approx(limit.depth, abs=4e-3)
-    assert fine.duration == pytest.approx(limit.duration, abs=8e-3)
+    assert fine.duration == pytest.approx(limit.duration, abs=1.2e-2)
 
 
 def test_free_flight_changes_no_eps():
@@ -700,12 +702,12 @@ def test_refusals(make, message):
 
 
 def test_bodies_that_stay_are_seen_to_stay_before_long():
-    """With 2000 steps in a contact: a body that oscillates, and one that creeps."""
+    """With 200 steps in a contact: a body that oscillates, and one that creeps."""
     counted = []
     scheme = replace(SEMI_IMPLICIT, step=lambda *state: counted.append(1) or SEMI_IMPLICIT.step(*state))
-    for damping, most in ((20, 12_000), (2000, 200_000)):
+    for damping, most in ((20, 1200), (2000, 20_000)):
         contact = Contact(lambda x, v, c=damping: 1e5 * x + c * v, load=1e3)
         counted.clear()
-        found = contact.collide(0.05, step=5e-6, scheme=scheme, phases=PHASES)
+        found = contact.collide(0.05, step=5e-5, scheme=scheme, phases=PHASES)
         assert (found.epsilon, found.parts) == (0, False)
         assert len(counted) < most
