@@ -1,8 +1,8 @@
 """Imports point downward, from wing to wing and inside each; and importing the package stays cheap."""
 
 import ast
-import re
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
