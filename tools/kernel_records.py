@@ -24,7 +24,7 @@ def main() -> None:
     """Replace the records in the folder of the package."""
     with store.anew() as records:
         for entry in CATALOGUE.values():
-            entry.make()
+            entry.request.kernels()
         for name, end in product(NAMED, ENDS):
             curve_tables(law_of(name, end))
         weight_table.nodes()
