@@ -38,7 +38,7 @@ def run(key, form, **given):
     """Return the values of a table's program for arrays, and its guard."""
     kernel, kind, by = speed_table(key), TYPES[form.name], machine_arithmetic(form)
     function = kernel.function("restitution")
-    (branch,) = function.branches
+    branch, _ = function.branches
     table = np.array(kernel.tables[0].rows, kind)
     values = Run((*function.start, *branch.program), {"table": table, "smallest": kind(form.least), **given}, by)
     return values, evaluate(branch.guard, {**given, "scale": kind(1), **values} | {"place": values["place"]}, by)

@@ -330,7 +330,7 @@ def full() -> Kernel:
         (_epsilon(), _one_minus_epsilon()),
         {DOUBLE.name: near_constants()},
         tuple(bound for function in FUNCTIONS for bound in _bounds(function)),
-        (Table("panels", DOUBLE.name, panel_table()),),
+        (Table("panels", DOUBLE.name, (len(panel_table()), len(panel_table()[0])), panel_table),),
         missing={"float": "full accuracy is to the last place of double"},
     )
 

@@ -8,9 +8,10 @@ is which.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from viscopade.arithmetic.formats import FORMATS
@@ -21,16 +22,31 @@ from viscopade.kernels.expressions import CodeBranch, Expression, Item, Program,
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A table of numbers of one format, which programs read by rows (`expressions.TableRow`)."""
+    """A table of numbers of one format, which programs read by rows (`expressions.TableRow`).
+
+    Attributes
+    ----------
+    name, form : str
+    shape : pair of int
+        Numbers of rows and of columns.
+    make : callable
+        Gives the rows.
+    """
 
     name: str
     form: str
-    rows: tuple[tuple[float, ...], ...]
+    shape: tuple[int, int]
+    make: Callable[[], tuple[tuple[float, ...], ...]]
+
+    @cached_property
+    def rows(self) -> tuple[tuple[float, ...], ...]:
+        """The rows, which are read when they are first asked for."""
+        return self.make()
 
     @property
     def bytes(self) -> int:
         """Size in memory."""
-        return len(self.rows) * len(self.rows[0]) * FORMATS[self.form].bytes
+        return self.shape[0] * self.shape[1] * FORMATS[self.form].bytes
 
 
 @dataclass(frozen=True)
@@ -64,6 +80,7 @@ class Function:
     branches: tuple[CodeBranch, ...]
     result: str
 
+    @cached_property
     def pruned(self) -> Function:
         """Return the function without the statements that its result does not need."""
         branches = tuple(_pruned(branch, self.result) for branch in self.branches)
@@ -157,8 +174,7 @@ class Kernel:
     record : mapping
         The formula for tables, as JSON-able data: coefficients as decimals, domain, measure, …
     elsewhere : Kernel or None
-        For functions of the speed: the kernel of v* = sqrt(beta) pow(speed, 0.1), in type double, that serves where no
-        branch does. None: NaN.
+        For functions of the speed: the kernel of v* whose functions their second branch calls, in type double.
     proofs : tuple of mapping
         What independent checkers need to check the bounds, as JSON-able data.
 
@@ -191,20 +207,13 @@ class Kernel:
             for name, value in constants.items():
                 if FORMATS[form].rounded(Fraction(value)) != value:
                     raise ValueError(f"{self.name}: {name} is no number of type {form}")
-            tables = {table.name for table in self.tables}
-            for function in (whole.pruned() for whole in self.functions):
-                unknown = (
-                    function.names
-                    - function.assigned
-                    - set(function.arguments)
-                    - set(constants)
-                    - tables
-                    - set(self.lists)
-                )
-                if unknown:
-                    raise ValueError(
-                        f"{self.name}: {function.name} reads {', '.join(sorted(unknown))}, which nothing gives"
-                    )
+        given = {*(table.name for table in self.tables), *self.lists}
+        for function in (whole.pruned for whole in self.functions):
+            read = function.names - function.assigned - given - {*function.arguments}
+            for constants in self.constants.values():
+                if unknown := read - {*constants}:
+                    names = ", ".join(sorted(unknown))
+                    raise ValueError(f"{self.name}: {function.name} reads {names}, which nothing gives")
         known = {function.name for function in self.functions}
         for bound in self.bounds:
             if bound.result not in known or bound.arithmetic.form.name not in self.constants:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -66,9 +66,9 @@ def _column(row: Any, index: int) -> Any:
     return row[..., index]
 
 
-def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Format) -> Any:
+def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], by: Format | Reading) -> Any:
     """Return a result of a branch, or one of its variables, for inputs and constants: numbers or arrays of a format."""
-    return read(branch, [result], given, machine_arithmetic(form))[result]
+    return read(branch, [result], given, machine_arithmetic(by) if isinstance(by, Format) else by)[result]
 
 
 @lru_cache(maxsize=32)
@@ -81,56 +81,69 @@ def rows_of(table: Table, form: Format) -> Any:
 
 
 def _given(kernel: Kernel, function: Function, arguments: Sequence[Any], form: Format) -> dict[str, Any]:
-    """Return the arguments, the constants and the tables by name."""
+    """Return the arguments and the constants by name."""
     kind = TYPES[form.name]
     constants = {name: kind(value) for name, value in kernel.constants[form.name].items()}
-    tables = {table.name: rows_of(table, form) for table in kernel.tables}
     values = np.broadcast_arrays(*(np.asarray(x, kind) for x in arguments))
-    return {**constants, **tables, **dict(zip(function.arguments, values, strict=True))}
+    return {**constants, **dict(zip(function.arguments, values, strict=True))}
+
+
+def _branches(function: Function, given: Mapping[str, Any], by: Reading) -> Iterator[tuple[int, Any]]:
+    """Yield the index of each branch, and for which arguments it is taken: those for which no earlier one is."""
+    rest = np.full(given[function.arguments[0]].shape, True)
+    if function.domain is not None:
+        rest = rest & evaluate(function.domain, given, by)
+    for index, branch in enumerate(function.branches):
+        here = np.zeros(rest.shape, bool)
+        run = Run(function.start, _where(rest, function, given), by)
+        here[rest] = True if branch.guard is None else evaluate(branch.guard, run, by)
+        yield index, here
+        rest = rest & ~here
+
+
+def _where(here: Any, function: Function, given: Mapping[str, Any]) -> dict[str, Any]:
+    return {**given, **{argument: given[argument][here] for argument in function.arguments}}
 
 
 def located(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> tuple[Any, Any]:
     """Return a function's results on numbers or arrays, and the index of the branch that gives each.
 
-    Outside the domain, and where no guard holds, they are NaN and -1; where the kernel's `elsewhere` serves, the index
-    is the number of branches. In a narrower type than a table's, results are computed in the table's type, and rounded.
+    Outside the domain, and where no guard holds, they are NaN and -1. In a narrower type than a table's, results are
+    computed in the table's type, and rounded.
     """
     if form != DOUBLE and any(table.form == DOUBLE.name for table in kernel.tables):
         found, taken = located(kernel, name, *(np.asarray(x, TYPES[form.name]) for x in arguments))
         return found.astype(TYPES[form.name]), taken
-    function, by = kernel.function(name).pruned(), machine_arithmetic(form)
+    function, by = kernel.function(name).pruned, machine_arithmetic(form)
     given = _given(kernel, function, arguments, form)
+    tables = {table.name: rows_of(table, form) for table in kernel.tables}
     shape = given[function.arguments[0]].shape
     found, taken = np.full(shape, math.nan, TYPES[form.name]), np.full(shape, -1)
     with np.errstate(all="ignore"):
-        rest = np.full(shape, True)
-        if function.domain is not None:
-            rest = rest & evaluate(function.domain, given, by)
-        for index, branch in enumerate(function.branches):
-            inner = given | {argument: given[argument][rest] for argument in function.arguments}
-            run = Run(function.start, inner, by)
-            here = np.zeros(shape, bool)
-            here[rest] = True if branch.guard is None else evaluate(branch.guard, run, by)
-            inner = given | {argument: given[argument][here] for argument in function.arguments}
-            run = Run((*function.start, *branch.program), inner, by)
-            found[here], taken[here] = evaluate(branch.results[function.result], run, by), index
-            rest = rest & ~here
-        if kernel.elsewhere is not None and rest.any():
-            given = {argument: given[argument][rest] for argument in function.arguments}
-            found[rest], taken[rest] = _elsewhere(kernel.elsewhere, name, **given), len(function.branches)
+        for index, here in _branches(function, given, by):
+            branch, inner = function.branches[index], _where(here, function, given)
+            if kernel.elsewhere is not None and index > 0:
+                found[here] = _in_double(kernel, kernel.elsewhere, function, branch, inner)
+            else:
+                run = Run((*function.start, *branch.program), {**inner, **tables}, by)
+                found[here] = evaluate(branch.results[function.result], run, by)
+            taken[here] = index
     return found, taken
 
 
-def _elsewhere(kernel: Kernel, name: str, speed: Any, beta: Any) -> Any:
-    """Return results of a speed and beta by a kernel of v*, in type double."""
-    speed, beta = speed.astype(np.float64), beta.astype(np.float64)
-    v_star = np.where(speed >= 0, np.sqrt(beta) * _power(speed, 0.1), math.nan)
-    eps = evaluated(kernel, "epsilon", v_star)
-    if name == "dissipation":
-        return np.where(eps < 0.5, 1 - eps * eps, evaluated(kernel, "one_minus_epsilon", v_star) * (1 + eps))
-    if name == "rebound":
-        return np.where((eps == 0) & (speed == np.inf), speed, eps * speed)
-    return eps
+def _in_double(kernel: Kernel, called: Kernel, function: Function, branch: CodeBranch, given: Mapping[str, Any]) -> Any:
+    """Return results of a branch that calls functions of another kernel, in type double."""
+    by = machine_arithmetic(DOUBLE)
+    calls = {f"viscopade_{f.name}_{called.name}": partial(evaluated, called, f.name) for f in called.functions}
+    given = _given(kernel, function, [given[argument] for argument in function.arguments], DOUBLE)
+    return computed(branch, function.result, given, by._replace(functions={**by.functions, **calls}))
+
+
+def taken_branch(kernel: Kernel, name: str, *arguments: float) -> int:
+    """Return the index of the branch that gives a function's result; nothing is read from tables."""
+    function = kernel.function(name).pruned
+    given, by = _given(kernel, function, arguments, DOUBLE), machine_arithmetic(DOUBLE)
+    return next(index for index, here in _branches(function, given, by) if here)
 
 
 def evaluated(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> Any:
@@ -140,7 +153,7 @@ def evaluated(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE)
 
 def is_normal(kernel: Kernel, name: str, *arguments: float, form: Format = DOUBLE) -> bool:
     """Return whether nothing overflows or underflows in what a function computes before its branches."""
-    function = kernel.function(name).pruned()
+    function = kernel.function(name).pruned
     given = {key: value[()] for key, value in _given(kernel, function, arguments, form).items()}
     run = Run(function.start, given, machine_arithmetic(form))
     try:
@@ -152,7 +165,7 @@ def is_normal(kernel: Kernel, name: str, *arguments: float, form: Format = DOUBL
 
 def borders(kernel: Kernel, name: str, form: Format = DOUBLE) -> list[float]:
     """Return the largest first arguments, the others being 1, before a condition of the function changes."""
-    function, by = kernel.function(name).pruned(), machine_arithmetic(form)
+    function, by = kernel.function(name).pruned, machine_arithmetic(form)
     programs = [(*function.start, *branch.program) for branch in function.branches]
     conditions = [
         (program, condition)

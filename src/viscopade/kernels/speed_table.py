@@ -49,6 +49,7 @@ from viscopade.kernels.bound import INFINITY, ErrorBound, weakest
 from viscopade.kernels.compact import half_line
 from viscopade.kernels.enclosure import exactly, polynomial
 from viscopade.kernels.expressions import (
+    Call,
     CodeBranch,
     Column,
     Exact,
@@ -56,13 +57,15 @@ from viscopade.kernels.expressions import (
     Literal,
     Name,
     Program,
+    Select,
     Statement,
     TableRow,
     Word,
     both,
+    equal,
     in_pairs,
 )
-from viscopade.kernels.formulas import OCTAVES, bits, count, from_bits, octaves, power_of_two
+from viscopade.kernels.formulas import OCTAVES, ZERO, bits, count, from_bits, lost_energy, octaves, power_of_two
 from viscopade.kernels.full import full, sum_with_error
 from viscopade.kernels.kernel import Function, Kernel, Table
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
@@ -506,7 +509,20 @@ def row_branch(layout: Layout) -> CodeBranch:
     return sums._replace(program=program)
 
 
-def _functions(layout: Layout) -> Iterator[Function]:
+def of_v_star_branch(kernel: str) -> CodeBranch:
+    """Return the results by a kernel of v*, in type double: where the table does not help."""
+    branch, eps, speed = formulas.v_star_branch(), Name("eps"), Name("speed")
+    of_eps, of_loss = (
+        Call(f"viscopade_{name}_{kernel}", (Name("v_star"),)) for name in ("epsilon", "one_minus_epsilon")
+    )
+    # Without the choice, the speed after the collision would be 0 times infinity at an infinite speed.
+    rebound = Select(both(equal(eps, ZERO), speed > Name("largest")), speed, eps * speed)
+    results = {"restitution": eps, "rebound": rebound, "dissipation": lost_energy(eps, of_loss)["of_both"]}
+    program = Statement("v_star", branch.results["v_star"]), Statement("eps", of_eps)
+    return CodeBranch(branch.guard, program, results)
+
+
+def _functions(layout: Layout, elsewhere: Kernel) -> Iterator[Function]:
     program = (
         Statement("row", TableRow("table", row_number(layout))),
         *(Statement(name, Column("row", n)) for n, name in enumerate(layout.names)),
@@ -515,8 +531,9 @@ def _functions(layout: Layout) -> Iterator[Function]:
     branch = row_branch(layout)
     inside = both(Name("place") < octaves(OCTAVES), Name("scale") >= Name("smallest"))
     branch = CodeBranch(inside, (*program, *branch.program), branch.results)
+    beyond = of_v_star_branch(elsewhere.name)
     for name, meaning in MEANINGS.items():
-        yield Function(name, ("speed", "beta"), meaning, None, place_program(layout), (branch,), name)
+        yield Function(name, ("speed", "beta"), meaning, None, place_program(layout), (branch, beyond), name)
 
 
 # --- kernels ----------------------------------------------------------------------------------------------------------
@@ -552,10 +569,13 @@ def speed_table(accuracy: str) -> Kernel:
         f"v* = sqrt(beta) pow(speed, 0.1), in double{_monotonic(layout)}",
         "interpolation of the proven polynomials of viscopade.epsilon",
         "speed >= 0, beta >= 0",
-        tuple(_functions(layout)),
-        {form.name: {"smallest": float(form.least)} for form in (DOUBLE, FLOAT)},
+        tuple(_functions(layout, elsewhere)),
+        {
+            form.name: {"smallest": float(form.least), "largest": (2 - form.epsilon) * 2.0**form.largest}
+            for form in (DOUBLE, FLOAT)
+        },
         tuple(_bounds(layout, elsewhere)),
-        (Table("table", layout.form.name, layout.rows),),
+        (Table("table", layout.form.name, (layout.size, len(layout.names)), lambda: layout.rows),),
         elsewhere=elsewhere,
     )
 

@@ -20,7 +20,7 @@ from viscopade.kernels.arithmetic import HOSTS
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Item
 from viscopade.kernels.kernel import Function, Kernel
-from viscopade.kernels.machine import evaluated, located
+from viscopade.kernels.machine import evaluated, taken_branch
 from viscopade.kernels.v_star import USUAL, of_v_star
 from viscopade.scene import tolerance
 from viscopade.scene.description import Code, Scene, Tolerance
@@ -163,12 +163,12 @@ def weighted_operations(kernel: Kernel, result: str, encounter: Encounter) -> in
     """Return the weighted number of operations of a result, in the branch of a typical impact."""
     function, v_star = kernel.function(result), float(encounter.pair.v_star(encounter.speeds.typical))
     given = {"v_star": v_star, "speed": 1.0, "beta": v_star**2}
-    taken = int(located(kernel, result, *(given[name] for name in function.arguments))[1])
-    if taken == len(function.branches) and kernel.elsewhere is not None:
-        return weighted_operations(kernel.elsewhere, "epsilon", encounter) + POWER + DIVISION + 1
+    taken = taken_branch(kernel, result, *(given[name] for name in function.arguments))
     branch = function.branches[taken]
     found = expressions.operations((*function.start, *branch.program), branch.results[function.result])
-    return sum(number * _COSTS.get(name, not name.isidentifier()) for name, number in found.items())
+    count = sum(number * _COSTS.get(name, not name.isidentifier()) for name, number in found.items())
+    called = kernel.elsewhere if taken > 0 else None
+    return count + (0 if called is None else weighted_operations(called, "epsilon", encounter))
 
 
 # --- ranges -----------------------------------------------------------------------------------------------------------

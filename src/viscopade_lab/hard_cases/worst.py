@@ -178,7 +178,7 @@ def _of_kernel(family: str, kernel: Kernel, form: Format) -> Iterator[Function]:
         }[family]
         sizes = ((b.rounding + b.last) / (1 + b.formula) for b in bounds if b.on(widest.low, widest.high))
         name = f"{function.name}_{kernel.name}"
-        computed, exact = _readings(kernel, function.pruned(), form, second)
+        computed, exact = _readings(kernel, function.pruned, form, second)
         yield Function(family, name, form, computed, exact, *ends, min(sizes), second=second)
 
 

@@ -220,16 +220,16 @@ VISCOPADE_ALWAYS REAL viscopade_inside_NAME(WORD place, REAL base, REAL speed, i
 /* Where the table does not help. */
 VISCOPADE_SELDOM REAL viscopade_elsewhere_NAME(REAL speed, REAL beta, int what)
 {
-    const double v_star = VALID ? V_STAR : nan("");
-    const double eps = viscopade_epsilon_SLOW(v_star);
+    const double v_star = VALID ? BEYOND_V_STAR : nan("");
+    const double eps = BEYOND_EPS;
 
     if (what == VISCOPADE_DISSIPATION) {
-        return VISCOPADE_AS(REAL, LOST_ENERGY);
+        return VISCOPADE_AS(REAL, BEYOND_DISSIPATION);
     }
     if (what == VISCOPADE_REBOUND) {
-        return VISCOPADE_AS(REAL, eps == 0.0 && SPEED > DBL_MAX ? SPEED : eps * SPEED);
+        return VISCOPADE_AS(REAL, BEYOND_REBOUND);
     }
-    return VISCOPADE_AS(REAL, eps);
+    return VISCOPADE_AS(REAL, BEYOND_RESTITUTION);
 }
 
 VISCOPADE_ALWAYS REAL viscopade_one_NAME(REAL speed, REAL beta, int what)

@@ -16,8 +16,7 @@ import numpy as np
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import wrapped
-from viscopade.kernels import formulas
-from viscopade.kernels.expressions import Call, CodeBranch, Column, Expression, Literal, Name, TableRow, names_in
+from viscopade.kernels.expressions import CodeBranch, Column, Expression, Name, TableRow, names_in
 from viscopade.kernels.formulas import FRACTION, OCTAVES, octaves
 from viscopade.kernels.kernel import Kernel, Table, needed
 from viscopade.kernels.machine import computed
@@ -128,9 +127,8 @@ def _of_table(kernel: Kernel, table: Table) -> dict[str, str]:
 
 def _of_type(kernel: Kernel, table: Table, language: Language, form: Format) -> dict[str, str]:
     """Return the words of a type: its numbers, and the kernel's expressions."""
-    assert kernel.elsewhere is not None
-    number, function, slow = language.number(form.name), kernel.functions[0], kernel.elsewhere.name
-    (branch,), start = function.branches, dict(function.start)
+    number, function = language.number(form.name), kernel.functions[0]
+    (branch, beyond), start = function.branches, dict(function.start)
     names = [name for name, expression in branch.program if isinstance(expression, Column)]
     given = {"row", "base", *names}
     wanted = {name for result in branch.results.values() for name in names_in(result)}
@@ -139,15 +137,18 @@ def _of_type(kernel: Kernel, table: Table, language: Language, form: Format) -> 
     row, base, guard = assigned["row"], assigned["base"], branch.guard
     assert isinstance(row, TableRow)
     assert guard is not None
+    assert beyond.guard is not None
 
     def written(expression: Expression, of: Format = form) -> str:
         return expression_text(kernel, expression, language, language.number(of.name))
 
     in_columns, cast = table.form == DOUBLE.name, "{}" if form.name == table.form else _AS_DOUBLE
     smallest, width, index = "DBL_MIN" if form == DOUBLE else "FLT_MIN", len(names), written(row.index)
-    lost = formulas.lost_energy(Name("eps"), Name(f"viscopade_one_minus_epsilon_{slow}(v_star)"))["of_both"]
-    speed, beta = (Name(_AS_DOUBLE.format(name) if form != DOUBLE else name) for name in ("speed", "beta"))
-    v_star = Call("sqrt", (beta,)) * Call("pow", (speed, Literal("0.1")))
+
+    def in_double(expression: Expression) -> str:
+        text = written(expression, DOUBLE).replace("largest", "DBL_MAX")
+        return text if form == DOUBLE else re.sub(r"\b(speed|beta)\b", lambda found: _AS_DOUBLE.format(found[0]), text)
+
     in_block = "c[{n}][i]" if in_columns else "c[i][{n}]"
     return {name.upper(): written(expression) for name, expression in branch.results.items()} | {
         "WORD": number.types["word"],
@@ -168,11 +169,8 @@ def _of_type(kernel: Kernel, table: Table, language: Language, form: Format) -> 
         "SMALLEST": smallest,
         "END_SHIFT": str(octaves(OCTAVES).of(form).bit_length() - 1),
         "LINE": str(CACHE_LINE // form.bytes),
-        "SLOW": slow,
-        "VALID": written(speed >= formulas.ZERO, DOUBLE),
-        "V_STAR": written(v_star, DOUBLE),
-        "LOST_ENERGY": written(lost, DOUBLE),
-        "SPEED": written(speed, DOUBLE),
+        "VALID": in_double(beyond.guard),
+        **{f"BEYOND_{name.upper()}": in_double(value) for name, value in [*beyond.program, *beyond.results.items()]},
     }
 
 

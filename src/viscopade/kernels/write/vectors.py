@@ -98,8 +98,7 @@ def vectors(kernel: Kernel, function: Function, form: Format, given: Iterable[Ar
 def _vector(kernel: Kernel, function: Function, form: Format, given: Arguments) -> list[str] | None:
     found, branch = machine.located(kernel, function.name, *given, form=form)
     computed, indices = float(found), range(len(function.branches)) if branch < 0 else (int(branch),)
-    elsewhere = branch == len(function.branches)
-    called = elsewhere or any(function.calls(index) & INEXACT for index in indices)
+    called = any(function.calls(index) & INEXACT for index in indices)
     answer = _answer(kernel, function, form, given, computed, int(branch), called)
     if answer is None and called:
         return None

@@ -43,7 +43,7 @@ _CONDITIONS = ("<", "<=", ">", ">=", AND)
 
 def function_text(kernel: Kernel, function: Function, language: Language, number: Number) -> str:
     """Return the text of a function in a format of the kernel and the language."""
-    pruned = function.pruned()
+    pruned = function.pruned
     return _Writer(kernel, straight(pruned) if language.straight else pruned, language, number).text()
 
 
@@ -76,8 +76,8 @@ def table_text(kernel: Kernel, table: Table, language: Language) -> str:
     form = FORMATS[table.form]
     lines = (f"    {{{', '.join(map(form.hexadecimal, row))}}}," for row in table.rows)
     return language.table.format(
-        type=language.number(table.form).type, table=table.name, kernel=kernel.name, rows=len(table.rows),
-        columns=len(table.rows[0]), values="\n".join(lines),
+        type=language.number(table.form).type, table=table.name, kernel=kernel.name, rows=table.shape[0],
+        columns=table.shape[1], values="\n".join(lines),
     )  # fmt: skip
 
 
