@@ -16,7 +16,7 @@ near w = 1, costs 1e-8.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -80,7 +80,6 @@ from viscopade.kernels.rounding_bounds import (
     refined,
     rounding_of_w,
 )
-from viscopade.kernels.v_star import of_computed_v_star, restitution
 from viscopade.store import recorded
 
 ROOT = 30  # y = w^(1/ROOT)
@@ -134,8 +133,7 @@ def compact(accuracy: Exact) -> Kernel:
         v.form.name: {"thirtieth": thirtieth(v.form), "largest": 2.0 ** LARGEST[v.form.name]} for v in fitted.variants
     }
     text = f"eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, {powers_text(form)}"
-    made = _kernel(f"compact_{name}", "speed", text, DOMAIN, functions, form, fitted, MEANINGS, more)
-    return replace(made, normal=NORMAL)
+    return _kernel(f"compact_{name}", "speed", text, DOMAIN, functions, form, fitted, more, NORMAL)
 
 
 def half_line(accuracy: Exact) -> Kernel:
@@ -144,15 +142,12 @@ def half_line(accuracy: Exact) -> Kernel:
     v_star = Name("v_star")
     near, far = half_line_branches(form)
     branches = (near._replace(guard=within("v_star", ZERO, ONE)), far._replace(guard=v_star > ONE))
-    functions = (
-        Function("epsilon", ("v_star",), "eps", None, (), branches, "epsilon"),
-        Function("one_minus_epsilon", ("v_star",), "1 - eps", None, (), branches, "one_minus_epsilon"),
-        restitution(branches),
+    meanings = zip(OF_V_STAR, ("eps", "1 - eps"), strict=True)
+    functions = tuple(
+        Function(result, ("v_star",), meaning, None, (), branches, result) for result, meaning in meanings
     )
     text = f"eps = D/(D + v*^2 N), y = v*^(1/3), {powers_text(form)}"
-    made = _kernel(f"halfline_{name}", "v_star", text, "all v* >= 0", functions, form, fitted, OF_V_STAR, {})
-    of_eps = (bound for bound in made.bounds if bound.result == "epsilon")
-    return replace(made, bounds=(*made.bounds, *(b for bound in of_eps for b in of_computed_v_star(bound))))
+    return _kernel(f"halfline_{name}", "v_star", text, "all v* >= 0", functions, form, fitted, {})
 
 
 def _chosen(accuracy: Exact) -> tuple[str, Powers, Fitted]:
@@ -170,10 +165,11 @@ def _kernel(
     functions: tuple[Function, ...],
     form: Powers,
     fitted: Fitted,
-    results: Iterable[str],
     more: Mapping[str, Mapping[str, float]],
+    normal: tuple[str, ...] = (),
 ) -> Kernel:
-    """Return a kernel with the bounds of some functions, and further constants."""
+    """Return a kernel with functions of the speed or of v*, the bounds of these, and further constants."""
+    results = {function.name for function in functions}
     source = "best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these powers of y"
     head = {"name": name, "kind": "halfline", "root": "1/3", "top": form.top, "bottom": form.bottom}
     of_v_star = {v.form: {"rounding": {r: _sizes(v, r) for r in OF_V_STAR}} for v in fitted.variants}
@@ -186,7 +182,7 @@ def _kernel(
             "variants": [v.record() | of_v_star[v.form] for v in fitted.variants], "missing": fitted.missing,
             "source": source,
         },
-        proofs=tuple(head | v.proof() | of_v_star[v.form] for v in fitted.variants),
+        proofs=tuple(head | v.proof() | of_v_star[v.form] for v in fitted.variants), normal=normal,
     )  # fmt: skip
 
 

@@ -556,7 +556,7 @@ def speed_table(accuracy: str) -> Kernel:
     if accuracy not in TABLES:
         raise ValueError(f"the kernel of speed asked for is {accuracy}: expected {', '.join(TABLES)}")
     layout = TABLES[accuracy]
-    elsewhere = _of_v_star(half_line("1e-5") if layout.form == FLOAT else full())  # within 3.4e-6
+    elsewhere = _in_double(half_line("1e-5") if layout.form == FLOAT else full())  # within 3.4e-6
     low, high = (2.0 ** (e / 10) for e in (layout.first, layout.first + OCTAVES))
     return Kernel(
         identifier(accuracy),
@@ -592,14 +592,11 @@ def _monotonic(layout: Layout) -> str:
     )
 
 
-def _of_v_star(kernel: Kernel) -> Kernel:
-    """Return a kernel with its functions of v* in type double alone."""
-    functions = tuple(f for f in kernel.functions if f.arguments == ("v_star",))
-    names, double = {f.name for f in functions}, DOUBLE.name
-    bounds = tuple(b for b in kernel.bounds if b.result in names and b.arithmetic.form == DOUBLE)
-    missing = {"float": "beyond tables of speed, eps is computed in type double"}
-    constants = {double: kernel.constants[double]}
-    return replace(kernel, functions=functions, bounds=bounds, constants=constants, missing=missing)
+def _in_double(kernel: Kernel) -> Kernel:
+    """Return a kernel in type double alone."""
+    bounds = tuple(bound for bound in kernel.bounds if bound.arithmetic.form == DOUBLE)
+    missing = {FLOAT.name: "beyond tables of speed, eps is computed in type double"}
+    return replace(kernel, bounds=bounds, constants={DOUBLE.name: kernel.constants[DOUBLE.name]}, missing=missing)
 
 
 # --- bounds -----------------------------------------------------------------------------------------------------------
