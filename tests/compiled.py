@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable, Iterable
+from functools import cache
 from itertools import count
 from pathlib import Path
 
@@ -28,7 +29,8 @@ _serial = count()
 Library = dict[str, Callable[..., float]]
 
 
-def works(command: list[str]) -> bool:
+@cache
+def works(*command: str) -> bool:
     """Whether a compiler knows its flags."""
     return not subprocess.run([*command, "-fsyntax-only", "-"], input="", text=True, capture_output=True).returncode
 
@@ -36,7 +38,7 @@ def works(command: list[str]) -> bool:
 def machine_flags() -> list[str]:
     """Return -march=native, or nothing where the compiler does not know it."""
     command = shutil.which(os.environ.get("CC", "cc"))
-    return ["-march=native"] if command and works([command, "-xc", "-march=native"]) else []
+    return ["-march=native"] if command and works(command, "-xc", "-march=native") else []
 
 
 def compiler(standard: str, name: str = "cc", flags: Iterable[str] = ()) -> list[str]:
@@ -47,7 +49,7 @@ def compiler(standard: str, name: str = "cc", flags: Iterable[str] = ()) -> list
     if command is None:
         pytest.skip(f"there is no {usual if name == 'cc' else name}")
     arguments = [command, f"-std={standard}", "-x", "c++" if "++" in standard else "c", *flags]
-    if not works(arguments):
+    if not works(*arguments):
         pytest.skip(f"{command} does not know {' '.join(arguments[1:])}")
     return arguments
 
