@@ -117,6 +117,11 @@ def _converter() -> Any:
     ):
         converter.register_unstructure_hook(kind, write)
         converter.register_structure_hook(kind, lambda text, _, read_text=read_text: read_text(text))
+    # A table has thousands of numbers: its rows are read at once.
+    converter.register_structure_hook_func(
+        lambda kind: kind == tuple[tuple[float, ...], ...],
+        lambda rows, _: tuple([tuple(map(float.fromhex, row)) for row in rows]),
+    )
     for named, known in _named.items():
         converter.register_unstructure_hook(named, attrgetter("name"))
         converter.register_structure_hook(named, partial(_one_of, known))

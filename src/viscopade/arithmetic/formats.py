@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
 
+_HEXADECIMAL = re.compile(r"(?:\.?0+)?p([+-][0-9]+)")  # the end of a number as Python writes it
 _DECIMAL = re.compile(r"[+-]?[0-9]+(?:\.[0-9]*)?(?:[eE]([+-]?[0-9]{1,4}))?")
 
 
@@ -103,10 +104,9 @@ class Format:
             raise ValueError(f"{float_text(number)} is not a normal number in {self.name}")
         return value
 
-    def hexadecimal(self, value: float) -> str:
-        """Return `value` as a hexadecimal literal of C, which is exact."""
-        mantissa, exponent = value.hex().split("p")
-        return f"{mantissa.rstrip('0').rstrip('.')}p{exponent}{self.suffix}"
+    def hexadecimal(self, *values: float) -> str:
+        """Return numbers as hexadecimal literals of C, which are exact, with commas between them."""
+        return _HEXADECIMAL.sub(rf"p\1{self.suffix}", ", ".join(map(float.hex, values)))
 
     def decimal(self, value: float) -> str:
         """Return `value` as a decimal literal of C that a compiler rounds to the same value."""

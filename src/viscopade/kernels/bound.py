@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from operator import attrgetter
 from typing import Literal
 
 from viscopade.kernels.arithmetic import HOST, Arithmetic
@@ -66,7 +67,7 @@ class ErrorBound:
         if not 0 <= self.low < self.high:
             raise ValueError(f"the range is [{self.low}, {self.high}]: expected 0 <= low < high")
         sizes = self.formula, self.rounding, self.last, self.ulps, self.absolute
-        if not all(type(size) is Fraction and size >= 0 for size in sizes):
+        if {*map(type, sizes)} != {Fraction} or min(sizes) < 0:
             raise ValueError("the parts of a bound must be fractions >= 0")
 
     @property
@@ -103,4 +104,4 @@ INFINITY = math.inf
 def weakest(bounds: Sequence[ErrorBound]) -> ErrorBound:
     """Return a bound on the range of the first one that holds wherever one of the bounds does."""
     sizes = "formula", "rounding", "last", "ulps", "absolute"
-    return replace(bounds[0], **{name: max(getattr(bound, name) for bound in bounds) for name in sizes})
+    return replace(bounds[0], **{name: max(map(attrgetter(name), bounds)) for name in sizes})

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import operator as op
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import count as numbers
@@ -205,29 +205,29 @@ def bare(expression: Expression) -> Expression:
     return expression
 
 
-def names_in(expression: Expression) -> Iterator[str]:
-    """Yield the names that an expression reads; also the names of tables."""
-    match bare(expression):
-        case Name(name):
-            yield name
-        case Operation(_, left, right):
-            yield from names_in(left)
-            yield from names_in(right)
-        case Negation(_, operand):
-            yield from names_in(operand)
-        case Select(condition, met, otherwise):
-            for part in (condition, met, otherwise):
-                yield from names_in(part)
-        case Item(values, index):
-            yield from (values, index)
-        case TableRow(table, index):
-            yield table
-            yield from names_in(index)
-        case Column(row, _):
-            yield row
-        case Call(_, arguments):
-            for part in arguments:
-                yield from names_in(part)
+def names_in(*expressions: Expression) -> set[str]:
+    """Return the names that expressions read; also the names of tables."""
+    found, rest = set[str](), [*expressions]
+    while rest:
+        match bare(rest.pop()):
+            case Name(name):
+                found.add(name)
+            case Operation(_, left, right):
+                rest += (left, right)
+            case Negation(_, operand):
+                rest.append(operand)
+            case Select(condition, met, otherwise):
+                rest += (condition, met, otherwise)
+            case Item(values, index):
+                found |= {values, index}
+            case TableRow(table, index):
+                found.add(table)
+                rest.append(index)
+            case Column(row, _):
+                found.add(row)
+            case Call(_, arguments):
+                rest += arguments
+    return found
 
 
 # --- readings ---------------------------------------------------------------------------------------------------------
@@ -293,13 +293,14 @@ _OPERATIONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<=": op.le,
     ">": op.gt,
     ">=": op.ge,
+    "==": op.eq,
     AND: op.and_,
 }
 _NEGATIONS: Mapping[str, Callable[[Any], Any]] = {"-": op.neg, "~": op.invert}
 
 
-both = _operator(AND)
-"""Condition that both of two conditions hold."""
+equal, both = map(_operator, ("==", AND))
+"""Conditions: two words are equal; both of two conditions hold."""
 
 
 def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Reading) -> Any:

@@ -8,7 +8,7 @@ is which.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -49,7 +49,7 @@ class Table:
         return self.shape[0] * self.shape[1] * FORMATS[self.form].bytes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Function:
     """A function of a kernel: a program from its arguments to one number.
 
@@ -84,7 +84,7 @@ class Function:
     def pruned(self) -> Function:
         """Return the function without the statements that its result does not need."""
         branches = tuple(_pruned(branch, self.result) for branch in self.branches)
-        wanted = {name for branch in branches for name in names_of(branch)}
+        wanted = set[str]().union(*map(names_of, branches))
         return Function(
             self.name, self.arguments, self.meaning, self.domain, needed(self.start, wanted), branches, self.result
         )
@@ -98,9 +98,8 @@ class Function:
     @property
     def names(self) -> set[str]:
         """All names that are read."""
-        found = {name for branch in self.branches for name in names_of(branch)}
-        found |= {name for statement in self.start for name in names_in(statement.expression)}
-        return found | (set() if self.domain is None else set(names_in(self.domain)))
+        given = *(statement.expression for statement in self.start), *([] if self.domain is None else [self.domain])
+        return names_in(*given).union(*map(names_of, self.branches))
 
     @property
     def assigned(self) -> set[str]:
@@ -122,12 +121,10 @@ class Function:
         return {name for name in found if name.isalnum()}
 
 
-def names_of(branch: CodeBranch) -> Iterator[str]:
-    """Yield the names that a branch reads."""
-    for expression in (*(s.expression for s in branch.program), *branch.results.values()):
-        yield from names_in(expression)
-    if branch.guard is not None:
-        yield from names_in(branch.guard)
+def names_of(branch: CodeBranch) -> set[str]:
+    """Return the names that a branch reads."""
+    guard = [] if branch.guard is None else [branch.guard]
+    return names_in(*(s.expression for s in branch.program), *branch.results.values(), *guard)
 
 
 def needed(program: Program, wanted: Iterable[str]) -> Program:
@@ -135,7 +132,7 @@ def needed(program: Program, wanted: Iterable[str]) -> Program:
     known, kept = set(wanted), list[Statement]()
     for statement in reversed(program):
         if statement.name in known:
-            known |= set(names_in(statement.expression))
+            known |= names_in(statement.expression)
             kept.append(statement)
     return tuple(reversed(kept))
 
@@ -145,7 +142,7 @@ def _pruned(branch: CodeBranch, result: str) -> CodeBranch:
     return CodeBranch(branch.guard, needed(branch.program, names_in(value)), {result: value})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kernel:
     """A kernel: formulas of eps or of v* with proven errors.
 
@@ -203,17 +200,15 @@ class Kernel:
     normal: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        needs = {f.name: f.names - f.assigned - {*f.arguments} for f in (whole.pruned for whole in self.functions)}
+        of_all = {*(table.name for table in self.tables), *self.lists}
         for form, constants in self.constants.items():
             for name, value in constants.items():
                 if FORMATS[form].rounded(Fraction(value)) != value:
                     raise ValueError(f"{self.name}: {name} is no number of type {form}")
-        given = {*(table.name for table in self.tables), *self.lists}
-        for function in (whole.pruned for whole in self.functions):
-            read = function.names - function.assigned - given - {*function.arguments}
-            for constants in self.constants.values():
-                if unknown := read - {*constants}:
-                    names = ", ".join(sorted(unknown))
-                    raise ValueError(f"{self.name}: {function.name} reads {names}, which nothing gives")
+            for function, names in needs.items():
+                if unknown := names - of_all - {*constants}:
+                    raise ValueError(f"{self.name}: {function} reads {', '.join(sorted(unknown))}, which nothing gives")
         known = {function.name for function in self.functions}
         for bound in self.bounds:
             if bound.result not in known or bound.arithmetic.form.name not in self.constants:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from fractions import Fraction
+from functools import lru_cache
 from importlib.resources import files
 from itertools import chain, product, zip_longest
 from zlib import crc32
@@ -136,7 +137,7 @@ def kernel_text(kernel: Kernel, language: Language) -> str:
             for function in kernel.functions
             for number in numbers_of(kernel, language)
         ]
-        return _framed(kernel, language, [*stated, speed_table.functions_text(kernel, language)], code)
+        return _framed(kernel, language, [*stated, speed_table.functions_text(kernel, language, *code)], code)
     for function in kernel.functions:
         for number in numbers_of(kernel, language):
             code.append(function_text(kernel, function, language, number))
@@ -196,7 +197,8 @@ def error_text(bound: ErrorBound) -> str:
     return " + ".join(f"{size} {unit}" for size, unit in error_parts(bound)) or "0"
 
 
-def stated(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> list[ErrorBound]:
+@lru_cache(maxsize=1024)
+def stated(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> Sequence[ErrorBound]:
     """Return the bounds of a function in an arithmetic, the narrowest range first: the best one of each range."""
     best = dict[str, ErrorBound]()
     for bound in kernel.bound(function.name, arithmetic.place, arithmetic.form.name):

@@ -21,7 +21,7 @@ from viscopade.kernels.formulas import FRACTION, OCTAVES, octaves
 from viscopade.kernels.kernel import Kernel, Table, needed
 from viscopade.kernels.machine import computed
 from viscopade.kernels.write.language import Language
-from viscopade.kernels.write.writer import expression_text, program_text, table_text
+from viscopade.kernels.write.writer import expression_text, program_text
 
 BLOCK = 32  # speeds that the array functions take at a time
 AHEAD = 256  # elements by which speeds are asked for in advance, and results by half as many
@@ -47,12 +47,12 @@ def once() -> str:
     return _parts()["once"]
 
 
-def functions_text(kernel: Kernel, language: Language) -> str:
-    """Return the table and the functions of a kernel in type double and float."""
+def functions_text(kernel: Kernel, language: Language, rows: str) -> str:
+    """Return the table, whose text is given, and the functions of a kernel in type double and float."""
     (table,), parts = kernel.tables, _parts()
     common = _of_table(kernel, table)
     about = {name: "\n * ".join(wrapped(text, _COLUMNS)) for name, text in _facts(kernel).items()}
-    found = [_replaced(parts["about"], common | about), table_text(kernel, table, language)]
+    found = [_replaced(parts["about"], common | about), rows]
     for form in (DOUBLE, FLOAT):
         name = f"{kernel.name}{form.suffix}"
         words = common | {"NAME": name, "REAL": form.name, "ONE": f"viscopade_one_{name}(speed, beta, VISCOPADE_WHAT)"}

@@ -74,7 +74,7 @@ def words_of(kernel: Kernel, function: Function) -> dict[str, str]:
 def table_text(kernel: Kernel, table: Table, language: Language) -> str:
     """Return the text of a table, whose numbers are hexadecimal."""
     form = FORMATS[table.form]
-    lines = (f"    {{{', '.join(map(form.hexadecimal, row))}}}," for row in table.rows)
+    lines = [f"    {{{form.hexadecimal(*row)}}}," for row in table.rows]
     return language.table.format(
         type=language.number(table.form).type, table=table.name, kernel=kernel.name, rows=table.shape[0],
         columns=table.shape[1], values="\n".join(lines),
