@@ -245,7 +245,7 @@ VISCOPADE_CALLED(restitution, compact_1em3, double, viscopade_restitution_compac
  * eps.
  * Error on the host <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
- * Error on the device <= 2.09e-4 m + 9.11e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
+ * Error on the device <= 2.09e-4 m + 8.91e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
 #define VISCOPADE_RESTITUTION_COMPACT_1EM3_ERRORF 2.09e-4 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
@@ -321,7 +321,7 @@ VISCOPADE_CALLED(rebound, compact_1em3, double, viscopade_rebound_compact_1em3)
  * Error on the host <= 2.09e-4 m + 1.21e-5 r for 0.001 <= v* <= 10; 2.09e-4 m + 2.41e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
  * numbers.
- * Error on the device <= 2.09e-4 m + 9.21e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
+ * Error on the device <= 2.09e-4 m + 9.01e-6 r for 0.001 <= v* <= 10; 2.09e-4 m + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
  * numbers.
  */
@@ -492,9 +492,9 @@ VISCOPADE_CALLED(restitution, compact_1em5, double, viscopade_restitution_compac
 
 /*
  * eps.
- * Error on the host <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for
+ * Error on the host <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
- * Error on the device <= 3.4e-6 m + 9.31e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for
+ * Error on the device <= 3.4e-6 m + 9.01e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
 #define VISCOPADE_RESTITUTION_COMPACT_1EM5_ERRORF 3.4e-6 /* m + 2.41e-5 r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
@@ -573,10 +573,10 @@ VISCOPADE_CALLED(rebound, compact_1em5, double, viscopade_rebound_compact_1em5)
 
 /*
  * eps speed, the speed after the collision.
- * Error on the host <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for
+ * Error on the host <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
  * numbers.
- * Error on the device <= 3.4e-6 m + 9.31e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for
+ * Error on the device <= 3.4e-6 m + 9.11e-6 r for 0.001 <= v* <= 10; 3.4e-6 m + 1.81e-5 r for
  * 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
  * numbers.
  */
@@ -657,12 +657,12 @@ VISCOPADE_CALLED(dissipation, compact_1em5, double, viscopade_dissipation_compac
 
 /*
  * 1 - eps^2.
- * Error on the host <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where
+ * Error on the host <= 1.55e-5 r for 0.001 <= v* <= 10; 1.75e-5 r for 1.63e-4 <= v* <= 4060, where
  * beta^5 and w = beta^5 speed, as computed, are normal numbers.
- * Error on the device <= 1.2e-5 r for 0.001 <= v* <= 10; 1.45e-5 r for 1.63e-4 <= v* <= 4060, where
+ * Error on the device <= 1.19e-5 r for 0.001 <= v* <= 10; 1.45e-5 r for 1.63e-4 <= v* <= 4060, where
  * beta^5 and w = beta^5 speed, as computed, are normal numbers.
  */
-#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERRORF 1.85e-5 /* r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
+#define VISCOPADE_DISSIPATION_COMPACT_1EM5_ERRORF 1.75e-5 /* r for 1.63e-4 <= v* <= 4060, host and device, where beta^5 and w = beta^5 speed, as computed, are normal numbers */
 VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em5f(float speed, float beta)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);

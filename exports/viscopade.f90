@@ -329,7 +329,7 @@ pure elemental real(real64) function restitution_compact_1em5_r64(speed, beta) r
 end function
 
 ! eps.
-! Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+! Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 ! where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function restitution_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
@@ -407,7 +407,7 @@ pure elemental real(real64) function rebound_compact_1em5_r64(speed, beta) resul
 end function
 
 ! eps speed, the speed after the collision.
-! Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+! Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 ! where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 pure elemental real(real32) function rebound_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed
@@ -486,7 +486,7 @@ pure elemental real(real64) function dissipation_compact_1em5_r64(speed, beta) r
 end function
 
 ! 1 - eps^2.
-! Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+! Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.75e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
 ! w = beta^5 speed, as computed, are normal numbers.
 pure elemental real(real32) function dissipation_compact_1em5_r32(speed, beta) result(value)
     real(real32), intent(in) :: speed

@@ -251,7 +251,7 @@ function restitution_compact_1em5(speed::Float64, beta::Float64)
 end
 
 # eps.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 # where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 function restitution_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
@@ -319,7 +319,7 @@ function rebound_compact_1em5(speed::Float64, beta::Float64)
 end
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 # where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 function rebound_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0
@@ -388,7 +388,7 @@ function dissipation_compact_1em5(speed::Float64, beta::Float64)
 end
 
 # 1 - eps^2.
-# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.75e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
 # w = beta^5 speed, as computed, are normal numbers.
 function dissipation_compact_1em5(speed::Float32, beta::Float32)
     thirtieth = 0.033333335f0

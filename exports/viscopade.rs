@@ -265,7 +265,7 @@ pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 // eps.
-// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+// Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 // where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
@@ -337,7 +337,7 @@ pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 // eps speed, the speed after the collision.
-// Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+// Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 // where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
@@ -410,7 +410,7 @@ pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
 }
 
 // 1 - eps^2.
-// Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+// Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.75e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
 // w = beta^5 speed, as computed, are normal numbers.
 #[allow(dead_code)]
 pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {

@@ -267,7 +267,7 @@ def restitution_compact_1em5(speed, beta, xp=np):
 
 
 # eps.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 # where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 def restitution_compact_1em5_f32(speed, beta, xp=np):
     """Return eps, for arrays of type float32."""
@@ -337,7 +337,7 @@ def rebound_compact_1em5(speed, beta, xp=np):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 # where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 def rebound_compact_1em5_f32(speed, beta, xp=np):
     """Return eps speed, the speed after the collision, for arrays of type float32."""
@@ -408,7 +408,7 @@ def dissipation_compact_1em5(speed, beta, xp=np):
 
 
 # 1 - eps^2.
-# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.75e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
 # w = beta^5 speed, as computed, are normal numbers.
 def dissipation_compact_1em5_f32(speed, beta, xp=np):
     """Return 1 - eps^2, for arrays of type float32."""

@@ -11,15 +11,15 @@
  *
  * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
  * function                                            range                                   error, double           error, float
- * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 9.1e-16 r   9.87e-4 m + 4.9e-7 r
- * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999                           9.87e-4 m + 1.87e-14 r  9.9e-4 m + 4.91e-7 r (v* <= 4.99998)
- * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.95e-15 r  9.9e-4 m + 4.91e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
- * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.7e-15 r   2.88e-6 m + 8.8e-7 r
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999                           2.84e-6 m + 1.94e-14 r  5.42e-6 m + 8.81e-7 r (v* <= 4.99998)
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.74e-15 r  5.24e-6 m + 8.81e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
- * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.5e-15 r   -
- * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999                           3.06e-9 m + 2.02e-14 r  -
- * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.54e-15 r  -
+ * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 8.8e-16 r   9.87e-4 m + 4.8e-7 r
+ * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999                           9.87e-4 m + 1.86e-14 r  9.9e-4 m + 4.81e-7 r (v* <= 4.99998)
+ * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.92e-15 r  9.9e-4 m + 4.81e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
+ * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.6e-15 r   2.88e-6 m + 8.6e-7 r
+ * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999                           2.84e-6 m + 1.93e-14 r  5.42e-6 m + 8.61e-7 r (v* <= 4.99998)
+ * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.64e-15 r  5.24e-6 m + 8.61e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
+ * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.4e-15 r   -
+ * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999                           3.06e-9 m + 2.01e-14 r  -
+ * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.44e-15 r  -
  * Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
  *
  * Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):
@@ -81,9 +81,9 @@ VISCOPADE_KERNEL(0x3a298f5b)
 
 /*
  * eps.
- * Error <= 9.87e-4 m + 9.1e-16 r for v* <= 5.
+ * Error <= 9.87e-4 m + 8.8e-16 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 9.1e-16 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 8.8e-16 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em3(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -105,9 +105,9 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em3(double v_star)
 
 /*
  * eps.
- * Error <= 9.87e-4 m + 4.9e-7 r for v* <= 5.
+ * Error <= 9.87e-4 m + 4.8e-7 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERRORF 9.87e-4 /* m + 4.9e-7 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERRORF 9.87e-4 /* m + 4.8e-7 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -129,10 +129,10 @@ VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 
 /*
  * eps.
- * Error <= 9.87e-4 m + 1.87e-14 r for v* <= 4.99999; 9.87e-4 m + 5.95e-15 r for v* <= 4.99999,
+ * Error <= 9.87e-4 m + 1.86e-14 r for v* <= 4.99999; 9.87e-4 m + 5.92e-15 r for v* <= 4.99999,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 5.95e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* m + 5.92e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -158,10 +158,10 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, doub
 
 /*
  * eps.
- * Error <= 9.9e-4 m + 4.91e-7 r for v* <= 4.99998; 9.9e-4 m + 4.91e-7 r for v* <= 4.99998,
+ * Error <= 9.9e-4 m + 4.81e-7 r for v* <= 4.99998; 9.9e-4 m + 4.81e-7 r for v* <= 4.99998,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 4.91e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 4.81e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -198,9 +198,9 @@ VISCOPADE_KERNEL(0x742c7c94)
 
 /*
  * eps.
- * Error <= 2.84e-6 m + 1.7e-15 r for v* <= 5.
+ * Error <= 2.84e-6 m + 1.6e-15 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 1.7e-15 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 1.6e-15 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -228,9 +228,9 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em5(double v_star)
 
 /*
  * eps.
- * Error <= 2.88e-6 m + 8.8e-7 r for v* <= 5.
+ * Error <= 2.88e-6 m + 8.6e-7 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERRORF 2.88e-6 /* m + 8.8e-7 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERRORF 2.88e-6 /* m + 8.6e-7 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -258,10 +258,10 @@ VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 
 /*
  * eps.
- * Error <= 2.84e-6 m + 1.94e-14 r for v* <= 4.99999; 2.84e-6 m + 6.74e-15 r for v* <= 4.99999,
+ * Error <= 2.84e-6 m + 1.93e-14 r for v* <= 4.99999; 2.84e-6 m + 6.64e-15 r for v* <= 4.99999,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 6.74e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* m + 6.64e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -293,10 +293,10 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, doub
 
 /*
  * eps.
- * Error <= 5.42e-6 m + 8.81e-7 r for v* <= 4.99998; 5.24e-6 m + 8.81e-7 r for v* <= 4.99998,
+ * Error <= 5.42e-6 m + 8.61e-7 r for v* <= 4.99998; 5.24e-6 m + 8.61e-7 r for v* <= 4.99998,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.24e-6 /* m + 8.81e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.24e-6 /* m + 8.61e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -339,9 +339,9 @@ VISCOPADE_KERNEL(0x491f867c)
 
 /*
  * eps.
- * Error <= 3.06e-9 m + 2.5e-15 r for v* <= 5.
+ * Error <= 3.06e-9 m + 2.4e-15 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 2.5e-15 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 2.4e-15 r for v* <= 5 */
 VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em8(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -375,10 +375,10 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em8(double v_star)
 
 /*
  * eps.
- * Error <= 3.06e-9 m + 2.02e-14 r for v* <= 4.99999; 3.06e-9 m + 7.54e-15 r for v* <= 4.99999,
+ * Error <= 3.06e-9 m + 2.01e-14 r for v* <= 4.99999; 3.06e-9 m + 7.44e-15 r for v* <= 4.99999,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 7.54e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* m + 7.44e-15 r for v* <= 4.99999, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em8(double speed, double beta)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -415,7 +415,7 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em8(double speed, doub
 }
 
 /*
- * There are no functions in float: with coefficients in float the error would be 1.44e-6.
+ * There are no functions in float: with coefficients in float the error would be 1.34e-6.
  */
 
 VISCOPADE_KERNEL_END

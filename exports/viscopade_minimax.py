@@ -10,15 +10,15 @@
 #
 # Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
 # function                                                    range                                   error, double
-# viscopade_minimax.epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 9.1e-16 r
-# viscopade_minimax.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999                           9.87e-4 m + 1.87e-14 r
-# viscopade_minimax.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.95e-15 r
-# viscopade_minimax.epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.7e-15 r
-# viscopade_minimax.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999                           2.84e-6 m + 1.94e-14 r
-# viscopade_minimax.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.74e-15 r
-# viscopade_minimax.epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.5e-15 r
-# viscopade_minimax.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999                           3.06e-9 m + 2.02e-14 r
-# viscopade_minimax.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.54e-15 r
+# viscopade_minimax.epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 8.8e-16 r
+# viscopade_minimax.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999                           9.87e-4 m + 1.86e-14 r
+# viscopade_minimax.restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.92e-15 r
+# viscopade_minimax.epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.6e-15 r
+# viscopade_minimax.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999                           2.84e-6 m + 1.93e-14 r
+# viscopade_minimax.restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.64e-15 r
+# viscopade_minimax.epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.4e-15 r
+# viscopade_minimax.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999                           3.06e-9 m + 2.01e-14 r
+# viscopade_minimax.restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.44e-15 r
 # Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
 # Example (the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s):
@@ -34,7 +34,7 @@ VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 
 # eps.
-# Error <= 9.87e-4 m + 9.1e-16 r for v* <= 5.
+# Error <= 9.87e-4 m + 8.8e-16 r for v* <= 5.
 def epsilon_minimax_v5_1em3(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -53,7 +53,7 @@ def epsilon_minimax_v5_1em3(v_star: float) -> float:
 
 
 # eps.
-# Error <= 9.87e-4 m + 1.87e-14 r for v* <= 4.99999; 9.87e-4 m + 5.95e-15 r for v* <= 4.99999,
+# Error <= 9.87e-4 m + 1.86e-14 r for v* <= 4.99999; 9.87e-4 m + 5.92e-15 r for v* <= 4.99999,
 # 1e-30 <= speed <= 1e+30.
 def restitution_minimax_v5_1em3(speed: float, beta: float) -> float:
     """Return eps."""
@@ -76,7 +76,7 @@ def restitution_minimax_v5_1em3(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 2.84e-6 m + 1.7e-15 r for v* <= 5.
+# Error <= 2.84e-6 m + 1.6e-15 r for v* <= 5.
 def epsilon_minimax_v5_1em5(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -101,7 +101,7 @@ def epsilon_minimax_v5_1em5(v_star: float) -> float:
 
 
 # eps.
-# Error <= 2.84e-6 m + 1.94e-14 r for v* <= 4.99999; 2.84e-6 m + 6.74e-15 r for v* <= 4.99999,
+# Error <= 2.84e-6 m + 1.93e-14 r for v* <= 4.99999; 2.84e-6 m + 6.64e-15 r for v* <= 4.99999,
 # 1e-30 <= speed <= 1e+30.
 def restitution_minimax_v5_1em5(speed: float, beta: float) -> float:
     """Return eps."""
@@ -130,7 +130,7 @@ def restitution_minimax_v5_1em5(speed: float, beta: float) -> float:
 
 
 # eps.
-# Error <= 3.06e-9 m + 2.5e-15 r for v* <= 5.
+# Error <= 3.06e-9 m + 2.4e-15 r for v* <= 5.
 def epsilon_minimax_v5_1em8(v_star: float) -> float:
     """Return eps."""
     a0 = 1.0
@@ -161,7 +161,7 @@ def epsilon_minimax_v5_1em8(v_star: float) -> float:
 
 
 # eps.
-# Error <= 3.06e-9 m + 2.02e-14 r for v* <= 4.99999; 3.06e-9 m + 7.54e-15 r for v* <= 4.99999,
+# Error <= 3.06e-9 m + 2.01e-14 r for v* <= 4.99999; 3.06e-9 m + 7.44e-15 r for v* <= 4.99999,
 # 1e-30 <= speed <= 1e+30.
 def restitution_minimax_v5_1em8(speed: float, beta: float) -> float:
     """Return eps."""

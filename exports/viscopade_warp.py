@@ -252,7 +252,7 @@ def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 # where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
@@ -320,7 +320,7 @@ def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 1.31e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
+# Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
 # where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 @wp.func
 def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
@@ -389,7 +389,7 @@ def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # 1 - eps^2.
-# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.85e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.75e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
 # w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):

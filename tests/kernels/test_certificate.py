@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from flint import arb, arb_series
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 import certificate_checker
@@ -27,7 +27,7 @@ from viscopade.arrays.panels import CENTRES, HALF_WIDTHS
 from viscopade.collision import exact, panel_proof
 from viscopade.kernels import certificate, compact, quotient, reference
 from viscopade.kernels.certificate import ORDER, prove
-from viscopade.kernels.reference import speeds, stretches, v_star_at
+from viscopade.kernels.reference import stretches, v_star_at
 
 TIGHT = 1.015  # three digits, rounded up, of a bound that is tight to 0.1 %
 A, B = (tuple(map(Fraction, map(float, values))) for values in minimax.fit(1, 4, 5).exact)
@@ -229,17 +229,6 @@ def test_parts_cover_the_interval_without_gaps(first, second):
         ]
     assert all(abs(before[1] - after[0]) < Fraction(1, 2**100) for before, after in pairwise(spans))
     assert abs(spans[0][0] - low) + abs(spans[-1][1] - high) < Fraction(1, 2**100)
-
-
-@given(st.fractions(0, 9), st.fractions(0, 9), st.fractions(0, 1))
-@example(Fraction(1, 3), Fraction(7, 20), Fraction(0))
-@example(Fraction(1, 3), Fraction(7, 20), Fraction(1))
-def test_speeds_cover_the_interval(first, second, share):
-    low, high = sorted((first, second))
-    if low == high:
-        return
-    with working(128):
-        assert any(v.overlaps(ball(low + share * (high - low))) for v in speeds(low, high, 4))
 
 
 def test_where_the_smaller_of_eps_and_1_minus_eps_changes():

@@ -6,6 +6,7 @@ import itertools
 import re
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from viscopade.kernels import compact, formulas, machine
 from viscopade.kernels.arithmetic import DEVICE, HOST, HOST_FLOAT
 from viscopade.kernels.coefficients import Coefficients
 from viscopade.kernels.expressions import Name, Reading, Run, evaluate
+from viscopade.kernels.rounding import Rounded
+from viscopade.kernels.rounding_bounds import on_parts, relative_error
 
 ACCURACIES = ("1e-3", "1e-5", "1e-7")
 MIXED_SIGNS = Powers((0, 4, 12, 19), (0, 4, 6, 8, 15))
@@ -146,7 +149,10 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(place):
     exponents = np.linspace(1 - place.form.largest, compact.LARGEST[place.form.name], 150)
     with working(128):
         parts = [Fraction(2.0**e) for e in (*(exponents / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
-        alone = [(y**3, compact._on_part(powers, variant.a, variant.b, place, y, y)) for y in parts]
+        numbers, of_y = formulas.constants(powers, variant.a, variant.b), partial(compact._error_of_y, place)
+        speed = {"speed": Rounded(arb(1), place.form)}
+        on = on_parts(compact.body(powers), [*compact.MEANINGS], "y", numbers, place, lambda _: speed, of_y)
+        alone = [(y**3, {name: relative_error(name)(on((y, y))) for name in compact.MEANINGS}) for y in parts]
     for function, sizes in compact.compact_rounding(powers, variant.a, variant.b, place).items():
         common = [found for v, found in alone if compact.COMMON[0] <= v <= compact.COMMON[1]]
         for size, among in zip(sizes, ([found for _, found in alone], common), strict=True):

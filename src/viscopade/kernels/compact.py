@@ -16,19 +16,18 @@ near w = 1, costs 1e-8.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache
+from functools import partial
 from itertools import product
-from operator import itemgetter
 
 from flint import arb, fmpq_poly
 
 from viscopade.approximation import half_line as approximants
 from viscopade.approximation.half_line import BEST, DEGREES_MORE, SHIFT, require_half_line_degrees
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
-from viscopade.arithmetic.balls import ball_of, joined, working
+from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
@@ -68,7 +67,6 @@ from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.kernels.rounding_bounds import (
     BITS,
     DIGITS,
-    Found,
     Part,
     Values,
     largest,
@@ -76,8 +74,8 @@ from viscopade.kernels.rounding_bounds import (
     of_powers,
     on_parts,
     parts_to,
-    reading,
     refined,
+    relative_error,
     rounding_of_w,
 )
 from viscopade.store import recorded
@@ -354,35 +352,19 @@ def compact_rounding(form: Powers, a: Values, b: Values, machine: Arithmetic) ->
     check_formula(form, a, b)
     with working(BITS):
         _check_overflow(form, a, b, machine.form)
-
-        @cache
-        def on(part: Part) -> Mapping[str, arb]:
-            return _on_part(form, a, b, machine, *part)
-
+        # The speed is exact, and the slope of rebound that at constant speed.
+        exact = {"speed": Rounded(arb(1), machine.form)}
+        numbers, of_y = constants(form, a, b), partial(_error_of_y, machine)
+        on = on_parts(body(form), [*MEANINGS], "y", numbers, machine, lambda _: exact, of_y)
         ranges = [tuple(_parts(machine.form, *ends)) for ends in (_ends(machine.form), _COMMON_Y)]
         return {
             name: (rounded_up(largest(on, ranges[0], of), DIGITS), rounded_up(largest(on, ranges[1], of), DIGITS))
-            for name, of in ((name, itemgetter(name)) for name in MEANINGS)
+            for name, of in ((name, relative_error(name)) for name in MEANINGS)
         }
 
 
-def _on_part(
-    form: Powers, a: Values, b: Values, machine: Arithmetic, low: Fraction, high: Fraction
-) -> Mapping[str, arb]:
-    """Return bounds of the relative errors for y from low to high."""
-    error, kind = _error_of_y(machine, low, high), machine.form
-    y = joined(low, high) * (arb(0) + arb(0, error)).exp()
-    given = {name: Rounded(arb(c), kind) for name, c in constants(form, a, b).items()}
-    # The speed is exact, and the slope of rebound that at constant speed.
-    given |= {"y": Rounded(y, kind, slope=1), "speed": Rounded(arb(1), kind)}
-
-    found = read(body(form), [*MEANINGS], given, reading(machine))
-    moved = {name: number.with_error_of_y(error) for name, number in found.items()}
-    return {name: (x.relative + x.underflow / x.value.abs_lower()).abs_upper() for name, x in moved.items()}
-
-
-def _error_of_y(machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
-    """Bound the error of ln y for y from low to high; the error of w is included.
+def _error_of_y(machine: Arithmetic, y: arb) -> arb:
+    """Bound the error of ln y; the error of w is included.
 
     Raises
     ------
@@ -391,12 +373,12 @@ def _error_of_y(machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
     """
     # The logarithms of a host's library may have either base.
     bases = [arb.const_log2(), *([arb(1)] if machine.place == "host" else [])]
-    return max(_error_in_base(ln_base, machine, low, high) for ln_base in bases)
+    return max(_error_in_base(ln_base, machine, y) for ln_base in bases)
 
 
-def _error_in_base(ln_base: arb, machine: Arithmetic, low: Fraction, high: Fraction) -> arb:
+def _error_in_base(ln_base: arb, machine: Arithmetic, exact_y: arb) -> arb:
     ulp, form, library = ball_of(machine.ulp), machine.form, ball_of(machine.functions)
-    ends = ball_of(low), ball_of(high)
+    ends = exact_y.lower(), exact_y.upper()
 
     def log(w: Rounded) -> Rounded:  # of w = y^ROOT, a wide ball of which might contain 0
         value, of_w = ends[0].log().union(ends[1].log()) * ROOT / ln_base, -(1 - w.relative).log() / ln_base
@@ -448,11 +430,6 @@ def _check_overflow(form: Powers, a: Values, b: Values, kind: Format) -> None:
 # --- bounds of functions of v* ----------------------------------------------------------------------------------------
 
 
-def _relative_of(name: str, least: arb) -> Callable[[Found], arb]:
-    """Return the bound of the relative error of a function's values from `least` on."""
-    return lambda found: found[name].relative + found[name].underflow / found[name].value.abs_lower().max(least)
-
-
 def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
     """Yield the bounds of eps and 1 - eps, on the host.
 
@@ -474,7 +451,7 @@ def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
         for name in OF_V_STAR:
             # Both branches have the parts of [0, 1].
             # 1 - eps^2 may be a normal number where 1 - eps is half of the least one.
-            of_normal = _relative_of(name, ball_of(kind.least) / (1 + (name == OF_V_STAR[1])))
+            of_normal = relative_error(name, ball_of(kind.least) / (1 + (name == OF_V_STAR[1])))
             walks = [(on, refined(on, parts_to(Fraction(1)), of_normal)) for on in branches]
             size = max(size for _, parts in walks for size, _ in parts)
             underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)

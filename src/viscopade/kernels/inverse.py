@@ -35,7 +35,6 @@ from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.rounding_bounds import (
     BITS,
     DIGITS,
-    Found,
     Values,
     below_root,
     largest,
@@ -43,6 +42,7 @@ from viscopade.kernels.rounding_bounds import (
     of_powers,
     on_parts,
     parts_from,
+    relative_error,
 )
 from viscopade.store import recorded
 
@@ -174,16 +174,13 @@ def inverse_rounding(powers: Powers, a: Values, b: Values, machine: Arithmetic) 
             log = abs(y.log()) / ball_of(ROOT)
             return log_error(of_powers(branches[variable], variable, machine, {"epsilon": 0, "loss": unit}, log, ROOT))
 
-        def of_v_star(found: Found) -> arb:
-            v_star = found["v_star"]
-            return (v_star.relative + v_star.underflow / v_star.value.abs_lower()).abs_upper()
-
         start = below_root(machine.form.smallest, ROOT)
         numbers = formulas.constants(powers, a, b)
         on_branches = (
-            on_parts(branch, ("v_star",), variable, numbers, machine, lambda _: {}, partial(of_root, variable))
+            on_parts(branch, ("v_star",), variable, numbers, machine, log_error=partial(of_root, variable))
             for variable, branch in branches.items()
         )
-        relative = max(largest(on, parts_from(start, Fraction(1)), of_v_star) for on in on_branches)
+        parts = [*parts_from(start, Fraction(1))]
+        relative = max(largest(on, parts, relative_error("v_star")) for on in on_branches)
         beta = of_powers(formulas.beta_branch(), "beta", machine, {"speed": 0, "v_star": relative})
         return {"v_star": rounded_up(relative, DIGITS), "beta": rounded_up(beta, DIGITS)}

@@ -19,7 +19,7 @@ from flint import arb, arb_poly
 
 from viscopade import arguments
 from viscopade.approximation import cheapest, minimax
-from viscopade.arithmetic.balls import ball_of, bits_for, joined, known_decimal, magnitude, working
+from viscopade.arithmetic.balls import ball_of, bits_for, known_decimal, magnitude, working
 from viscopade.arithmetic.decimals import above, at_most, below, identifier, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format, float_text
 from viscopade.collision import exact
@@ -37,12 +37,10 @@ from viscopade.kernels.coefficients import (
     on_machines,
 )
 from viscopade.kernels.enclosure import Formula
-from viscopade.kernels.expressions import CodeBranch, Expression, Name, both, read
+from viscopade.kernels.expressions import CodeBranch, Expression, Name, both
 from viscopade.kernels.formulas import ZERO, within
 from viscopade.kernels.kernel import Function, Kernel
-from viscopade.kernels.reference import speeds
-from viscopade.kernels.rounding import Rounded
-from viscopade.kernels.rounding_bounds import BITS, DIGITS, reading
+from viscopade.kernels.rounding_bounds import BITS, DIGITS, Found, Part, largest, on_parts, parts_from, relative_error
 from viscopade.kernels.v_star import Beyond, of_computed_v_star, of_v_star, restitution
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -58,7 +56,6 @@ USEFUL = tuple(map(Fraction, ("0.5", "1", "2", "5")))
 
 _SAMPLES, _SAMPLE_DIGITS = 8, 30  # of sampled errors
 _ATTEMPTS = 8
-_PARTS_OF_PANEL = (4, 16, 64)  # with more parts, enclosures of alternating sums are tighter
 # How far, in powers of two, sums in Horner's rule stay below the largest number: it leaves room for rounding, and
 # makes the quotient of two such sums a normal number.
 _HEADROOM = 8
@@ -212,13 +209,13 @@ class ProvenPade:
         if 2 ** threshold(self.label, *self.reduced, machine.form) < end:
             return None
         with working(BITS):
-            v_star = joined(high, end)
-            found = _computed(*self.reduced, machine, coefficients=True)(v_star)
+            every = _computed(*self.reduced, machine)((high, end))
+            found = every["epsilon"]
             smaller = found.value.min(1 - found.value) / (1 + ball_of(bound.formula))  # at most the true one
             if not smaller > 0:
                 return None
             steepness = magnitude(abs(found.slope) * found.value / smaller) / STEEPEST
-            last = magnitude(_relative(found) * (1 + ball_of(bound.formula)))
+            last = magnitude(relative_error("epsilon")(every) * (1 + ball_of(bound.formula)))
         return Beyond(max(Fraction(1), steepness), max(bound.last, last))
 
 
@@ -244,9 +241,7 @@ def proven_pade(m: int, n: int) -> ProvenPade:
     for form in FORMATS.values():
         with suppress(ValueError):
             bare.rounded(form)
-            bounds += on_machines(
-                form, lambda machine: _bounds(bare.label, *bare.reduced, found, machine, coefficients=True)
-            )
+            bounds += on_machines(form, lambda machine: _bounds(bare.label, *bare.reduced, found, machine))
     return replace(bare, certificates=tuple(found), bounds=tuple(bounds))
 
 
@@ -483,12 +478,7 @@ def quotient_formula(a: Exactly, b: Exactly) -> Formula:
 
 
 def _bounds(
-    label: str,
-    a: Sequence[Fraction],
-    b: Sequence[Fraction],
-    proofs: Sequence[Certificate],
-    machine: Arithmetic,
-    coefficients: bool = False,
+    label: str, a: Sequence[Fraction], b: Sequence[Fraction], proofs: Sequence[Certificate], machine: Arithmetic
 ) -> Iterator[ErrorBound]:
     """Yield the bounds of eps on the intervals of some proofs.
 
@@ -500,7 +490,7 @@ def _bounds(
     low, end = min(proof.low for proof in proofs), max(map(_end, proofs))
     if 2 ** threshold(label, a, b, machine.form) < end:
         raise ValueError(f"{label}: sums could overflow in type {machine.form.name} before v* = {float(end):g}")
-    size = quotient_rounding(a, b, machine, low, end, coefficients)
+    size = quotient_rounding(a, b, machine, low, end)
     with working(64):  # relative to eps, not to the formula's value
         last = rounded_up(size * (1 + ball_of(max(proof.bound for proof in proofs))), DIGITS)
     for proof in proofs:
@@ -508,24 +498,17 @@ def _bounds(
 
 
 def quotient_rounding(
-    a: Sequence[Fraction],
-    b: Sequence[Fraction],
-    machine: Arithmetic,
-    low: Fraction,
-    high: Fraction,
-    coefficients: bool = False,
+    a: Sequence[Fraction], b: Sequence[Fraction], machine: Arithmetic, low: Fraction, high: Fraction
 ) -> arb:
     """Bound the relative rounding error of the computed quotient for low <= v* <= high.
 
     Parameters
     ----------
     a, b : sequence of Fraction
-        Coefficients in ascending order, numbers of the format.
+        Exact coefficients in ascending order. Those that are no numbers of the format are rounded, which counts.
     machine : Arithmetic
     low, high : Fraction
         Interval of v*, of which every number of the format is meant.
-    coefficients : bool
-        Whether the coefficients are rounded to the format, too.
 
     Raises
     ------
@@ -533,38 +516,13 @@ def quotient_rounding(
         If numerator or denominator may vanish.
     """
     with working(BITS):
-        computed = _computed(a, b, machine, coefficients)
-        for number in _PARTS_OF_PANEL:
-            parts = list(speeds(low, high, number))
-            with suppress(ArithmeticError):
-                most: arb = max(_relative(computed(parts[i])) for i in track(range(len(parts)), "rounding"))
-                return most.abs_upper()
-    raise ArithmeticError("numerator or denominator may vanish within its rounding error")
+        return largest(_computed(a, b, machine), parts_from(low, high), relative_error("epsilon"))
 
 
-def _computed(
-    a: Sequence[Fraction], b: Sequence[Fraction], machine: Arithmetic, coefficients: bool
-) -> Callable[[arb], Rounded]:
-    """Return the computed quotient on a ball of v*; arguments as for `quotient_rounding`."""
-    given, form = formulas.dense(a=a, b=b), machine.form
-    branch, _ = formulas.epsilon_branches(given)
-    own = arb(2) ** -form.precision if coefficients else 0
-    numbers = {name: Rounded(ball_of(c), form, own) for name, c in given.items()}
-
-    def on(v_star: arb) -> Rounded:
-        inputs = {**numbers, "v_star": Rounded(v_star, form, slope=1)}
-        found: Rounded = read(branch, ["epsilon"], inputs, reading(machine))["epsilon"]
-        return found
-
-    return on
-
-
-def _relative(found: Rounded) -> arb:
-    """Return a bound of the relative error; ArithmeticError if there is none."""
-    size = found.relative + found.underflow / found.value.abs_lower()
-    if not size.is_finite():
-        raise ArithmeticError("the numerator may vanish within its rounding error")
-    return arb(size)
+def _computed(a: Sequence[Fraction], b: Sequence[Fraction], machine: Arithmetic) -> Callable[[Part], Found]:
+    """Return the computed quotient on parts of v*."""
+    given = formulas.dense(a=a, b=b)
+    return on_parts(formulas.epsilon_branches(given)[0], ("epsilon",), "v_star", given, machine)
 
 
 # --- errors for the command line --------------------------------------------------------------------------------------

@@ -106,11 +106,3 @@ def limit(v_star: arb) -> arb:
 def record() -> dict[str, object]:
     """Return what a certificate says of the reference, as JSON-able data."""
     return {"reference": DATA, "reference_error": panel_proof.proven_error().hex()}
-
-
-def speeds(low: Fraction, high: Fraction, number: int) -> Iterator[arb]:
-    """Yield balls of v* that cover the interval, `number` to a panel of the table."""
-    for stretch in stretches(low, high):
-        for ends in stretch.parts(number):
-            start, end = (v_star_at(stretch.panel, z) for z in ends)
-            yield arb((start + end) / 2, ((end - start) / 2).abs_upper())

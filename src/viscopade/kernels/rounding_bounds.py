@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from flint import arb
 
-from viscopade.arithmetic.balls import ball_of, exact_middle, working
+from viscopade.arithmetic.balls import ball_of, exact_middle, joined, working
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels import formulas
 from viscopade.kernels.arithmetic import HOST, Arithmetic
@@ -26,8 +26,8 @@ BITS = 128
 PARTS = 32  # of the values of y, at first
 MOST_PARTS = 4096
 DIGITS = 2  # of printed bounds
-_NEARLY = Fraction(1, 16)  # by which a bound for all may exceed the largest found for a single argument
-_SLACK = Fraction(1, 2**16)  # by which a computed y may be beyond its part; its error is far below
+_NEARLY = Fraction(1, 64)  # by which a bound for all may exceed the largest found for a single argument
+_NARROWEST = Fraction(1, 2**64)  # width of a part over its end: where there is no bound then, there is none
 _NEAR = Fraction(1, 2**8)
 _STEP = Fraction(5, 4)  # (1 + 1/9)^5 < 2: powers of a ball of this width do not contain 0
 
@@ -132,28 +132,56 @@ def on_parts(
     branch: CodeBranch,
     results: Sequence[str],
     variable: str,
-    numbers: Mapping[str, float],
+    coefficients: Mapping[str, Fraction | float],
     machine: Arithmetic,
-    inputs: Callable[[arb], dict[str, Rounded]],
-    log_error: Callable[[arb], arb],
+    inputs: Callable[[arb], dict[str, Rounded]] = lambda _: {},
+    log_error: Callable[[arb], arb] = lambda _: arb(0),
 ) -> Callable[[Part], Found]:
-    """Return a function from a part of the branch's root to the results there, which raises if a sum may vanish.
+    """Return a function from a part of the values of a variable to the results of a branch there.
 
-    `variable` is the root's name; `log_error` bounds the error of its logarithm.
+    It is to be used within `balls.working`, and raises an ArithmeticError where a sum may vanish.
+
+    Parameters
+    ----------
+    branch : CodeBranch
+    results : sequence of str
+    variable : str
+        Its name, such as that of a root; the slopes are those in ln of the variable.
+    coefficients : mapping
+        Exact numbers by name. What is no number of the type is rounded to the nearest one, which counts.
+    machine : Arithmetic
+    inputs : callable
+        Gives the other inputs of the branch, from the variable.
+    log_error : callable
+        Bounds the error of the variable's logarithm, from the variable.
     """
     form, by = machine.form, reading(machine)
-    exact = {name: Rounded(arb(c), form) for name, c in numbers.items()}
+    numbers = {name: _coefficient(Fraction(c), form) for name, c in coefficients.items()}
 
     @cache
     def on(part: Part) -> Found:
-        y = _between(part[0] * (1 - _SLACK), part[1] * (1 + _SLACK))
-        error = log_error(y)
-        if not error < ball_of(_SLACK) / 2:
-            raise ArithmeticError("a computed root may be beyond its part")
-        found = read(branch, results, {**exact, **inputs(y), variable: Rounded(y, form, slope=1)}, by)
+        exact = joined(*part)
+        error = log_error(exact)
+        y = exact * arb(0, error).exp()  # with all that are computed for it
+        found = read(branch, results, {**numbers, **inputs(y), variable: Rounded(y, form, slope=1)}, by)
         return {name: number.with_error_of_y(error) for name, number in found.items()}
 
     return on
+
+
+def _coefficient(exact: Fraction, form: Format) -> Rounded:
+    """Return a number that is rounded to the nearest one of a type."""
+    return Rounded(ball_of(exact), form, ball_of(abs(Fraction(form.nearest(exact)) / exact - 1)))
+
+
+def relative_error(name: str, least: arb | int = 0) -> Callable[[Found], arb]:
+    """Return the bound of the relative error of a result whose value is at least `least`, for `largest`."""
+
+    def bound(found: Found) -> arb:
+        number = found[name]
+        return (number.relative + number.underflow / number.value.abs_lower().max(arb(least))).abs_upper()
+
+    return bound
 
 
 def largest(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]) -> arb:
@@ -197,7 +225,8 @@ def refined(
         middle = (low + high) / 2
         alone = known((middle, middle))
         reached = max(reached, alone) if alone.is_finite() else reached
-        if worst <= reached * (1 + ball_of(_NEARLY)) or len(heap) >= MOST_PARTS:
+        tight = worst <= reached * (1 + ball_of(_NEARLY))
+        if tight or len(heap) >= MOST_PARTS or high - low < high * _NARROWEST:
             break
         heappop(heap)
         for half in ((low, middle), (middle, high)):
@@ -219,24 +248,13 @@ def parts_to(end: Fraction) -> Iterator[Part]:
 
 def parts_from(start: Fraction, end: Fraction) -> Iterator[Part]:
     """Yield the parts of [start, end]: narrow ones below `_NEAR`, so that powers of y are not 0; then `parts_to`."""
-    near = list(_steps(start, _NEAR))
-    reached = near[-1][1] if near else start
-    yield from near
-    yield from ((max(low, reached), high) for low, high in parts_to(end) if high > reached)
-
-
-def _steps(start: Fraction, end: Fraction) -> Iterator[Part]:
-    """Yield parts that cover [start, end], the ends of each of which have the ratio `_STEP`."""
-    while start < end:
-        yield start, start * _STEP
+    while 0 < start < min(_NEAR, end):
+        yield start, min(start * _STEP, end)
         start *= _STEP
+    yield from ((max(low, start), high) for low, high in parts_to(end) if high > start)
 
 
 def below_root(number: Fraction, root: Fraction) -> Fraction:
     """Return a power of 2 that is at most the root of a power of 2."""
     exponent = number.denominator.bit_length() - 1
     return Fraction(1, 2 ** -(-exponent * root.numerator // root.denominator))
-
-
-def _between(low: Fraction, high: Fraction) -> arb:
-    return arb(ball_of((low + high) / 2).mid(), (ball_of((high - low) / 2) * (1 + arb(2) ** -60)).abs_upper())

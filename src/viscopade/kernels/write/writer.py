@@ -38,7 +38,7 @@ from viscopade.kernels.write.straight import straight
 _TAB = " " * 4
 _LINES = TextWrapper(WIDTH - 24, break_long_words=False, break_on_hyphens=False)  # of an expression
 _OPERATOR = re.compile(r" (?=(?:\W{1,2}|and|or|else|if) )")
-_CONDITIONS = ("<", "<=", ">", ">=", AND)
+_CONDITIONS = ("<", "<=", ">", ">=", "==", AND)
 
 
 def function_text(kernel: Kernel, function: Function, language: Language, number: Number) -> str:
@@ -260,7 +260,7 @@ class _Writer:
 _COMPARISON, _BITS, _SUM, _PRODUCT = 2, 3, 4, 5
 _BINDING = {
     AND: 1,
-    **dict.fromkeys(("<", "<=", ">", ">="), _COMPARISON),
+    **dict.fromkeys(("<", "<=", ">", ">=", "=="), _COMPARISON),
     **dict.fromkeys(("&", "|", "^", "<<", ">>"), _BITS),
     **dict.fromkeys("+-", _SUM),
     **dict.fromkeys(("*", "/", "//"), _PRODUCT),
