@@ -1,5 +1,6 @@
 """Native parameters: eps that the real programs delivered, what to write instead, and forces that are typed."""
 
+import ast
 import re
 from dataclasses import dataclass
 
@@ -628,9 +629,9 @@ def test_formulas_are_computed(formula, value):
 @pytest.mark.parametrize(
     "formula",
     [
-        *("", "x +", "y", "x; v", "x if v else 1", "x < 1", "where(x, 1, 2)", "where(1 < x < 2, 1, 2)", "max(x)"),
-        *("sqrt(x, v)", "x.real", "x[0]", "[x]", "'x'", "True", "1j", "lambda: 1", "f(x)", "max(*[x, v])", "x @ v"),
-        *("__import__('os')", "max(x, v, key=abs)", "(x := 1)", "x = 1", "1" + "0" * 400, "x" * 3000, "~x"),
+        *("", "x +", "y", "x; v", "where(x, 1, 2)", "where(x == 1, 1, 2)", "where(1 < x < 2, 1, 2)", "max(x)"),
+        *("sqrt(x, v)", "'x'", "True", "1j", "f(x)", "number0", "max(x, number0)", "1 + number0", "x @ v", "not x"),
+        *("__import__('os')", "max(x, v, key=abs)", "x = 1", "1" + "0" * 400, "x" * 3000, "~x"),
         *("(" * 300 + "x" + ")" * 300, "-" * 100 + "x", "x\0", "x // 2", "x % 2", "min(" * 60 + "x, 1" + ", 1)" * 60),
     ],
 )
@@ -640,6 +641,43 @@ def test_wrong_formulas_get_one_line(formula):
     assert str(error.value).startswith("force has ")
     assert "expected numbers, x, v, + - * / **" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+# A formula with each node of an expression that CPython's parser knows, except for those that forces have.
+REFUSED_NODES = {
+    "Attribute": "x.real",
+    "Await": "await x",
+    "BoolOp": "x and v",
+    "Compare": "x < 1",
+    "Dict": "{x: v}",
+    "DictComp": "{x: v for x in v}",
+    "FormattedValue": "f'{x}'",
+    "GeneratorExp": "max(x for x in v)",
+    "IfExp": "x if v else 1",
+    "JoinedStr": "f'{x}'",
+    "Lambda": "lambda: x",
+    "List": "[x]",
+    "ListComp": "[x for x in v]",
+    "NamedExpr": "(y := 1)",
+    "Set": "{x}",
+    "SetComp": "{x for x in v}",
+    "Slice": "x[1:2]",
+    "Starred": "max(*x, v)",
+    "Subscript": "x[0]",
+    "Tuple": "x, v",
+    "Yield": "(yield x)",
+    "YieldFrom": "(yield from x)",
+    "Interpolation": "t'{x}'",
+    "TemplateStr": "t'{x}'",
+}
+
+
+def test_all_other_nodes_of_python_are_refused():
+    of_python = {kind.__name__ for kind in ast.expr.__subclasses__()}
+    assert of_python <= {*REFUSED_NODES, "BinOp", "UnaryOp", "Constant", "Name", "Call"}
+    for formula in REFUSED_NODES.values():
+        with pytest.raises(ValueError, match="force has"):
+            force(formula)
 
 
 @pytest.mark.parametrize("formula", ["10**10**10", "x/0", "sqrt(-1)*x", "0", "-1e5*x"])
