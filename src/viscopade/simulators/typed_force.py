@@ -1,12 +1,12 @@
 """A force that is typed as a formula of x, the compression, and v, its rate, such as "1e5*x + 1e3*max(v, 0)".
 
-Python's own parser reads it, and its compiler compiles it, if it has no nodes and names but those listed here. Numbers
-become doubles before that, so that no integer grows beyond all memory.
+Python's own parser reads it, and only what is listed here is computed: nothing of it runs as Python code.
 """
 
 from __future__ import annotations
 
 import ast
+import operator
 import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -46,8 +46,20 @@ def _greatest(*values: Any) -> Any:
     return -_least(*(-np.asarray(value) for value in values))
 
 
-_OPERATIONS = (ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.UnaryOp, ast.USub, ast.UAdd)
-_COMPARISONS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
+_BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: np.divide,
+    ast.Pow: np.power,
+}
+_UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {ast.USub: operator.neg, ast.UAdd: operator.pos}
+_COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
 _FUNCTIONS: dict[str, tuple[range, Callable[..., Any]]] = {
     "min": (range(2, 9), _least),
     "max": (range(2, 9), _greatest),
@@ -75,81 +87,58 @@ def force(formula: str) -> _Function:
     """
     if len(formula) > _LONGEST:
         raise ValueError(f"force has {len(formula)} characters: expected {_ACCEPTED}")
-    checked = _Checked(formula)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of numbers that touch a word
-            tree = checked.visit(ast.parse(formula.strip(), mode="eval").body)
-        code = compile(ast.fix_missing_locations(ast.Expression(tree)), "force", "eval")
-    except (SyntaxError, RecursionError, MemoryError, OverflowError):
+            tree = ast.parse(formula.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise _refusal(formula, formula) from None
-    known: dict[str, Any] = (
-        {name: function for name, (_, function) in _FUNCTIONS.items()} | checked.numbers | {"__builtins__": {}}
-    )
+    function = _function(formula, tree, 0)
 
     def computed(x: FloatArray, v: FloatArray) -> FloatArray:
         with np.errstate(all="ignore"):  # of values that are not finite, which the contact refuses
-            value = eval(code, known, {"x": np.asarray(x), "v": np.asarray(v)})
-        return np.asarray(value, float) + np.zeros(np.shape(x))
+            return np.asarray(function(x, v), float) + np.zeros(np.shape(x))
 
     return computed
 
 
-class _Checked(ast.NodeTransformer):
-    """Refuses all nodes of a formula except for the listed ones, and puts names of doubles in place of numbers."""
+def _function(formula: str, node: ast.expr, depth: int, condition: bool = False) -> _Function:
+    """Return the function of x and v that a part of a formula says."""
 
-    def __init__(self, formula: str) -> None:
-        self.formula = formula
-        self.numbers: dict[str, np.float64] = {}
-        self.depth = 0
+    def inside(part: ast.expr, condition: bool = False) -> _Function:
+        return _function(formula, part, depth + 1, condition)
 
-    def visit(self, node: ast.AST) -> Any:
-        """Check a node that is not too deep in the formula."""
-        self.depth += 1
-        if self.depth > _DEEPEST:
-            raise _refusal(self.formula, self.formula)
-        checked = super().visit(node)
-        self.depth -= 1
-        return checked
-
-    def generic_visit(self, node: ast.AST) -> ast.AST:
-        """Check an operation and its parts; there is no other node without a method of its own."""
-        if not isinstance(node, _OPERATIONS):
-            raise _refusal(self.formula, node)
-        return super().generic_visit(node)
-
-    def visit_Constant(self, node: ast.Constant) -> ast.Name:
-        """Replace a number by a name."""
-        if type(node.value) not in (int, float):
-            raise _refusal(self.formula, node)
-        name = f"number{len(self.numbers)}"
-        self.numbers[name] = np.float64(node.value)  # type: ignore[arg-type]
-        return ast.Name(name, ast.Load())
-
-    def visit_Name(self, node: ast.Name) -> ast.Name:
-        """Check a variable."""
-        if node.id not in ("x", "v"):
-            raise _refusal(self.formula, node)
-        return node
-
-    def visit_Call(self, node: ast.Call) -> ast.Call:
-        """Check a function, the number of its arguments, and each of them; the first one of `where` is a comparison."""
-        name = node.func.id if isinstance(node.func, ast.Name) else ""
-        if name not in _FUNCTIONS or len(node.args) not in _FUNCTIONS[name][0] or node.keywords:
-            raise _refusal(self.formula, node)
-        if name == "where":
-            condition = node.args[0]
-            if not isinstance(condition, ast.Compare) or [*map(type, condition.ops)] not in [
-                [op] for op in _COMPARISONS
-            ]:
-                raise _refusal(self.formula, condition)
-            condition.left, condition.comparators = self.visit(condition.left), [self.visit(condition.comparators[0])]
-        first = 1 if name == "where" else 0
-        node.args[first:] = [self.visit(part) for part in node.args[first:]]
-        return node
+    if depth > _DEEPEST:
+        raise _refusal(formula, formula)
+    if condition:
+        if not isinstance(node, ast.Compare) or len(node.ops) > 1 or type(node.ops[0]) not in _COMPARISONS:
+            raise _refusal(formula, node)
+        compared, one, other = _COMPARISONS[type(node.ops[0])], inside(node.left), inside(node.comparators[0])
+        return lambda x, v: compared(one(x, v), other(x, v))
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
+        try:
+            number = np.float64(node.value)
+        except OverflowError:
+            raise _refusal(formula, node) from None
+        return lambda x, v: number
+    if isinstance(node, ast.Name) and node.id in ("x", "v"):
+        return (lambda x, v: x) if node.id == "x" else (lambda x, v: v)
+    if isinstance(node, ast.UnaryOp) and type(node.op) in _UNARY:
+        of, inner = _UNARY[type(node.op)], inside(node.operand)
+        return lambda x, v: of(inner(x, v))
+    if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
+        joined, left, right = _BINARY[type(node.op)], inside(node.left), inside(node.right)
+        return lambda x, v: joined(left(x, v), right(x, v))
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS:
+        numbers, called = _FUNCTIONS[node.func.id]
+        if len(node.args) in numbers and not node.keywords:
+            chosen = node.func.id == "where"
+            parts = [inside(part, chosen and i == 0) for i, part in enumerate(node.args)]
+            return lambda x, v: called(*(part(x, v) for part in parts))
+    raise _refusal(formula, node)
 
 
-def _refusal(formula: str, part: ast.AST | str) -> ValueError:
+def _refusal(formula: str, part: ast.expr | str) -> ValueError:
     wrong = part if isinstance(part, str) else ast.get_source_segment(formula.strip(), part) or formula
     text = " ".join(wrong.split())
     return ValueError(f"force has {text if len(text) < 60 else text[:60] + '…'!r}: expected {_ACCEPTED}")
