@@ -6,7 +6,6 @@ import random
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,6 @@ from viscopade import quantity
 from viscopade.calculator import page, tables
 from viscopade.collision import exact, limits, weight
 from viscopade.collision.contact import Contact
-from viscopade.kernels.write.languages import language as written
 from viscopade.simulators import TARGETS
 
 ROOT = Path(__file__).parents[2]
@@ -340,41 +338,3 @@ def test_the_default_step_of_a_program_is_compared_with_the_contact(run, program
         assert lines["warning"] == ""
     else:
         assert lines["warning"].startswith("Warning: " + warning.format(step / answer["contactTime"]))
-
-
-BUILD = {
-    "c": "cc -I. main.c -lm -o run && ./run",
-    "fortran": "gfortran viscopade.f90 main.f90 -o run && ./run",
-    "rust": "rustc -O main.rs -o run && ./run",
-    "javascript": "node main.mjs",
-    "julia": "julia main.jl",
-    "python": f"{sys.executable} main.py",
-    "arrays": f"{sys.executable} main.py",
-    "cuda": "nvcc -c main.cu -o run.o",
-}
-ENDINGS = {"c": ".c", "cuda": ".cu"}
-
-
-@pytest.mark.parametrize("language", page.snippets())
-def test_snippets_run(run, language, tmp_path):
-    given = of(by="beta", damping=1.307, speed=0.25)
-    (text,) = run(f"page.snippetOf({language!r}, calculate(x), x)", [given])
-    assert "%" not in re.sub(r"%\.6g", "", text)
-    assert "1.307" in text
-    kernel = re.search(r"compact_\w+", text)
-    if kernel:
-        assert kernel[0] in (ROOT / "exports" / (written(language).stem + written(language).ending)).read_text("utf-8")
-    if language not in BUILD:
-        return
-    tool = BUILD[language].split()[0]
-    if shutil.which(tool) is None:
-        pytest.skip(f"{tool} is not installed")
-    for file in (ROOT / "exports").glob("viscopade*"):
-        shutil.copy(file, tmp_path)
-    ending = ENDINGS.get(language, written(language).ending)
-    (tmp_path / f"main{ending}").write_text(text, "utf-8")
-    done = subprocess.run(BUILD[language], shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=HANGS)
-    assert done.returncode == 0, done.stderr
-    if language != "cuda":
-        printed = float(done.stdout.split("=")[1])
-        assert printed == pytest.approx(vp.restitution(0.25, 1.307), rel=1e-5)

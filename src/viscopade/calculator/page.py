@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import Any
 
 from viscopade import generated, quantity
@@ -78,7 +77,8 @@ def _parts() -> dict[str, str]:
         raise ValueError(f"{KERNELS_FILE} cannot be part of a page")
     facts = json.dumps(_facts(), ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     names = (f"{kernel.name}: [restitution_{kernel.name}, dissipation_{kernel.name}]" for kernel in _kernels())
-    return {"kernels": text, "facts": facts, "names": ", ".join(names)}
+    targets = ", ".join(name for name in NAMES if "compact" in language(name).groups)
+    return {"kernels": text, "facts": facts, "names": ", ".join(names), "targets": targets}
 
 
 def _kernels() -> list[Kernel]:
@@ -112,8 +112,6 @@ def _facts() -> dict[str, Any]:
         "programs": lines.programs(),
         "steps": {"chosen": CHOSEN_STEPS, "fewest": FEWEST_STEPS, "fine": STEPS},
         "printedPade": [[float(c) for c in row] for row in TABLE[3, 6]],
-        "snippets": [_snippet(name) for name in snippets()],
-        "otherLaw": _template("other_law.jinja", {}),
     }
 
 
@@ -154,20 +152,3 @@ def _about(law: Law) -> dict[str, Any]:
 def _pade(m: int, n: int) -> dict[str, Any]:
     a, b = pade(m, n, _PADE_DIGITS).decimals(_PADE_DIGITS)
     return {"name": f"[{m}/{n}]", "a": [float(c) for c in a], "b": [float(c) for c in b]}
-
-
-def snippets() -> list[str]:
-    """Return the languages for which the page has code to copy."""
-    written = generated.environment(__name__).list_templates()
-    return [name for name in NAMES if f"snippets/{name}.jinja" in written]
-
-
-def _snippet(name: str) -> dict[str, str]:
-    of = language(name)
-    kernels = [kernel.name for kernel in _kernels() if of.forms[0] in kernel.formats]
-    values = {"kernel": kernels[-1], "file": of.stem + of.ending}
-    return {"name": name, "text": _template(f"snippets/{name}.jinja", values)}
-
-
-def _template(name: str, values: Mapping[str, str]) -> str:
-    return generated.environment(__name__).get_template(name).render(**values).strip("\n")

@@ -20,12 +20,6 @@ function general(x, digits) {
   return `${short(mantissa)}e${sign}${String(Math.abs(exponent)).padStart(2, "0")}`;
 }
 
-// A number that every language reads as a floating-point one.
-function literal(x, digits = 12) {
-  const text = general(x, digits);
-  return /[.e]/.test(text) ? text : `${text}.0`;
-}
-
 // "2.5 mm" or "2.5" in SI units; a plain number is in the unit of the system. Dimensions are those of FACTS.units, "",
 // "beta" and "slowness".
 function parseQuantity(field, label, text, dimension, system) {
@@ -328,23 +322,6 @@ function curveAt(curve, answer, input, speeds) {
 // --- text to copy ------------------------------------------------------------------------------------------------
 
 const filled = (text, mark, values) => text.replace(mark, (_, name) => values[name]);
-
-// The snippet of a language; of other laws there is one, in Python.
-function snippetOf(language, answer, input) {
-  const values = {
-    speed: literal(inUnit(input.speed, "speed", input.system), 15),
-    speed_unit: unitOf("speed", input.system),
-    beta_unit: unitOf("beta", input.system),
-    kappa: literal(answer.kappa),
-    power: general(answer.law.power, 6),
-    elastic: answer.law.elastic,
-    damping: answer.law.damping,
-    end: input.end,
-  };
-  if (!isPaper(answer.law, input.end)) return filled(FACTS.otherLaw, /%(\w+)%/g, values);
-  values.beta = literal(inUnit(answer.beta, "beta", input.system));
-  return filled(FACTS.snippets.find(({ name }) => name === language).text, /%(\w+)%/g, values);
-}
 
 // The command that prints proven digits of the same collision.
 function commandOf(answer, input) {

@@ -3,8 +3,7 @@
 const $ = (id) => document.getElementById(id);
 const STATE = [
   ...["law", "end", "system", "speed", "by", "damping", "at", "bodies", "radius", "density", "young", "poisson"],
-  ...["strength", "kind", "radius2", "density2", "young2", "poisson2", "second", "gravity", "from", "to", "logarithmic", "vertical"],
-  ...["program", "language"],
+  ...["strength", "kind", "radius2", "density2", "young2", "poisson2", "second", "gravity", "from", "to", "logarithmic", "vertical", "program"],
 ];
 const FIELDS = {
   speed: ["impact speed", "speed"],
@@ -203,7 +202,6 @@ function show() {
   $("accuracy").textContent = accuracyText();
   $("command").textContent = `${commandOf(answer, input)} --digits 30`;
   showProgram();
-  showCode();
   draw();
 }
 
@@ -215,13 +213,6 @@ function showProgram() {
   $("simulator").textContent = command || "";
   $("by-scene").classList.toggle("hidden", !scene);
   $("of-simulator").classList.toggle("hidden", !command);
-}
-
-function showCode() {
-  const paper = isPaper(answer.law, input.end);
-  $("row-language").classList.toggle("hidden", !paper);
-  $("one-language").classList.toggle("hidden", paper);
-  $("code").textContent = snippetOf($("language").value, answer, input);
 }
 
 // --- curves ------------------------------------------------------------------------------------------------------
@@ -519,7 +510,6 @@ function start() {
   choose($("law"), FACTS.laws.map(({ name, title }) => [name, title]));
   choose($("system"), Object.keys(FACTS.systems).map((name) => [name, name]));
   choose($("program"), FACTS.programs.map(({ name, title }) => [name, title]));
-  choose($("language"), FACTS.snippets.map(({ name }) => [name, name]));
   choose($("by"), Object.entries(ways(FACTS.laws[0])).map(([value, [text]]) => [value, text]));
   makeChoices();
   for (const id of STATE) defaults[id] = valueOf(id);
@@ -532,7 +522,7 @@ function start() {
     if (target.id === "by") changeWay($("by").value);
     update();
   });
-  for (const [id, what] of Object.entries({ command: "the command", line: "the lines", simulator: "the command", code: "the code", link: "the link" }))
+  for (const [id, what] of Object.entries({ command: "the command", line: "the lines", simulator: "the command", link: "the link" }))
     $(`copy-${id}`).addEventListener("click", () => copy(id, what));
   window.addEventListener("hashchange", () => {
     load();
