@@ -121,6 +121,16 @@ class FallingContact:
         found = _sticking(self.law, self._kappa(unit), self.carried)
         return None if found is None else unit * found
 
+    def note(self, slowest: float, fastest: float, units: str = "m/s") -> str:
+        """Return the size of the effect of weight at two speeds, as a sentence, without an integration."""
+        speeds = [fastest, slowest] if slowest < fastest else [fastest]
+        shares, at = _and(map(self.share, speeds), ".2g"), " and ".join(f"{v:.4g}" for v in speeds)
+        note = f"weight: g t_c/v = {shares} at {at} {units} with g = {self.gravity:.4g} {units}^2"
+        if self.carried:
+            return note
+        factor = f"1 + {loss_slope(self.law):.3f} g t_c/v"
+        return f"{note}; the loss 1 - eps of a body that falls on a plane grows by about the factor {factor}"
+
     def sentences(self, slowest: float, fastest: float, units: str = "m/s", given: bool = False) -> Sentences:
         """Return sentences on the effect of weight at two speeds.
 
@@ -133,12 +143,8 @@ class FallingContact:
             Whether the user gave the gravity, so that eps of a body that falls is no warning.
         """
         speeds = [fastest, slowest] if slowest < fastest else [fastest]
-        shares, at = [self.share(v) for v in speeds], " and ".join(f"{v:.4g}" for v in speeds)
-        note = f"weight: g t_c/v = {_and(shares, '.2g')} at {at} {units} with g = {self.gravity:.4g} {units}^2"
-        if not self.carried:
-            factor = f"1 + {loss_slope(self.law):.3f} g t_c/v"
-            note += f"; the loss 1 - eps of a body that falls on a plane grows by about the factor {factor}"
-        if not given and max(shares) < COUNTS:
+        at, note = " and ".join(f"{v:.4g}" for v in speeds), self.note(slowest, fastest, units)
+        if not given and self.share(slowest) < COUNTS:
             return Sentences(note, None)
         try:
             light, heavy = (_and(body.epsilon(speeds), ".4f") for body in (replace(self, gravity=0.0), self))

@@ -77,9 +77,9 @@ def choose(scene: Scene) -> Choice:
     chosen = min(as_cheap, key=lambda each: (each.kernel.bytes, each.degrees is not None, each.rank))
     warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
     notes = [text for encounter in met for text in sense.notes(scene, encounter)]
-    for weight in filter(None, map(sense.weight, met)):
-        notes.append(weight.note)
-        warnings += [] if weight.fall is None else [weight.fall]
+    for note, warning in filter(None, map(sense.weight, met)):
+        notes.append(note)
+        warnings += [] if warning is None else [warning]
     smaller = [each for each in enough if each.kernel.bytes < chosen.kernel.bytes]
     if chosen.kernel.bytes > LARGE and smaller:
         size, cost = smaller[0].kernel.bytes, smaller[0].cost

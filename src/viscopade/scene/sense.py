@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from viscopade.collision import limits
 from viscopade.collision.spheres import restitution_error
-from viscopade.collision.weight import EARTH, Sentences
+from viscopade.collision.weight import COUNTS, EARTH
 from viscopade.quantity import uncertain
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, encounters, mean_free_time
@@ -58,13 +58,15 @@ def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
         )
 
 
-def weight(encounter: Encounter) -> Sentences | None:
-    """Return sentences on the effect of weight on a body that falls on a wall; None for two spheres."""
+def weight(encounter: Encounter) -> tuple[str, str | None] | None:
+    """Return a note on the weight of a body that falls on a wall, and a warning if it matters; None for two spheres."""
     contact = encounter.contact()
     if not contact.falls:
         return None
-    note, fall = contact.falling.sentences(contact.slowest, contact.fastest)
-    return Sentences(f"{encounter.name}: {note}", fall and f"{encounter.name}: {fall}")
+    share, slowest = contact.falling.share(contact.slowest), contact.slowest
+    note, matters = contact.falling.note(slowest, contact.fastest), f"g t_c/v is {share:.2g} at {slowest:.4g} m/s"
+    warning = f"a body that falls on a plane gets a lower eps, as {matters}: `viscopade table` with --gravity prints it"
+    return f"{encounter.name}: {note}", f"{encounter.name}: {warning}" if share >= COUNTS else None
 
 
 def setup(scene: Scene, gravity: float | None = None) -> Setup:
