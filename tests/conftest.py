@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests import built
+from tests import built, daily
 
 settings.register_profile(
     "viscopade",
@@ -110,6 +110,8 @@ def pytest_runtest_logreport(report):
 
 def pytest_terminal_summary(terminalreporter):
     """Print where the time goes; the ten longest tests of `--durations` hide a file of many short ones."""
+    if terminalreporter.stats.get("failed"):
+        terminalreporter.write_line(f"VISCOPADE_DAY={daily.DAY} repeats what was sampled today")
     terminalreporter.section(f"processor time: {seconds_of.total():.0f} s")
     for name, seconds in seconds_of.most_common(LISTED):
         terminalreporter.write_line(f"{seconds:6.1f} s  {name}")

@@ -94,7 +94,7 @@ BAD = [
     ("export c --minimax 1/40 --v-star-max 1", "n is 40: expected an integer from 0 to 15"),
     ("export c --minimax 2/0 --v-star-max 1000", "has a relative error of 1.05e+09: expected an error below 1"),
     ("export c --accuracy 1e-13 --v-star-max 5", "is '1e-13': expected a number from 1e-12 to 0.99"),
-    ("export c --accuracy 1e-16", "expected a number from 1e-15 to 0.99"),
+    ("export c --accuracy 1e-16", "expected a number from 2.9e-08 to 0.99"),
     ("export c --minimax 6/9 --v-star-max 0.1", "has an error below 1e-12: expected lower degrees"),
     ("export c --accuracy 1e-12 --v-star-max 1000", "or a shorter interval"),
     ("export c --minimax 0/9 --v-star-max 1000", "expected other degrees"),
@@ -104,7 +104,7 @@ BAD = [
     ("export latex --accuracy 1e-3", "compact_1em3 is no quotient of polynomials in v*, which latex expects"),
     ("export latex --digits 31", "digits is 31: expected an integer from 1 to 30"),
     ("export latex --minimax 1/4 --v-star-max 5 --digits 18", "digits is 18: expected an integer from 1 to 17"),
-    ("export cuda --accuracy 1e-9", "expected a number >"),
+    ("export cuda --accuracy 1e-9", "expected a number from 2.9e-08"),
     ("export c --accuracy 1e-3 --v-star-min 1", "expected an interval with both ends (--v-star-max)"),
     *(
         (f"export c {kind} --v-star-max 5", "v-star-max is given without minimax or accuracy: expected")

@@ -2,6 +2,7 @@
 
 import copy
 import json
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -22,6 +23,7 @@ CERTIFICATES = {
 EVERY = 503
 
 
+@cache
 def read(path):
     return json.loads(path.read_text())
 
@@ -131,8 +133,7 @@ WRONG = {
 
 @pytest.mark.parametrize(("kind", "place", "change"), [(k, *one) for k, changes in WRONG.items() for one in changes])
 def test_a_wrong_record_is_refused(kind, place, change):
-    of_kind = (read(path) for path in RECORDS if read(path)["key"][0] == kind)
-    record = copy.deepcopy(next(of_kind))
+    record = copy.deepcopy(next(read(path) for path in RECORDS if read(path)["key"][0] == kind))
     set_at(record, ("value", *place), change)
     with pytest.raises(Wrong):
         check(record, Sample(1 if kind in ("pade", "minimax", "full bounds") else 100, 0))

@@ -253,8 +253,8 @@ NEW, OLD = "#if __has_builtin.*", r"#if defined\(__GNUC__\) && !defined\(VISCOPA
 
 
 @pytest.mark.parametrize("without", [(), (NEW,), (NEW, OLD)], ids=["new", "old", "none"])
-@pytest.mark.parametrize("four", ["", 0, 1])
 @pytest.mark.parametrize("flags", [(), machine_flags()], ids=["baseline", "native"])
+@pytest.mark.parametrize("four", [daily.chosen(("", 0, 1)), *(pytest.param(four, marks=slow) for four in ("", 0, 1))])
 def test_arrays_by_other_shuffles(tmp_path, without, four, flags):
     """As by older compilers, by those that have none, and for machines with other vectors: the same bits."""
     given, tier = header("1e-10"), "1e-10"

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from tests import daily
 from tests.compiled import compiler
 from tests.kernels.speed_headers import ARRAYS, FORMS, FUNCTIONS, SUFFIXES, header, interface
 from viscopade.kernels import catalogue
@@ -186,13 +187,18 @@ def sanitized(folder, source, *flags):
     return done.stdout
 
 
-@pytest.mark.parametrize("math_flag", ["-fno-fast-math", "-ffast-math"])
-def test_no_undefined_behaviour_of_array_functions(tmp_path, math_flag):
+@pytest.mark.parametrize(
+    ("math_flag", "tiers"),
+    [
+        ("-fno-fast-math", catalogue.TIERS),
+        ("-ffast-math", (daily.chosen(catalogue.TIERS),)),
+        pytest.param("-ffast-math", catalogue.TIERS, marks=slow),
+    ],
+)
+def test_no_undefined_behaviour_of_array_functions(tmp_path, math_flag, tiers):
     """For any speeds and lengths, with the rules of IEEE and without them."""
     body, runs = ["#include <stdlib.h>"], []
-    for name, (form, suffix) in itertools.product(
-        [tier.replace("-", "m") for tier in catalogue.TIERS], SUFFIXES.items()
-    ):
+    for name, (form, suffix) in itertools.product([tier.replace("-", "m") for tier in tiers], SUFFIXES.items()):
         end = f"{name}{suffix}"
         calls = "\n    ".join(
             f"viscopade_{function}_{kind_}_{end}(n, speed, {beta}, out);"
@@ -203,5 +209,5 @@ def test_no_undefined_behaviour_of_array_functions(tmp_path, math_flag):
         body.append(made.replace("TYPE", form))
         runs.append(f"arrays_{end}(n);")
     main = f"int main(void) {{ for (size_t n = 0; n < 300; n++) {{ {' '.join(runs)} }} return 0; }}"
-    headers = [header(tier).text for tier in catalogue.TIERS]
+    headers = [header(tier).text for tier in tiers]
     sanitized(tmp_path, "\n".join([*headers, *body, main]), math_flag)

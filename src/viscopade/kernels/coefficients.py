@@ -7,7 +7,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
-from operator import itemgetter
 from typing import Any
 
 from viscopade import arguments
@@ -146,7 +145,7 @@ def on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[ErrorBound
                 raise
 
 
-def accuracy_of(accuracy: Exact, name: str = "accuracy", least: Fraction = Fraction("1e-15")) -> Fraction:
+def accuracy_of(accuracy: Exact, least: Fraction, name: str = "accuracy") -> Fraction:
     """Return an accuracy asked for, by its name in a refusal; expected is a number from `least` to 0.99."""
     expected = f"a number from {float(least):g} to 0.99"
     return arguments.exact_number(name, accuracy, expected, lambda x: least <= x <= Fraction("0.99"))
@@ -185,37 +184,18 @@ def with_proofs(
 
 
 def first(
-    wanted: Fraction,
-    candidates: Iterable[tuple[float, Powers]],
-    error_of: Callable[[Powers], Fraction],
-    name: str = "accuracy",
+    wanted: Fraction, candidates: Iterable[tuple[float, Powers]], error_of: Callable[[Powers], Fraction]
 ) -> Powers:
     """Return the first powers whose kernel is proven to be accurate enough, rounding in type double included.
 
-    Candidates come with their sampled errors, from which those that cannot be accurate enough are known.
+    Candidates come with their sampled errors, from which those that cannot be accurate enough are known. The most
+    accurate one is proven to have the least error that `accuracy_of` accepts.
     """
-
-    def total(choice: Powers) -> Fraction:
-        with suppress(ArithmeticError):
-            return error_of(choice)
-        return Fraction(1)  # there is no proof
-
-    best, missed = Fraction(1), []
     for error, choice in candidates:
-        if error > wanted:
-            missed.append((error, choice))
-            continue
-        proven = total(choice)
-        if proven <= wanted:
-            return choice
-        best = min(best, proven)
-    for error, choice in sorted(missed, key=itemgetter(0)):  # the nearest miss that has a proof, for the message
-        if best < 1 or error >= best:
-            break
-        best = min(best, total(choice))
-    raise ValueError(
-        f"{name} is {float(wanted):g}: expected a number >= {at_most(best)}, which the best kernel known reaches"
-    )
+        with suppress(ArithmeticError):  # there is no proof
+            if error <= wanted and error_of(choice) <= wanted:
+                return choice
+    raise AssertionError(f"no kernel has a proven error of {float(wanted):g}, which is accepted")
 
 
 def levelled(choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]) -> Iterator[tuple[float, Powers]]:

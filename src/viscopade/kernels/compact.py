@@ -99,6 +99,8 @@ NORMAL = ("beta^5", "w = beta^5 speed")
 OF_V_STAR = ("epsilon", "one_minus_epsilon")
 """Functions of `half_line` kernels."""
 
+LEAST = Fraction("2.9e-8")
+"""Accuracy that the best kernel reaches."""
 _COMMON_Y = (Fraction(1, 10), Fraction(2155, 1000))  # cube roots of `COMMON`, rounded outwards
 _TINY = Fraction(1, 2**40)
 _WIDER = Fraction(1, 2**16)  # more than what balls add to an interval of y
@@ -115,12 +117,12 @@ def compact(accuracy: Exact) -> Kernel:
     Parameters
     ----------
     accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        Relative to the smaller of eps and 1 - eps, from 1e-15 to 0.99, for type double and with rounding.
+        Relative to the smaller of eps and 1 - eps, from 2.9e-8 to 0.99, for type double and with rounding.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not of this kind, or none of the known kernels is accurate enough.
+        If the argument is not of this kind.
     """
     name, form, fitted = _chosen(accuracy)
     functions = tuple(
@@ -150,7 +152,7 @@ def half_line(accuracy: Exact) -> Kernel:
 
 def _chosen(accuracy: Exact) -> tuple[str, Powers, Fitted]:
     """Return the end of a kernel's name, and its powers and coefficients."""
-    wanted = accuracy_of(accuracy)
+    wanted = accuracy_of(accuracy, LEAST)
     form = compact_powers(wanted)
     return accuracy_name(wanted), form, compact_fit(form)
 

@@ -46,7 +46,8 @@ from viscopade.kernels.rounding_bounds import (
 )
 from viscopade.store import recorded
 
-ACCURACY = "inverse"  # in refusals: the option of `viscopade export`
+LEAST = Fraction("3.5e-8")
+"""Accuracy that the best kernel reaches."""
 
 
 def inverse(accuracy: Exact) -> Kernel:
@@ -55,14 +56,14 @@ def inverse(accuracy: Exact) -> Kernel:
     Parameters
     ----------
     accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        Relative error of v*, from 1e-15 to 0.99, for type double and with rounding.
+        Relative error of v*, from 3.5e-8 to 0.99, for type double and with rounding.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not of this kind, or no kernel is accurate enough.
+        If the argument is not of this kind.
     """
-    wanted = accuracy_of(accuracy, ACCURACY)
+    wanted = accuracy_of(accuracy, LEAST, "inverse")
     powers = inverse_powers(wanted)
     fitted, name, domain = inverse_fit(powers), f"inverse_{accuracy_name(wanted)}", "0 < eps <= 1"
     text = f"v* = y^{SHIFT} N/D, y = ((1 - eps)/eps)^({ROOT}), {powers_text(powers)}"
@@ -123,7 +124,7 @@ def _functions(powers: Powers) -> tuple[Function, ...]:
 def inverse_powers(wanted: Fraction) -> Powers:
     """Return the powers of the kernel with the fewest coefficients that is proven to be accurate enough."""
     candidates = levelled(approximants.BEST, approximants.fit_inverse)
-    return first(wanted, candidates, lambda powers: inverse_fit(powers).variants[0].error("v_star"), ACCURACY)
+    return first(wanted, candidates, lambda powers: inverse_fit(powers).variants[0].error("v_star"))
 
 
 @recorded("inverse")

@@ -284,7 +284,7 @@ def accurate_quotient(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0)
     (The formula's error is relative to the smaller of eps and 1 - eps, the rounding error to eps.)
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
-    return _accurate(accuracy_of(accuracy, least=minimax.SMALLEST_ERROR), *minimax.interval_of(v_star_min, v_star_max))
+    return _accurate(accuracy_of(accuracy, minimax.SMALLEST_ERROR), *minimax.interval_of(v_star_min, v_star_max))
 
 
 @lru_cache(maxsize=256)
