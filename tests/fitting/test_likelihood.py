@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy import optimize, stats
+from scipy import integrate, optimize, stats
 
 from viscopade.arrays import double
 from viscopade.fitting import bounces, likelihood, verdict
@@ -194,6 +194,27 @@ def test_a_mixture_of_scatters_is_students_t_if_scatter_prevails():
     low, high = scattered.interval(0.95)
     wanted = 2 * stats.t.ppf(0.975, 10) * math.sqrt(plain.covariance[0, 0] * 11 / 10)
     assert high - low == pytest.approx(wanted, rel=0.02)
+
+
+def test_a_robust_standard_error_has_the_information_of_students_t():
+    """Of a place, the mean square of d ln f/dx by quadrature, in units of that of a Gaussian."""
+    points = Points.measured(SPEED, law(SPEED), sigma_epsilon=0.01)
+    plain, robust = (likelihood.fitted(points, VISCOELASTIC, robust=of).standard_error() for of in (False, True))
+    slope = 1e-4
+    information, _ = integrate.quad(
+        lambda x: (stats.t.logpdf(x + slope, 4) - stats.t.logpdf(x - slope, 4)) ** 2 / 4e-8 * stats.t.pdf(x, 4), -50, 50
+    )
+    assert robust / plain == pytest.approx(information**-0.5, rel=1e-4)
+
+
+def test_the_standard_error_of_a_mixture_is_that_of_its_quantiles():
+    """The best value depends on the scatter: the four points of small errors lie above the others."""
+    sigma, epsilon = np.where(np.arange(12) % 3, 0.01, 1e-3), law(SPEED)
+    epsilon[::3] += 0.01
+    fit = likelihood.fitted(Points.measured(SPEED, epsilon, sigma_epsilon=sigma, scatter=True), VISCOELASTIC)
+    middles = (np.arange(500) + 0.5) / 500
+    quantiles = np.concatenate([fit.interval(level) for level in middles])
+    assert fit.standard_error() == pytest.approx(float(quantiles.std()), rel=0.01)
 
 
 @pytest.mark.parametrize(
