@@ -7,8 +7,19 @@ import pytest
 
 from tests.simulators.two_balls import integrated, setup
 from viscopade import Pair, Sphere
+from viscopade.collision import exact
 from viscopade.simulators import stated
-from viscopade.simulators.formula import ratio_at_force_end, ratio_for_return
+from viscopade.simulators.formula import (
+    LINEAR,
+    LINEAR_RETURN,
+    TSUJI,
+    TSUJI_RETURN,
+    DampingFormula,
+    epsilon_of,
+    ratio_at_force_end,
+    ratio_for_return,
+    wanted_kappa,
+)
 from viscopade.simulators.setup import NamedContact, Setup
 
 RATIOS = {"force": ratio_at_force_end, "position": ratio_for_return}
@@ -42,12 +53,39 @@ def test_a_clipped_force_is_the_end_at_zero_force():
 
 
 @pytest.mark.parametrize("epsilon", [1 - 2**-53, 1 - 1e-9, 0.9, 0.3, 0.1354, math.exp(-2), 0.1353, 0.01, 1e-30])
-def test_the_ratio_at_the_force_end_against_the_closed_form(epsilon):
-    zeta = ratio_at_force_end(mpmath.mpf(epsilon))
-    with mpmath.workdps(60):
-        closed = mpmath.re(2 * zeta * mpmath.acos(zeta) / mpmath.sqrt(mpmath.mpc(1 - zeta * zeta)))
-        assert float(closed) == pytest.approx(float(-mpmath.log(mpmath.mpf(epsilon))), rel=4e-15, abs=0)
-    assert ratio_at_force_end(mpmath.mpf(1)) == 0
+@pytest.mark.parametrize("law", [LINEAR, LINEAR_RETURN, TSUJI, TSUJI_RETURN], ids=lambda law: f"{law} {law.end}")
+def test_closed_forms_against_the_proven_integration(epsilon, law):
+    """That of the equation of motion of each law, which knows no closed form."""
+    if law.end == "return" and epsilon == 1e-30:
+        return  # contact lasts too long to be integrated
+    kappa = exact.invert(repr(epsilon), 20, law=law).mpf()["kappa"]
+    assert float(wanted_kappa(law, repr(epsilon)) / kappa - 1) == pytest.approx(0, abs=1e-17)
+    assert float(epsilon_of(law, kappa) / mpmath.mpf(repr(epsilon)) - 1) == pytest.approx(0, abs=1e-15)
+    assert wanted_kappa(law, "1") == ratio_at_force_end(mpmath.mpf(1)) == 0
+
+
+def test_a_linear_spring_from_the_critical_damping_on_never_returns():
+    assert float(epsilon_of(LINEAR, mpmath.mpf(2))) == math.exp(-2)
+    with pytest.raises(ValueError, match="damping ratio is not below 1"):
+        epsilon_of(LINEAR_RETURN, mpmath.mpf(2))
+
+
+@pytest.mark.parametrize(
+    ("kappa", "wanted", "expected"),
+    [
+        (lambda x: 3 * x**2, 12, 2),
+        (lambda x: 1 / (x + mpmath.mpf("1e-9")) - 1, 9, 0.1 - 1e-9),  # falls, and is steep at an end
+        (lambda x: x**3, 1e-3, 0.1),
+        (lambda x: x if x < 5 else x + 3, 6, 5),  # jumps over it
+        (lambda x: x, 0, 0),
+        (lambda x: x, 10, 10),
+        (lambda x: x, 11, None),
+    ],
+)
+def test_the_parameter_that_gives_a_kappa(kappa, wanted, expected):
+    formula = DampingFormula("f", LINEAR, "x", kappa, ("0", "10"), "exact", "a file")
+    found = formula.parameter_of(mpmath.mpf(wanted))
+    assert found == expected if expected is None else float(found) == pytest.approx(expected, rel=1e-15)
 
 
 BALL = Sphere(radius=0.01, density=2500, young_modulus=1e8, poisson_ratio=0.3, dissipative_constant=2e-5)

@@ -33,7 +33,6 @@ _QUANTITIES = {
     "time-step": Quantity("time", " > 0"),
 }
 """Options of --set and --force; where a program's numbers have no units, their units are refused."""
-_MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
 
 
 @click.command(
@@ -134,7 +133,8 @@ def _show_audits(
         raise ValueError(f"--step-error is {step_error:.4g}: expected {_LEAST_ERROR:g} to 1")
     wanted = ASKED if epsilon is None else (epsilon.strip(),)
     found, refused = _audits(chosen, wanted, step, step_error)
-    data = {"rows": [_json(row, epsilon is not None) for row in found], "refused": refused}
+    rows_of_json = [_json(row, epsilon is not None) for row in found] if style == "json" else []
+    data = {"rows": rows_of_json, "refused": refused}
     left_out = 0
     if epsilon is None:
         _show_table(style, wanted, found, data)
@@ -407,10 +407,8 @@ def _json(row: Audit, resolved: bool) -> dict[str, Any]:
     from mpmath import mp
 
     from viscopade.simulators.formula import DIGITS
-    from viscopade.simulators.measured import finest
 
     formula, stepped = row.formula, row.stepped
-    found = finest(row.program.name, formula.name, row.asked)
     return {
         "program": row.program.name,
         "formula": formula.name,
@@ -426,7 +424,6 @@ def _json(row: Audit, resolved: bool) -> dict[str, Any]:
         "advice": row.advice and asdict(row.advice),
         "why": list(row.reasons),
         "instead": None if row.instead is None else {formula.parameter: row.instead},
-        "measured": None if found is None else {name: getattr(found, name) for name in _MEASURED},
         "source": f"{formula.source}, {row.program.version}",
     }
 

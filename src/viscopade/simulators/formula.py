@@ -19,8 +19,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
 
+from flint import arb
 from mpmath import mp
 
+from viscopade.arithmetic.balls import bits_for, to_mpf, working
 from viscopade.collision import exact
 from viscopade.collision.contact import PHASES, Contact, SampledCollision, damping_factor
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
@@ -37,7 +39,9 @@ REASONS: dict[Reason, str] = {
 }
 DIGITS = 15
 _GUARD = 10
-_HALVINGS = 90
+_TWICE = 2 * (DIGITS + _GUARD)  # digits for closed forms, which lose half of them near eps = 1 or a damping ratio of 1
+_SECANTS = 90
+_SOLVED = 1e-20  # relative error of kappa; where kappa jumps, as a fit may at eps = 1, the width of the bracket
 
 LINEAR, LINEAR_RETURN = law_of("linear"), law_of("linear", "return")
 TSUJI, TSUJI_RETURN = law_of("tsuji"), law_of("tsuji", "return")
@@ -125,12 +129,21 @@ class DampingFormula:
         """Return the parameter that gives the contact a kappa, an mpmath number; None if none in its range does."""
         with mp.workdps(DIGITS + _GUARD):
             low, high = map(mp.mpf, self.accepted)
-            at_low, at_high = self.kappa(low), self.kappa(high)
-            if not min(at_low, at_high) <= kappa <= max(at_low, at_high):
+            below, above = self.kappa(low) - kappa, self.kappa(high) - kappa
+            if below * above > 0:
                 return None
-            for _ in range(_HALVINGS):
-                middle = (low + high) / 2
-                low, high = (middle, high) if (self.kappa(middle) < kappa) == (at_low < at_high) else (low, middle)
+            # The Illinois method: secants through both ends of the bracket. An end that stays has its value halved, so
+            # that the next secant passes on its side of the solution.
+            kept = 0
+            for _ in range(_SECANTS):
+                middle = high if above == 0 else low - below * (high - low) / (above - below)
+                value = self.kappa(middle) - kappa
+                if abs(value) <= _SOLVED * kappa or high - low <= _SOLVED * high:
+                    return middle
+                if (value < 0) == (below < 0):
+                    low, below, above, kept = middle, value, above / 2 if kept < 0 else above, -1
+                else:
+                    high, above, below, kept = middle, value, below / 2 if kept > 0 else below, 1
             return high
 
     def instead(self, asked: str) -> Any:
@@ -178,11 +191,34 @@ def viscoelastic_formula(
 
 @cache
 def epsilon_of(law: Law, kappa: Any) -> Any:
-    """Return the eps that a law gives with a kappa, to `DIGITS` digits, an mpmath number."""
+    """Return the eps that a law gives with a kappa, to `DIGITS` digits, an mpmath number.
+
+    Raises
+    ------
+    ValueError
+        If contact does not end.
+    """
     same_epsilon, factor = _simplest(law)
     with mp.workdps(DIGITS + _GUARD):
         damping = kappa * factor
+    if law.nu == 2:
+        with working(bits_for(_TWICE)):
+            return to_mpf(_epsilon_of_ratio(arb(damping) / 2, law.end))
     return exact.collision(kappa=damping, law=same_epsilon, digits=DIGITS).mpf()["epsilon"]
+
+
+def _epsilon_of_ratio(zeta: arb, end: End) -> arb:
+    """Return the eps of a linear spring with a damping ratio, an enclosure."""
+    if end == "return":
+        if not zeta < 1:
+            raise ValueError("the damping ratio is not below 1: the bodies never part")
+        # eps = exp(-pi zeta/sqrt(1 - zeta^2))
+        return (-arb.pi() * zeta / ((1 - zeta) * (1 + zeta)).sqrt()).exp()
+    # eps = exp(-2 zeta acos(zeta)/sqrt(1 - zeta^2)), and the same with acosh from the damping ratio 1 on
+    if zeta == 1:
+        return arb(-2).exp()
+    w = abs((1 - zeta) * (1 + zeta)).sqrt()
+    return (-2 * zeta * (zeta.acos() if zeta < 1 else zeta.acosh()) / w).exp()
 
 
 def _simplest(law: Law) -> tuple[Law, Any]:
@@ -206,8 +242,11 @@ def wanted_kappa(law: Law, asked: str) -> Any:
     """Return the kappa with which a law gives eps = `asked`, an mpmath number."""
     if mp.mpf(asked) == 1:
         return mp.mpf(0)
-    with mp.workdps(DIGITS + _GUARD):
+    with mp.workdps(_TWICE if law.nu == 2 else DIGITS + _GUARD):
         same_epsilon, factor = _simplest(law)
+        if law.nu == 2:
+            ratio_of = ratio_for_return if law.end == "return" else ratio_at_force_end
+            return 2 * ratio_of(mp.mpf(asked)) / factor
         return exact.invert(asked, law=same_epsilon, digits=DIGITS + 2).mpf()["v_star"] ** same_epsilon.d / factor
 
 
@@ -274,13 +313,22 @@ def tsuji_kappa(e: Any) -> Any:
 
 
 def ratio_at_force_end(e: Any) -> Any:
-    """Return zeta for eps = e at the end where the force vanishes."""
-    return force_end_kappa(e) / 2
+    """Return zeta for eps = e at the end where the force vanishes, of an mpmath number."""
+    if e == 1:
+        return mp.mpf(0)
+    with mp.workdps(_TWICE):
+        loss = -mp.log(e)
+
+        def excess(zeta: Any) -> Any:
+            # -ln eps = 2 zeta acos(zeta)/sqrt(1 - zeta^2); from zeta = 1 on both, acos and root, are imaginary
+            return (2 * zeta * mp.acos(zeta) / mp.sqrt((1 - zeta) * (1 + zeta))).real - loss
+
+        return mp.findroot(excess, (loss / mp.pi, 1.01 * loss / mp.pi))
 
 
 def viscoelastic_kappa(e: Any) -> Any:
     """Return kappa of the viscoelastic law for eps = e, as `viscopade.simulators` do."""
-    return wanted_kappa(VISCOELASTIC, mp.nstr(e, 20))
+    return wanted_kappa(VISCOELASTIC, mp.nstr(e, DIGITS + _GUARD - 1))
 
 
 def thornton_kappa(en: Any) -> Any:
@@ -293,7 +341,7 @@ def thornton_kappa(en: Any) -> Any:
 
 def force_end_kappa(e: Any) -> Any:
     """Return kappa of the linear spring for eps = e at the end where the force vanishes."""
-    return wanted_kappa(LINEAR, mp.nstr(e, 40))
+    return twice(ratio_at_force_end(e))
 
 
 def half_mass_kappa(e: Any) -> Any:

@@ -31,7 +31,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from mpmath import mp
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
@@ -43,7 +42,7 @@ from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.file import file_text
 from viscopade.kernels.write.languages import language as language_of
 from viscopade.simulators import native
-from viscopade.simulators.formula import LINEAR, DampingFormula, viscoelastic_formula, wanted_kappa
+from viscopade.simulators.formula import LINEAR, DampingFormula, force_end_kappa, viscoelastic_formula
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 from viscopade.simulators.stated import described, same_beta, size_lines
@@ -448,7 +447,7 @@ SIMULATOR = Simulator(
             "coefficient_of_restitution, a constant",
             LINEAR,
             "eps",
-            lambda e: wanted_kappa(LINEAR, mp.nstr(e, 20)),
+            force_end_kappa,
             ("0.001", "1"),
             "exact",
             _SOURCE,

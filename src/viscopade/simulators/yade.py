@@ -233,11 +233,13 @@ def _of_betan(betan: Any) -> Any:
 
 
 def _of_printed_pade(en: Any) -> Any:
-    """Return the kappa = v*^2 at which the printed [3/6], which falls, is en, to 13 digits."""
-    a, b = ([float(c) for c in row] for row in TABLE[3, 6])
-    wanted = np.polynomial.Polynomial(a) - float(en) * np.polynomial.Polynomial(b)
-    roots = (complex(root) for root in wanted.roots().tolist())
-    return mp.mpf(min((root.real for root in roots if root.real > 1e9 * abs(root.imag)), default=0)) ** 2
+    """Return the kappa = v*^2 at which the printed [3/6], which falls, is en."""
+    top, bottom = ([*map(mp.mpf, row)] for row in TABLE[3, 6])
+    # The roots in double precision have 13 digits; one has all digits then.
+    rough = np.polynomial.Polynomial([*map(float, top)]) - float(en) * np.polynomial.Polynomial([*map(float, bottom)])
+    roots = map(complex, rough.roots().tolist())
+    v_star = min((root.real for root in roots if root.real > 1e9 * abs(root.imag)), default=0)
+    return mp.findroot(lambda v: mp.polyval(top[::-1], v) - en * mp.polyval(bottom[::-1], v), v_star) ** 2
 
 
 _RADII = {"sphere": 1.0, "wall": 1 / 2, "facet": 2 / 3}
