@@ -368,7 +368,7 @@ class _Bodies:
                 "--stiffness, --mass and --speed"
             )
         constants = _force(of, speed, force) if forced else {} if pair is None else {"k": pair.rho, "mass": pair.m_eff}
-        damping = constants.pop("c", None)
+        damping = constants.pop("damping", None)
         return cls(of, style, speed, pair, constants, damping, load, gravity, options["yield_strength"])
 
     @property
@@ -523,8 +523,8 @@ def _force(law: Law, speed: str | None, given: Mapping[str, str | None]) -> dict
     if speed is not None and float(speed) == 0:
         raise ValueError("speed is 0: expected a number > 0")
     units = {"stiffness": law.stiffness_unit, "damping": law.damping_unit, "mass": "kg"}
-    symbols = {"stiffness": "k", "damping": "c", "mass": "mass"}
-    return {symbols[name]: _in_unit(name, str(text), units[name]) for name, text in given.items()}
+    symbols = {"stiffness": "k"}
+    return {symbols.get(name, name): _in_unit(name, str(text), units[name]) for name, text in given.items()}
 
 
 @click.command(epilog=examples('viscopade epsilon --beta "1.307 (s/cm)^(1/5)" --speed "2 cm/s"'))
