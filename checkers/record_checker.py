@@ -136,6 +136,10 @@ class Machine:
         """Return the nearest number."""
         return rounded(value, self.precision)
 
+    def rounded(self, coefficients: Mapping[int, Fraction]) -> dict[int, Fraction]:
+        """Return coefficients in the type."""
+        return {k: self(c) for k, c in coefficients.items()}
+
     def root(self, exact: Any, name: str = "root") -> Fraction:
         """Return a result of a function of the library, which may be off by some units."""
         value = fraction(exact)
@@ -223,13 +227,12 @@ def check_pade(key: Sequence[Any], value: Value, sample: Sample) -> None:
 def check_best(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a best approximant: its certificates, rounding, and that it is accurate enough."""
     accuracy, *of = key
-    (first,) = bounds_of(value["variants"][0]["bounds"], "epsilon", "host double")
+    (first,) = bounds_of(value["bounds"], "epsilon", "host double")
     claim(part(first, "formula") + part(first, "last") <= Fraction(accuracy), "the error exceeds the wanted accuracy")
-    for variant in sample.of(value["variants"]):
-        proof = variant["certificate"]
-        claim([proof["low"], proof["high"], proof["measure"]] == [*of, "both"], "another interval or measure")
-        certificate_checker.Checker(entry_of(proof, variant)).check()
-        check_quotient(variant, [proof], variant["bounds"], sample)
+    proof = value["certificate"]
+    claim([proof["low"], proof["high"], proof["measure"]] == [*of, "both"], "another interval or measure")
+    certificate_checker.Checker(entry_of(proof, value)).check()
+    check_quotient(value, [proof], value["bounds"], sample)
 
 
 def places(sample: Sample, low: Fraction, high: Fraction, count: int = 12) -> Iterator[Fraction]:
@@ -240,40 +243,74 @@ def places(sample: Sample, low: Fraction, high: Fraction, count: int = 12) -> It
 
 
 def check_quotient(value: Value, proofs: Sequence[Any], bounds: Bounds, sample: Sample) -> None:
-    """Check the bounds of a quotient of polynomials; coefficients that are no numbers of the type are rounded, too."""
+    """Check the bounds of a quotient of polynomials, from v* and from the speed.
+
+    Coefficients that are no numbers of the type are rounded, too.
+    """
     coefficients = [dense(value[letter]) for letter in "ab"]
     stated = {(proof["low"], proof["high"], proof["bound"]) for proof in proofs}
     for place in {b.get("arithmetic", "host double") for b in bounds}:
         found, machine = bounds_of(bounds, "epsilon", place), Machine(place, sample.random)
         claim({(b["low"], b["high"], b["formula"]) for b in found} == stated, "another bound than that of the proof")
         bound = min(part(b, "last") for b in found)
+        numbers = [machine.rounded(terms) for terms in coefficients]
         for v in places(sample, Fraction(1, 2**20), max(Fraction(b["high"]) for b in found)):
-            top, bottom = (machine.horner({k: machine(c) for k, c in part.items()}, v) for part in coefficients)
             exact = polynomial(coefficients[0], real(v)) / polynomial(coefficients[1], real(v))
-            within(machine.quotient(top, bottom), exact, bound, f"rounding at v* = {float(v):g}, {place}")
+            computed = machine.quotient(*(machine.horner(terms, v) for terms in numbers))
+            within(computed, exact, bound, f"rounding at v* = {float(v):g}, {place}")
+        check_speed_of_quotient(numbers, found, bounds_of(bounds, "restitution", place), machine, place)
+
+
+def check_speed_of_quotient(
+    numbers: Sequence[Powers], of_eps: Bounds, of_speed: Bounds, machine: Machine, place: str
+) -> None:
+    """Check the bounds of a quotient of v* = sqrt(beta) pow(speed, 0.1): they have the rounding of v*, and hold."""
+    claim(len(of_speed) == 2 * len(of_eps), f"a bound for usual speeds or for all is missing, {place}")
+    known = [Fraction(text) for text in roundings_of_v_star(place)]
+    for bound in of_speed:
+        least = min(known) if "speeds" in bound else max(known)
+        claim(part(bound, "rounding") >= least, f"the rounding of v* is not in a bound, {place}")
+        high = Fraction(bound["high"])
+        for v in places(Sample(1, machine.random.randrange(100)), high / 2**10, high, 3):
+            speed = machine(v**10)  # for beta = 1
+            v_star = mp.root(real(speed), 10)
+            if fraction(v_star) <= high:
+                exact, rounded_v_star = truth(v_star), power(machine, speed, Fraction(1, 10))
+                computed = machine.quotient(*(machine.horner(terms, rounded_v_star) for terms in numbers))
+                off = abs(computed - exact["epsilon"])
+                allowed = (part(bound, "formula") + part(bound, "rounding")) * min(exact.values())
+                allowed += part(bound, "last") * exact["epsilon"]
+                claim(off <= allowed, f"eps of the speed {float(speed):g} is too far off, {place}")
+
+
+def roundings_of_v_star(place: str) -> list[str]:
+    """Return what the rounding of v* does to eps by the records, for usual speeds and for all."""
+    found = [(record["key"], record["value"]) for record in records() if record["key"][0] == "rounding of v_star"]
+    return [value for key, value in found if (key[1] if len(key) > 1 else "host double") == place]
 
 
 def check_compact(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a kernel for all v* >= 0: its certificates on a part of the panels, and the rounding of its functions."""
     check_in_powers({"kind": "halfline", "root": "1/3"}, key[0], value, sample)
-    for variant in value["variants"]:
-        check_half_line(variant, key[0], sample)
-        for place in {b.get("arithmetic", "host double") for b in bounds_of(variant["bounds"], "restitution")}:
-            check_speeds(variant, key[0], place, sample)
+    for place in {b.get("arithmetic", "host double") for b in value["bounds"]}:
+        check_speeds(value, key[0], place, sample)
+        if place.startswith("host"):
+            check_half_line(value, key[0], place, sample)
 
 
-def check_half_line(variant: Value, powers: Any, sample: Sample) -> None:
+def check_half_line(value: Value, powers: Any, place: str, sample: Sample) -> None:
     """Check the rounding of eps and 1 - eps from v*, with cbrt."""
-    machine = Machine(f"host {variant['form']}", sample.random)
-    top, bottom = (given(powers[p], variant[c]) for p, c in (("top", "a"), ("bottom", "b")))
+    machine = Machine(place, sample.random)
+    top, bottom = (given(powers[p], value[c]) for p, c in (("top", "a"), ("bottom", "b")))
     for v in places(sample, Fraction(1, 2**12), Fraction(2**12)):
         y = mp.cbrt(real(v))
         elastic, lost = polynomial(bottom, y), real(v) ** 2 * polynomial(top, y)
         exact = {"epsilon": elastic / (elastic + lost), "one_minus_epsilon": lost / (elastic + lost)}
-        parts = near_half_line(machine, top, bottom, v) if v <= 1 else far_half_line(machine, top, bottom, v)
+        numbers = machine.rounded(top), machine.rounded(bottom)
+        parts = near_half_line(machine, *numbers, v) if v <= 1 else far_half_line(machine, *numbers, v)
         for name, share in zip(exact, parts, strict=True):
             computed = machine(share / machine(sum(parts, Fraction(0))))
-            for bound in bounds_of(variant["bounds"], name):
+            for bound in bounds_of(value["bounds"], name, place):
                 within(computed, exact[name], of_rounding(bound, "last"), f"rounding of {name} at {float(v):g}")
 
 
@@ -308,24 +345,23 @@ def far_half_line(machine: Machine, top: Powers, bottom: Powers, v: Fraction) ->
 def check_inverse(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a kernel of v*(eps) on (0, 1]: its certificates on a part of the panels, and rounding."""
     check_in_powers({"kind": "inverse", "root": "1/10"}, key[0], value, sample)
-    for variant in value["variants"]:
-        top, bottom = (given(key[0][p], variant[c]) for p, c in (("top", "a"), ("bottom", "b")))
-        for place in {b.get("arithmetic", "host double") for b in variant["bounds"]}:
-            machine = Machine(place, sample.random)
-            (of_v_star,), (of_loss,), (of_beta,) = (
-                bounds_of(variant["bounds"], name, place) for name in ("v_star", "v_star_from_loss", "beta")
-            )
-            claim(of_v_star["rounding"] == of_loss["rounding"], "v* of 1 - eps has another bound")
-            for epsilon in places(sample, Fraction(1, 2**10), 1 - Fraction(1, 2**10)):
-                y = mp.root(real((1 - epsilon) / epsilon), 10)
-                exact = y**5 * polynomial(top, y) / polynomial(bottom, y)
-                computed = inverse(machine, top, bottom, epsilon)
-                what = f"at eps = {float(epsilon):g}, {place}"
-                within(computed, exact, of_rounding(of_v_star, "rounding"), f"rounding of v* {what}")
-                speed = Fraction(3)
-                beta = machine.quotient(machine(computed * computed), power(machine, speed, Fraction(1, 5)))
-                exact = exact**2 / mp.root(real(speed), 5)
-                within(beta, exact, of_rounding(of_beta, "rounding"), f"rounding of beta {what}")
+    top, bottom = (given(key[0][p], value[c]) for p, c in (("top", "a"), ("bottom", "b")))
+    for place in {b.get("arithmetic", "host double") for b in value["bounds"]}:
+        machine = Machine(place, sample.random)
+        (of_v_star,), (of_loss,), (of_beta,) = (
+            bounds_of(value["bounds"], name, place) for name in ("v_star", "v_star_from_loss", "beta")
+        )
+        claim(of_v_star["rounding"] == of_loss["rounding"], "v* of 1 - eps has another bound")
+        for epsilon in places(sample, Fraction(1, 2**10), 1 - Fraction(1, 2**10)):
+            y = mp.root(real((1 - epsilon) / epsilon), 10)
+            exact = y**5 * polynomial(top, y) / polynomial(bottom, y)
+            computed = inverse(machine, machine.rounded(top), machine.rounded(bottom), epsilon)
+            what = f"at eps = {float(epsilon):g}, {place}"
+            within(computed, exact, of_rounding(of_v_star, "rounding"), f"rounding of v* {what}")
+            speed = Fraction(3)
+            beta = machine.quotient(machine(computed * computed), power(machine, speed, Fraction(1, 5)))
+            exact = exact**2 / mp.root(real(speed), 5)
+            within(beta, exact, of_rounding(of_beta, "rounding"), f"rounding of beta {what}")
 
 
 def power(machine: Machine, x: Fraction, exponent: Fraction) -> Fraction:
@@ -348,14 +384,13 @@ def inverse(machine: Machine, top: Powers, bottom: Powers, epsilon: Fraction) ->
 
 def check_in_powers(head: Mapping[str, Any], powers: Any, value: Value, sample: Sample) -> None:
     """Check the certificates of a kernel in powers of a root."""
-    for variant in value["variants"]:
-        proof = variant["certificate"]
-        entry = entry_of(proof, {**head, **powers, "a": variant["a"], "b": variant["b"]})
-        interval_checker.Checker(entry).check(sample.every, sample.start % sample.every)
-        error = Fraction(proof["bound"])
-        of = {"dissipation": error * (1 + error / 2), "beta": (1 + error) ** 2 - 1}
-        stated = all(part(b, "formula") == of.get(b["result"], error) for b in variant["bounds"])
-        claim(stated, "a bound of the formula is not that of the proof")
+    proof = value["certificate"]
+    entry = entry_of(proof, {**head, **powers, "a": value["a"], "b": value["b"]})
+    interval_checker.Checker(entry).check(sample.every, sample.start % sample.every)
+    error = Fraction(proof["bound"])
+    of = {"dissipation": error * (1 + error / 2), "beta": (1 + error) ** 2 - 1}
+    stated = all(part(b, "formula") == of.get(b["result"], error) for b in value["bounds"])
+    claim(stated, "a bound of the formula is not that of the proof")
 
 
 def check_choice(maker: str, result: str) -> Callable[[Sequence[Any], Value, Sample], None]:
@@ -365,7 +400,7 @@ def check_choice(maker: str, result: str) -> Callable[[Sequence[Any], Value, Sam
         (accuracy,) = key
         found = [record for record in records() if record["key"] == [maker, value]]
         claim(len(found) == 1, "there is no record of the kernel that was chosen")
-        first = bounds_of(found[0]["value"]["variants"][0]["bounds"], result)[0]
+        first = bounds_of(found[0]["value"]["bounds"], result)[0]
         total = sum(part(first, name) for name in ("formula", "rounding", "last"))
         claim(total <= Fraction(accuracy), "the error exceeds the wanted accuracy")
 
@@ -383,19 +418,20 @@ def records() -> list[dict[str, Any]]:
     return [json.loads(path.read_text()) for path in paths(DATA / "data" / "kernels")]
 
 
-def check_speeds(variant: Value, powers: Any, place: str, sample: Sample) -> None:
+def check_speeds(value: Value, powers: Any, place: str, sample: Sample) -> None:
     """Check the rounding of functions of the speed, y = exp2(log2(w)/30), with errors of the machine's functions."""
     machine = Machine(place, sample.random)
     absolute = machine.off.get("log2", Fraction(0))
-    top, bottom = given(powers["top"], variant["a"]), given(powers["bottom"], variant["b"])
+    top, bottom = given(powers["top"], value["a"]), given(powers["bottom"], value["b"])
+    upper, lower = machine.rounded(top), machine.rounded(bottom)
     thirtieth = machine(Fraction(1, 30))
-    lowest, highest = (-126, 120) if variant["form"] == "float" else (-220, 220)
+    lowest, highest = (-126, 120) if place.endswith("float") else (-220, 220)
     for speed in places(sample, Fraction(2) ** lowest, Fraction(2) ** highest):
         shift = absolute * machine.random.choice((-1, 1)) / 2  # with the other error and the rounding, within both
         exponent = machine(machine.root(mp.log(real(speed), 2) + real(shift)) * thirtieth)
         y = machine.root(mp.mpf(2) ** real(exponent))
         exact_y = mp.root(real(speed), 30)
-        elastic, lost = machine.horner(bottom, y), machine(machine.power(y, 6) * machine.horner(top, y))
+        elastic, lost = machine.horner(lower, y), machine(machine.power(y, 6) * machine.horner(upper, y))
         whole = polynomial(bottom, exact_y), exact_y**6 * polynomial(top, exact_y)
         epsilon = whole[0] / mp.fsum(whole)
         result = machine.quotient(elastic, machine(elastic + lost))
@@ -408,7 +444,7 @@ def check_speeds(variant: Value, powers: Any, place: str, sample: Sample) -> Non
         }
         v_star, smaller = fraction(mp.root(real(speed), 10)), fraction(min(epsilon, 1 - epsilon) / epsilon)
         for name, (computed, exact) in results.items():
-            for bound in bounds_of(variant["bounds"], name, place):
+            for bound in bounds_of(value["bounds"], name, place):
                 if Fraction(bound["low"]) <= v_star <= Fraction(bound["high"]):
                     share = smaller if bound["relative_to"] == "smaller" else 1
                     size = of_rounding(bound, "last") + of_rounding(bound, "rounding") * share

@@ -11,12 +11,12 @@
  *
  * Bounds of |error| below: m = min(eps, 1 - eps); r = |result|.
  * function                                            range                                   error, double           error, float
- * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 8.8e-16 r   9.87e-4 m + 4.8e-7 r
- * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999                           9.87e-4 m + 1.86e-14 r  9.9e-4 m + 4.81e-7 r (v* <= 4.99998)
- * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.92e-15 r  9.9e-4 m + 4.81e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
- * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.6e-15 r   2.88e-6 m + 8.6e-7 r
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999                           2.84e-6 m + 1.93e-14 r  5.42e-6 m + 8.61e-7 r (v* <= 4.99998)
- * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.64e-15 r  5.24e-6 m + 8.61e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
+ * viscopade_epsilon_minimax_v5_1em3(v_star)           v* <= 5                                 9.87e-4 m + 8.8e-16 r   9.87e-4 m + 5e-7 r
+ * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999                           9.87e-4 m + 1.86e-14 r  9.9e-4 m + 5.01e-7 r (v* <= 4.99998)
+ * viscopade_restitution_minimax_v5_1em3(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  9.87e-4 m + 5.92e-15 r  9.9e-4 m + 5.01e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
+ * viscopade_epsilon_minimax_v5_1em5(v_star)           v* <= 5                                 2.84e-6 m + 1.6e-15 r   2.84e-6 m + 8.9e-7 r
+ * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999                           2.84e-6 m + 1.93e-14 r  5.38e-6 m + 8.91e-7 r (v* <= 4.99998)
+ * viscopade_restitution_minimax_v5_1em5(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  2.84e-6 m + 6.64e-15 r  5.2e-6 m + 8.91e-7 r (v* <= 4.99998, 1e-30 <= speed <= 1e+30)
  * viscopade_epsilon_minimax_v5_1em8(v_star)           v* <= 5                                 3.06e-9 m + 2.4e-15 r   -
  * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999                           3.06e-9 m + 2.01e-14 r  -
  * viscopade_restitution_minimax_v5_1em8(speed, beta)  v* <= 4.99999, 1e-30 <= speed <= 1e+30  3.06e-9 m + 7.44e-15 r  -
@@ -105,9 +105,9 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em3(double v_star)
 
 /*
  * eps.
- * Error <= 9.87e-4 m + 4.8e-7 r for v* <= 5.
+ * Error <= 9.87e-4 m + 5e-7 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERRORF 9.87e-4 /* m + 4.8e-7 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERRORF 9.87e-4 /* m + 5e-7 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -158,10 +158,10 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, doub
 
 /*
  * eps.
- * Error <= 9.9e-4 m + 4.81e-7 r for v* <= 4.99998; 9.9e-4 m + 4.81e-7 r for v* <= 4.99998,
+ * Error <= 9.9e-4 m + 5.01e-7 r for v* <= 4.99998; 9.9e-4 m + 5.01e-7 r for v* <= 4.99998,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 4.81e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM3_ERRORF 9.9e-4 /* m + 5.01e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -228,9 +228,9 @@ VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em5(double v_star)
 
 /*
  * eps.
- * Error <= 2.88e-6 m + 8.6e-7 r for v* <= 5.
+ * Error <= 2.84e-6 m + 8.9e-7 r for v* <= 5.
  */
-#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERRORF 2.88e-6 /* m + 8.6e-7 r for v* <= 5 */
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERRORF 2.84e-6 /* m + 8.9e-7 r for v* <= 5 */
 VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -293,10 +293,10 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, doub
 
 /*
  * eps.
- * Error <= 5.42e-6 m + 8.61e-7 r for v* <= 4.99998; 5.24e-6 m + 8.61e-7 r for v* <= 4.99998,
+ * Error <= 5.38e-6 m + 8.91e-7 r for v* <= 4.99998; 5.2e-6 m + 8.91e-7 r for v* <= 4.99998,
  * 1e-30 <= speed <= 1e+30.
  */
-#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.24e-6 /* m + 8.61e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
+#define VISCOPADE_RESTITUTION_MINIMAX_V5_1EM5_ERRORF 5.2e-6 /* m + 8.91e-7 r for v* <= 4.99998, 1e-30 <= speed <= 1e+30 */
 VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float beta)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -415,7 +415,7 @@ VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em8(double speed, doub
 }
 
 /*
- * There are no functions in float: with coefficients in float the error would be 1.34e-6.
+ * There are no functions in float: in float the error would be 1.31e-6.
  */
 
 VISCOPADE_KERNEL_END

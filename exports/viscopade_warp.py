@@ -12,7 +12,7 @@
 # Bounds hold where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
 # function                                              range                       error, double           error, float
 # viscopade_warp.restitution_compact_1em3(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.09e-4 m + 2.21e-13 r  2.09e-4 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
-# viscopade_warp.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.4e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
+# viscopade_warp.restitution_compact_1em5(speed, beta)  1.73e-31 <= v* <= 1.23e+27  3.36e-6 m + 2.21e-13 r  3.36e-6 m + 2.41e-5 r (1.63e-4 <= v* <= 4060)
 # viscopade_warp.restitution_compact_1em7(speed, beta)  1.73e-31 <= v* <= 1.23e+27  2.79e-8 m + 2.31e-13 r  -
 # Functions return NaN outside the domain. Assumptions, special values, monotonicity: docs/reference/kernels.md
 #
@@ -252,8 +252,8 @@ def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps.
-# Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
-# where beta^5 and w = beta^5 speed, as computed, are normal numbers.
+# Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+# 1.63e-4 <= v* <= 4060, where beta^5 and w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -320,8 +320,9 @@ def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # eps speed, the speed after the collision.
-# Error <= 3.4e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.4e-6 m + 2.41e-5 r for 1.63e-4 <= v* <= 4060,
-# where beta^5, w = beta^5 speed, eps and the result, as computed, are normal numbers.
+# Error <= 3.36e-6 m + 1.21e-5 r for 0.001 <= v* <= 10; 3.36e-6 m + 2.41e-5 r for
+# 1.63e-4 <= v* <= 4060, where beta^5, w = beta^5 speed, eps and the result, as computed, are normal
+# numbers.
 @wp.func
 def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
     thirtieth = wp.float32(0.033333335)
@@ -389,7 +390,7 @@ def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
 
 
 # 1 - eps^2.
-# Error <= 1.55e-5 r for 0.001 <= v* <= 10; 1.75e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
+# Error <= 1.54e-5 r for 0.001 <= v* <= 10; 1.84e-5 r for 1.63e-4 <= v* <= 4060, where beta^5 and
 # w = beta^5 speed, as computed, are normal numbers.
 @wp.func
 def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
@@ -541,4 +542,4 @@ def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)
 
 
-# There are no functions in float: with coefficients in float the error would be 7.52e-8.
+# There are no functions in float: powers up to y^32 may overflow in type float.

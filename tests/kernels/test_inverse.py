@@ -33,10 +33,10 @@ def kernels():
     return found
 
 
-def v_star_of(powers, variant, y, number):
+def v_star_of(powers, found, y, number):
     n, d = (
         sum(number(c) * y**k for k, c in zip(*part, strict=True))
-        for part in ((powers.top, variant.a), (powers.bottom, variant.b))
+        for part in ((powers.top, found.a), (powers.bottom, found.b))
     )
     return y**5 * n / d
 
@@ -44,25 +44,23 @@ def v_star_of(powers, variant, y, number):
 @pytest.mark.parametrize("which", range(2))
 def test_programs_are_the_formula(which):
     """In exact numbers, given the root: all branches."""
-    kernel, powers, fitted = kernels()[which]
-    variant = fitted.variants[0]
+    kernel, powers, found = kernels()[which]
     numbers, y = {k: Fraction(c) for k, c in kernel.constants["double"].items()}, Fraction(3, 5)
     for variable, branch in zip("yu", formulas.inverse_branches(powers), strict=True):
         run = Run(branch.program, {**numbers, variable: y}, Reading(Fraction))
         at = y if variable == "y" else 1 / y
-        assert evaluate(branch.results["v_star"], run, Reading(Fraction)) == v_star_of(powers, variant, at, Fraction)
+        assert evaluate(branch.results["v_star"], run, Reading(Fraction)) == v_star_of(powers, found, at, Fraction)
 
 
 @pytest.mark.parametrize("which", range(2))
 @each_form
 def test_rounding_is_within_its_bound(which, form):
-    kernel, powers, fitted = kernels()[which]
-    variant = next(v for v in fitted.variants if v.form == form)
+    kernel, powers, proven = kernels()[which]
     kind, generator = TYPES[form.name], random.Random(5)
     low = float(form.least)
     points = [low, 0.5, float(np.nextafter(kind(1), kind(0))), *(low ** generator.random() for _ in range(300))]
     x = np.array([point for point in points if low <= kind(point) < 1], kind)
-    bounds = {result: variant.bound(result) for result in ("v_star", "beta")}
+    bounds = {result: proven.bound(result, form) for result in ("v_star", "beta")}
     sizes = {result: float(b.rounding / (1 + b.formula)) for result, b in bounds.items()}
     found = {
         "v_star": machine.evaluated(kernel, "v_star", x, form=form).tolist(),
@@ -70,18 +68,17 @@ def test_rounding_is_within_its_bound(which, form):
     }
     for i, at in enumerate(x.tolist()):
         with working(300):
-            exact = v_star_of(powers, variant, ((1 - arb(at)) / arb(at)).root(10), arb)
+            exact = v_star_of(powers, proven, ((1 - arb(at)) / arb(at)).root(10), arb)
             assert abs(found["v_star"][i] / exact - 1) <= sizes["v_star"], at
             assert abs(found["beta"][i] / (exact**2 / arb(3).root(5)) - 1) <= sizes["beta"], at
 
 
 def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(monkeypatch):
     """A search that stops later finds hardly less."""
-    _, powers, fitted = kernels()[1]
-    for variant in fitted.variants:
-        given = powers, variant.a, variant.b, HOSTS[variant.form.name]
+    _, powers, found = kernels()[1]
+    for form in found.formats:
+        given, bound = (powers, found.a, found.b, HOSTS[form.name]), found.bound("v_star", form)
         monkeypatch.setattr(rounding_bounds, "_NEARLY", Fraction(1, 1024))
-        bound = variant.bound("v_star")
         assert 0.9 < float(inverse.inverse_rounding(*given)["v_star"] / bound.rounding * (1 + bound.formula)) <= 1
 
 

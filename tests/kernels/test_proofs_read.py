@@ -69,8 +69,8 @@ def test_a_panel_with_other_results_is_refused(monkeypatch):
 @cache
 def compact_kernel():
     powers = compact.compact_powers(Fraction(1, 1000))
-    variant = compact.compact_fit(powers).variants[0]
-    return powers, variant.a, variant.b
+    found = compact.compact_fit(powers)
+    return powers, found.a, found.b
 
 
 @pytest.mark.parametrize("name", ["elastic", "lost", *compact.MEANINGS])

@@ -87,37 +87,39 @@ def by(factor):
     return lambda x: fraction_by(x, factor)
 
 
-CERTIFICATE, BOUNDS = ("variants", 0, "certificate"), ("variants", 0, "bounds")
 IN_POWERS = [  # of a root
-    (("variants", 0, "a", -1), lambda x: (float.fromhex(x) * 1.002).hex()),
-    (("variants", 0, "a", 1), lambda x: "0x1p-1"),
-    ((*CERTIFICATE, "bound"), by(0.98)),
-    ((*CERTIFICATE, "measure"), lambda x: "none"),
-    ((*CERTIFICATE, "parts"), lambda x: x[1:]),
-    ((*CERTIFICATE, "parts"), lambda x: [*x[:40], *x[41:]]),
-    ((*CERTIFICATE, "parts", 3, 1), lambda x: 0),
-    ((*BOUNDS, 0, "formula"), by(0.99)),
+    (("a", -1), lambda x: (float.fromhex(x) * 1.002).hex()),
+    (("a", 1), lambda x: "0x1p-1"),
+    (("certificate", "bound"), by(0.98)),
+    (("certificate", "measure"), lambda x: "none"),
+    (("certificate", "parts"), lambda x: x[1:]),
+    (("certificate", "parts"), lambda x: [*x[:40], *x[41:]]),
+    (("certificate", "parts", 3, 1), lambda x: 0),
+    (("bounds", 0, "formula"), by(0.99)),
 ]
 WRONG = {
     "pade": [
         (("certificates", 0, "bound"), by(0.4)),
-        (("bounds", 0, "formula"), by(0.4)),
-        (("bounds", 0, "last"), by(0.01)),
-        (("bounds", -1, "last"), by(0.01)),
+        *((("bounds", 0, name), by(factor)) for name, factor in (("formula", 0.4), ("last", 0.01))),
+        (("bounds", 9, "last"), by(0.01)),
+        (("bounds", 12, "rounding"), by(0.9)),
+        (("bounds",), lambda x: x[:-1]),
         (("b", 2), smaller),
     ],
     "minimax": [
-        ((*CERTIFICATE, "bound"), by(0.4)),
-        ((*CERTIFICATE, "parts"), lambda x: x[1:]),
-        ((*BOUNDS, 0, "last"), by(0.01)),
-        ((*BOUNDS, 0, "last"), by(10**14)),
+        (("certificate", "bound"), by(0.4)),
+        (("certificate", "parts"), lambda x: x[1:]),
+        (("bounds", 0, "last"), by(0.01)),
+        (("bounds", 0, "last"), by(10**14)),
+        (("bounds", 1, "formula"), by(0.01)),
+        (("bounds", 2, "rounding"), by(0.9)),
     ],
     "compact": [
         *IN_POWERS,
-        *(((*BOUNDS, i, "last"), by(0.001)) for i in (0, 1, 4, 5)),
-        ((*BOUNDS, 3, "rounding"), by(0.001)),
+        *((("bounds", i, "last"), by(0.001)) for i in (0, 1, 4, 5, 6)),
+        (("bounds", 3, "rounding"), by(0.001)),
     ],
-    "inverse": [*IN_POWERS, *(((*BOUNDS, i, "rounding"), by(0.001)) for i in range(3))],
+    "inverse": [*IN_POWERS, *((("bounds", i, "rounding"), by(0.001)) for i in range(3))],
     "compact powers": [(("top", 1), lambda x: x + 1)],
     "inverse powers": [(("top", 1), lambda x: x + 1)],
     "speed table bounds": [

@@ -1,138 +1,130 @@
-"""Records of fits: the coefficients of a formula in each format, and what is proven of them."""
+"""Records of fits: the coefficients of a formula, and what is proven of them in each format."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 from viscopade import arguments
 from viscopade.approximation import remez
-from viscopade.approximation.lacunary import LacunaryQuotient, Powers
+from viscopade.approximation.lacunary import Powers
 from viscopade.approximation.lawson import LacunaryFit
 from viscopade.arithmetic.decimals import at_most, identifier
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels.arithmetic import ARITHMETICS, Arithmetic
+from viscopade.kernels.arithmetic import ARITHMETICS, HOSTS, Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.certificate import Certificate
+from viscopade.kernels.kernel import Proof
 
-LOOSER = 2
-"""A bound in float may exceed the bound in double by this factor."""
+LOOSER = 100
+"""Without a limit, the error in type float may be this many times as large as in type double."""
 
 
 @dataclass(frozen=True)
-class Coefficients:
-    """The coefficients of a formula N/D in one format, ascending, and what is proven of them.
+class ProvenQuotient:
+    """A quotient N/D whose coefficients are exactly doubles, with what is proven of it: a record.
+
+    In type float each coefficient is rounded once more, which is in the bounds as rounding.
 
     Attributes
     ----------
-    form : Format
     a, b : tuple of float
-        Numbers of the format; b_0 = 1.
+        Coefficients, ascending; b_0 = 1.
     certificate : Certificate
-        The certificate of the formula with these coefficients, evaluated exactly.
+        The certificate of N/D, evaluated exactly.
     bounds : tuple of ErrorBound
-        The bounds of the functions that compute it.
+        The bounds of all functions that compute it, in each arithmetic.
+    missing : dict
+        Why type float is left out, by its name, if it is.
     """
 
-    form: Format
     a: tuple[float, ...]
     b: tuple[float, ...]
     certificate: Certificate
-    bounds: tuple[ErrorBound, ...] = ()
+    bounds: tuple[ErrorBound, ...]
+    missing: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.b[0] != 1:
             raise ValueError("b_0 must be 1")
-        if any(self.form.nearest(Fraction(c)) != c for c in (*self.a, *self.b)):
-            raise ValueError(f"a coefficient is not a number of type {self.form.name}")
 
     @property
-    def exact(self) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
-        """The coefficients a and b as fractions."""
-        return tuple(map(Fraction, self.a)), tuple(map(Fraction, self.b))
+    def formats(self) -> tuple[Format, ...]:
+        """The types that are not left out; double comes first."""
+        return tuple(form for form in FORMATS.values() if form.name not in self.missing)
 
-    def bound(self, result: str) -> ErrorBound:
+    def rounded(self, form: Format) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the coefficients in a type."""
+        return tuple(map(form.nearest, map(Fraction, self.a))), tuple(map(form.nearest, map(Fraction, self.b)))
+
+    def bound(self, result: str, form: Format = DOUBLE) -> ErrorBound:
         """Return the first bound of a function on the host."""
-        return next(b for b in self.bounds if (b.result, b.arithmetic.place) == (result, "host"))
+        return next(b for b in self.bounds if (b.result, b.arithmetic) == (result, HOSTS[form.name]))
 
     def error(self, result: str) -> Fraction:
-        """Return the proven error of a function on the host, with rounding."""
-        bound = self.bound(result)
-        return bound.relative + bound.last
+        """Return the proven error of a function on the host in type double, with rounding."""
+        return _whole(self.bound(result))
 
-    def record(self) -> dict[str, Any]:
-        """Return type, coefficients as decimals that read back, and the formula's bound, as JSON-able data."""
-        a, b = ([self.form.decimal(c).rstrip("f") for c in values] for values in (self.a, self.b))
-        return {"type": self.form.name, "a": a, "b": b, "bound": at_most(self.certificate.bound)}
+    def variants(self, rounding: Mapping[str, object]) -> list[dict[str, Any]]:
+        """Return each type's coefficients as decimals that read back, and bounds, as JSON-able data.
 
-    def proof(self) -> dict[str, Any]:
-        """Return type, coefficients in hexadecimal and the certificate, as JSON-able data for independent checks."""
-        a, b = ([c.hex() for c in values] for values in (self.a, self.b))
-        return {"type": self.form.name, "a": a, "b": b, **self.certificate.record()}
+        `rounding` has the bound of rounding of each type.
+        """
+        return [
+            {
+                "type": form.name,
+                **{
+                    letter: [form.decimal(c).rstrip("f") for c in values]
+                    for letter, values in zip("ab", self.rounded(form), strict=True)
+                },
+                "bound": at_most(self.certificate.bound),
+                "rounding": rounding[form.name],
+            }
+            for form in self.formats
+        ]
 
-
-@dataclass(frozen=True)
-class Fitted:
-    """A fit in its formats.
-
-    Attributes
-    ----------
-    variants : tuple of Coefficients
-        Double comes first.
-    missing : dict
-        Why a type is left out, by its name.
-    """
-
-    variants: tuple[Coefficients, ...]
-    missing: dict[str, str]
-
-    @property
-    def certificate(self) -> Certificate:
-        """The certificate with the largest bound."""
-        return max((v.certificate for v in self.variants), key=lambda proof: proof.bound)
+    def proof(self, head: Mapping[str, object], rounding: Mapping[str, object]) -> Proof:
+        """Return what independent checks need: `head`, coefficients in hexadecimal, bounds of rounding; certificate."""
+        coefficients = {"a": [*map(float.hex, self.a)], "b": [*map(float.hex, self.b)]}
+        return {**head, "type": DOUBLE.name, **coefficients, "rounding": rounding}, self.certificate
 
 
-def in_formats(
-    prove: Callable[[Format], Coefficients],
-    bounds: Callable[[Coefficients], Iterable[ErrorBound]],
+def proven(
+    a: Sequence[float],
+    b: Sequence[float],
+    certificate: Certificate,
+    bounds: Callable[[Format], Iterable[ErrorBound]],
     limit: Fraction | None = None,
-) -> Fitted:
-    """Return coefficients in type double, and in type float unless their error is too large.
+) -> ProvenQuotient:
+    """Return a quotient with its bounds in type double, and in type float unless its error is too large.
 
     Parameters
     ----------
-    prove : callable
-        Gives the coefficients in a format, with the certificate.
+    a, b : sequence of float
+    certificate : Certificate
     bounds : callable
-        Gives the bounds of the functions, the first one on the host.
+        Gives the bounds of the functions in a type, the first one on the host.
     limit : Fraction or None
-        Largest error of the first function, with rounding. None: the formula's error is at most `LOOSER` times as large
-        as in double.
+        Largest error of the first function in type float, with rounding; None: `LOOSER` times that in double.
     """
-
-    def with_bounds(bare: Coefficients) -> Coefficients:
-        return replace(bare, bounds=tuple(bounds(bare)))
-
-    def within(error: Fraction, most: Fraction) -> None:
-        if error > most:
-            raise ValueError(f"with coefficients in float the error would be {at_most(error)}")
-
-    first = with_bounds(prove(DOUBLE))
+    in_double = tuple(bounds(DOUBLE))
+    most = LOOSER * _whole(in_double[0]) if limit is None else limit
     try:
-        second = prove(FLOAT)
-        if limit is None:
-            within(second.certificate.bound, LOOSER * first.certificate.bound)
-        second = with_bounds(second)
-        if limit is not None:
-            within(second.error(second.bounds[0].result), limit)
+        in_float = tuple(bounds(FLOAT))
+        if _whole(in_float[0]) > most:
+            raise ValueError(f"in float the error would be {at_most(_whole(in_float[0]))}")
     except (ValueError, ArithmeticError) as error:
-        return Fitted((first,), {FLOAT.name: str(error)})
-    return Fitted((first, second), {})
+        return ProvenQuotient(tuple(a), tuple(b), certificate, in_double, {FLOAT.name: str(error)})
+    return ProvenQuotient(tuple(a), tuple(b), certificate, (*in_double, *in_float))
+
+
+def _whole(bound: ErrorBound) -> Fraction:
+    return bound.relative + bound.last
 
 
 def on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[ErrorBound]]) -> Iterator[ErrorBound]:
@@ -166,21 +158,6 @@ def powers_text(form: Powers) -> str:
         for letter, constant, exponents in (("a", "a0", form.top), ("b", "1", form.bottom))
     )
     return f"N = {top}, D = {bottom}"
-
-
-def with_proofs(
-    found: LacunaryQuotient,
-    prove: Callable[[LacunaryQuotient], Certificate],
-    bounds: Callable[[Coefficients], Iterable[ErrorBound]],
-) -> Fitted:
-    """Return a lacunary quotient in its types, given the proof of one, and the bounds with rounding."""
-
-    def proven(form: Format) -> Coefficients:
-        a, b = (tuple(map(form.nearest, part)) for part in (found.a, found.b))
-        proof = prove(LacunaryQuotient(found.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b))))
-        return Coefficients(form, a, b, proof)
-
-    return in_formats(proven, bounds)
 
 
 def first(

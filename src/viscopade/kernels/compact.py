@@ -35,15 +35,14 @@ from viscopade.kernels import certificate, formulas
 from viscopade.kernels.arithmetic import HOSTS, Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.coefficients import (
-    Coefficients,
-    Fitted,
+    ProvenQuotient,
     accuracy_name,
     accuracy_of,
     first,
     levelled,
     on_machines,
     powers_text,
-    with_proofs,
+    proven,
 )
 from viscopade.kernels.enclosure import Formula, exactly
 from viscopade.kernels.expressions import (
@@ -124,21 +123,19 @@ def compact(accuracy: Exact) -> Kernel:
     TypeError, ValueError
         If the argument is not of this kind.
     """
-    name, form, fitted = _chosen(accuracy)
+    name, form, found = _chosen(accuracy)
     functions = tuple(
         Function(result, ("speed", "beta"), meaning, W_ACCEPTED, start(), (body(form),), result)
         for result, meaning in MEANINGS.items()
     )
-    more = {
-        v.form.name: {"thirtieth": thirtieth(v.form), "largest": 2.0 ** LARGEST[v.form.name]} for v in fitted.variants
-    }
+    more = {kind.name: {"thirtieth": thirtieth(kind), "largest": 2.0 ** LARGEST[kind.name]} for kind in found.formats}
     text = f"eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, {powers_text(form)}"
-    return _kernel(f"compact_{name}", "speed", text, DOMAIN, functions, form, fitted, more, NORMAL)
+    return _kernel(f"compact_{name}", "speed", text, DOMAIN, functions, form, found, more, NORMAL)
 
 
 def half_line(accuracy: Exact) -> Kernel:
     """Return the kernel of v*, by cbrt, with the coefficients of the compact one; arguments and errors as for it."""
-    name, form, fitted = _chosen(accuracy)
+    name, form, found = _chosen(accuracy)
     v_star = Name("v_star")
     near, far = half_line_branches(form)
     branches = (near._replace(guard=within("v_star", ZERO, ONE)), far._replace(guard=v_star > ONE))
@@ -147,10 +144,10 @@ def half_line(accuracy: Exact) -> Kernel:
         Function(result, ("v_star",), meaning, None, (), branches, result) for result, meaning in meanings
     )
     text = f"eps = D/(D + v*^2 N), y = v*^(1/3), {powers_text(form)}"
-    return _kernel(f"halfline_{name}", "v_star", text, "all v* >= 0", functions, form, fitted, {})
+    return _kernel(f"halfline_{name}", "v_star", text, "all v* >= 0", functions, form, found, {})
 
 
-def _chosen(accuracy: Exact) -> tuple[str, Powers, Fitted]:
+def _chosen(accuracy: Exact) -> tuple[str, Powers, ProvenQuotient]:
     """Return the end of a kernel's name, and its powers and coefficients."""
     wanted = accuracy_of(accuracy, LEAST)
     form = compact_powers(wanted)
@@ -164,7 +161,7 @@ def _kernel(
     domain: str,
     functions: tuple[Function, ...],
     form: Powers,
-    fitted: Fitted,
+    found: ProvenQuotient,
     more: Mapping[str, Mapping[str, float]],
     normal: tuple[str, ...] = (),
 ) -> Kernel:
@@ -172,23 +169,22 @@ def _kernel(
     results = {function.name for function in functions}
     source = "best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these powers of y"
     head = {"name": name, "kind": "halfline", "root": "1/3", "top": form.top, "bottom": form.bottom}
-    of_v_star = {v.form: {"rounding": {r: _sizes(v, r) for r in OF_V_STAR}} for v in fitted.variants}
+    rounding = {kind.name: {r: _sizes(found, r, kind) for r in OF_V_STAR} for kind in found.formats}
     return Kernel(
         name, name, argument, text, source, domain, functions,
-        {v.form.name: {**more.get(v.form.name, {}), **constants(form, v.a, v.b)} for v in fitted.variants},
-        tuple(b for v in fitted.variants for b in v.bounds if b.result in results), missing=fitted.missing,
+        {kind.name: {**more.get(kind.name, {}), **constants(form, *found.rounded(kind))} for kind in found.formats},
+        tuple(b for b in found.bounds if b.result in results), missing=found.missing,
         record={
-            **head, "formula": text, "domain": domain, "measure": fitted.certificate.measure,
-            "variants": [v.record() | of_v_star[v.form] for v in fitted.variants], "missing": fitted.missing,
-            "source": source,
+            **head, "formula": text, "domain": domain, "measure": found.certificate.measure,
+            "variants": found.variants(rounding), "missing": found.missing, "source": source,
         },
-        proofs=tuple(head | v.proof() | of_v_star[v.form] for v in fitted.variants), normal=normal,
+        proofs=(found.proof(head, rounding),), normal=normal,
     )  # fmt: skip
 
 
-def _sizes(variant: Coefficients, result: str) -> dict[str, str]:
+def _sizes(found: ProvenQuotient, result: str, form: Format) -> dict[str, str]:
     """Return what rounding adds to a function of v*, relative to the formula's value, and by underflow."""
-    bound = variant.bound(result)
+    bound = found.bound(result, form)
     return {"relative": at_most(bound.last / (1 + bound.formula), DIGITS), "underflow": at_most(bound.absolute, DIGITS)}
 
 
@@ -199,21 +195,21 @@ def _sizes(variant: Coefficients, result: str) -> dict[str, str]:
 def compact_powers(wanted: Fraction) -> Powers:
     """Return the powers of the kernel with the fewest coefficients that is proven to be accurate enough."""
     candidates = levelled(BEST, approximants.fit_half_line)
-    return first(wanted, candidates, lambda form: compact_fit(form).variants[0].error("restitution"))
+    return first(wanted, candidates, lambda form: compact_fit(form).error("restitution"))
 
 
 @recorded("compact")
-def compact_fit(form: Powers) -> Fitted:
+def compact_fit(form: Powers) -> ProvenQuotient:
     """Return the best kernel with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
-    found = approximants.fit_half_line(form).quotient
-    return with_proofs(
-        found,
-        lambda exact: certificate.prove(half_line_formula(exact), Fraction(0), math.inf),
-        lambda of: (
-            *on_machines(of.form, lambda machine: _compact_bounds(form, of, machine)),
-            *_half_line_bounds(form, of),
-        ),
-    )
+    best = approximants.fit_half_line(form).quotient
+    a, b = (tuple(map(float, values)) for values in (best.a, best.b))
+    proof = certificate.prove(half_line_formula(best), Fraction(0), math.inf)
+
+    def bounds(kind: Format) -> Iterator[ErrorBound]:
+        yield from on_machines(kind, lambda machine: _compact_bounds(form, a, b, proof.bound, machine))
+        yield from _half_line_bounds(form, a, b, proof.bound, HOSTS[kind.name])
+
+    return proven(a, b, proof, bounds)
 
 
 def half_line_formula(found: LacunaryQuotient) -> Formula:
@@ -316,7 +312,7 @@ def reach(form: Format) -> tuple[Fraction, Fraction]:
     return Fraction(f"{1.01 * low:.3g}"), Fraction(f"{0.99 * high:.3g}")
 
 
-def _compact_bounds(form: Powers, of: Coefficients, machine: Arithmetic) -> Iterator[ErrorBound]:
+def _compact_bounds(form: Powers, a: Values, b: Values, error: Fraction, machine: Arithmetic) -> Iterator[ErrorBound]:
     """Yield the bounds in an arithmetic: for all v*, and in type float the smaller ones in `COMMON`.
 
     There are two for eps. In one, what rounding adds is relative to eps. In the other it is relative to the smaller one
@@ -324,9 +320,9 @@ def _compact_bounds(form: Powers, of: Coefficients, machine: Arithmetic) -> Iter
     1 + eta, and so eps by eps (1 - eps) eta. This is below r_0 eps, with the bound r_0 of eps's relative error. From
     the bound r_2 for 1 - eps^2 it is below r_2 (1 - eps^2)/(2 eps), at most 3/2 r_2 (1 - eps) for eps >= 1/2.
     """
-    error, kind = of.certificate.bound, of.form
+    kind = machine.form
     of_loss = error * (1 + error / 2)  # |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)), |d eps| <= error smaller
-    sizes = compact_rounding(form, of.a, of.b, machine)
+    sizes = compact_rounding(form, a, b, machine)
     unit = Fraction(2) ** -machine.form.precision
     last = (unit + machine.quotient * machine.ulp) * _SECOND_ORDER  # elastic/(elastic + lost)
     for i, (low, high) in enumerate((reach(kind), COMMON) if kind == FLOAT else (reach(kind),)):
@@ -432,15 +428,14 @@ def _check_overflow(form: Powers, a: Values, b: Values, kind: Format) -> None:
 # --- bounds of functions of v* ----------------------------------------------------------------------------------------
 
 
-def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
+def _half_line_bounds(form: Powers, a: Values, b: Values, error: Fraction, machine: Arithmetic) -> Iterator[ErrorBound]:
     """Yield the bounds of eps and 1 - eps, on the host.
 
     Beyond 2^largest w may be subnormal. There w^3 underflows to 0, eps comes out as 0 and 1 - eps as 1, and both are
     right to less than the smallest number.
     """
     near, far = half_line_branches(form)
-    numbers, proof, kind = constants(form, of.a, of.b), of.certificate, of.form
-    machine = HOSTS[kind.name]
+    numbers, kind = constants(form, a, b), machine.form
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_y, of_u = (
@@ -458,7 +453,6 @@ def _half_line_bounds(form: Powers, of: Coefficients) -> Iterator[ErrorBound]:
             size = max(size for _, parts in walks for size, _ in parts)
             underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
             yield ErrorBound(
-                name, Fraction(0), math.inf, "smaller", proof.bound,
-                last=rounded_up(size, DIGITS) * (1 + proof.bound),
+                name, Fraction(0), math.inf, "smaller", error, last=rounded_up(size, DIGITS) * (1 + error),
                 absolute=rounded_up(underflow / ball_of(kind.smallest), DIGITS), arithmetic=machine,
             )  # fmt: skip

@@ -13,20 +13,21 @@ from viscopade.approximation.inverse import ROOT, SHIFT
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import at_most, rounded_up
+from viscopade.arithmetic.formats import Format
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate, formulas
 from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
+from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.coefficients import (
-    Coefficients,
-    Fitted,
+    ProvenQuotient,
     accuracy_name,
     accuracy_of,
     first,
     levelled,
     on_machines,
     powers_text,
-    with_proofs,
+    proven,
 )
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Name, Statement, both
@@ -65,26 +66,26 @@ def inverse(accuracy: Exact) -> Kernel:
     """
     wanted = accuracy_of(accuracy, LEAST, "inverse")
     powers = inverse_powers(wanted)
-    fitted, name, domain = inverse_fit(powers), f"inverse_{accuracy_name(wanted)}", "0 < eps <= 1"
+    found, name, domain = inverse_fit(powers), f"inverse_{accuracy_name(wanted)}", "0 < eps <= 1"
     text = f"v* = y^{SHIFT} N/D, y = ((1 - eps)/eps)^({ROOT}), {powers_text(powers)}"
     source = "best N/D in the relative error of v*"
     head = {"name": name, "kind": "inverse", "root": str(ROOT), "top": powers.top, "bottom": powers.bottom}
+    rounding = {form.name: _sizes(found, form) for form in found.formats}
     return Kernel(
         name, name, "epsilon", text, source, domain, _functions(powers),
-        {v.form.name: formulas.constants(powers, v.a, v.b) for v in fitted.variants},
-        tuple(bound for v in fitted.variants for bound in v.bounds), missing=fitted.missing,
+        {form.name: formulas.constants(powers, *found.rounded(form)) for form in found.formats},
+        found.bounds, missing=found.missing,
         record={
-            **head, "formula": text, "domain": domain, "measure": "speed",
-            "variants": [v.record() | {"rounding": _sizes(v)} for v in fitted.variants], "missing": fitted.missing,
-            "source": source,
+            **head, "formula": text, "domain": domain, "measure": "speed", "variants": found.variants(rounding),
+            "missing": found.missing, "source": source,
         },
-        proofs=tuple(head | v.proof() | {"rounding": _sizes(v)} for v in fitted.variants),
+        proofs=(found.proof(head, rounding),),
     )  # fmt: skip
 
 
-def _sizes(variant: Coefficients) -> dict[str, dict[str, str]]:
+def _sizes(found: ProvenQuotient, form: Format) -> dict[str, dict[str, str]]:
     """Return what rounding adds, relative to the formula's value."""
-    bounds = {result: variant.bound(result) for result in ("v_star", "beta")}
+    bounds = {result: found.bound(result, form) for result in ("v_star", "beta")}
     return {
         result: {"relative": at_most(b.rounding / (1 + b.formula), DIGITS), "underflow": "0"}
         for result, b in bounds.items()
@@ -124,17 +125,16 @@ def _functions(powers: Powers) -> tuple[Function, ...]:
 def inverse_powers(wanted: Fraction) -> Powers:
     """Return the powers of the kernel with the fewest coefficients that is proven to be accurate enough."""
     candidates = levelled(approximants.BEST, approximants.fit_inverse)
-    return first(wanted, candidates, lambda powers: inverse_fit(powers).variants[0].error("v_star"))
+    return first(wanted, candidates, lambda powers: inverse_fit(powers).error("v_star"))
 
 
 @recorded("inverse")
-def inverse_fit(powers: Powers) -> Fitted:
+def inverse_fit(powers: Powers) -> ProvenQuotient:
     """Return the best kernel with given powers; errors as for `inverse.fit_inverse`."""
-    return with_proofs(
-        approximants.fit_inverse(powers).quotient,
-        lambda found: certificate.prove_inverse(inverse_formula(found)),
-        lambda of: on_machines(of.form, lambda machine: _bounds(powers, of, machine)),
-    )
+    best = approximants.fit_inverse(powers).quotient
+    a, b = (tuple(map(float, values)) for values in (best.a, best.b))
+    proof = certificate.prove_inverse(inverse_formula(best))
+    return proven(a, b, proof, lambda form: on_machines(form, lambda machine: _bounds(powers, a, b, proof, machine)))
 
 
 def inverse_formula(found: LacunaryQuotient) -> Formula:
@@ -146,11 +146,10 @@ def inverse_formula(found: LacunaryQuotient) -> Formula:
 # --- rounding ---------------------------------------------------------------------------------------------------------
 
 
-def _bounds(powers: Powers, of: Coefficients, machine: Arithmetic) -> Iterator[ErrorBound]:
+def _bounds(powers: Powers, a: Values, b: Values, proof: Certificate, machine: Arithmetic) -> Iterator[ErrorBound]:
     """Yield the bounds of v* and beta, which is v*^2 times a factor."""
-    proof = of.certificate
     of_beta = (1 + proof.bound) ** 2 - 1
-    sizes = inverse_rounding(powers, of.a, of.b, machine)
+    sizes = inverse_rounding(powers, a, b, machine)
     for result, error in (("v_star", proof.bound), ("v_star_from_loss", proof.bound), ("beta", of_beta)):
         size = sizes[result.removesuffix("_from_loss")] * (1 + error)
         yield ErrorBound(result, proof.low, proof.high, "value", error, size, arithmetic=machine)

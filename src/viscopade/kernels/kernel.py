@@ -17,7 +17,11 @@ from typing import Any
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels import expressions
 from viscopade.kernels.bound import ErrorBound
+from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.expressions import CodeBranch, Expression, Item, Program, Statement, names_in
+
+Proof = tuple[Mapping[str, Any], Certificate]
+"""JSON-able data of a formula, and its certificate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,8 +176,8 @@ class Kernel:
         The formula for tables, as JSON-able data: coefficients as decimals, domain, measure, …
     elsewhere : Kernel or None
         For functions of the speed: the kernel of v* whose functions their second branch calls, in type double.
-    proofs : tuple of mapping
-        What independent checkers need to check the bounds, as JSON-able data.
+    proofs : tuple of (mapping, Certificate)
+        What independent checkers need to check the bounds: JSON-able data, and a certificate.
 
     Raises
     ------
@@ -195,7 +199,7 @@ class Kernel:
     lists: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     missing: Mapping[str, str] = field(default_factory=dict)
     record: Mapping[str, Any] = field(default_factory=dict)
-    proofs: tuple[Mapping[str, Any], ...] = ()
+    proofs: tuple[Proof, ...] = ()
     elsewhere: Kernel | None = None
     normal: tuple[str, ...] = ()
 

@@ -29,12 +29,11 @@ from viscopade.kernels.arithmetic import Arithmetic
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.coefficients import (
-    Coefficients,
-    Fitted,
+    ProvenQuotient,
     accuracy_name,
     accuracy_of,
-    in_formats,
     on_machines,
+    proven,
 )
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Expression, Name, both
@@ -89,7 +88,8 @@ class ProvenPade:
     certificates : tuple of Certificate
         The certificates of the exact formula.
     bounds : tuple of ErrorBound
-        The bounds with rounding, also of the coefficients, in each format that holds them.
+        The bounds of eps from v* and from the speed, with rounding, also of the coefficients, in each format that holds
+        them.
 
     Raises
     ------
@@ -179,11 +179,14 @@ class ProvenPade:
             "next_term": str(self.next_term).lower(),
             "error": self.error,
             "proven": [{"v_star_max": below(_end(c)), "bound": at_most(c.bound)} for c in self.certificates],
-            "rounding": {b.arithmetic.form.name: at_most(b.last) for b in self.bounds if b.arithmetic.place == "host"},
+            "rounding": {
+                b.arithmetic.form.name: at_most(b.last)
+                for b in self.bounds
+                if (b.result, b.arithmetic.place) == ("epsilon", "host")
+            },
             "source": PADE_SOURCE,
         }
-        of_speed = (b for bound in self.bounds for b in of_computed_v_star(bound, self._beyond(bound)))
-        bounds, name = (*self.bounds, *of_speed), f"pade_{m}_{n}"
+        name = f"pade_{m}_{n}"
         given, missing = dict[str, _Given](), dict[str, str]()
         for form in FORMATS.values():
             try:
@@ -197,26 +200,10 @@ class ProvenPade:
             ends = None if self.end is None else (0.0, form.nearest(Fraction(self.end[1]), math.floor))
             given[form.name] = _Given(top, bottom, ends, limit)
         return replace(
-            _kernel(name, self.label, given, bounds), source=PADE_SOURCE, domain=self.domain,
+            _kernel(name, self.label, given, self.bounds), source=PADE_SOURCE, domain=self.domain,
             missing=missing, record=record,
-            proofs=tuple({"name": name, "type": "exact", "a": a, "b": b, **c.record()} for c in self.certificates),
+            proofs=tuple(({"name": name, "type": "exact", "a": a, "b": b}, c) for c in self.certificates),
         )  # fmt: skip
-
-    def _beyond(self, bound: ErrorBound) -> Beyond | None:
-        """Return what holds just beyond the end of a bound of eps."""
-        machine, high = bound.arithmetic, Fraction(bound.high)
-        end = high * (1 + of_v_star(machine))
-        if 2 ** threshold(self.label, *self.reduced, machine.form) < end:
-            return None
-        with working(BITS):
-            every = _computed(*self.reduced, machine)((high, end))
-            found = every["epsilon"]
-            smaller = found.value.min(1 - found.value) / (1 + ball_of(bound.formula))  # at most the true one
-            if not smaller > 0:
-                return None
-            steepness = magnitude(abs(found.slope) * found.value / smaller) / STEEPEST
-            last = magnitude(relative_error("epsilon")(every) * (1 + ball_of(bound.formula)))
-        return Beyond(max(Fraction(1), steepness), max(bound.last, last))
 
 
 @lru_cache(maxsize=256)
@@ -242,7 +229,25 @@ def proven_pade(m: int, n: int) -> ProvenPade:
         with suppress(ValueError):
             bare.rounded(form)
             bounds += on_machines(form, lambda machine: _bounds(bare.label, *bare.reduced, found, machine))
-    return replace(bare, certificates=tuple(found), bounds=tuple(bounds))
+    of_speed = (b for bound in bounds for b in of_computed_v_star(bound, _beyond(bare, bound)))
+    return replace(bare, certificates=tuple(found), bounds=(*bounds, *of_speed))
+
+
+def _beyond(approximant: ProvenPade, bound: ErrorBound) -> Beyond | None:
+    """Return what holds just beyond the end of a bound of eps."""
+    machine, high = bound.arithmetic, Fraction(bound.high)
+    end = high * (1 + of_v_star(machine))
+    if 2 ** threshold(approximant.label, *approximant.reduced, machine.form) < end:
+        return None
+    with working(BITS):
+        every = _computed(*approximant.reduced, machine)((high, end))
+        found = every["epsilon"]
+        smaller = found.value.min(1 - found.value) / (1 + ball_of(bound.formula))  # at most the true one
+        if not smaller > 0:
+            return None
+        steepness = magnitude(abs(found.slope) * found.value / smaller) / STEEPEST
+        last = magnitude(relative_error("epsilon")(every) * (1 + ball_of(bound.formula)))
+    return Beyond(max(Fraction(1), steepness), max(bound.last, last))
 
 
 def without_proof(approximant: Pade) -> ProvenPade:
@@ -294,38 +299,38 @@ def _accurate(wanted: Fraction, low: Fraction, high: Fraction) -> Kernel:
 
 
 @recorded("minimax")
-def accurate_fit(wanted: Fraction, low: Fraction, high: Fraction) -> Fitted:
+def accurate_fit(wanted: Fraction, low: Fraction, high: Fraction) -> ProvenQuotient:
     """Return the cheapest best approximant that is proven to be accurate enough."""
     limit = wanted
     for _ in range(_ATTEMPTS):
         chosen = cheapest.cheapest_fit(limit, high, low)
-        fitted = _with_proofs(chosen, wanted)
-        error = fitted.variants[0].error("epsilon")
+        found = _with_proofs(chosen, wanted)
+        error = found.error("epsilon")
         if error <= wanted:
-            return fitted
+            return found
         limit = max(min(limit, Fraction(chosen.error)) * min(wanted / error, Fraction(99, 100)), minimax.SMALLEST_ERROR)
     raise ArithmeticError(f"no kernel was proven to be as accurate as {float(wanted):g}")
 
 
-def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> Fitted:
-    """Return the coefficients, in type float as well if that is about as accurate, or within the limit."""
+def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> ProvenQuotient:
+    """Return the approximant with doubles for coefficients, and its proofs; in type float within the limit."""
+    a, b = nearest_coefficients(f"{fit.label} on {minimax.interval_text(fit.interval)}", *fit.exact, DOUBLE)
+    exact = tuple(map(Fraction, a)), tuple(map(Fraction, b))
+    proof = certificate.prove(quotient_formula(*exact), *fit.interval)
 
-    def prove(form: Format) -> Coefficients:
-        a, b = nearest_coefficients(f"{fit.label} on {minimax.interval_text(fit.interval)}", *fit.exact, form)
-        proof = certificate.prove(quotient_formula(*(tuple(map(Fraction, part)) for part in (a, b))), *fit.interval)
-        return Coefficients(form, a, b, proof)
+    def bounds(form: Format) -> list[ErrorBound]:
+        of_eps = list(on_machines(form, lambda machine: _bounds(fit.label, *exact, [proof], machine)))
+        return [*of_eps, *(b for bound in of_eps for b in of_computed_v_star(bound))]
 
-    def bounds(of: Coefficients) -> Iterator[ErrorBound]:
-        return on_machines(of.form, lambda machine: _bounds(fit.label, *of.exact, [of.certificate], machine))
-
-    return in_formats(prove, bounds, limit)
+    return proven(a, b, proof, bounds, limit)
 
 
-def _of_fit(fitted: Fitted, name: str) -> Kernel:
-    proof = fitted.certificate
+def _of_fit(found: ProvenQuotient, name: str) -> Kernel:
+    proof = found.certificate
     low, high, name = proof.low, _end(proof), f"minimax_{name}"
-    m, n = (len(values) - 1 for values in fitted.variants[0].exact)
+    m, n = len(found.a) - 1, len(found.b) - 1
     source = "best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure |error|/min(eps, 1 - eps)"
+    rounding = {form.name: at_most(found.bound("epsilon", form).last) for form in found.formats}
     record = {
         "name": name,
         "m": m,
@@ -333,27 +338,20 @@ def _of_fit(fitted: Fitted, name: str) -> Kernel:
         "v_star_min": above(low),
         "v_star_max": below(high),
         "measure": proof.measure,
-        "variants": [v.record() | {"rounding": at_most(v.bound("epsilon").last)} for v in fitted.variants],
-        "missing": fitted.missing,
+        "variants": found.variants(rounding),
+        "missing": found.missing,
         "source": source,
     }
-    given = {
-        v.form.name: _Given(
-            without_leading_zeros(v.a),
-            without_leading_zeros(v.b),
-            (v.form.nearest(low, math.ceil), v.form.nearest(high, math.floor)),
-            threshold(name, *v.exact, v.form),
-        )
-        for v in fitted.variants
-    }
-    of_eps = [b for v in fitted.variants for b in v.bounds]
-    bounds = [*of_eps, *(b for bound in of_eps for b in of_computed_v_star(bound))]
+    exact = tuple(map(Fraction, found.a)), tuple(map(Fraction, found.b))
+    given = dict[str, _Given]()
+    for form in found.formats:
+        top, bottom = map(without_leading_zeros, found.rounded(form))
+        ends = form.nearest(low, math.ceil), form.nearest(high, math.floor)
+        given[form.name] = _Given(top, bottom, ends, threshold(name, *exact, form))
     return replace(
-        _kernel(name, f"[{m}/{n}]", given, bounds), source=source,
-        domain=f"{above(low)} <= v* <= {below(high)}", missing=fitted.missing, record=record,
-        proofs=tuple(
-            {"name": name, **v.proof(), "rounding": at_most(v.bound("epsilon").last)} for v in fitted.variants
-        ),
+        _kernel(name, f"[{m}/{n}]", given, found.bounds), source=source,
+        domain=f"{above(low)} <= v* <= {below(high)}", missing=found.missing, record=record,
+        proofs=(found.proof({"name": name}, rounding),),
     )  # fmt: skip
 
 

@@ -50,9 +50,8 @@ def json_table(kernels: Sequence[Kernel], command: str) -> str:
 
 def certificates(kernels: Sequence[Kernel], command: str) -> str:
     """Return one object; its "certificates" hold the data for independent checks of the kernels' proofs."""
-    return _json(
-        command, CERTIFICATE_SOURCE, {"certificates": [proof for kernel in kernels for proof in kernel.proofs]}
-    )
+    proofs = [{**head, **certificate.record()} for kernel in kernels for head, certificate in kernel.proofs]
+    return _json(command, CERTIFICATE_SOURCE, {"certificates": proofs})
 
 
 def latex_table(kernels: Sequence[Kernel], command: str, digits: int = LATEX_DIGITS) -> str:
