@@ -592,6 +592,6 @@ public static double Dissipation_compact_1em7(double speed, double beta)
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-// There are no functions in float: powers up to y^32 may overflow in type float.
+// There are no functions in float: y to the power 32 may overflow in type float.
 
 }

@@ -849,7 +849,7 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, doubl
 VISCOPADE_CALLED(dissipation, compact_1em7, double, viscopade_dissipation_compact_1em7)
 
 /*
- * There are no functions in float: powers up to y^32 may overflow in type float.
+ * There are no functions in float: y to the power 32 may overflow in type float.
  */
 
 #ifdef VISCOPADE_RUNTIME

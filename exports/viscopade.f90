@@ -659,6 +659,6 @@ pure elemental real(real64) function dissipation_compact_1em7_r64(speed, beta) r
     value = lost * inverse * (1.0_real64 + elastic * inverse)
 end function
 
-! There are no functions in float: powers up to y^32 may overflow in type float.
+! There are no functions in float: y to the power 32 may overflow in type float.
 
 end module

@@ -541,7 +541,7 @@ function dissipation_compact_1em7(speed::Float64, beta::Float64)
     return lost * inverse * (1.0 + elastic * inverse)
 end
 
-# There are no functions in float: powers up to y^32 may overflow in type float.
+# There are no functions in float: y to the power 32 may overflow in type float.
 
 export restitution_compact_1em3
 restitution_compact_1em3(speed, beta) = restitution_compact_1em3(Float64.((speed, beta,))...)

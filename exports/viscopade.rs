@@ -571,4 +571,4 @@ pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
     lost * inverse * (1.0 + elastic * inverse)
 }
 
-// There are no functions in float: powers up to y^32 may overflow in type float.
+// There are no functions in float: y to the power 32 may overflow in type float.

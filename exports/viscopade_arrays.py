@@ -565,4 +565,4 @@ def dissipation_compact_1em7(speed, beta, xp=np):
     return xp.where(inside, lost * inverse * (1.0 + elastic * inverse), nan)
 
 
-# There are no functions in float: powers up to y^32 may overflow in type float.
+# There are no functions in float: y to the power 32 may overflow in type float.

@@ -542,4 +542,4 @@ def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)
 
 
-# There are no functions in float: powers up to y^32 may overflow in type float.
+# There are no functions in float: y to the power 32 may overflow in type float.

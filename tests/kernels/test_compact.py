@@ -262,7 +262,7 @@ def test_a_float_whose_powers_would_overflow_is_left_out():
     found = compact.compact_fit(NOT_IN_FLOAT)
     assert found.formats == (DOUBLE,)
     assert {bound.arithmetic for bound in found.bounds} == {HOST}
-    assert found.missing["float"] == "powers up to y^32 may overflow in type float"
+    assert found.missing["float"] == "y to the power 32 may overflow in type float"
 
 
 def test_a_kernel_that_is_proven_again_has_the_same_record():

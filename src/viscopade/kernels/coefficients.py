@@ -94,7 +94,7 @@ class ProvenQuotient:
         return {**head, "type": DOUBLE.name, **coefficients, "rounding": rounding}, self.certificate
 
 
-def proven(
+def proven_quotient(
     a: Sequence[float],
     b: Sequence[float],
     certificate: Certificate,

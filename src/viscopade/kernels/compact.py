@@ -42,7 +42,7 @@ from viscopade.kernels.coefficients import (
     levelled,
     on_machines,
     powers_text,
-    proven,
+    proven_quotient,
 )
 from viscopade.kernels.enclosure import Formula, exactly
 from viscopade.kernels.expressions import (
@@ -209,7 +209,7 @@ def compact_fit(form: Powers) -> ProvenQuotient:
         yield from on_machines(kind, lambda machine: _compact_bounds(form, a, b, proof.bound, machine))
         yield from _half_line_bounds(form, a, b, proof.bound, HOSTS[kind.name])
 
-    return proven(a, b, proof, bounds)
+    return proven_quotient(a, b, proof, bounds)
 
 
 def half_line_formula(found: LacunaryQuotient) -> Formula:
@@ -422,7 +422,7 @@ def _check_overflow(form: Powers, a: Values, b: Values, kind: Format) -> None:
     y = Fraction(2) ** (-(-LARGEST[kind.name] // ROOT))
     degree = SHIFT + form.bottom[-1] + DEGREES_MORE
     if y**degree * sum(abs(Fraction(c)) for c in (*a, *b)) * 2 >= Fraction(2) ** kind.largest:
-        raise ArithmeticError(f"powers up to y^{degree} may overflow in type {kind.name}")
+        raise ArithmeticError(f"y to the power {degree} may overflow in type {kind.name}")
 
 
 # --- bounds of functions of v* ----------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from viscopade.kernels.coefficients import (
     levelled,
     on_machines,
     powers_text,
-    proven,
+    proven_quotient,
 )
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Name, Statement, both
@@ -134,7 +134,9 @@ def inverse_fit(powers: Powers) -> ProvenQuotient:
     best = approximants.fit_inverse(powers).quotient
     a, b = (tuple(map(float, values)) for values in (best.a, best.b))
     proof = certificate.prove_inverse(inverse_formula(best))
-    return proven(a, b, proof, lambda form: on_machines(form, lambda machine: _bounds(powers, a, b, proof, machine)))
+    return proven_quotient(
+        a, b, proof, lambda form: on_machines(form, lambda machine: _bounds(powers, a, b, proof, machine))
+    )
 
 
 def inverse_formula(found: LacunaryQuotient) -> Formula:

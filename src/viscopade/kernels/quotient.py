@@ -33,7 +33,7 @@ from viscopade.kernels.coefficients import (
     accuracy_name,
     accuracy_of,
     on_machines,
-    proven,
+    proven_quotient,
 )
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Expression, Name, both
@@ -322,7 +322,7 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> ProvenQuoti
         of_eps = list(on_machines(form, lambda machine: _bounds(fit.label, *exact, [proof], machine)))
         return [*of_eps, *(b for bound in of_eps for b in of_computed_v_star(bound))]
 
-    return proven(a, b, proof, bounds, limit)
+    return proven_quotient(a, b, proof, bounds, limit)
 
 
 def _of_fit(found: ProvenQuotient, name: str) -> Kernel:
