@@ -50,6 +50,10 @@ def test_every_function_has_a_bound_in_every_format_on_the_host(entry) -> None:
     for form in entry.kernel.formats:
         for function in entry.kernel.functions:
             assert entry.kernel.bound(function.name, "host", form)
+        for name, value in entry.kernel.constants[form].items():
+            assert FORMATS[form].rounded(Fraction(value)) == value, name
+    there = {(function.name, form) for function in entry.kernel.functions for form in entry.kernel.formats}
+    assert {(bound.result, bound.arithmetic.form.name) for bound in entry.kernel.bounds} == there
 
 
 @pytest.mark.parametrize("entry", FORWARD, ids=lambda entry: entry.key)
