@@ -48,7 +48,7 @@ _HIGHEST = 9  # order to which `reproduce` shows h_k, that of [3/6]
 _IN_DOUBLES = 15  # digits of numbers that are computed from doubles
 _PRECISE = 20  # digits of a damping that is used in doubles
 _SAMPLED, _LEAST_SAMPLED = 12, 1e-12  # digits of sampled numbers, and the smallest error that is stated
-_STATED, _STATED_DIGITS = (1, 2, 5, 10), 20  # v* at which the errors of an approximant are printed
+_STATED, _STATED_DIGITS = (1, 2, 5, 10), 30  # v* at which the errors of an approximant are printed
 
 
 @click.command(epilog=examples("viscopade reproduce"))
@@ -266,17 +266,17 @@ def pade_command(
 
 def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
     """Return the relative errors of an approximant at a few v*, and at the largest one if it lies beyond them."""
-    from flint import arb_poly
+    from flint import arb, arb_poly
 
     from viscopade.arithmetic.balls import bits_for, working
     from viscopade.collision import exact
 
     found = []
     for v_star in (*_STATED, *[v_star_max] * (v_star_max > max(_STATED))):
-        true = exact.collision(v_star, _STATED_DIGITS).epsilon
+        true = exact.epsilon(v_star, _STATED_DIGITS)
         with working(bits_for(_STATED_DIGITS) + 64):
             value = arb_poly(list(p.a))(v_star) / arb_poly(list(p.b))(v_star)
-            found.append((v_star, float((value / true - 1).mid())))
+            found.append((v_star, float((value / arb(true) - 1).mid())))
     return found
 
 

@@ -187,7 +187,8 @@ def fit(
     targets = [path for path in (scene_file, picture, code) if path is not None]
     if len({*targets}) < len(targets):
         raise click.UsageError("--scene, --plot and --empirical name one file twice: expected one for each")
-    check_targets(targets)
+    if targets:
+        check_targets(targets)
     language = None if code is None else _language(code)
     names = ", ".join(each.name for each in data)
     words = command_line()
@@ -239,8 +240,8 @@ def _fitted(
     """Return the data, their fit, the sphere with its Young modulus, its fitted constants, and what is neglected."""
     from dataclasses import replace
 
-    from viscopade import files
     from viscopade.collision.spheres import Pair, Sphere
+    from viscopade.files import content
     from viscopade.fitting import damping, neglected, read
 
     names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
@@ -255,7 +256,7 @@ def _fitted(
     if sphere is not None and body["poisson_ratio"] is not None and body["young_modulus"] is not None:
         pair = Pair(sphere, _partner(sphere, body["wall"]))
         contact = pair if given is None else contact
-    contents = [(files.content(each, "CSV or a spreadsheet"), str(each)) for each in data]
+    contents = [(content(each, "CSV or a spreadsheet"), str(each)) for each in data]
     how = read.Options(
         dict(options.pop("columns")),
         dict(options.pop("units")),
