@@ -300,6 +300,28 @@ def test_speeds_before_and_after_have_their_errors():
     assert found.standard_errors == pytest.approx([0.01 * np.hypot(1, 0.9), 0.005 * np.hypot(1, 0.85)])
 
 
+@pytest.mark.parametrize("of", ["v", "v_in", "v_out"])
+def test_errors_of_one_of_two_speeds_are_those_of_both_and_said_so(of):
+    found = recording(f"v_in,v_out,sigma_{of}\n1,0.9,0.01\n2,1.7,0.01\n")
+    assert [found.read[0][name]["error"] for name in ("speed", "speed_out")] == [f"sigma_{of}"] * 2
+    assert found.points.standard_errors == pytest.approx([0.01 * np.hypot(1, 0.9), 0.005 * np.hypot(1, 0.85)])
+
+
+def test_columns_of_one_series_may_have_units_of_their_own():
+    found = recording("h0 (m),h1 (cm),h2 (cm)\n1,81,64\n")
+    assert found.read[0]["heights"]["unit"] == ["m", "cm", "cm"]
+    assert found.points.epsilon == pytest.approx(np.sqrt([0.81, 0.64 / 0.81]))
+
+
+def test_a_comma_before_three_digits_is_decided_by_the_whole_sheet(monkeypatch):
+    pytest.importorskip("python_calamine")
+    rows = [(1, ["v", "e"]), (2, ["1,053", "0,9"]), (3, ["2,5", "0,85"]), (4, [3.0, 0.8])]
+    monkeypatch.setattr(spreadsheet, "worksheets", lambda *_: [("s", rows)])
+    found = recording(STOPWATCH.read_bytes(), "a.xls")
+    assert found.points.speed.tolist() == [1.053, 2.5, 3]
+    assert found.warnings == ("line 2: '1,053' is read as 1.053, as other numbers have decimal commas",)
+
+
 def test_lines_are_left_out_before_they_are_looked_at():
     text = "speed,epsilon\n1,0.9\n2,broken\n3,0.8\n4,-1\n"
     assert points(text, without=["3", "5"]).speed.tolist() == [1, 3]

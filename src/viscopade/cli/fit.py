@@ -471,7 +471,8 @@ def _headers(headers: str | Sequence[str]) -> str:
 def _unit(read: Mapping[str, Any]) -> str:
     """Return the unit of a quantity and its origin, unless the header has it in brackets."""
     shown = read["unit_from"] == "its header" and any(bracket in _headers(read["column"]) for bracket in ")]")
-    return f" in {read['unit']} ({read['unit_from']})" if read["unit"] and not shown else ""
+    units = read["unit"] if isinstance(read["unit"], str) else ", ".join(read["unit"])
+    return f" in {units} ({read['unit_from']})" if units and not shown else ""
 
 
 def _quoted(recording: Recording, found: DampingFit, constants: Mapping[str, Constant]) -> str:

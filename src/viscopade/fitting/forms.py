@@ -125,40 +125,14 @@ FORMS = (
 OPTIONS = tuple(dict.fromkeys(name for form in FORMS for name in sorted(form.names())))
 """Names of quantities in options."""
 
-_ERROR_WORDS = {
-    *("±", "sigma", "delta", "sd", "std", "stdev", "stddev", "dev", "deviation", "se", "sem", "stderr", "d", "u", "s"),
-    *("err", "error", "errors", "unc", "uncert", "uncertainty", "uncertainties", "standardabweichung", "abweichung"),
-    *(
-        "fehler",
-        "standardfehler",
-        "messfehler",
-        "unsicherheit",
-        "messunsicherheit",
-        "standardunsicherheit",
-        "ecart",
-        "ecarttype",
-    ),
-    *("incertitude", "incertidumbre", "incertezza", "erreur", "errore", "desviacion", "deviazione"),
-}
+_ERROR_WORD = re.compile(
+    "±|sigma|delta|sd|std|stdev|stddev|dev|deviation|se|sem|stderr|d|u|s|err|errors?|unc|uncert|uncertainty|"
+    "uncertainties|(standard)?abweichung|(standard|mess)?fehler|(standard|mess)?unsicherheit|ecart|ecarttype|"
+    "incertitude|incertidumbre|incertezza|erreur|errore|desviacion|deviazione"
+)
 """Words for a standard error, alone beside a quantity or with its name; d, u and s only before its name."""
 
-_FILLERS = {
-    "of",
-    "in",
-    "on",
-    "the",
-    "der",
-    "des",
-    "von",
-    "de",
-    "di",
-    "standard",
-    "estandar",
-    "type",
-    "mean",
-    "bar",
-    "bars",
-}
+_FILLER = re.compile("of|in|on|the|der|des|von|de|di|standard|estandar|type|mean|bars?")
 _MARKS = str.maketrans(
     {"ε": " epsilon ", "σ": " sigma ", "Δ": " delta ", "δ": " delta ", "∆": " delta ", "±": " ± ", "ϵ": " epsilon "}
 )
@@ -279,8 +253,8 @@ def _error_of(name: str) -> str | None:
     """Return the name of the quantity whose errors a name stands for: "v" for "sigma_v"; None if it is no error."""
     words = [word for word in re.split(r"[\s_()]+", _JOINED.sub(r"\1 \2", name).translate(_MARKS)) if word]
     keys = [plain(word).replace("_", "") for word in words]  # "std.", "écart-type"
-    is_error = [key in _ERROR_WORDS and (k == 0 or key != "s") for k, key in enumerate(keys)]
-    inner = [k for k, key in enumerate(keys) if not is_error[k] and key not in _FILLERS]
+    is_error = [bool(_ERROR_WORD.fullmatch(key)) and (k == 0 or key != "s") for k, key in enumerate(keys)]
+    inner = [k for k, key in enumerate(keys) if not (is_error[k] or _FILLER.fullmatch(key))]
     if not inner:  # d, u and s need a name
         alone = any(error and (len(key) > 1 or key == "±") for error, key in zip(is_error, keys, strict=True))
         return "" if alone else None
@@ -348,6 +322,10 @@ class SheetLayout:
                 self._give(j, [j - 1] if j - 1 in left else [], found)
             elif not (by_option or of_other):
                 self._give(j, [], found, self.form.measured)
+        # The errors of one of two speeds are those of the other, too.
+        speeds = [i for name in ("speed", "speed_out") for i in self.places.get(name, ()) if i in values]
+        if len(speeds) == 2 and not {"sigma_speed", "sigma_speed_out"} <= {*self.places}:
+            found |= {i: found[j] for i, j in (speeds, speeds[::-1]) if i not in found and j in found}
         return found
 
     def _give(self, j: int, of: Sequence[int], found: dict[int, int], names: Collection[str] = ()) -> None:

@@ -100,6 +100,8 @@ class Recording:
         Sentences on what does not fit.
     flights : tuple of FreeFlight
         Of tracks.
+    doubtful_scale : bool
+        Whether the flights of a track contradict its scale.
     """
 
     points: Points
@@ -109,11 +111,7 @@ class Recording:
     left_out: tuple[tuple[str, str], ...]
     warnings: tuple[str, ...]
     flights: tuple[tracks.FreeFlight, ...]
-
-    @property
-    def doubtful_scale(self) -> bool:
-        """Whether the flights of a track contradict its scale; warnings of positions are about nothing else."""
-        return self.kind == "positions" and bool(self.warnings)
+    doubtful_scale: bool
 
 
 def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -> Recording:
@@ -168,6 +166,7 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
         tuple(chain.from_iterable(reader.left_out for reader in readers)),
         tuple(chain.from_iterable(reader.warnings for reader in used)),
         tuple(chain.from_iterable(reader.flights for reader in used)),
+        any(reader.doubtful_scale for reader in used),
     )
 
 
@@ -276,8 +275,8 @@ class _Reader:
         The rows with data, and their lines in the file.
     prefix : str
         Beginning of the labels of rows.
-    left_out, warnings, flights : list
-        As in `Recording`.
+    left_out, warnings, flights, doubtful_scale
+        As in `Recording`; the first three are lists.
     """
 
     def __init__(self, sheet: Sheet, layout: forms.SheetLayout, options: Options) -> None:
@@ -285,6 +284,7 @@ class _Reader:
         self.left_out: list[tuple[str, str]] = []
         self.warnings: list[str] = []
         self.flights: list[tracks.FreeFlight] = []
+        self.doubtful_scale = False
         used = [i for name, places in layout.places.items() if name != "drop" for i in places]
         full = [k for k, row in enumerate(sheet.rows) if any(cell_of(row, i) != "" for i in used)]
         # Rows without a digit between the header and the first number have units, or nothing.
@@ -388,6 +388,10 @@ class _Reader:
                 f"{self.labels[points[0][0]]} has {points[0][1]!r}" if points else f"it may be {text.replace(',', '')}"
             )
             raise ValueError(f"{self.labels[k]}: {text!r} has a comma, {other}: expected no thousands separators")
+        if ambiguous := [(k, text) for k, text in commas if _THOUSANDS.fullmatch(text) and self.sheet.separator != ";"]:
+            k, text = ambiguous[0]
+            read = f"{text!r} is read as {text.replace(',', '.')}, as other numbers have decimal commas"
+            self.warnings.append(f"{self.labels[k]}: {read}")
         return bool(commas)
 
     def _unit(self, i: int, name: str) -> tuple[str, float, str] | None:
@@ -427,8 +431,10 @@ class _Reader:
                 used |= {*places}
                 headers = [cells[i] for i in places], [*{cells[self.errors[i]]: 0 for i in places if i in self.errors}]
                 column, error = (each if len(each) > 1 else each[0] if each else None for each in headers)
-                _, unit, origin, _ = self._column(places[0], name) if name != "drop" else (None, "", "", None)
-                found[name] = {"column": column, "unit": unit, "unit_from": origin, "error": error}
+                every = [self._column(i, name) for i in places if name != "drop"]
+                units, origins = [each.unit for each in every], dict.fromkeys(each.origin for each in every)
+                unit = units if len({*units}) > 1 else "".join(units[:1])
+                found[name] = {"column": column, "unit": unit, "unit_from": " and ".join(origins), "error": error}
         unused = [cell for i, cell in enumerate(cells) if cell and i not in used]
         rows = {"rows": len(self.lines), "lines": [self.lines[0], self.lines[-1]], "unused": unused}
         return {"sheet": self.sheet.name, **found, **rows}
@@ -572,8 +578,8 @@ def _speeds(reader: _Reader) -> Points:
     speed, (after,) = reader.columns("speed")[0], reader.columns(reader.form.needed[1])
     reader.warn_of_unused()
     if "speed_out" in reader.form.needed:
-        sigma = after.sigma if after.sigma.any() else speed.sigma
-        return bounces.of_speeds(speed.values, after.values, sigma=speed.sigma, sigma_after=sigma, labels=reader.labels)
+        errors = {"sigma": speed.sigma, "sigma_after": after.sigma}
+        return bounces.of_speeds(speed.values, after.values, **errors, labels=reader.labels)
     if reader.form.epsilon == "energy" and (no := ~((after.values > 0) & (after.values <= 1))).any():
         k = int(np.argmax(no))
         raise ValueError(f"{reader.labels[k]}: 'E' is {after.values[k]:g}: expected 0 to 1, or --column epsilon=E")
@@ -656,9 +662,10 @@ def _positions(reader: _Reader) -> Points:
         made.append(track.points)
         reader.flights += track.flights
         reader.left_out += track.left_out
-        unit = reader._unit(reader.layout.places["position"][0], "position")
-        warning = track.warning(options.flight.gravity, unit[1] if unit else 1.0, options.rate)
-        reader.warnings += [] if track.agrees else [warning]
+        if not track.agrees:
+            unit = reader._unit(reader.layout.places["position"][0], "position")
+            reader.warnings.append(track.warning(options.flight.gravity, unit[1] if unit else 1.0, options.rate))
+            reader.doubtful_scale = True
     return bounces.together(made)
 
 
