@@ -26,18 +26,22 @@ def recording(text, source="data.csv", **options):
 
 
 @pytest.mark.parametrize(
-    "text",
+    ("text", "columns"),
     [
-        "speed (cm/s),epsilon\n100,0.9\n200,0.85\n300,0.8\n",
-        "\ufeffspeed (cm/s);eps\r\n100;0,9\r\n200;0,85\r\n300;0,8\r\n",
-        '"Impact speed [cm/s]"\t"COR (%)"\n1e2\t90\n2e2\t85\n3e2\t80\n',
-        "# a comment\nv e note\n\n1 0.9 a\n2 0.85 b\n3 0.8 c\n",
-        "v (cm/s)  e\n100  0.9\n200 0.85\n300 0.8\n",
-        "number,V [m/s],E\n1,1,.9\n2,2,.85\n3,3,.8,\n",
+        ("speed (cm/s),epsilon\n100,0.9\n200,0.85\n300,0.8\n", {}),
+        ("\ufeffspeed (cm/s);eps\r\n100;0,9\r\n200;0,85\r\n300;0,8\r\n", {}),
+        ('"Impact speed [cm/s]"\t"COR (%)"\n1e2\t90\n2e2\t85\n3e2\t80\n', {}),
+        ("# a comment\nv e note\n\n1 0.9 a\n2 0.85 b\n3 0.8 c\n", {}),
+        ("v (cm/s)  e\n100  0.9\n200 0.85\n300 0.8\n", {}),
+        ("number,V [m/s],E\n1,1,.9\n2,2,.85\n3,3,.8,\n", {}),
+        ("Impact (m/s),COR\n1,0.9\n2,0.85\n3,0.8\n", {"speed": "impact"}),
+        ("v (m/s),COR,COR\n1,7,0.9\n2,7,0.85\n3,7,0.8\n", {"epsilon": "3"}),
+        ("My title,\nv,e\n(cm/s),%\n,\n100,90\n200,85\n300,80\n", {}),
+        ("# written by a program\n# v e\n1 0.9\n2 0.85\n3 0.8\n", {}),
     ],
 )
-def test_one_table_written_in_many_ways(text):
-    found = points(text)
+def test_one_table_written_in_many_ways(text, columns):
+    found = points(text, columns=columns)
     assert found.speed.tolist() == pytest.approx([1, 2, 3])
     assert found.epsilon.tolist() == pytest.approx([0.9, 0.85, 0.8])
     assert not found.known
@@ -178,11 +182,8 @@ def test_drops_are_told_apart():
     found = points("drop,time\n" + "\n".join(f"{d},{t}" for d, t in rows))
     assert found.epsilon.tolist() == pytest.approx([0.9, 0.9, 0.49 / 0.54])
     assert found.labels == ("line 3", "line 6", "line 7")
-
-
-def test_drops_may_take_turns():
-    text = "drop,time\na,0\nb,0\na,1\nb,1\na,1.9\nb,1.8\na,2.7\n"
-    assert points(text).epsilon.tolist() == pytest.approx([0.9, 0.8 / 0.9, 0.8])
+    in_turns = points("drop,time\na,0\nb,0\na,1\nb,1\na,1.9\nb,1.8\na,2.7\n")
+    assert in_turns.epsilon.tolist() == pytest.approx([0.9, 0.8 / 0.9, 0.8])
 
 
 def test_errors_that_leave_points_without_one_are_scatter_or_refused():
@@ -275,24 +276,6 @@ def test_several_files_are_fitted_together():
         ValueError, match=r"b\.csv: the file has speeds, but somewhere/0\.5\.csv has instants: expected"
     ):
         read.recording([*drops, (b"speed,epsilon\n1,0.9\n", "b.csv")])
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "speed_in,speed_out\n1,0.9\n2,1.7\n3,2.4\n",
-        "H0 (cm),H1 (cm)\n5.0985811,4.1298507\n20.394324,14.734899\n45.887230,29.367827\n",
-        "Impact (m/s),COR\n1,0.9\n2,0.85\n3,0.8\n",
-        "v (m/s),COR,COR\n1,7,0.9\n2,7,0.85\n3,7,0.8\n",
-        "My title,\nv,e\n(cm/s),%\n,\n100,90\n200,85\n300,80\n",
-        "# written by a program\n# v e\n1 0.9\n2 0.85\n3 0.8\n",
-    ],
-)
-def test_headers_that_people_write(text):
-    columns = {"speed": "impact"} if "Impact" in text else {"epsilon": "3"} if "COR,COR" in text else {}
-    found = points(text, columns=columns)
-    assert found.speed == pytest.approx([1, 2, 3], rel=1e-6)
-    assert found.epsilon == pytest.approx([0.9, 0.85, 0.8], rel=1e-6)
 
 
 def test_speeds_before_and_after_have_their_errors():

@@ -11,6 +11,7 @@ from viscopade import Pair, Sphere
 from viscopade.quantity import DIMENSIONS, quantity
 from viscopade.records import Node
 from viscopade.scene.units import Scale
+from viscopade.simulators.setup import NamedContact
 
 BALL = Sphere(radius=0.01, mass=1e-3, young_modulus=1e9, poisson_ratio=0.25, dissipative_constant=1e-5)
 UNITS = [(dimension, unit) for dimension, units in DIMENSIONS.items() for unit in units]
@@ -38,8 +39,12 @@ def test_a_pressure_beyond_double_precision_is_refused():
 
 
 @given(*[st.floats(-30, 30)] * 3, st.floats(1e-6, 1e3))
-def test_v_star_does_not_depend_on_units(length, mass, time, speed):
+def test_a_contact_in_other_units_is_the_same_collision(length, mass, time, speed):
     """0.1 and 0.4 are no binary numbers: their errors count times the logarithms of the numbers."""
-    scale, pair = Scale(10**length, 10**mass, 10**time), Pair(BALL, BALL)
-    found = scale.pair(pair).v_star(speed / scale.length * scale.time)
-    assert found == pytest.approx(pair.v_star(speed), rel=2e-14, abs=0)
+    scale = Scale(10**length, 10**mass, 10**time)
+    contact = NamedContact("a", "b", Pair(BALL, BALL), speed, speed, speed, ())
+    found = scale.contact(contact)
+    assert found.fastest == pytest.approx(speed / 10 ** (length - time), rel=1e-12)
+    assert found.pair.v_star(found.typical) == pytest.approx(contact.pair.v_star(speed), rel=2e-14, abs=0)
+    lasting = contact.pair.contact_time(speed) / 10**time
+    assert found.pair.contact_time(found.typical) == pytest.approx(lasting, rel=2e-13, abs=0)
