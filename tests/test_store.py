@@ -97,7 +97,7 @@ def test_ready_kernels_are_neither_fitted_nor_proven(monkeypatch):
     quotient.proven_pade(3, 6)
     assert len(table_rows(Polynomials(6, -96, 1, FLOAT))) == 8192
     curve.curve_tables(curve.law_of("tsuji", "return"))
-    weight_table.sampled_falls()
+    weight_table.collisions_at_nodes()
 
 
 def test_names_of_records_are_unique():

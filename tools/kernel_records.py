@@ -27,7 +27,7 @@ def main() -> None:
             entry.request.kernels()
         for name, end in product(NAMED, ENDS):
             curve_tables(law_of(name, end))
-        weight_table.sampled_falls()
+        weight_table.collisions_at_nodes()
     TARGET.mkdir(exist_ok=True)
     for old in TARGET.glob("*.json"):
         old.unlink()

@@ -39,9 +39,9 @@ def test_numbers_are_those_of_a_collision(kappa):
 
 
 def test_the_record_is_what_is_made():
-    stored = weight_table.sampled_falls()
+    stored = weight_table.collisions_at_nodes()
     with store.anew():
-        made = weight_table.sampled_falls()
+        made = weight_table.collisions_at_nodes()
     for one, other in zip(made, stored, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12)
 

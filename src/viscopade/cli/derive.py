@@ -367,8 +367,9 @@ class _Bodies:
                 "--gravity needs a body that falls on a plane: expected a material, --wall and --speed, or "
                 "--stiffness, --mass and --speed"
             )
-        constants = _force(of, speed, force) if forced else {} if pair is None else {"k": pair.rho, "mass": pair.m_eff}
-        damping = constants.pop("damping", None)
+        constants, damping = _force(of, speed, force) if forced else ({}, None)
+        if pair is not None:
+            constants = {"k": pair.rho, "mass": pair.m_eff}
         return cls(of, style, speed, pair, constants, damping, load, gravity, options["yield_strength"])
 
     @property
@@ -404,9 +405,16 @@ class _Bodies:
             return kappa
         return damping_factor(lambda damping: Contact.of_law(self.law, damping, weight), epsilon, kappa)
 
-    def show(self, collision: exact.Collision, kappa: float, digits: int, unit_of_beta: str = "") -> None:
-        """Print the numbers of a collision, and those of a force in SI units."""
-        numbers, scaled = collision.decimals(), collision.floats()
+    def show(
+        self,
+        collision: exact.Collision,
+        kappa: float,
+        digits: int,
+        unit_of_beta: str = "",
+        precise: Mapping[str, float] | None = None,
+    ) -> None:
+        """Print the numbers of a collision, and those of a force in SI units, which need all digits of a double."""
+        numbers, scaled = collision.decimals(), precise or collision.floats()
         found: dict[str, tuple[float, str]] = {}
         lines = []
         if self.constants:
@@ -504,8 +512,8 @@ class _Bodies:
         return texts, {"parts": found.parts, "status": found.status, "errors": errors}, sentence
 
 
-def _force(law: Law, speed: str | None, given: Mapping[str, str | None]) -> dict[str, float]:
-    """Return the constants of a force in SI units, as arguments of `Law.kappa`.
+def _force(law: Law, speed: str | None, given: Mapping[str, str | None]) -> tuple[dict[str, float], float | None]:
+    """Return stiffness and mass, as arguments of `Law.kappa`, and the damping if it is asked for; in SI units.
 
     Raises
     ------
@@ -523,8 +531,8 @@ def _force(law: Law, speed: str | None, given: Mapping[str, str | None]) -> dict
     if speed is not None and float(speed) == 0:
         raise ValueError("speed is 0: expected a number > 0")
     units = {"stiffness": law.stiffness_unit, "damping": law.damping_unit, "mass": "kg"}
-    symbols = {"stiffness": "k"}
-    return {symbols.get(name, name): _in_unit(name, str(text), units[name]) for name, text in given.items()}
+    value = {name: _in_unit(name, str(text), units[name]) for name, text in given.items()}
+    return {"k": value["stiffness"], "mass": value["mass"]}, value.get("damping")
 
 
 @click.command(epilog=examples('viscopade epsilon --beta "1.307 (s/cm)^(1/5)" --speed "2 cm/s"'))
@@ -655,7 +663,8 @@ def invert(
         return
     if kappa != without:
         collision = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=law)
-    bodies.show(collision, kappa, digits, "" if speed is None else _unit_of_beta(law))
+        precise = collision.floats()
+    bodies.show(collision, kappa, digits, "" if speed is None else _unit_of_beta(law), precise)
 
 
 def _in_unit(name: str, text: str, unit: str) -> float:

@@ -130,7 +130,7 @@ def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray,
 def _table() -> _Table:
     from scipy.interpolate import InterpolatedUnivariateSpline, RectBivariateSpline  # imported here: SciPy is optional
 
-    made = sampled_falls()
+    made = collisions_at_nodes()
     ends = np.log(made.kappa), _places()
     surfaces = (RectBivariateSpline(*ends, each, kx=_DEGREE, ky=_DEGREE).ev for each in (made.loss, made.duration))
     return _Table(InterpolatedUnivariateSpline(ends[0], np.log(made.sticking), k=_DEGREE), *surfaces)
@@ -142,7 +142,7 @@ def _places() -> FloatArray:
 
 
 @recorded("weight_table")
-def sampled_falls() -> Nodes:
+def collisions_at_nodes() -> Nodes:
     """Compute the collisions at the nodes."""
     # Any guess of the load will do, because the motion gives the speed at first contact, which scales it.
     kappa = np.geomspace(LEAST, 1.2 * LARGEST, _NODES[0])
