@@ -1,4 +1,4 @@
-"""Imports point downward, from wing to wing and inside each; and importing the package stays cheap."""
+"""Imports point downward, from package to package and inside each; and importing the package stays cheap."""
 
 import ast
 import os
@@ -22,8 +22,8 @@ from viscopade.kernels.write.languages import language as language_of
 
 SOURCE = Path(__file__).parents[1] / "src"
 
-# Design section 3, from the ground up. Those of the first line are files; a wing imports from those before it.
-WINGS = (
+# Design section 3, from the ground up. Those of the first line are files; a package imports from those before it.
+PACKAGES = (
     *("arguments", "records", "files", "progress", "generated", "extras", "shipped"),
     *("arithmetic", "store", "quantity", "arrays", "theory", "collision", "approximation", "kernels"),
     *("fitting", "simulators", "scene", "plots", "calculator", "cli"),
@@ -74,19 +74,19 @@ def _imports(module):
                     yield str(node.module), alias.name
 
 
-def wing_of(module):
+def package_of(module):
     return module.split(".")[1] if "." in module else ""
 
 
 def test_every_module_has_its_place():
-    assert {wing_of(module) for module in PRODUCT} == set(WINGS)
+    assert {package_of(module) for module in PRODUCT} == set(PACKAGES)
 
 
 @pytest.mark.parametrize("module", PRODUCT)
 def test_imports_point_downward(module):
-    below = WINGS[: WINGS.index(wing_of(module)) + 1]
+    below = PACKAGES[: PACKAGES.index(package_of(module)) + 1]
     for other, _ in imports(module):
-        assert wing_of(other) in below, other
+        assert package_of(other) in below, other
 
 
 def test_no_module_of_the_product_imports_the_evidence():
@@ -100,28 +100,28 @@ def test_no_imports_run_in_a_circle():
 
 
 @pytest.mark.parametrize("module", PRODUCT)
-def test_wings_take_from_each_other_what_their_faces_list(module):
+def test_packages_take_from_each_other_what_they_list(module):
     for other, name in imports(module):
         private = re.match(r"_[^_]", name) and (other, name) != ("viscopade.kernels", "_native")  # which is compiled
         assert not private, f"{other}.{name} is private"
         if other in FRAME or other.split(".")[:2] == module.split(".")[:2]:
             continue
         if other.count(".") > 1:
-            wing, _, inside = other.rpartition(".")
-            assert inside in import_module(wing).__all__, f"{other} is not in the face of {wing}"
+            package, _, inside = other.rpartition(".")
+            assert inside in import_module(package).__all__, f"{other} is not listed by {package}"
 
 
-@pytest.mark.parametrize("wing", sorted({module.rpartition(".")[0] for module in PRODUCT if module.count(".") > 1}))
-def test_faces_list_modules_that_are_there_and_wanted(wing):
-    """Wanted by other wings, by the laboratory, or by nobody else: then they are not listed."""
-    face = import_module(wing).__all__
+@pytest.mark.parametrize("package", sorted({module.rpartition(".")[0] for module in PRODUCT if module.count(".") > 1}))
+def test_packages_list_modules_that_are_there_and_wanted(package):
+    """Wanted by other packages, by the laboratory, or by nobody else: then they are not listed."""
+    listed = import_module(package).__all__
     wanted = {
-        other.removeprefix(f"{wing}.")
+        other.removeprefix(f"{package}.")
         for module in MODULES
         for other, _ in imports(module)
-        if other.rpartition(".")[0] == wing and module.split(".")[:2] != other.split(".")[:2]
+        if other.rpartition(".")[0] == package and module.split(".")[:2] != other.split(".")[:2]
     }
-    assert sorted(face) == sorted(wanted)
+    assert sorted(listed) == sorted(wanted)
 
 
 @pytest.mark.parametrize("module", sorted(set(PRODUCT) - TOUCH_FILES))
