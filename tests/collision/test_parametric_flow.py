@@ -13,7 +13,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from viscopade.arithmetic.balls import working
-from viscopade.arithmetic.function_balls import norm
+from viscopade.arithmetic.function_balls import FunctionBall, norm
 from viscopade.collision import parametric_flow, validation
 from viscopade.collision.flow import Dyadic, integrate
 from viscopade.collision.parametric_flow import ParametricBranch, ParametricEnds, Scaled, integrated, parametric_ends
@@ -203,7 +203,7 @@ def test_an_end_behind_the_true_end_is_refused(name, unloading):
 def test_an_end_outside_the_last_piece_is_refused(position):
     right = made("one", False)
     end = fmpz_poly([position * (1 << right.bits - 60)])
-    with pytest.raises(ArithmeticError, match="end"):
+    with pytest.raises(ArithmeticError, match="the end is not in the last piece"):
         parametric_ends(replace(right, end=end))
 
 
@@ -353,6 +353,13 @@ def test_the_residual_is_bounded_for_all_y_and_z(name, unloading, cut):
             largest = max(residual(right, wrong, fmpq(y, 4), z) for y in range(5) for z in POINTS)
             assert largest <= bound
             assert largest > bound / 100
+
+
+def test_errors_of_both_factors_are_in_that_of_a_product():
+    """3 and 7 that are off by 5 and 2: (3 + 5) (7 + 2) - 21 = 51."""
+    packing = parametric_flow._Packing(bits=10, degree=3, stride=4, length=4)
+    three, seven = (FunctionBall(fmpz_poly([n << 10]), n << 10, error << 10) for n, error in ((3, 5), (7, 2)))
+    assert packing.error(three, seven) >> 10 == 51
 
 
 def residual(given: ParametricBranch, piece, y, z):

@@ -243,31 +243,6 @@ def test_elastic_pair():
 # Units
 
 
-@given(some_spheres, some_spheres, speeds, magnitudes(-6, 6), magnitudes(-6, 6), magnitudes(-6, 6))
-def test_dimensions(one, other, speed, length, mass, time):
-    """In units smaller by these factors, every quantity grows as its dimension says."""
-
-    def rescaled(sphere):
-        return Sphere(
-            radius=sphere.radius * length,
-            mass=sphere.mass * mass,
-            young_modulus=sphere.young_modulus * (mass / length / time**2),
-            poisson_ratio=sphere.poisson_ratio,
-            dissipative_constant=sphere.dissipative_constant * time,
-        )
-
-    pair, scaled = Pair(one, other), Pair(rescaled(one), rescaled(other))
-    fast = speed * (length / time)
-    assert scaled.m_eff == close(pair.m_eff * mass)
-    assert scaled.R_eff == close(pair.R_eff * length)
-    assert scaled.rho == close(pair.rho * mass / time**2 / length**0.5)
-    assert close(pair.A * time) == scaled.A
-    assert scaled.beta == close(pair.beta * (time / length) ** 0.2)
-    assert scaled.length_scale(fast) == close(pair.length_scale(speed) * length)
-    assert scaled.time_scale(fast) == close(pair.time_scale(speed) * time)
-    assert scaled.v_star(fast) == close(pair.v_star(speed))
-
-
 def test_si_and_cgs_agree():
     si = Sphere(radius=0.025, density=917, young_modulus=9e9, poisson_ratio=0.31, dissipative_constant=1e-6)
     cgs = Sphere(radius=2.5, density=0.917, young_modulus=9e10, poisson_ratio=0.31, dissipative_constant=1e-6)

@@ -119,6 +119,7 @@ def test_a_rise_is_relative_to_the_smaller_function():
     last = table.size - 1
     changed = with_rows(table, {last: (table.rows[last][0] * 2, *table.rows[last][1:])})
     assert changed.rise_after(last - 1) > Fraction(1, 2)
+    assert abs(table.rise_after(table.switch - 1)) < Fraction(1, 100)  # from rows of eps - 1 to those of eps
 
 
 # --- rounding ---------------------------------------------------------------------------------------------------------
