@@ -209,9 +209,13 @@ def names_in(*expressions: Expression) -> set[str]:
     """Return the names that expressions read; also the names of tables."""
     found, rest = set[str](), [*expressions]
     while rest:
-        match bare(rest.pop()):
+        match rest.pop():
             case Name(name):
                 found.add(name)
+            case Polynomial(_, _, summed):
+                rest.append(summed)
+            case Exact(operation):
+                rest.append(operation)
             case Operation(_, left, right):
                 rest += (left, right)
             case Negation(_, operand):
