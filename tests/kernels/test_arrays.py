@@ -4,7 +4,7 @@ import importlib
 import inspect
 import math
 import types
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -17,19 +17,19 @@ KEYS = [entry.key for group in ("pade", "minimax", "compact", "inverse") for ent
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.nan, math.inf, -math.inf, 0.5, 5.0, 5.7, 1e-300, 1e-40, 1e200)
 
 
+@cache
 def module(name):
     made = types.ModuleType(name)
     exec(file.file_text([catalogue.kernel(key) for key in KEYS], language(name), "viscopade"), made.__dict__)
     return made
 
 
-SCALAR, ARRAYS = module("python"), module("arrays")
 NAMES = [f"{f.name}_{catalogue.kernel(key).name}" for key in KEYS for f in catalogue.kernel(key).functions]
 
 
 def columns(name):
     """Return arguments of a function: usual ones, and each special one with each."""
-    count = len(inspect.signature(getattr(SCALAR, name)).parameters)
+    count = len(inspect.signature(getattr(module("python"), name)).parameters)
     usual = np.random.default_rng(3).uniform(0, 1, (count, 200)) * np.array([[2.0], [1.5]])[:count]
     return [
         np.concatenate(pair)
@@ -38,7 +38,9 @@ def columns(name):
 
 
 def scalar(name, given):
-    return np.array([getattr(SCALAR, name)(*row) for row in zip(*(column.tolist() for column in given), strict=True)])
+    return np.array(
+        [getattr(module("python"), name)(*row) for row in zip(*(column.tolist() for column in given), strict=True)]
+    )
 
 
 @pytest.fixture(params=[False, True], ids=["x32", "x64"])
@@ -57,9 +59,9 @@ AT_0 = {"restitution": (0, 0), "rebound": (1, 0), "dissipation": (0, 0)}
 @pytest.mark.parametrize("name", NAMES)
 def test_jax_compiles_maps_and_differentiates(jax, name):
     full = bool(jax.config.jax_enable_x64)
-    if not full and not hasattr(ARRAYS, f"{name}_f32"):
+    if not full and not hasattr(module("arrays"), f"{name}_f32"):
         pytest.skip("the kernel is not accurate in type float")
-    function = partial(getattr(ARRAYS, name if full else f"{name}_f32"), xp=jax.numpy)
+    function = partial(getattr(module("arrays"), name if full else f"{name}_f32"), xp=jax.numpy)
     given = [column[:200] for column in columns(name)]
     expected = scalar(name, given)
     found = np.asarray(jax.jit(function)(*given))
@@ -87,7 +89,7 @@ def test_pytorch_computes_and_differentiates(name):
         pytest.skip(f"there is no PyTorch: {error}")
     given = [column[:200] for column in columns(name)]
     tensors = [torch.tensor(column, requires_grad=True) for column in given]
-    found = getattr(ARRAYS, name)(*tensors, xp=torch)
+    found = getattr(module("arrays"), name)(*tensors, xp=torch)
     np.testing.assert_allclose(found.detach().numpy(), scalar(name, given), rtol=1e-11, atol=0)
     found.nansum().backward()
     assert all(np.isfinite(tensor.grad.numpy()).all() for tensor in tensors)
