@@ -38,9 +38,8 @@ def columns(name):
 
 
 def scalar(name, given):
-    return np.array(
-        [getattr(module("python"), name)(*row) for row in zip(*(column.tolist() for column in given), strict=True)]
-    )
+    function = getattr(module("python"), name)
+    return np.array([function(*row) for row in zip(*(column.tolist() for column in given), strict=True)])
 
 
 @pytest.fixture(params=[False, True], ids=["x32", "x64"])
