@@ -104,9 +104,9 @@ def test_code_spans_are_on_one_line():
 
 
 def test_stale_names_are_found():
-    assert all(map(resolves, ("panel_proof.prove_panel", "viscopade.collision.panel_proof.prove_panel", "np.exp")))
+    assert all(map(resolves, ("panel_proof.prove_row", "viscopade.collision.panel_proof.prove_row", "np.exp")))
     assert not any(map(resolves, ("panel_proof.prove_elastic", "kernels.speed_table_of")))
-    assert {"prove_panel", "prove_elastic"} - known() == {"prove_elastic"}
+    assert {"prove_row", "prove_elastic"} - known() == {"prove_elastic"}
 
 
 def test_one_name_has_one_meaning():

@@ -10,12 +10,13 @@ The polynomials interpolate near Chebyshev's nodes, in exact arithmetic. The sam
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
-from flint import fmpq, fmpq_mat
+from flint import fmpq, fmpq_poly
 
+from viscopade.arithmetic.chebyshev import interpolated, to_fraction
 from viscopade.arrays.panels import CENTRES, COEFFICIENTS, DATA, FIRST, FOLD, HALF_WIDTHS, NAMES, PANELS, SPLIT
 from viscopade.collision import exact
 from viscopade.collision.panel_proof import PanelRow
@@ -33,19 +34,19 @@ def panel(index: int) -> dict[str, PanelRow]:
         return _lowest_panel()
     nodes = _nodes(COEFFICIENTS, -1)
     values = [_values(index, z) for z in nodes]
-    return {name: _rounded(_interpolated(nodes, [value[name] for value in values])) for name in NAMES}
+    return {name: rounded(interpolated(nodes, [value[name] for value in values]).coeffs(), BITS) for name in NAMES}
 
 
 def _lowest_panel() -> dict[str, PanelRow]:
     """Return the rows of the panel around 0, where (1 - eps)/v*^2 is interpolated."""
     nodes = _nodes(COEFFICIENTS - 2, 0)
     values = [_values(0, z) for z in nodes]
-    ratio = _interpolated(nodes, [value["one_minus_epsilon"] / z**2 for z, value in zip(nodes, values, strict=True)])
-    loss = [fmpq(0), fmpq(0), *ratio]
-    polynomials = {"epsilon": [1 - loss[0], *(-c for c in loss[1:])], "one_minus_epsilon": loss}
+    loss = interpolated(nodes, [value["one_minus_epsilon"] / z**2 for z, value in zip(nodes, values, strict=True)])
+    loss *= fmpq_poly([0, 0, 1])
+    polynomials = {"epsilon": 1 - loss, "one_minus_epsilon": loss}
     for name in ("x_max", "tau_c"):
-        polynomials[name] = [*_interpolated(nodes, [value[name] for value in values]), fmpq(0), fmpq(0)]
-    return {name: _rounded(polynomials[name]) for name in NAMES}
+        polynomials[name] = interpolated(nodes, [value[name] for value in values])
+    return {name: rounded(polynomials[name].coeffs(), BITS, COEFFICIENTS) for name in NAMES}
 
 
 def _nodes(number: int, low: int) -> list[Fraction]:
@@ -63,23 +64,11 @@ def _values(index: int, z: Fraction) -> dict[str, Fraction]:
     return {name: Fraction(decimals[name]) for name in NAMES}
 
 
-def _interpolated(nodes: Sequence[Fraction], values: Sequence[Fraction]) -> list[fmpq]:
-    """Return the coefficients of the polynomial through the values."""
-    column = fmpq_mat([[fmpq(v.numerator, v.denominator)] for v in values])
-    return list((_inverse_vandermonde(tuple(nodes)) * column).entries())
-
-
-@lru_cache(maxsize=2)
-def _inverse_vandermonde(nodes: tuple[Fraction, ...]) -> fmpq_mat:
-    powers = [[fmpq(z.numerator, z.denominator) ** n for n in range(len(nodes))] for z in nodes]
-    return fmpq_mat(powers).inv()
-
-
-def _rounded(coefficients: Iterable[fmpq]) -> PanelRow:
-    """Round to integers in a unit that gives the first one that is not 0 `BITS` bits."""
-    fractions = [Fraction(int(c.p), int(c.q)) for c in coefficients]
+def rounded(coefficients: Sequence[fmpq], bits: int, length: int = 0) -> PanelRow:
+    """Round to integers in a unit that gives the first one that is not 0 `bits` bits; add zeros up to a length."""
+    fractions = [*map(to_fraction, coefficients), *[Fraction(0)] * (length - len(coefficients))]
     first = abs(next(c for c in fractions if c))
-    exponent = math.floor(math.log2(first)) - BITS + 1
+    exponent = math.floor(math.log2(first)) - bits + 1
     return PanelRow(exponent, tuple(round(c / Fraction(2) ** exponent) for c in fractions))
 
 

@@ -1,10 +1,10 @@
-r"""Proof of the table of panels: eps(v*) and 1 - eps(v*) as polynomials on panels of v*, with bounds of their errors.
+r"""Proof of two tables: eps(v*) and 1 - eps(v*) as polynomials on panels of v*, with bounds of their errors.
 
-The polynomials are the rows of `double`'s table. The proof assumes nothing about their origin: `prove_panel` compares
-them, on a whole panel at once, with a `parametric_flow` of collisions whose error is proven
-(docs/theory/exact-function.md, step 7).
+The rows of `data/exact.txt` have 35 digits and more; `tools.exact_table` makes them. `prove_row` compares a row, on a
+whole panel at once, with a `parametric_flow` of collisions whose error is proven, and assumes nothing about the row's
+origin (docs/theory/exact-function.md, step 7). The rows of `double`'s table are compared with these (`double_bounds`).
 
-`data/proven.txt` records the proven errors of each panel, with the digest of the table; `proven_error` reads them.
+Both tables' bounds are records with digests: `exact_rows` reads the one, `proven_error` the other.
 
 For the two ends a few lines of estimates suffice: below `ELASTIC` (`elastic_error`), and beyond the panels, where eps
 is close to its limit (`tail`; step 8).
@@ -15,7 +15,7 @@ from __future__ import annotations
 import hashlib
 import math
 import pkgutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
@@ -26,17 +26,16 @@ from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly, fmpz_poly
 from viscopade.arithmetic.balls import coefficient_sum, exact_middle, magnitude, working
 from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
-from viscopade.collision.flow import integrate
-from viscopade.collision.parametric_flow import ParametricBranch, ParametricEnds, Scaled, integrated, parametric_ends
+from viscopade.collision.parametric_flow import ParametricBranch, Scaled, integrated, parametric_ends
 
-ACCURACY = 80
-DEGREE = 24  # of polynomials in z
-MORE_ACCURACY, MORE_DEGREE = 12, 6  # where the bounds are larger than
-WANTED = 1.1 * 2.0**-62
-ELASTIC = Fraction(1, 2**36)  # below, v* is so small that the first term of the series is enough
-ELASTIC_ACCURACY = 160  # bits for the panel that begins there, where 1 - eps is small
-ELASTIC_DEGREE = 38
+ACCURACY = 150  # bits
+DEGREE = 50  # of polynomials in z
+ELASTIC = Fraction(1, 2**36)  # below, v* is so small that the first term of the series is enough for doubles
+ELASTIC_ACCURACY = 220  # bits for the panel that begins there, where 1 - eps is small
+ELASTIC_DEGREE = 60
 PARTS = 64
+EXACT = "data/exact.txt"
+EXACT_BITS = 160  # bounds in this table are in units of 2^-160
 RECORD = "data/proven.txt"
 RECORD_BITS = 80  # recorded bounds are in units of 2^-80
 
@@ -60,18 +59,14 @@ class PanelRow(NamedTuple):
         return arb_poly(fmpz_poly(list(self.a))) * arb(2) ** self.exponent
 
 
-def _text(name: str) -> str:
-    return cast(bytes, pkgutil.get_data("viscopade", name)).decode()
-
-
 @lru_cache(maxsize=1)
 def panel_rows() -> dict[tuple[str, int], PanelRow]:
-    """Return all rows of the table, by function and panel."""
+    """Return all rows of `double`'s table, by function and panel."""
     return {place: PanelRow(*row) for place, row in panels.rows().items()}
 
 
 class PanelBounds(NamedTuple):
-    """Bounds of the relative errors of a panel's rows."""
+    """Bounds of the relative errors of a panel's rows in `double`'s table."""
 
     epsilon: arb
     one_minus_epsilon: arb
@@ -81,33 +76,80 @@ class PanelBounds(NamedTuple):
         return [math.ceil(magnitude(bound) * 2**RECORD_BITS) for bound in self]
 
 
-# --- the record -------------------------------------------------------------------------------------------------------
+# --- the records ------------------------------------------------------------------------------------------------------
+
+
+def _text(name: str) -> str:
+    return cast(bytes, pkgutil.get_data("viscopade", name)).decode()
+
+
+def lines_of(name: str) -> list[str]:
+    """Return the lines of a file of the package that are no comments."""
+    return [line for line in _text(name).splitlines() if not line.startswith("#")]
+
+
+def digest(lines: Iterable[str]) -> str:
+    """Return the line of a record that names the lines it belongs to."""
+    return f"sha256 {hashlib.sha256(chr(10).join(lines).encode()).hexdigest()}"
+
+
+class ExactRow(NamedTuple):
+    """The smaller of eps and 1 - eps on a panel, with the proven bound of its relative error in units of 2^-160."""
+
+    name: str
+    bound: int
+    row: PanelRow
+
+    @property
+    def error(self) -> arb:
+        """The bound as a number."""
+        return arb(self.bound) * arb(2) ** -EXACT_BITS
+
+    def polys(self) -> tuple[arb_poly, arb_poly]:
+        """Return the polynomials of eps and of 1 - eps. To be called within `working`."""
+        smaller = self.row.poly()
+        return (smaller, 1 - smaller) if self.name == "epsilon" else (1 - smaller, smaller)
+
+
+@lru_cache(maxsize=1)
+def exact_rows() -> dict[int, ExactRow]:
+    """Return the rows to 35 digits by panel; none for a panel that is not proven yet.
+
+    Raises
+    ------
+    OSError
+        If a row or a bound was changed.
+    """
+    try:
+        named, *lines = lines_of(EXACT)
+    except FileNotFoundError:  # the table is being made
+        return {}
+    if named != digest(lines):
+        raise OSError(f"{EXACT} was changed after its proof: run python -m tools.exact_table")
+    rows = (line.split() for line in lines)
+    return {
+        int(panel): ExactRow(name, int(bound), PanelRow(int(e), (*map(int, a),))) for name, panel, bound, e, *a in rows
+    }
 
 
 def proven() -> dict[int, list[int]]:
-    """Return the recorded bounds of the rows for eps and 1 - eps on each panel, in units of 2^-80.
+    """Return the recorded bounds of `double`'s rows for eps and 1 - eps on each panel, in units of 2^-80.
 
     Raises
     ------
     OSError
         If the record is not that of the table.
     """
-    digest, *lines = [line for line in _text(RECORD).splitlines() if not line.startswith("#")]
+    named, *lines = lines_of(RECORD)
     recorded = {panel: bounds for panel, *bounds in (map(int, line.split()) for line in lines)}
-    if digest != digest_of_rows() or list(recorded) != list(range(PANELS)):
+    if named != digest(lines_of(DATA)) or list(recorded) != list(range(PANELS)):
         raise OSError(f"{RECORD} does not belong to {DATA}: run python -m tools.panel_bounds > src/viscopade/{RECORD}")
     return recorded
 
 
-def digest_of_rows() -> str:
-    """Return the digest of the table, the record's line that names its table."""
-    rows_only = "\n".join(line for line in _text(DATA).splitlines() if not line.startswith("#"))
-    return f"sha256 {hashlib.sha256(rows_only.encode()).hexdigest()}"
-
-
 @lru_cache(maxsize=1)
 def proven_error() -> float:
-    """Return the proven bound of the relative errors of all rows for eps and 1 - eps.
+    """Return the proven bound of the relative errors of all of `double`'s rows for eps and 1 - eps.
 
     It is the least power of 2 that leaves all recorded bounds a margin of one bit. A record out of date is found out
     here and not on import: it must not stop the command that renews it.
@@ -124,119 +166,123 @@ def proven_error() -> float:
 # --- proof ------------------------------------------------------------------------------------------------------------
 
 
-def prove_panel(index: int) -> PanelBounds:
-    """Bound the relative errors of a panel's rows for eps and 1 - eps, on the whole panel.
+def prove_row(index: int, name: str, row: PanelRow, k: Sequence[fmpq]) -> arb:
+    """Bound the relative error of a row for eps or 1 - eps on the whole panel; on panel 0 from ELASTIC on.
+
+    Parameters
+    ----------
+    index : int
+        Panel.
+    name : str
+        "epsilon" or "one_minus_epsilon".
+    row : PanelRow
+    k : sequence of fmpq
+        Coefficients of a polynomial in z near the k of the collision at v*(z); on panel 0, of k/z^2. Nothing is assumed
+        of it: how far it is off is part of the bound.
+
+    Raises
+    ------
+    ArithmeticError
+        If the bound is not small.
+    """
+    return PanelProof(index, k).bound(name, row)
+
+
+class PanelProof:
+    """The proof for one panel: loading and unloading for all z, with which rows are compared."""
+
+    def __init__(self, index: int, k: Sequence[fmpq]) -> None:
+        self.panel = _Panel(index)
+        self.accuracy, self.degree = (ACCURACY, DEGREE) if index else (ELASTIC_ACCURACY, ELASTIC_DEGREE)
+        self.bits = self.accuracy + 40
+        with working(self.bits):
+            reduced = Scaled.nearest(arb_series([arb(c) for c in k], len(k)), self.bits)
+        zeros = [0] * (2 * self.panel.power)
+        self.k = Scaled(fmpz_poly([*zeros, *reduced.polynomial.coeffs()]), reduced.exponent)
+        self.loading, self.unloading = (
+            parametric_ends(self._integrated(half), self.panel.power > 0) for half in (False, True)
+        )
+
+    def _integrated(self, unloading: bool) -> ParametricBranch:
+        size = max(self.k.at(0).size, 0)
+        gap = self.accuracy // 2 - 6 * self.panel.power + size if unloading else self.accuracy // 3 + 4
+        return integrated(self.k, unloading, self.accuracy, self.degree, gap)
+
+    def bound(self, name: str, row: PanelRow) -> arb:
+        """Return how far a row is from the true function.
+
+        F = slope/step of loading, m likewise; kappa^5 = k^5 F/16 = v*^10 up to a factor e^(5 delta).
+        """
+        loading, unloading, panel = self.loading, self.unloading, self.panel
+        with working(2 * self.bits):
+            k = panel.reduced(self.k.poly(), 2)
+            wanted = 16 * loading.step * panel.v_star() ** 10
+            kappa = panel.relative(k**5 * loading.slope - wanted, wanted) + 2 * loading.error
+            delta = kappa / 4  # |ln(1 + x)| <= 5/4 |x| for |x| <= 1/5
+            f, m = loading.slope * unloading.step, unloading.slope * loading.step
+            from_ends = 2 * (loading.error + unloading.error)
+            if name == "epsilon":
+                return _small(panel.relative(row.poly() * f - m, m) + from_ends + 3 * delta)
+            return _small(self._loss_error(row.poly(), f, m, from_ends) + 4 * delta)
+
+    def _loss_error(self, loss: arb_poly, f: arb_poly, m: arb_poly, from_ends: arb) -> arb:
+        """Bound the relative error of 1 - eps, whose row is divisible by z^2 on panel 0."""
+        least_f, least_loss = _least(f), _least(self.panel.reduced(loss, 2))
+        difference = loss * f - (f - m)
+        if not self.panel.power:
+            return (self.panel.most(difference) / least_f + from_ends) / least_loss
+        first, second, *rest = difference.coeffs()
+        start = arb(ELASTIC.numerator) / ELASTIC.denominator / _ball(HALF_WIDTHS[0])  # the least z
+        low = (abs(first) / least_f + from_ends) / start**2 + abs(second) / least_f / start
+        return (low + self.panel.most(arb_poly(rest)) / least_f) / least_loss
+
+
+def double_bounds(index: int) -> PanelBounds:
+    """Bound the relative errors of a panel's rows in `double`'s table, by their distance from the proven row.
 
     Raises
     ------
     ValueError
-        If there is no such panel.
-    ArithmeticError
-        If the bounds are not small.
+        If there is no such panel, or it has no proven row.
     """
-    if index not in range(PANELS):
-        raise ValueError(f"panel is {index}: expected 0 to {PANELS - 1}")
-    bounds = _PanelProof(index).bounds()
-    if max(bounds) > WANTED:
-        bounds = _PanelProof(index, MORE_ACCURACY, MORE_DEGREE).bounds()
-    return PanelBounds(*map(max, bounds, elastic_error())) if index == 0 else bounds
+    if index not in exact_rows():
+        raise ValueError(f"panel is {index}: expected one of 0 to {PANELS - 1} that {EXACT} has")
+    panel, row = _Panel(index), exact_rows()[index]
+    with working(256):
+        epsilon, loss = row.polys()
+        # With q_s the row, the smaller function is q_s (1 ± error), and the larger one 1 - q_s ± error q_s.
+        smaller, larger = (epsilon, loss) if row.name == "epsilon" else (loss, epsilon)
+        of_row = row.error * (1 + panel.most(smaller) / _least(larger))
+        bounds = []
+        for name, exact, power in (("epsilon", epsilon, 0), ("one_minus_epsilon", loss, 2)):
+            whole = panel.reduced(exact, power)
+            own = panel.reduced(panel_rows()[name, index].poly(), power)
+            bounds.append(_small(panel.relative(own - whole, whole) * (1 + 2 * of_row) + 2 * of_row))
+    return PanelBounds(*map(max, bounds, elastic_error())) if index == 0 else PanelBounds(*bounds)
 
 
-class _PanelProof:
-    """The proof for one panel.
+class _Panel:
+    """Polynomials in z on a panel: |z| <= 1, or for panel 0, where v* = z (half width), 0 <= z <= 1."""
 
-    With `power` 1, for panel 0 from ELASTIC on, v* = z (half width), and k is divisible by z^2.
-    """
-
-    def __init__(self, index: int, more_accuracy: int = 0, more_degree: int = 0) -> None:
-        self.index = index
-        self.power = 1 if index == 0 else 0
-        accuracy, degree = (ELASTIC_ACCURACY, ELASTIC_DEGREE) if index == 0 else (ACCURACY, DEGREE)
-        self.accuracy, self.degree = accuracy + more_accuracy, degree + more_degree
-        self.bits = self.accuracy + 40
+    def __init__(self, index: int) -> None:
+        self.index, self.power = index, 0 if index else 1
 
     def v_star(self) -> arb_poly:
-        """Return v* / z^power."""
+        """Return v*; on panel 0 v*/z."""
         centre, half = _ball(CENTRES[self.index]), _ball(HALF_WIDTHS[self.index])
         return arb_poly([half] if self.power else [centre, half])
 
-    def bounds(self) -> PanelBounds:
-        """Integrate and compare."""
-        k = self._k()
-        loading, unloading = (parametric_ends(self._integrated(k, half), self.power > 0) for half in (False, True))
-        with working(2 * self.bits):
-            return self._compared(k, loading, unloading)
+    def reduced(self, polynomial: arb_poly, power: int) -> arb_poly:
+        """Return a polynomial; on panel 0 the quotient by z^power."""
+        return arb_poly(polynomial.coeffs()[power * self.power :])
 
-    def _integrated(self, k: Scaled, unloading: bool) -> ParametricBranch:
-        gap = self.accuracy // 2 - 6 * self.power + max(_size(k), 0) if unloading else self.accuracy // 3 + 4
-        return integrated(k, unloading, self.accuracy, self.degree, gap)
-
-    def _k(self) -> Scaled:
-        """Return k(z) for which v* is nearly linear in z: from x_max of the table, with one step of Newton's method."""
-        length = self.degree + 1
-        with working(self.bits, length):
-            v_star = arb_series(self.v_star(), length)
-            x_max = arb_series(panel_rows()["x_max", self.index].poly(), length)
-            first = 2 * v_star * v_star * x_max.sqrt().sqrt()
-        trial = self._scaled(first)
-        with working(self.bits, length):
-            slope, step = self._integrated(trial, False).roughly()
-            wanted = 16 * arb_series(step, length) * v_star**10
-            excess = (arb_series(slope, length) * first**5 / wanted).log() / 5
-            change = (-excess / (1 + self._sensitivity(trial) / 5)).exp()
-            return self._scaled(arb_series([c.mid() for c in (first * change).coeffs()], length))
-
-    def _scaled(self, k: arb_series) -> Scaled:
-        """Return k z^(2 power) with integer coefficients."""
-        scaled = Scaled.nearest(k, self.bits)
-        return Scaled(fmpz_poly([*[0] * (2 * self.power), *scaled.polynomial.coeffs()]), scaled.exponent)
-
-    def _sensitivity(self, k: Scaled) -> arb:
-        """Return d ln F/d ln k in the middle of the panel."""
-        if self.power:
-            return arb(0)
-        branch = integrate(k.at(0), self.accuracy)
-        return branch.sensitivity().mid()
-
-    def _compared(self, k: Scaled, loading: ParametricEnds, unloading: ParametricEnds) -> PanelBounds:
-        """Return how far the rows are from the true functions.
-
-        F = slope/step of loading, m likewise; kappa^5 = k^5 F/16 = v*^10 up to a factor e^(5 delta).
-        """
-        reduced = arb_poly(k.poly().coeffs()[2 * self.power :])
-        wanted = 16 * loading.step * self.v_star() ** 10
-        kappa = self._relative(reduced**5 * loading.slope - wanted, wanted) + 2 * loading.error
-        delta = kappa / 4  # |ln(1 + x)| <= 5/4 |x| for |x| <= 1/5
-        f, m = loading.slope * unloading.step, unloading.slope * loading.step
-        epsilon = panel_rows()["epsilon", self.index].poly()
-        loss = panel_rows()["one_minus_epsilon", self.index].poly()
-        from_ends = 2 * (loading.error + unloading.error)
-        return PanelBounds(
-            _small(self._relative(epsilon * f - m, m) + from_ends + 3 * delta),
-            _small(self._loss_error(loss, f, m, from_ends) + 4 * delta),
-        )
-
-    def _loss_error(self, loss: arb_poly, f: arb_poly, m: arb_poly, from_ends: arb) -> arb:
-        """Bound the relative error of 1 - eps, whose row is divisible by z^(2 power)."""
-        least_f = _least(f)
-        difference = loss * f - (f - m)
-        coefficients = difference.coeffs()
-        size = loss.coeffs()[2 * self.power :]
-        least_loss = _least(arb_poly(size))
-        if not self.power:
-            return (self._most(difference) / least_f + from_ends) / least_loss
-        start = arb(ELASTIC.numerator) / ELASTIC.denominator / _ball(HALF_WIDTHS[0])  # the least z
-        low = (abs(coefficients[0]) / least_f + from_ends) / start**2 + abs(coefficients[1]) / least_f / start
-        return (low + self._most(arb_poly(coefficients[2:])) / least_f) / least_loss
-
-    def _relative(self, difference: arb_poly, whole: arb_poly) -> arb:
+    def relative(self, difference: arb_poly, whole: arb_poly) -> arb:
         """Return an upper bound of |difference/whole| on the panel: the largest one of its parts."""
-        shifts = list(self._parts())
-        return max(coefficient_sum(difference(shift).coeffs()) / _least(whole(shift)) for shift in shifts)
+        return max(coefficient_sum(difference(part).coeffs()) / _least(whole(part)) for part in self._parts())
 
-    def _most(self, polynomial: arb_poly) -> arb:
+    def most(self, polynomial: arb_poly) -> arb:
         """Return an upper bound of the absolute value on the panel."""
-        return max(coefficient_sum(polynomial(shift).coeffs()) for shift in self._parts())
+        return max(coefficient_sum(polynomial(part).coeffs()) for part in self._parts())
 
     def _parts(self) -> Iterator[arb_poly]:
         """Yield z on each part of the panel as a polynomial in t, |t| <= 1.
@@ -257,10 +303,6 @@ def _small(bound: arb) -> arb:
 
 def _ball(value: float) -> arb:
     return arb(float(value))
-
-
-def _size(k: Scaled) -> int:
-    return k.at(0).size
 
 
 def _least(polynomial: arb_poly) -> arb:
