@@ -4,6 +4,7 @@ __all__ = [
     "contact",
     "curve",
     "exact",
+    "exact_table",
     "limits",
     "panel_proof",
     "schemes",

@@ -12,16 +12,20 @@ derivative of the flow, finds a k whose kappa (or eps) is nearly the wanted one.
 (`validation`), and bounds of the derivatives with respect to ln k, which hold for every k, cover the remaining
 difference. docs/theory/exact-function.md has the proofs.
 
+For the paper's law eps, 1 - eps and v*(eps) are first looked up in a table of proven polynomials, which determines them
+to 37 digits or so (`exact_table`). Such a collision is integrated as above when x_max or tau_c is first asked for.
+
 The end condition is that of the law; for the paper's law contact ends where the force vanishes (eq:tEndAdvanced).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from flint import arb, fmpz
@@ -29,6 +33,7 @@ from flint import arb, fmpz
 from viscopade import arguments
 from viscopade.arithmetic.balls import Determined, ball_of, bits_for, decimal_string, rational_power, to_mpf, working
 from viscopade.arrays import double
+from viscopade.collision import exact_table
 from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integrate
 from viscopade.collision.validation import Ends, ends
 from viscopade.progress import track
@@ -97,7 +102,10 @@ class Collision(Determined):
     def __post_init__(self) -> None:
         if not (self.epsilon + self.one_minus_epsilon).contains(1):
             raise ValueError("epsilon and one_minus_epsilon do not belong together")
-        undetermined = [name for name in self.balls() if self._decimal(name) is None]
+        self._require_determined(self.balls())
+
+    def _require_determined(self, names: Iterable[str]) -> None:
+        undetermined = [name for name in names if self._decimal(name) is None]
         if undetermined:
             raise ValueError(f"enclosures are too wide for {self.digits} digits: {', '.join(undetermined)}")
 
@@ -134,6 +142,28 @@ class Collision(Determined):
 
 
 NAMES = ("v_star", "epsilon", "one_minus_epsilon", "x_max", "tau_c")
+
+
+class _Tabulated(Collision):
+    """A collision whose balls are from the table; it is integrated when x_max or tau_c is first asked for."""
+
+    wanted: _Wanted
+
+    def __init__(self, wanted: _Wanted, digits: int, balls: dict[str, arb]) -> None:
+        vars(self).update({"beta": None, "kappa": None, **balls}, digits=digits, given=wanted.given, wanted=wanted)
+        self._require_determined(balls)
+
+    @cached_property
+    def _integrated(self) -> Collision:
+        return _determined(self.wanted, self.digits)
+
+    @cached_property
+    def x_max(self) -> arb:
+        return self._integrated.x_max
+
+    @cached_property
+    def tau_c(self) -> arb:
+        return self._integrated.tau_c
 
 
 def collision(
@@ -198,7 +228,6 @@ def collision(
 def _at_speed(wanted: _Speed, digits: int) -> Collision:
     if wanted.beta * wanted.speed == 0:
         return _elastic(digits, wanted.law, wanted.given.get("beta"), "kappa" in wanted.given)
-    _require_moderate(wanted)
     return _collision(wanted, digits)
 
 
@@ -225,7 +254,12 @@ def _named(law: Law, kappa: Fraction) -> dict[str, Fraction]:
 
 def epsilon(v_star: Exact, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> mp.mpf:
     """Return eps(v*) as an mpmath number, to `digits` digits; arguments and errors as for `collision`."""
-    return collision(v_star, digits, law=law).mpf()["epsilon"]
+    return to_mpf(collision(v_star, digits, law=law).epsilon)
+
+
+def one_minus_epsilon(v_star: Exact, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> mp.mpf:
+    """Return 1 - eps(v*), without cancellation, as `epsilon` returns eps(v*)."""
+    return to_mpf(collision(v_star, digits, law=law).one_minus_epsilon)
 
 
 def invert(
@@ -445,6 +479,17 @@ class _Speed:
             known = _k_from_table(log_kappa, 52) if self.law == VISCOELASTIC else None
             return known or _k_from_limits(float(log_kappa), self.law)
 
+    def tabulated(self) -> dict[str, arb] | None:
+        """Enclose eps and 1 - eps by the table, if it can."""
+        kappa = ball_of(self.beta) * ball_of(self.speed).root(5)
+        v_star = ball_of(self.given["v_star"]) if "v_star" in self.given else kappa.sqrt()
+        portions = exact_table.portions(v_star)
+        if portions is None:
+            return None
+        numbers = {"v_star": v_star, "epsilon": portions.epsilon, "one_minus_epsilon": portions.loss}
+        further = {"kappa": kappa, "beta": ball_of(self.beta)}
+        return numbers | {name: ball for name, ball in further.items() if name in self.given}
+
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
         loading = integrate(k, accuracy, Motion.of(self.law))
@@ -499,6 +544,14 @@ class _Restitution:
         elif log_kappa > -1:
             log_kappa = -1.0  # where contact still ends
         return _k_from_limits(log_kappa, self.law)
+
+    def tabulated(self) -> dict[str, arb] | None:
+        """Enclose v* by the table, if it can."""
+        v_star = exact_table.v_star_of(self.epsilon)
+        if v_star is None:
+            return None
+        numbers = {"v_star": v_star, "epsilon": ball_of(self.epsilon), "one_minus_epsilon": ball_of(1 - self.epsilon)}
+        return numbers if self.speed is None else {**numbers, "beta": v_star**2 / ball_of(self.speed).root(5)}
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
@@ -562,7 +615,17 @@ def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
 
 
 def _collision(wanted: _Wanted, digits: int) -> Collision:
-    """Solve for k and enclose, with more and more bits until every decimal is determined."""
+    """Look eps or v* up in the table; where it does not determine the decimals, solve for k and enclose."""
+    if wanted.law == VISCOELASTIC:
+        with working(exact_table.BITS):
+            balls = wanted.tabulated()
+        if balls is not None:
+            try:
+                return _Tabulated(wanted, digits, balls)
+            except ValueError:
+                pass
+    if isinstance(wanted, _Speed):
+        _require_moderate(wanted)
     try:
         return _determined(wanted, digits)
     except NoEndError:
@@ -574,6 +637,7 @@ def _collision(wanted: _Wanted, digits: int) -> Collision:
 
 
 def _determined(wanted: _Wanted, digits: int) -> Collision:
+    """Solve for k and enclose, with more and more bits until every decimal is determined."""
     accuracy = bits_for(digits) + GUARD_DIGIT_BITS
     guess, known = wanted.guess()
     k = Dyadic.nearest(guess, 64)

@@ -9,25 +9,18 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple
 
 from flint import arb
 
 from viscopade.arithmetic.balls import ball_of
 from viscopade.arrays import panels
 from viscopade.collision import exact, panel_proof
+from viscopade.collision.exact_table import Portions
 
 BITS = 256
 SHARP_DIGITS = 22
 SHARP = Fraction(1, 10**1000), Fraction(10) ** 100
 """The w for which `exact` is asked for more digits."""
-
-
-class Portions(NamedTuple):
-    """eps and 1 - eps, each to its own relative accuracy."""
-
-    epsilon: arb
-    loss: arb
 
 
 @lru_cache(maxsize=4096)

@@ -24,11 +24,11 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, known_decimal, mag
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays import double
+from viscopade.collision.exact_table import Portions
 from viscopade.generated import json_head
 from viscopade.kernels import machine, truth
 from viscopade.kernels.kernel import Function, Kernel
 from viscopade.kernels.machine import TYPES
-from viscopade.kernels.truth import Portions
 
 HARD = "data/hard_arguments.csv"
 COLUMNS = ("function", "type", "x", "y", "exact", "nearest", "error", "least", "most", "bits")

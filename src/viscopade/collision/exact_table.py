@@ -1,0 +1,103 @@
+"""eps(v*), 1 - eps(v*) and v*(eps) of the paper's law in microseconds, from the rows that `panel_proof` proves.
+
+All are enclosures, of 39 digits. There are none below `START`, beyond the panels, and where a ball of v* contains an
+end of a panel. Functions are to be called within `balls.working(BITS)`.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from fractions import Fraction
+from functools import lru_cache
+from typing import NamedTuple
+
+from flint import arb, arb_poly
+
+from viscopade.arithmetic.balls import ball_of
+from viscopade.arrays import panels
+from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
+from viscopade.collision import panel_proof
+from viscopade.collision.panel_proof import exact_rows
+
+BITS = 170
+START, END = float(panel_proof.ELASTIC), float(panel_proof.END)  # powers of 2
+# In a panel's coordinate the first guess is off by at most 1, and the curve bends by a few per cent: each step doubles
+# the right bits, from 4 on.
+NEWTON_STEPS = 6
+
+
+class Portions(NamedTuple):
+    """eps and 1 - eps, each to its own relative accuracy."""
+
+    epsilon: arb
+    loss: arb
+
+
+class _Row(NamedTuple):
+    """A panel's polynomial in z = (v* - centre)/half for the smaller of eps and 1 - eps, with its bound."""
+
+    is_epsilon: bool
+    centre: arb
+    half: arb
+    polynomial: arb_poly
+    slope: arb_poly
+    error: arb
+    factor: arb  # of the true function, 1/(1 ± error)
+
+
+@lru_cache(maxsize=PANELS)
+def _row(index: int) -> _Row | None:
+    """Return a panel's row, if it is proven."""
+    if index not in exact_rows():
+        return None
+    found = exact_rows()[index]
+    centre, half = (arb(float(values[index])) for values in (CENTRES, HALF_WIDTHS))
+    polynomial, error = found.row.poly(), found.error
+    is_epsilon = found.name == "epsilon"
+    return _Row(is_epsilon, centre, half, polynomial, polynomial.derivative(), error, 1 / arb(1, error))
+
+
+def portions(v_star: arb) -> Portions | None:
+    """Enclose eps and 1 - eps for every v* of a ball; None where the table does not tell."""
+    if not START <= v_star < END:
+        return None
+    index, _ = panels.index_of(float(v_star))
+    for row in (_row(index), _row(index - 1)):  # v* may lie just below the end to which a float rounds it
+        if row is not None and -1 <= (z := (v_star - row.centre) / row.half) <= 1:
+            smaller = row.polynomial(z) * row.factor
+            return Portions(smaller, 1 - smaller) if row.is_epsilon else Portions(1 - smaller, smaller)
+    return None
+
+
+def v_star_of(epsilon: Fraction) -> arb | None:
+    """Enclose the v* with a coefficient of restitution in (0, 1); None where the table does not tell."""
+    # The panel follows from (1 - eps)/eps, which grows with v*.
+    eps, loss = ball_of(epsilon), ball_of(1 - epsilon)
+    index = bisect_left(range(len(exact_rows())), float(loss / eps), key=_odds_at_end)
+    row = _row(index)
+    if row is None:
+        return None
+    # Newton's method for the row, whose first term on panel 0 is c z^2.
+    wanted = eps if row.is_epsilon else loss
+    z = arb(0) if index else (wanted / row.polynomial[2]).sqrt().mid()
+    for _ in range(NEWTON_STEPS):
+        z = (z - (row.polynomial(z) - wanted) / row.slope(z)).mid()
+    v_star = row.centre + row.half * z
+    # eps falls strictly with v* (docs/theory/exact-function.md, step 5): v* lies between two speeds, one with a larger
+    # and one with a smaller eps. They differ so much that the row's error does not matter.
+    width = 4 * wanted * row.error * row.half / abs(row.slope(z))
+    low, high = (v_star - width).mid(), (v_star + width).mid()
+    at_low, at_high = portions(low), portions(high)
+    if at_low is None or at_high is None:
+        return None
+    falls = at_low.epsilon > wanted > at_high.epsilon if row.is_epsilon else at_low.loss < wanted < at_high.loss
+    return low.union(high) if falls else None
+
+
+@lru_cache(maxsize=PANELS)
+def _odds_at_end(index: int) -> float:
+    """Return (1 - eps)/eps at the end of a panel, nearly."""
+    row = _row(index)
+    assert row is not None
+    smaller = row.polynomial(arb(1))
+    return float((1 - smaller) / smaller if row.is_epsilon else smaller / (1 - smaller))
