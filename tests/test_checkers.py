@@ -1,6 +1,7 @@
 """The checkers stand alone: they know nothing of the package, and run as their README says."""
 
 import ast
+import hashlib
 import json
 import re
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.daily import DAY
 from tests.patience import HANGS
 
 ROOT = Path(__file__).parents[1]
@@ -63,6 +65,38 @@ def test_a_checker_of_certificates_says_what_holds_and_what_is_wrong(name, tmp_p
         assert done.stdout.startswith(printed)
         assert done.stderr.startswith(said)
         assert done.stderr.count("\n") == status
+
+
+EXACT = ROOT / "src/viscopade/data/exact.txt"
+
+
+def test_the_checker_of_the_exact_table_says_what_holds():
+    done = run("exact_checker.py", EXACT, "--points", "12", "--start", str(DAY))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "12 collisions agree" in done.stdout
+
+
+@pytest.mark.slow
+def test_the_exact_table_agrees_with_2000_collisions():
+    assert "2000 collisions agree" in run("exact_checker.py", EXACT, "--start", str(DAY)).stdout
+
+
+def test_the_checker_of_the_exact_table_finds_wrong_rows(tmp_path):
+    """By the digest; with the digest of the wrong rows by the order of panels, or by a collision."""
+    digest, *rows = [line for line in EXACT.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    name, panel, bound, exponent, first, *others = rows[5].split()
+    wrong = " ".join((name, panel, bound, exponent, str(int(first) + 2**30), *others))  # by 2^-109
+    path = tmp_path / "exact.txt"
+    for lines, known, said in (
+        ([*rows[:5], wrong, *rows[6:]], True, "the digest is not that of the rows"),
+        (rows[1:], False, "line 1 is not that of panel 0"),
+        ([*rows[:5], wrong, *rows[6:]], False, "panel 5, v* = "),
+    ):
+        own = digest if known else f"sha256 {hashlib.sha256(chr(10).join(lines).encode()).hexdigest()}"
+        path.write_text("\n".join((own, *lines)), encoding="utf-8")
+        done = run("exact_checker.py", path, "--panel", "5", "--points", "1")
+        assert (done.returncode, done.stdout) == (1, "")
+        assert said in done.stderr
 
 
 def test_the_checker_of_tables_says_what_holds():
