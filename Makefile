@@ -101,11 +101,11 @@ $(DOCS): $(READY)
 	@$(PIP) --editable '.[docs]'
 	@touch $@
 
-# The extension is made anew when its source or the kernel changes; without a compiler NumPy computes.
-$(NATIVE): $(TOOLS) src/viscopade/kernels/_native.c exports/viscopade_speed_full.h
-	rm -f src/viscopade/kernels/_native.*.so
+# The extension is made anew when its source or the kernel changes; without a compiler Python and NumPy compute.
+$(NATIVE): $(TOOLS) $(wildcard native/*) exports/viscopade_speed_full.h
+	rm -f src/viscopade/_native.*.so
 	$(BIN)/python setup.py --quiet build_ext --inplace --force
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build dist src/*.egg-info src/viscopade/kernels/_native.*.so .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist src/*.egg-info src/viscopade/_native.*.so .pytest_cache .mypy_cache .ruff_cache .hypothesis

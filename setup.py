@@ -1,4 +1,4 @@
-"""Build the extension `viscopade.kernels._native`, if there is a C compiler; put headers and scenes into the package.
+"""Build the extension `viscopade._native`, if there is a C compiler; put headers and scenes into the package.
 
 All else is in pyproject.toml.
 """
@@ -58,11 +58,11 @@ class BuildPackage(build_py):
 setup(
     ext_modules=[
         Extension(
-            "viscopade.kernels._native",
-            sources=["src/viscopade/kernels/_native.c"],
-            depends=["exports/viscopade_speed_full.h"],
+            "viscopade._native",
+            sources=[str(file) for file in sorted(Path("native").glob("*.c"))],
+            depends=["exports/viscopade_speed_full.h", "native/native.h"],
             include_dirs=["exports", numpy.get_include()],
-            optional=True,  # without it NumPy computes the same
+            optional=True,  # without it Python and NumPy compute the same
         )
     ],
     cmdclass={"build_ext": BuildNative, "build_py": BuildPackage},

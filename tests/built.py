@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 MADE = ("*.so", "*.pyd", "__pycache__", "*.egg-info", "build", "dist")
-FOLDERS = ("cmake", "examples", "exports", "src")
+FOLDERS = ("cmake", "examples", "exports", "native", "src")
 FILES = (
     "CHANGELOG.md",
     "CMakeLists.txt",
@@ -55,11 +55,7 @@ def wheel(source, directory, **environment):
     made = build(directory / "source", "wheel", **environment)
     with zipfile.ZipFile(made) as archive:
         archive.extractall(directory / "installed")
-    return [
-        path.name
-        for path in (directory / "installed" / "viscopade" / "kernels").glob("_native.*")
-        if path.suffix != ".pyi"
-    ]
+    return [path.name for path in (directory / "installed" / "viscopade").glob("_native.*") if path.suffix != ".pyi"]
 
 
 def run_installed(directory, *words):

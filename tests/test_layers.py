@@ -24,7 +24,7 @@ SOURCE = Path(__file__).parents[1] / "src"
 
 # Design section 3, from the ground up. Those of the first line are files; a package imports from those before it.
 PACKAGES = (
-    *("arguments", "records", "files", "progress", "generated", "extras", "shipped"),
+    *("arguments", "records", "files", "progress", "generated", "extras", "shipped", "_native", "compiled"),
     *("arithmetic", "store", "quantity", "arrays", "theory", "collision", "approximation", "kernels"),
     *("fitting", "simulators", "scene", "plots", "calculator", "cli"),
 )
@@ -45,7 +45,7 @@ def name_of(path):
     return ".".join(path.relative_to(SOURCE).with_suffix("").parts).removesuffix(".__init__")
 
 
-MODULES = {name_of(path): path for path in SOURCE.rglob("*.py")}
+MODULES = {name_of(path): path for ending in ("py", "pyi") for path in SOURCE.rglob(f"*.{ending}")}
 PRODUCT = sorted(module for module in MODULES if module.split(".")[0] == "viscopade" and module not in FRAME)
 
 

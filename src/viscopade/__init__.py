@@ -21,10 +21,11 @@ if TYPE_CHECKING:
     from viscopade.collision.contact import Contact
     from viscopade.collision.curve import curve
     from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution
+    from viscopade.compiled import backend
     from viscopade.fitting.damping import fit
     from viscopade.fitting.points import Points
     from viscopade.generated import __version__
-    from viscopade.kernels.native import backend, restitution
+    from viscopade.kernels.native import restitution
     from viscopade.shipped import get_include
     from viscopade.theory.law import Law
     from viscopade.theory.pade import pade
@@ -61,15 +62,16 @@ _MODULES = {
 _HOME = {
     **dict.fromkeys(("Pair", "Sphere", "beta_from_restitution"), "viscopade.collision.spheres"),
     **dict.fromkeys(("epsilon", "one_minus_epsilon"), "viscopade.arrays.double"),
-    **dict.fromkeys(("backend", "restitution"), "viscopade.kernels.native"),
     "Contact": "viscopade.collision.contact",
     "Law": "viscopade.theory.law",
     "__version__": "viscopade.generated",
+    "backend": "viscopade.compiled",
     "Points": "viscopade.fitting.points",
     "fit": "viscopade.fitting.damping",
     "curve": "viscopade.collision.curve",
     "get_include": "viscopade.shipped",
     "pade": "viscopade.theory.pade",
+    "restitution": "viscopade.kernels.native",
     "series": "viscopade.theory.series",
 }
 

@@ -19,18 +19,15 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import viscopade as vp
+from viscopade import compiled
 from viscopade.kernels import native
 from viscopade.kernels.formulas import OCTAVES
 from viscopade.kernels.speed_table import SWITCH, TABLES
 
-try:
-    from viscopade.kernels import _native
-except ImportError:
-    _native = None
-
 FIRST = TABLES["full"].first
 NUMPY = native.numpy_restitution
-COMPILED = {name: native.compiled_restitution(name) for name in _native.instruction_sets()} if _native else {}
+SETS = compiled.extension.instruction_sets() if compiled.extension else ()
+COMPILED = {name: native.compiled_restitution(name) for name in SETS}
 BACKENDS = {"numpy": NUMPY, **COMPILED}
 
 each_backend = pytest.mark.parametrize("restitution", BACKENDS.values(), ids=BACKENDS)
@@ -401,7 +398,7 @@ def test_pickled_by_name():
 
 
 def python(code, **environment):
-    variables = {k: v for k, v in os.environ.items() if k != native.VARIABLE} | environment
+    variables = {k: v for k, v in os.environ.items() if k != compiled.VARIABLE} | environment
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=variables)
 
 
@@ -422,13 +419,11 @@ def test_a_bad_environment_is_refused():
 
 
 def test_without_the_extension(monkeypatch):
-    monkeypatch.setitem(sys.modules, "viscopade.kernels._native", None)
-    monkeypatch.delattr("viscopade.kernels._native", raising=False)
-    for wanted in (None, "", "numpy"):
-        name, restitution = native.chosen_backend(wanted)
-        assert (name, restitution) == ("numpy", NUMPY)
+    monkeypatch.setitem(sys.modules, "viscopade._native", None)
+    monkeypatch.delattr("viscopade._native", raising=False)
+    assert [compiled.chosen(wanted) for wanted in (None, "", "numpy")] == [None] * 3
     with pytest.raises(ImportError, match="VISCOPADE_BACKEND is 'compiled', but the extension could not be loaded"):
-        native.chosen_backend("compiled")
+        compiled.chosen("compiled")
 
 
 @needs_extension
@@ -438,7 +433,7 @@ def test_unknown_instructions_are_refused():
 
 
 def test_backend_is_what_runs():
-    assert vp.backend() in native.BACKENDS
+    assert vp.backend() in compiled.BACKENDS
     assert (native._kernel is NUMPY) == (vp.backend() == "numpy")
 
 

@@ -16,24 +16,24 @@ They may come from anywhere: `validation` proves how far they are off, from the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from math import exp, ldexp, lgamma, log, pi, sqrt
-from operator import mul
 from typing import NamedTuple
 
 from flint import arb, arb_poly, arb_series, fmpz, fmpz_poly
 
 from viscopade.arithmetic.balls import fixed_point, working
+from viscopade.collision.recursion import Recursion, shifted
 from viscopade.theory.law import VISCOELASTIC, Law
 
 # Coefficients a piece has for each bit: pieces as long as a quarter of the radius of convergence cost least.
 TERMS_PER_BIT = 0.5
-# Up to so many, Taylor coefficients one by one are faster than Newton's iteration; fewer if they are long.
-NEWTON_FROM = 120
-NEWTON_FROM_BITS = 40_000
+# Up to so many, over the square of the bits, Taylor coefficients one by one are faster than Newton's iteration: 494 of
+# 900 bits, 100 of 2000.
+NEWTON_FROM = 400_000_000
 LONGEST_FIRST_STEP = (
     0.2258  # of `Motion.radius`: for n_a = 5 a quarter of the distance 0.911 of the nearest singularity
 )
@@ -124,15 +124,11 @@ class Dyadic(NamedTuple):
 
     def times(self, number: int) -> int:
         """Return the integer part of value * number, rounded down."""
-        return _shifted(self.mantissa * number, self.exponent)
+        return shifted(self.mantissa * number, self.exponent)
 
     def over(self, divisor: Dyadic, number: int) -> int:
         """Return value * number / divisor, nearly."""
-        return _shifted(self.mantissa * number, self.exponent - divisor.exponent) // divisor.mantissa
-
-
-def _shifted(number: int, exponent: int) -> int:
-    return number << exponent if exponent >= 0 else number >> -exponent
+        return shifted(self.mantissa * number, self.exponent - divisor.exponent) // divisor.mantissa
 
 
 class Piece(NamedTuple):
@@ -378,55 +374,12 @@ def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int, 
     (`Motion.factors`).
     """
     lengths = [terms]
-    while lengths[-1] > max(min(NEWTON_FROM, NEWTON_FROM_BITS // bits), 16):
+    while lengths[-1] > max(NEWTON_FROM // bits**2, 16):
         lengths.append((lengths[-1] + 5) // 2)
     constants = Dyadic(2, 0).product(h).product(h), h.product(k)
-    u = _one_by_one(start, slope, *constants, bits, lengths.pop(), motion)
+    u = Recursion(start, slope, *constants, motion.factors, bits).coefficients(lengths.pop())
     while lengths:
         u = _doubled(u, *constants, bits, lengths.pop(), motion)
-    return u
-
-
-def powers_needed(wanted: Iterable[int]) -> list[tuple[int, int, int]]:
-    """Return by which powers above 1, ascending, the wanted ones are found; each with its two factors.
-
-    An even power is a square, an odd one the power before it times the first.
-    """
-    needed = set(wanted)
-    for power in range(max(needed), 1, -1):
-        if power in needed:
-            needed.add(power - 1 if power % 2 else power // 2)
-    return [(n, n - 1, 1) if n % 2 else (n, n // 2, n // 2) for n in sorted(needed - {0, 1})]
-
-
-def _one_by_one(
-    start: int, slope: int, elastic: Dyadic, viscous: Dyadic, bits: int, terms: int, motion: Motion
-) -> list[int]:
-    """Compare coefficients: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
-    u, r, y = [start, slope], [(1 << bits) - start, -slope], [slope]
-    needed = powers_needed(motion.factors)
-    of: dict[int, list[int]] = {0: [], 1: r} | {power: [] for power, _, _ in needed}
-    steps = [(of[power], of[left], left == right) for power, left, right in needed]
-    s, spring, drag = (of[power] for power in motion.factors)
-    one, alone = of[0], motion.d >= 0  # whether the damping has no power of r
-    v: list[int] = []
-    (stiffness, stiff), (damper, damp) = elastic, viscous
-    for j in range(terms - 2):
-        one.append(0 if j else 1 << bits)
-        half = (j + 1) // 2
-        for power, left, square in steps:
-            if square:
-                value = 2 * sum(map(mul, left[:half], left[j : j - half : -1])) if half else 0
-                if j % 2 == 0:
-                    value += left[half] ** 2
-            else:
-                value = sum(map(mul, left, r[j::-1]))
-            power.append(value >> bits)
-        damping = y[j] if alone else sum(map(mul, drag, reversed(y))) >> bits
-        v.append(_shifted(stiffness * spring[j], stiff) + _shifted(damper * damping, damp))
-        u.append((sum(map(mul, s, reversed(v))) >> bits) // ((j + 1) * (j + 2)))
-        r.append(-u[-1])
-        y.append((j + 2) * u[-1])
     return u
 
 

@@ -1,15 +1,13 @@
 """`restitution(speed, beta)` on NumPy arrays: the exported kernel, compiled, or its program evaluated by NumPy.
 
-The extension `_native` is built at installation if there is a C compiler. Results do not depend on it, to the last bit.
-Before either of the two, `restitution` takes units and masks away, as the other functions of arrays do.
-The environment variable VISCOPADE_BACKEND, read once, asks for one of the two.
+Both have the same bits; `viscopade.compiled` chooses. Before either of the two, `restitution` takes units and masks
+away, as the other functions of arrays do.
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from os import environ
 from typing import Any
 
 import numpy as np
@@ -18,12 +16,10 @@ import numpy.typing as npt
 from viscopade.arguments import refusal, without_unit
 from viscopade.arrays import checked
 from viscopade.arrays.checked import Accepted
+from viscopade.compiled import extension
 from viscopade.kernels import machine
 
 Array = npt.NDArray[Any]
-
-BACKENDS = ("compiled", "numpy")
-VARIABLE = "VISCOPADE_BACKEND"
 
 _NUMBERS = Accepted("a number that double precision can hold", np.isfinite)
 _LARGE = 1 << 1000
@@ -144,47 +140,14 @@ def compiled_restitution(instructions: str | None = None) -> np.ufunc:
 
     Raises
     ------
-    ImportError
-        If the extension was not built.
     ValueError
         If the processor does not have these instructions.
     """
-    from viscopade.kernels import _native
-
-    return _native.ufunc(instructions or _native.instruction_sets()[-1], DOC)
-
-
-def chosen_backend(wanted: str | None) -> tuple[str, Any]:
-    """Return the name of a backend, and its `restitution`.
-
-    Parameters
-    ----------
-    wanted : str, optional
-        "compiled" or "numpy"; by default (and if empty) the compiled one if there is one.
-
-    Raises
-    ------
-    ValueError
-        If there is no such backend.
-    ImportError
-        If the compiled one is asked for and was not built.
-    """
-    if wanted not in (*BACKENDS, "", None):
-        raise ValueError(f"{VARIABLE} is {wanted!r}: expected {' or '.join(BACKENDS)}")
-    if wanted == "numpy":
-        return "numpy", numpy_restitution
-    try:
-        return "compiled", compiled_restitution()
-    except ImportError as error:
-        if wanted:
-            raise ImportError(
-                f"{VARIABLE} is {wanted!r}, but the extension could not be loaded ({error}): was there a C compiler "
-                "when viscopade was installed? Expected numpy, too"
-            ) from error
-    return "numpy", numpy_restitution
+    ufunc: np.ufunc = extension.ufunc(instructions or extension.instruction_sets()[-1], DOC)
+    return ufunc
 
 
-_BACKEND, _kernel = chosen_backend(environ.get(VARIABLE))
+_kernel: Any = numpy_restitution if extension is None else compiled_restitution()
 
 
 def restitution(
@@ -229,8 +192,3 @@ def _is_plain(value: Any) -> bool:
 
 restitution.__doc__ = DOC
 vars(restitution).update(nin=2, nout=1, signature=None)  # what a container asks a ufunc for
-
-
-def backend() -> str:
-    """Return the backend of `restitution`: "compiled" or "numpy"."""
-    return _BACKEND

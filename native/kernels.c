@@ -5,10 +5,9 @@
  * the cache. They are compiled with -ffp-contract=off, so that every instruction set, and NumPy
  * (`viscopade.kernels.native`), gives the same bits.
  */
-#define PY_SSIZE_T_CLEAN
 #define NPY_NO_DEPRECATED_API NPY_1_23_API_VERSION
 
-#include <Python.h>
+#include "native.h"
 
 #include <fenv.h>
 #include <float.h>
@@ -207,7 +206,7 @@ LOOP(loop_integers, npy_int, 0, double, d, )
 LOOP(loop_float, npy_float, 1, float, f, f)
 LOOP(loop_double, npy_double, 1, double, d, )
 
-/* --- the module --- */
+/* --- what Python calls --- */
 
 /* In the order in which NumPy looks for the first that takes the arguments: small integers must not become floats. */
 static const PyUFuncGenericFunction LOOPS[] = {loop_integers, loop_float, loop_double};
@@ -215,7 +214,7 @@ static const char TYPES[] = {NPY_INT, NPY_INT, NPY_DOUBLE, NPY_FLOAT, NPY_FLOAT,
                              NPY_DOUBLE, NPY_DOUBLE, NPY_DOUBLE};
 enum { LOOPS_COUNT = sizeof LOOPS / sizeof *LOOPS };
 
-static PyObject *ufunc(PyObject *module, PyObject *args)
+PyObject *viscopade_ufunc(PyObject *module, PyObject *args)
 {
     const char *wanted, *doc;
     (void)module;
@@ -249,7 +248,7 @@ static PyObject *ufunc(PyObject *module, PyObject *args)
     return PyErr_Format(PyExc_ValueError, "instructions are %s: expected one of instruction_sets()", wanted);
 }
 
-static PyObject *instruction_sets(PyObject *module, PyObject *unused)
+PyObject *viscopade_instruction_sets(PyObject *module, PyObject *unused)
 {
     PyObject *names = PyList_New(0);
     (void)module;
@@ -266,38 +265,10 @@ static PyObject *instruction_sets(PyObject *module, PyObject *unused)
     return names;
 }
 
-static PyMethodDef METHODS[] = {
-    {"ufunc", ufunc, METH_VARARGS, "ufunc(instructions, doc)\n--\n\nReturn the ufunc that uses these instructions."},
-    {"instruction_sets", instruction_sets, METH_NOARGS,
-     "instruction_sets()\n--\n\nReturn the names of those that this processor has, the best last."},
-    {NULL, NULL, 0, NULL},
-};
-
-static int prepare(PyObject *module)
+int viscopade_prepare_kernels(PyObject *module)
 {
     (void)module;
     import_array1(-1);
     import_umath1(-1);
     return 0;
-}
-
-static PyModuleDef_Slot SLOTS[] = {
-    {Py_mod_exec, (void *)prepare},
-#ifdef Py_mod_multiple_interpreters
-    {Py_mod_multiple_interpreters, Py_MOD_MULTIPLE_INTERPRETERS_NOT_SUPPORTED},
-#endif
-#ifdef Py_mod_gil
-    {Py_mod_gil, Py_MOD_GIL_NOT_USED},
-#endif
-    {0, NULL},
-};
-
-static PyModuleDef DEFINITION = {
-    PyModuleDef_HEAD_INIT, "viscopade.kernels._native", "The exported kernel as a NumPy ufunc.", 0, METHODS, SLOTS,
-    NULL, NULL, NULL,
-};
-
-PyMODINIT_FUNC PyInit__native(void)
-{
-    return PyModuleDef_Init(&DEFINITION);
 }

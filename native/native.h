@@ -1,0 +1,12 @@
+/* The optional extension `viscopade._native`: module.c, and one file for each of its purposes. */
+#define PY_SSIZE_T_CLEAN
+
+#include <Python.h>
+
+/* kernels.c */
+PyObject *viscopade_ufunc(PyObject *module, PyObject *args);
+PyObject *viscopade_instruction_sets(PyObject *module, PyObject *unused);
+int viscopade_prepare_kernels(PyObject *module);
+
+/* recursion.c */
+PyObject *viscopade_taylor(PyObject *module, PyObject *args);

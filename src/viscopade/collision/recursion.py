@@ -1,0 +1,105 @@
+"""Taylor coefficients of the flow of a collision, one by one (docs/theory/exact-function.md).
+
+With r = 1 - u, Y = u', S = r^common and V = elastic r^e + viscous r^v Y the flow is u'' = S V, and
+
+    (j+1) (j+2) u_{j+2} = sum_i S_i V_{j-i}.
+
+Coefficients are integers in units of 2^-bits, and every product is rounded down. The extension (native/recursion.c)
+computes the same integers. No proof trusts either: `validation` bounds the residual of what they return.
+"""
+
+from collections.abc import Iterable
+from operator import mul
+from typing import Any, NamedTuple
+
+from flint import fmpz
+
+from viscopade.compiled import extension
+
+DIGIT_BITS = 56
+SPARE_BITS = 8  # by which coefficients may exceed 1 in the extension
+FMPZ_FROM_BITS = 500  # FLINT's integers are faster than Python's from there on
+
+
+class Recursion(NamedTuple):
+    """A flow and its first two coefficients; both constants are dyadic numbers, mantissa 2^exponent."""
+
+    start: int
+    slope: int
+    elastic: tuple[int, int]
+    viscous: tuple[int, int]
+    powers: tuple[int, int, int]
+    """The exponents common, e and v."""
+    bits: int
+
+    def coefficients(self, terms: int) -> list[int]:
+        """Return the coefficients u_0, u_1, … ."""
+        found = self.compiled(terms)
+        return self.in_python(terms) if found is None else found
+
+    def compiled(self, terms: int) -> list[int] | None:
+        """Return what the extension computes; None without it, or if a number is too long for it."""
+        if extension is None:
+            return None
+        constants = self.start, self.slope, self.elastic[0], self.viscous[0]
+        digits = max(self.bits + SPARE_BITS, *(c.bit_length() for c in constants)) // DIGIT_BITS + 1
+        size = DIGIT_BITS // 8 * digits
+        products = products_for(self.powers)
+        powers = [0, 1, *(power for power, _, _ in products)]
+        found = extension.taylor(
+            digits,
+            b"".join(c.to_bytes(size, "little", signed=True) for c in constants),
+            (-self.elastic[1], -self.viscous[1]),
+            self.bits,
+            terms,
+            bytes(powers.index(factor) for _, *factors in products for factor in factors),
+            bytes(map(powers.index, self.powers)),
+        )
+        if found is None:
+            return None
+        return [int.from_bytes(found[i : i + size], "little", signed=True) for i in range(0, len(found), size)]
+
+    def in_python(self, terms: int) -> list[int]:
+        """Return the coefficients by Python's integers, or FLINT's."""
+        kind: Any = fmpz if self.bits >= FMPZ_FROM_BITS else int
+        u, y = [kind(self.start), kind(self.slope)], [kind(self.slope)]
+        r = [(1 << self.bits) - u[0], -u[1]]
+        products = products_for(self.powers)
+        of: dict[int, list[Any]] = {0: [], 1: r} | {power: [] for power, _, _ in products}
+        s, spring, drag = (of[power] for power in self.powers)
+        v: list[Any] = []
+        (stiffness, stiff), (damper, damp) = self.elastic, self.viscous
+        for j in range(terms - 2):
+            of[0].append(0 if j else 1 << self.bits)
+            half = (j + 1) // 2
+            for power, one, other in products:
+                left = of[one]
+                if one == other:
+                    value = 2 * sum(map(mul, left[:half], left[j : j - half : -1])) if half else 0
+                    value += left[half] ** 2 if j % 2 == 0 else 0
+                else:
+                    value = sum(map(mul, left, of[other][j::-1]))
+                of[power].append(value >> self.bits)
+            damping = sum(map(mul, drag, reversed(y))) >> self.bits if self.powers[2] else y[j]
+            v.append(shifted(stiffness * spring[j], stiff) + shifted(damper * damping, damp))
+            u.append((sum(map(mul, s, reversed(v))) >> self.bits) // ((j + 1) * (j + 2)))
+            r.append(-u[-1])
+            y.append((j + 2) * u[-1])
+        return list(map(int, u))
+
+
+def products_for(powers: Iterable[int]) -> list[tuple[int, int, int]]:
+    """Return how powers are found: the powers above 1 that this takes, ascending, each with its two factors.
+
+    An even power is a square, an odd one the power before it times the first.
+    """
+    needed = set(powers)
+    for power in range(max(needed), 1, -1):
+        if power in needed:
+            needed.add(power - 1 if power % 2 else power // 2)
+    return [(n, n - 1, 1) if n % 2 else (n, n // 2, n // 2) for n in sorted(needed - {0, 1})]
+
+
+def shifted(number: int, exponent: int) -> int:
+    """Return number 2^exponent, rounded down."""
+    return number << exponent if exponent >= 0 else number >> -exponent

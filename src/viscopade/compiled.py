@@ -1,0 +1,50 @@
+"""The optional extension `viscopade._native` (native/), which is built at installation if there is a C compiler.
+
+Whatever it computes, Python or NumPy computes without it, more slowly and with the same bits. The environment variable
+VISCOPADE_BACKEND, read once, asks for one of the two.
+"""
+
+from os import environ
+from typing import Any
+
+BACKENDS = ("compiled", "numpy")
+VARIABLE = "VISCOPADE_BACKEND"
+
+
+def chosen(wanted: str | None) -> Any:
+    """Return the extension, a module; None if Python and NumPy are to compute.
+
+    Parameters
+    ----------
+    wanted : str, optional
+        "compiled" or "numpy"; by default (and if empty) the compiled one if there is one.
+
+    Raises
+    ------
+    ValueError
+        If there is no such backend.
+    ImportError
+        If the compiled one is asked for and was not built.
+    """
+    if wanted not in (*BACKENDS, "", None):
+        raise ValueError(f"{VARIABLE} is {wanted!r}: expected {' or '.join(BACKENDS)}")
+    if wanted == "numpy":
+        return None
+    try:
+        from viscopade import _native
+    except ImportError as error:
+        if wanted:
+            raise ImportError(
+                f"{VARIABLE} is {wanted!r}, but the extension could not be loaded ({error}): was there a C compiler "
+                "when viscopade was installed? Expected numpy, too"
+            ) from error
+        return None
+    return _native
+
+
+extension = chosen(environ.get(VARIABLE))
+
+
+def backend() -> str:
+    """Return the backend: "compiled" or "numpy"."""
+    return "numpy" if extension is None else "compiled"
