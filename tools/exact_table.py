@@ -66,7 +66,8 @@ def text(rows: dict[int, ExactRow]) -> str:
     return "\n".join((
         f"# {MARKER}: python -m tools.exact_table",
         "# The smaller of eps and 1 - eps on the panels of double.txt; end of contact: where the force vanishes.",
-        "# function panel bound e a_0 a_1 ...: the function is 2^e (a_0 + a_1 z + ...), z = (v* - centre)/(half width);",
+        "# function panel bound e a_0 a_1 ...: "
+        "the function is 2^e (a_0 + a_1 z + ...), z = (v* - centre)/(half width);",
         f"# the relative error is at most bound/2^{EXACT_BITS}, which is proven; on panel 0 from v* = 2^-36 on",
         digest(lines),
         *lines,
