@@ -7,7 +7,6 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import viscopade as vp
@@ -113,20 +112,6 @@ def test_coefficients_for_which_the_limit_at_0_is_right():
     assert found.a[1] == found.b[1]
     h_2 = float(vp.series(2, 20).h[2])
     assert abs(float(a[2] - b[2]) / h_2 - 1) == pytest.approx(found.error, rel=1e-6)
-
-
-# --- properties -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("m", "n"), [(1, 4), (2, 5)])
-def test_longer_intervals_are_not_better_and_the_error_is_continuous(m, n):
-    speeds = [Fraction(k, 10) for k in range(20, 31)]
-    errors = [fit(m, n, v).error for v in speeds]
-    assert errors == sorted(errors)
-    steps = np.diff(np.log(errors))
-    assert max(steps) < 0.4
-    nearby = fit(m, n, speeds[0] + Fraction(1, 10**5)).error
-    assert nearby == pytest.approx(errors[0], rel=1e-4)
 
 
 # --- what a fit's constructor refuses ---------------------------------------------------------------------------------

@@ -84,11 +84,11 @@ def test_a_wrong_formula_has_a_large_bound(measure):
 
 
 @pytest.mark.parametrize(
-    ("low", "high"), [("-1", "5"), ("5", "5"), ("5", "1"), ("0", "8388609"), ("8388608", "8388609")]
+    ("low", "high"), [(-1, 5), (5, 5), (5, 1), (0, 8388609), (8388608, 8388609), (10**8, math.inf)]
 )
 def test_intervals_that_are_refused(low, high):
-    with pytest.raises(ValueError, match="expected 0 <= low < high"):
-        prove(FORMULA, Fraction(low), Fraction(high))
+    with pytest.raises(ValueError, match=r"expected 0 <= low < high|low is 100000000"):
+        prove(FORMULA, Fraction(low), high if high == math.inf else Fraction(high), "relative")
 
 
 def test_the_largest_interval_is_accepted():
@@ -192,13 +192,6 @@ class Exponential:
         return (-v_star).exp()
 
 
-def test_the_remainder_is_needed():
-    found = prove(Exponential(), Fraction(1), Fraction(2), "relative")
-    v_star = np.linspace(1, 2, 3001)
-    largest = float(np.max(np.abs(np.exp(-v_star) / double.epsilon(v_star) - 1)))
-    assert largest <= float(found.bound) <= TIGHT * largest
-
-
 class Steep(Exponential):
     """R = e^(20 v*)."""
 
@@ -261,13 +254,10 @@ def test_printed_bounds_are_on_the_right_side(value, digits):
     assert high - low <= Fraction(value) / 10 ** (digits - 1)
 
 
-@pytest.mark.parametrize("text", ["0.001", "1.01", "6.7e-6", "50", "0"])
+@pytest.mark.parametrize("text", ["0.001", "1.01", "6.7e-6", "50", "0", "inf"])
 def test_a_short_decimal_is_its_own_bound(text):
-    assert at_least(Fraction(text)) == at_most(Fraction(text)) == text
-
-
-def test_no_bound_is_printed_as_such():
-    assert at_most(math.inf) == at_least(math.inf) == "inf"
+    number = math.inf if text == "inf" else Fraction(text)
+    assert at_least(number) == at_most(number) == text
 
 
 def test_record_is_what_was_proven():
@@ -422,12 +412,6 @@ def test_an_infinite_number_has_no_decimals():
     for number in (arb.pos_inf(), arb("nan")):
         with pytest.raises(ArithmeticError, match="is no number"):
             rounded_up(number)
-
-
-def test_intervals_that_are_invalid_are_refused():
-    for low, high in ((2, 1), (1, 1), (-1, 1), (10**8, math.inf)):
-        with pytest.raises(ValueError, match=r"the interval is \[|low is 100000000"):
-            prove(FORMULA, Fraction(low), high if high == math.inf else Fraction(high), "relative")
 
 
 def test_a_half_line_formula_has_the_right_degrees():
