@@ -159,10 +159,20 @@ class ProvenPade:
 
     def rounded(self, form: Format) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the reduced coefficients, each rounded once; ValueError if one is neither zero nor a normal number."""
-        a, b = self.reduced
-        found = nearest_coefficients(self.label, a, b, form)
-        nearest(f"{self.label}: a_{len(a) - 1}/b_{len(b) - 1}", a[-1] / b[-1], form)  # what is left for large v*
-        return found
+
+        def nearest(name: str, number: Fraction) -> float:
+            try:
+                return form.nearest(number)
+            except ValueError as error:
+                raise ValueError(f"{self.label}: {name} = {error}") from None
+
+        a, b = (
+            tuple(nearest(f"{letter}_{i}", c) for i, c in enumerate(values))
+            for letter, values in zip("ab", self.reduced, strict=True)
+        )
+        top, bottom = (values[-1] for values in self.reduced)
+        nearest(f"a_{len(a) - 1}/b_{len(b) - 1}", top / bottom)  # what is left for large v*
+        return a, b
 
     def kernel(self) -> Kernel:
         """Return the kernel."""
@@ -314,7 +324,7 @@ def accurate_fit(wanted: Fraction, low: Fraction, high: Fraction) -> ProvenQuoti
 
 def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> ProvenQuotient:
     """Return the approximant with doubles for coefficients, and its proofs; in type float within the limit."""
-    a, b = nearest_coefficients(f"{fit.label} on {minimax.interval_text(fit.interval)}", *fit.exact, DOUBLE)
+    a, b = (tuple(map(float, values)) for values in fit.exact)
     exact = tuple(map(Fraction, a)), tuple(map(Fraction, b))
     proof = certificate.prove(quotient_formula(*exact), *fit.interval)
 
@@ -436,25 +446,6 @@ def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Fo
     if t < 0:
         raise ValueError(f"{label}: the coefficients are too large to be summed in type {form.name}")
     return t
-
-
-def nearest_coefficients(
-    label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return coefficients, each rounded once; ValueError if one is neither zero nor a normal number."""
-    top, bottom = (
-        tuple(nearest(f"{label}: {letter}_{i}", c, form) for i, c in enumerate(values))
-        for letter, values in zip("ab", (a, b), strict=True)
-    )
-    return top, bottom
-
-
-def nearest(name: str, number: Fraction, form: Format) -> float:
-    """Return a number rounded once; ValueError, which names it, if it is neither zero nor a normal number."""
-    try:
-        return form.nearest(number)
-    except ValueError as error:
-        raise ValueError(f"{name} = {error}") from None
 
 
 def without_leading_zeros(ascending: Sequence[Number]) -> tuple[Number, ...]:
