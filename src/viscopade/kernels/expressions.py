@@ -304,7 +304,7 @@ _NEGATIONS: Mapping[str, Callable[[Any], Any]] = {"-": op.neg, "~": op.invert}
 
 
 equal, both = map(_operator, ("==", AND))
-"""Conditions: two words are equal; both of two conditions hold."""
+"""Conditions: two numbers, words or conditions are equal; both of two conditions hold."""
 
 
 def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Reading) -> Any:
