@@ -12,7 +12,7 @@ import pytest
 
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.kernels import compact, quotient
+from viscopade.kernels import catalogue, compact, quotient
 from viscopade.kernels.machine import evaluated
 from viscopade.scene import candidate
 from viscopade.scene.candidate import AS_CHEAP, constant, in_format, interval, uncovered
@@ -295,3 +295,12 @@ def test_costs_are_counts_of_operations() -> None:
         candidate.weighted_operations(kernel, "restitution", met)
         == by_horner + candidate.POWER + candidate.DIVISION + 1
     )
+
+
+def test_beyond_a_table_the_kernel_of_v_star_counts_and_what_makes_v_star() -> None:
+    kernel, costs = catalogue.kernel("speed 1e-5"), []
+    for ends in ((0.3, 0.9), (20.0, 30.0)):  # the table ends at v* = 2^3.2
+        (met,) = encounters(scene(ends, epsilon=1e-3))
+        costs.append(candidate.weighted_operations(kernel, "restitution", met))
+    of_v_star = candidate.weighted_operations(compact.half_line("1e-5"), "epsilon", met)
+    assert costs == [14, of_v_star + candidate.POWER + candidate.DIVISION + 1]
