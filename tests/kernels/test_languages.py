@@ -4,12 +4,14 @@ A cell is a kernel and a way to run a language. Bounds are those of the kernel, 
 at their arguments and at random ones, others every day.
 """
 
+import json
 import math
 import random
 import subprocess
 from dataclasses import replace
 from functools import cache
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +27,7 @@ from viscopade.kernels.write.languages import NAMES, language
 
 KERNELS = {key: entry for key, entry in catalogue.CATALOGUE.items() if entry.group not in ("full", "speed")}
 """Those that every language writes."""
+EXPORTS = Path(__file__).parents[2] / "exports"
 RANDOM = 6  # arguments of each function
 COMMAND = "viscopade export"
 
@@ -78,14 +81,23 @@ def number(text_of_one):
 
 
 @cache
+def stored():
+    """Return the vectors of `exports/` by function and type."""
+    found = {}
+    for group in ("pade", "minimax", "compact", "inverse"):
+        for row in json.loads((EXPORTS / f"vectors_{group}.json").read_text())["vectors"]:
+            found.setdefault((row[0], row[1]), []).append(row)
+    return found
+
+
+@cache
 def rows(form):
-    """Return the vectors of each function of a type: arguments, least and greatest result, and bits."""
+    """Return vectors of each function of a type, with random ones: arguments, least and greatest result, and bits."""
     found = {}
     for name, (key, function) in functions(form).items():
         generator = random.Random(f"{name} {form} {daily.DAY}")
-        points = (*vectors.points(kernel(key), function, FORMS[form]), *vectors.hard_arguments().get((name, form), ()))
-        more = (arguments(function, form, generator) for _ in range(RANDOM))
-        lines = vectors.vectors(kernel(key), function, FORMS[form], (*points, *more))
+        more = [arguments(function, form, generator) for _ in range(RANDOM)]
+        lines = [*stored()[name, form], *vectors.vectors(kernel(key), function, FORMS[form], more)]
         found[name] = [[number(one) for one in (*row[2:4], *row[7:10])] for row in lines]
     return found
 
@@ -104,11 +116,21 @@ def run(tmp_path_factory):
     return ready
 
 
-def of(words):
-    return words.replace(", ", "-").replace(" ", "-")
+STANDARDS = [way for way in WAYS if way.startswith("C as ")]
 
 
-@pytest.mark.parametrize("way", WAYS, ids=of)
+def ways(names):
+    """Return ways as parameters: of other standards of C than C99, one every day."""
+    left_out = {*STANDARDS} - {daily.chosen(STANDARDS)}
+    return [
+        pytest.param(
+            way, marks=pytest.mark.slow if way in left_out else (), id=way.replace(", ", "-").replace(" ", "-")
+        )
+        for way in names
+    ]
+
+
+@pytest.mark.parametrize("way", ways(WAYS))
 def test_results_are_within_the_proven_bounds_and_have_the_bits(run, way):
     """NaN for bad input; what the operations of IEEE 754 determine is the same everywhere."""
     for form in WAYS[way].written.forms:
@@ -127,7 +149,7 @@ def test_results_are_within_the_proven_bounds_and_have_the_bits(run, way):
             assert checked > 10, name
 
 
-@pytest.mark.parametrize("way", [way for way, found in WAYS.items() if found.exact], ids=of)
+@pytest.mark.parametrize("way", ways(way for way, found in WAYS.items() if found.exact))
 def test_ten_thousand_results_have_the_hashes(run, way):
     """Those that `test_same_bits` has."""
     for form in WAYS[way].written.forms:
@@ -164,7 +186,7 @@ def traps(tmp_path_factory):
     return str(library)
 
 
-@pytest.mark.parametrize("way", [*TRAPPING, *WARNING], ids=of)
+@pytest.mark.parametrize("way", ways([*TRAPPING, *WARNING]))
 def test_no_exception_is_raised_that_programs_trap(run, traps, way):
     """No division by zero, invalid operation or overflow, at which OpenFOAM stops; in Python no warning."""
     more = {"LD_PRELOAD": traps} if way in TRAPPING else {"PYTHONWARNINGS": "error::RuntimeWarning"}
@@ -181,7 +203,7 @@ CUT = {"double": 2.0**900, "float": 2.0**120}
 SANITIZERS = ("-fsanitize=undefined,address,float-divide-by-zero", "-fno-sanitize-recover=all")
 
 
-@pytest.mark.parametrize("way", WAYS, ids=of)
+@pytest.mark.parametrize("way", ways(WAYS))
 def test_beyond_the_largest_w_results_are_those_of_the_cut_off(run, way):
     """The vectors state nothing of these speeds."""
     for form in WAYS[way].written.forms:
@@ -215,7 +237,7 @@ def test_no_undefined_behaviour_and_no_overflow_for_any_bits(tmp_path, form):
 # --- many points ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("way", ["C", "C, fused"], ids=of)
+@pytest.mark.parametrize("way", ways(["C", "C, fused"]))
 @pytest.mark.parametrize("form", FORMS)
 def test_many_points_against_double(run, way, form):
     """The error is nearly as large as the bound says, and no larger, with FMA contraction or without.
