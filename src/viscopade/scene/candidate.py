@@ -38,11 +38,11 @@ AS_CHEAP = 1.2
 """Largest ratio of costs that count as equal. Then the smaller table wins, and after that a kernel for all speeds."""
 
 READY = {
-    "compact": "quotient for all v*, {}, without tables",
-    "speed": "speed table, {}",
-    "full": "table of v*, {}",
+    "compact": ("speed", "quotient for all v*, {}, without tables"),
+    "speed": ("speed", "speed table, {}"),
+    "full": ("v_star", "table of v*, {}"),
 }
-"""The groups of the catalogue that are candidates, in words."""
+"""The groups of the catalogue that are candidates: their argument, and the kernel in words."""
 LARGEST_V_STAR = Fraction(1000)  # of best quotients
 STEEPEST = 4  # more than |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*|, which are at most 10/3
 WIDER = Fraction(1, 1 << 18)  # more than the relative rounding errors of beta, the speed and v* in float
@@ -133,14 +133,15 @@ def candidates(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
 def _ready(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
     """Yield the kernels of the catalogue that exist in the language and are proven on the scene."""
     code = scene.code
-    groups = READY.keys() - ({"compact"} if uncovered(scene, met) else set())
+    groups = [group for group, (argument, _) in READY.items() if argument == code.argument]
+    if not code.spoken.table:
+        groups = [group for group in groups if group == "compact"]
+    if "compact" in groups and uncovered(scene, met):
+        groups.remove("compact")
     for entry in (entry for entry in catalogue.CATALOGUE.values() if entry.group in groups):
-        kernel = entry.kernel
-        written = bool(code.spoken.table) if kernel.tables else True
-        fits = code.largest_table is None or kernel.bytes <= code.largest_table
-        if written and fits and any(function.name == code.function for function in kernel.functions):
+        if code.largest_table is None or entry.kernel.bytes <= code.largest_table:
             accuracy = "full accuracy" if entry.asked in ("", "full") else f"to {entry.asked}"
-            ready = _candidate(scene, met, kernel, READY[entry.group].format(accuracy))
+            ready = _candidate(scene, met, entry.kernel, READY[entry.group][1].format(accuracy))
             if ready is not None:
                 yield ready
 
