@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import viscopade as vp
 from viscopade import progress
 from viscopade.collision import exact
+from viscopade.collision.recursion import Recursion
 from viscopade.theory.series import series
 from viscopade_lab.studies import direct
 
@@ -85,6 +86,42 @@ def test_more_digits_extend_fewer():
             assert short.balls()[name].overlaps(long.balls()[name])
             rounded = Decimal(long.decimals()[name]).normalize(exact.Context(prec=12))
             assert Decimal(short.decimals()[name]) == rounded
+
+
+BORDER = 100.0  # of v*: beyond, the collision is not integrated in time
+
+
+@pytest.mark.parametrize("digits", [1, 15, 40, 100])
+@pytest.mark.parametrize("v_star", ["1e-80", "1e-3", "0.14", "1", "5.5", "30", 0.999 * BORDER])
+def test_in_time_and_by_newtons_method(v_star, digits, monkeypatch):
+    """The collision integrated in time from first contact, and from the turning point with a k found beforehand."""
+    in_time = exact.collision(v_star, digits)
+    monkeypatch.setattr(exact, "collide", None)  # never called beyond the border
+    assert exact.collision(1.001 * BORDER, digits).v_star > BORDER
+    monkeypatch.setattr(exact, "MOST_IN_TIME", -1e9)
+    by_newton = exact.collision(v_star, digits)
+    assert in_time.decimals() == by_newton.decimals()
+    assert all(ball.overlaps(by_newton.balls()[name]) for name, ball in in_time.balls().items())
+
+
+@pytest.mark.parametrize("digits", [15, 60])
+@pytest.mark.parametrize("place", [0.1, 0.6, 0.95])
+def test_a_flipped_bit_of_the_recursion_changes_no_decimal(digits, place, monkeypatch):
+    """One coefficient of one expansion is wrong; every expansion in turn, while there is one."""
+    right, coefficients = exact.collision("0.7", digits).decimals(), Recursion.coefficients
+    for wrong in range(8):
+        calls = []
+
+        def flipped(recursion, terms, wrong=wrong, calls=calls):
+            u = coefficients(recursion, terms)
+            calls.append(u)
+            if len(calls) == wrong + 1:
+                u[2 + (7 * wrong) % (terms - 2)] ^= 1 << int(place * recursion.bits)
+            return u
+
+        monkeypatch.setattr(Recursion, "coefficients", flipped)
+        assert exact.collision("0.7", digits).decimals() == right
+        assert len(calls) > wrong
 
 
 @pytest.mark.slow
@@ -230,7 +267,8 @@ def test_progress_is_announced():
 
     with progress.shown_by(tracker):
         exact.collision("1.25", 20).decimals()
-    assert announced == ["Newton's method and proof"]
+        exact.invert("0.5", 20).decimals()
+    assert announced == ["Integration and proof", "Newton's method and proof"]
 
 
 def test_rest_and_no_damping_keep_beta():

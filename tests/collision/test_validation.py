@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from itertools import pairwise
 
 import pytest
 from flint import arb, arb_poly, fmpq, fmpq_poly, fmpz_poly
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from viscopade.arithmetic.balls import exact_middle, fixed_point, to_mpf, working
-from viscopade.collision import flow, validation
+from viscopade.collision import exact, flow, validation
 from viscopade.collision.flow import HERTZ, Branch, Dyadic, Piece, integrate
 from viscopade.collision.validation import GUARD_BITS, Ends, ends
 
@@ -32,6 +33,15 @@ def fine(k: Dyadic) -> Ends:
 @cache
 def coarse(k: Dyadic, accuracy: int = 60) -> Branch:
     return integrate(k, accuracy)
+
+
+def in_time(v_star: str, accuracy: int = 60) -> Branch:
+    """Return loading, of which all pieces but the first are read backwards."""
+    start = exact._Speed(Fraction(v_star) ** 2, Fraction(1), {}).start(accuracy)
+    return flow.collide(*start, accuracy)[0]
+
+
+LOADINGS = [in_time(v_star) for v_star in ("1e-9", "0.2", "1", "3", "20")]
 
 
 def enclosed(branch: Branch) -> Ends:
@@ -189,8 +199,8 @@ def errors_at_ends(branch: Branch, pieces: tuple[Piece, ...]) -> list[tuple[mpf,
     """E, the error of p^2, and p^2 itself at the end of every piece."""
     errors = []
     for piece in pieces:
-        u = mpf(sum(piece.u)) / 2**branch.bits
-        p = mpf(sum(piece.y)) / 2**branch.bits / (2 * to_mpf(piece.h.ball()))
+        u, y = (mpf(piece.at_ends(coefficients)[1]) / 2**branch.bits for coefficients in (piece.u, piece.y))
+        p = y / (2 * to_mpf(piece.h.ball()))
         square = true_p(branch.k, u) ** 2
         errors.append((p**2 - square, square))
     return errors
@@ -361,6 +371,21 @@ def test_a_speed_that_may_vanish_is_refused(y, end, positive):
                 validation._require_motion(f, arb(end))
 
 
+@pytest.mark.parametrize(
+    ("y", "positive"), [([-1], True), ([-1, 0.99], True), ([-1, 1.01], False), ([1], False), ([-1, 4, -3.99], False)]
+)
+def test_a_speed_that_may_vanish_backwards_is_refused(y, positive):
+    """Y < 0 is needed on the whole piece, wherever its end is."""
+    with working(100):
+        u = arb_poly(y).integral()
+        f = validation._Functions(1 - u, u.derivative(), u, u, u, arb(-1), HERTZ)
+        if positive:
+            validation._require_motion(f, arb(0))
+        else:
+            with pytest.raises(ArithmeticError, match="may vanish"):
+                validation._require_motion(f, arb(0))
+
+
 def test_a_first_piece_beyond_r_0_is_too_long():
     branch = Branch(Dyadic(0, 0), 30, (Piece([0, 0, 3 << 29], Dyadic(1, 0)),), 0)
     with working(100), pytest.raises(ArithmeticError, match="too long"):
@@ -405,26 +430,39 @@ def test_a_joint_of_u_that_is_broken(wrong):
         replace(branch, pieces=tuple(pieces))
 
 
-@pytest.mark.parametrize("k", SIGNED)
-@pytest.mark.parametrize("change", [-2, 2, 1 << 20])
-def test_a_joint_of_p_that_is_broken(k, change):
+def with_jump(k: Dyadic, change: int) -> Branch:
     branch = coarse(k)
-    *_, before, last = branch.pieces
+    last = branch.pieces[-1]
     u = flow.taylor(last.u[0], last.u[1] + change, last.h, k, branch.bits, len(last.u))
-    assert last.h.over(before.h, sum(before.y)) == last.u[1]
-    with pytest.raises(ValueError, match="p is not"):
-        replace(branch, pieces=(*branch.pieces[:-1], last._replace(u=u)))
+    return replace(branch, pieces=(*branch.pieces[:-1], last._replace(u=u)))
 
 
 @pytest.mark.parametrize("k", SIGNED)
-def test_jumps_of_p_that_pass_as_rounding_are_counted(k):
-    """Each may change p^2 by six units/u', relatively, on top of whatever the residuals do: here nothing."""
-    branch = coarse(k, 20)
-    with working(100):
+@pytest.mark.parametrize("change", [-2, 2, 10**6, -(10**8)])
+def test_a_jump_of_p_is_counted(k, change):
+    branch = with_jump(k, change)
+    assert abs(branch.jumps()[-1] - abs(change)) <= 3
+    assert not holds_or_is_refused(branch)
+
+
+@pytest.mark.parametrize("k", SIGNED)
+def test_a_large_jump_of_p_is_refused(k):
+    with pytest.raises(ArithmeticError, match="residual is too large"):
+        enclosed(with_jump(k, coarse(k).pieces[-1].u[1] >> 4))
+
+
+@pytest.mark.parametrize("branch", [*map(coarse, SIGNED), *LOADINGS])
+def test_the_share_of_a_joint_covers_its_jump(branch):
+    """Relative to p^2, without any residual: |p_before^2 - p_after^2|."""
+    with working(branch.bits):
         functions = [validation._Functions.of(branch, piece) for piece in branch.pieces]
         shares = validation._shares(branch, functions, [arb(0)] * len(functions))
-        for share, piece in zip(shares[1:], branch.pieces[1:], strict=True):
-            assert share * piece.u[1] >= 6
+    for share, (before, after) in zip(shares[1:], pairwise(branch.pieces), strict=True):
+        old, new = (
+            Fraction(piece.at_ends(piece.y)[end]) / piece.h.mantissa / Fraction(2) ** piece.h.exponent
+            for piece, end in ((before, 1), (after, 0))
+        )
+        assert exact_middle(share) >= abs(old**2 - new**2) / new**2
 
 
 @pytest.mark.parametrize("k", SIGNED)
@@ -433,6 +471,136 @@ def test_a_piece_left_out(k):
     for index in range(len(branch.pieces) - 1):
         with pytest.raises(ValueError):
             replace(branch, pieces=branch.pieces[:index] + branch.pieces[index + 1 :])
+
+
+# --- loading in time --------------------------------------------------------------------------------------------------
+# The pieces were integrated from first contact on; from the turning point they are read backwards, with h < 0.
+
+
+def rejoined(branch: Branch, pieces: list[Piece]) -> Branch:
+    """Return a branch of these pieces; where u jumps, the slope of the piece behind the joint changes."""
+    for index in range(1, len(pieces)):
+        before, after = pieces[index - 1], pieces[index]
+        gap = before.at_ends(before.u)[1] - after.at_ends(after.u)[0]
+        pieces[index] = with_coefficient(after, 1 if after.h.mantissa < 0 else 0, gap)
+    return replace(branch, pieces=tuple(pieces))
+
+
+@pytest.mark.parametrize("v_star", ["1e-9", "0.01", "0.2", "1", "3", "20", "90"])
+@pytest.mark.parametrize("accuracy", [12, 20, 60, 113])
+def test_loading_in_time_agrees_with_loading_from_the_turning_point(v_star, accuracy):
+    branch = in_time(v_star, accuracy)
+    assert sum(piece.h.mantissa < 0 for piece in branch.pieces) == len(branch.pieces) - 1
+    assert not holds_or_is_refused(branch)
+    assert all(value.rel_accuracy_bits() > accuracy - 12 for value in enclosed(branch))
+
+
+@pytest.mark.parametrize("branch", LOADINGS)
+@pytest.mark.parametrize("size", [10, 30, 50])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_wrong_coefficient_in_time(branch, size, sign):
+    for index, piece in enumerate(branch.pieces):
+        for j in (2, 3, len(piece.u) - 1):
+            pieces = list(branch.pieces)
+            pieces[index] = with_coefficient(piece, j, sign * (max(map(abs, piece.u[1:3])) >> size))
+            holds_or_is_refused(rejoined(branch, pieces))
+
+
+@pytest.mark.parametrize("branch", LOADINGS[1:])
+@pytest.mark.parametrize("index", [0, 1, 2])
+@pytest.mark.parametrize("change", [-1, 1])
+def test_the_error_at_every_joint_in_time_is_within_the_shares(branch, index, change):
+    pieces = list(branch.pieces)
+    pieces[index] = with_coefficient(pieces[index], 2, change * max(map(abs, pieces[index].u[1:3])) // 1000)
+    wrong = rejoined(branch, pieces)
+    with mp.workdps(50), working(250):
+        total = arb(0)
+        for (error, square), share in zip(errors_at_ends(wrong, wrong.pieces[:-1]), parts(wrong)[2], strict=False):
+            total += share
+            assert abs(error) / square <= to_mpf(total) * 5 / 4
+
+
+@pytest.mark.parametrize("branch", LOADINGS[1:])
+@pytest.mark.parametrize("j", [3, 5, 7])
+def test_a_sign_of_an_odd_coefficient(branch, j):
+    """The first piece is that of unloading with the signs of odd powers changed; here one keeps its sign."""
+    first, *others = branch.pieces
+    wrong = rejoined(branch, [with_coefficient(first, j, -2 * first.u[j]), *others])
+    assert holds_or_is_refused(wrong) or (j > 3 and enclosed(wrong).p.rel_accuracy_bits() < 40)
+
+
+@pytest.mark.parametrize("branch", LOADINGS[1:])
+def test_unloading_instead_of_loading(branch):
+    first, *others = branch.pieces
+    mirrored = first._replace(u=[-c if j % 2 else c for j, c in enumerate(first.u)])
+    with pytest.raises(ArithmeticError):
+        enclosed(rejoined(branch, [mirrored, *others]))
+
+
+@pytest.mark.parametrize("branch", LOADINGS)
+def test_a_flipped_piece(branch):
+    for index in range(1, len(branch.pieces)):
+        piece = branch.pieces[index]
+        whole = fmpz_poly(piece.u)(fmpz_poly([1, -1]))
+        flipped = Piece([int(c) for c in whole.coeffs()], piece.h)
+        forwards = Piece(piece.u, Dyadic(-piece.h.mantissa, piece.h.exponent))
+        for wrong in (flipped, forwards):  # each alone begins where the piece ends
+            with pytest.raises(ValueError, match="u is not continuous"):
+                replace(branch, pieces=(*branch.pieces[:index], wrong, *branch.pieces[index + 1 :]))
+        both = Piece(flipped.u, forwards.h)
+        assert not holds_or_is_refused(
+            replace(branch, pieces=(*branch.pieces[:index], both, *branch.pieces[index + 1 :]))
+        )
+
+
+@pytest.mark.parametrize("branch", LOADINGS)
+@pytest.mark.parametrize("j", [0, 1, 2])
+@pytest.mark.parametrize("change", [-1, 1])
+def test_a_chain_that_is_not_continuous(branch, j, change):
+    for index, piece in enumerate(branch.pieces[:-1]):
+        pieces = list(branch.pieces)
+        pieces[index] = with_coefficient(piece, j, change)
+        with pytest.raises(ValueError, match="starts with" if index == 0 and j < 2 else "u is not continuous"):
+            replace(branch, pieces=tuple(pieces))
+
+
+@pytest.mark.parametrize("branch", LOADINGS)
+def test_a_branch_does_not_start_backwards_nor_end_unloading_backwards(branch):
+    first, second = branch.pieces[0], branch.pieces[1]
+    with pytest.raises(ValueError, match="starts with"):
+        replace(branch, pieces=(first._replace(h=Dyadic(-first.h.mantissa, first.h.exponent)),))
+    with pytest.raises(ValueError, match="not read backwards"):
+        replace(branch, k=Dyadic(-branch.k.mantissa, branch.k.exponent), pieces=(first, second))
+
+
+@pytest.mark.parametrize("branch", LOADINGS)
+@pytest.mark.parametrize("jump", [10**6, -(10**6)])
+def test_a_jump_at_a_joint_in_time(branch, jump):
+    """Of 10^6 units of Y; u stays continuous, as u_2 makes up for u_1."""
+    for index in range(1, len(branch.pieces)):
+        pieces = list(branch.pieces)
+        pieces[index] = with_coefficient(with_coefficient(pieces[index], 1, -jump), 2, jump)
+        wrong = replace(branch, pieces=tuple(pieces))
+        assert abs(wrong.jumps()[index - 1] - 10**6) <= branch.jumps()[index - 1] + 4
+        holds_or_is_refused(wrong)
+
+
+@pytest.mark.parametrize("branch", LOADINGS)
+def test_loading_in_time_from_elsewhere_than_first_contact(branch):
+    """The chain ends before r = 0, or goes on beyond it."""
+    for pieces in range(1, len(branch.pieces)):
+        holds_or_is_refused(replace(branch, pieces=branch.pieces[:pieces]))
+    last, bits = branch.pieces[-1], branch.bits
+    h = Dyadic(-last.h.mantissa, last.h.exponent - 2)
+    u = flow.taylor(last.u[0], h.over(last.h, last.u[1]), h, branch.k, bits, len(last.u))
+    beyond = replace(branch, pieces=(*branch.pieces, Piece(u, h)), root=1 << bits - 1)
+    holds_or_is_refused(beyond)
+    h_half = Dyadic(h.mantissa, h.exponent - 1)
+    u = flow.taylor(sum(u), h_half.over(h, sum(beyond.pieces[-1].y)), h_half, branch.k, bits, len(u))
+    with pytest.raises(ArithmeticError, match="before the last piece"):
+        enclosed(replace(beyond, pieces=(*beyond.pieces, Piece(u, h_half))))
+    for root in (1 << bits - 10, 1 << bits - 1, (1 << bits) - 1):
+        holds_or_is_refused(replace(branch, root=root))
 
 
 # --- the end ----------------------------------------------------------------------------------------------------------

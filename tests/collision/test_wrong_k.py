@@ -12,8 +12,8 @@ from flint import arb
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.collision import exact
 from viscopade.collision.exact import _AtK, _Restitution, _Speed
-from viscopade.collision.flow import Dyadic
-from viscopade.collision.validation import ends
+from viscopade.collision.flow import Dyadic, collide
+from viscopade.theory.law import VISCOELASTIC
 
 ACCURACY = 120
 WORKING = 250
@@ -26,9 +26,8 @@ OFFSETS = [s * Fraction(1, 10**e) for e in (3, 6, 12) for s in (-1, 1)]
 @cache
 def at(k: Fraction) -> _AtK:
     k_dyadic = Dyadic(k.numerator * 2**150 // k.denominator, -150)
-    loading, unloading = exact._branches(k_dyadic, ACCURACY)
     with working(WORKING):
-        return _AtK(k_dyadic.ball(), ends(loading), ends(unloading))
+        return _AtK.enclosed(exact._branches(k_dyadic, ACCURACY), VISCOELASTIC)
 
 
 @cache
@@ -137,6 +136,28 @@ def test_an_inverse_from_another_k(k, offset):
         assert_encloses(found, other)
         assert (found["v_star"] ** 2).overlaps(truth["kappa"])
         assert found["v_star"].rad() < 20 * delta * found["v_star"]
+
+
+@pytest.mark.parametrize("v_star", ["1e-3", "0.3", "1", "3"])
+@pytest.mark.parametrize("wrong", [0, 1], ids=["k", "speed"])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_in_time_from_a_start_that_is_off(v_star, wrong, sign):
+    """By 2^-40: the collision is that of another v*, and the enclosure at the wanted one is as much wider."""
+    wanted = _Speed(Fraction(v_star) ** 2, Fraction(1), {})
+    start = list(wanted.start(ACCURACY))
+    start[wrong] = Dyadic((start[wrong].mantissa << 40) + sign * start[wrong].mantissa, start[wrong].exponent - 40)
+    branches = collide(*start, ACCURACY)
+    truth = exact.collision(v_star, 60).balls()
+    with working(WORKING):
+        found = wanted.enclosed(_AtK.enclosed(branches, VISCOELASTIC))
+        assert all(ball.overlaps(truth[name]) for name, ball in found.items())
+        assert all(33 < found[name].rel_accuracy_bits() < 43 for name in ("one_minus_epsilon", "x_max", "tau_c"))
+
+
+def test_loading_and_unloading_with_different_k_are_refused():
+    (loading, _), (_, other) = (exact._branches(Dyadic((1 << 40) + off, -40), ACCURACY) for off in (0, 1))
+    with working(WORKING), pytest.raises(ValueError, match="different k"):
+        _AtK.enclosed((loading, other), VISCOELASTIC)
 
 
 @pytest.mark.parametrize("k", [Fraction(1, 1000), Fraction(1), Fraction(10**5)], ids=float)

@@ -34,7 +34,7 @@ from viscopade import arguments
 from viscopade.arithmetic.balls import Determined, ball_of, bits_for, decimal_string, rational_power, to_mpf, working
 from viscopade.arrays import double
 from viscopade.collision import exact_table
-from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integrate
+from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, collide, integrate
 from viscopade.collision.validation import Ends, ends
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
@@ -53,7 +53,10 @@ LOW_ACCURACY = 60  # bits of a number that becomes a double
 LOST_BITS = 4  # bits by which a step of Newton's method falls short of doubling the correct ones
 LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
 MAX_STEPS = 100
+MOST_IN_TIME = math.log(1e4)  # of ln kappa: beyond, the many pieces of loading take longer than Newton's method
+START_BITS = 32  # by which k and the speed at first contact are more accurate than the integration
 COST_POWER, PROOF_COST = 2.4, 2.5  # a step of Newton's method takes like bits^2.4, the proof as long as 2.5 of them
+COLLISION_COST = 3.0  # an integration in time takes as long as three of its proofs
 LARGEST_POWER_BITS = 7000  # bits of k^n_a, beyond which an integration would take minutes
 
 _SPEEDS = "0, infinity, or a number from 1e-1000 to 1e100"
@@ -365,6 +368,14 @@ class _AtK:
     unloading: Ends
     law: Law = VISCOELASTIC
 
+    @classmethod
+    def enclosed(cls, branches: tuple[Branch, Branch], law: Law) -> _AtK:
+        """Enclose the collision from loading and unloading."""
+        forth, back = branches
+        if forth.k.mantissa < 0 or back.k != Dyadic(-forth.k.mantissa, forth.k.exponent):
+            raise ValueError("loading and unloading have different k")
+        return cls(forth.k.ball(), ends(forth), ends(back), law)
+
     @property
     def motion(self) -> Motion:
         return Motion.of(self.law)
@@ -490,6 +501,17 @@ class _Speed:
         further = {"kappa": kappa, "beta": ball_of(self.beta)}
         return numbers | {name: ball for name, ball in further.items() if name in self.given}
 
+    def start(self, accuracy: int) -> tuple[Dyadic, Dyadic] | None:
+        """Return k and the speed at first contact for `collide`, in units of x_max in double precision, if known."""
+        with working(accuracy + START_BITS + GUARD_BITS):
+            log_kappa = self.log_kappa()
+            if self.law != VISCOELASTIC or not log_kappa < MOST_IN_TIME or (x_max := _rough_x_max(log_kappa)) is None:
+                return None
+            # With X = q^4, k = 2 kappa X^(1/4) = 2 kappa q, and p = 1/(2 X^(5/4)) = 1/(2 q^5).
+            q = arb(x_max).root(4).mid()
+            k, speed = 2 * log_kappa.exp() * q, 1 / (2 * q**5)
+            return Dyadic.nearest(k, accuracy + START_BITS), Dyadic.nearest(speed, accuracy + START_BITS)
+
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
         loading = integrate(k, accuracy, Motion.of(self.law))
@@ -589,16 +611,21 @@ def _lambda_1(law: Law) -> float:
     return beta * math.exp(-float(power) * math.log(base))
 
 
-def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
-    """Return k = 2 kappa x_max^(1/4) with x_max in double precision, unless v* is extreme."""
+def _rough_x_max(log_kappa: arb) -> float | None:
+    """Return x_max in double precision, unless v* is extreme."""
     half = float(log_kappa) / 2
     if abs(half) > 200:
         return None
     try:
-        x_max = double.x_max(math.exp(half))
+        return double.x_max(math.exp(half))
     except OSError:  # the table is being made
         return None
-    return 2 * log_kappa.exp() * arb(x_max).root(4), bits
+
+
+def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
+    """Return k = 2 kappa x_max^(1/4) with x_max in double precision, unless v* is extreme."""
+    x_max = _rough_x_max(log_kappa)
+    return None if x_max is None else (2 * log_kappa.exp() * arb(x_max).root(4), bits)
 
 
 def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
@@ -639,6 +666,17 @@ def _collision(wanted: _Wanted, digits: int) -> Collision:
 def _determined(wanted: _Wanted, digits: int) -> Collision:
     """Solve for k and enclose, with more and more bits until every decimal is determined."""
     accuracy = bits_for(digits) + GUARD_DIGIT_BITS
+    # From v*: in time from first contact, without solving for k.
+    for bits in (accuracy, accuracy + 16):
+        start = wanted.start(bits) if isinstance(wanted, _Speed) else None
+        if start is None:
+            break
+        for i in track(range(2), "Integration and proof", [COLLISION_COST, 1].__getitem__):
+            if i == 0:
+                branches = collide(*start, bits)
+            elif collision := _enclosed(wanted, branches, digits, bits):
+                return collision
+    # From epsilon, for other laws and extremes: k by Newton's method.
     guess, known = wanted.guess()
     k = Dyadic.nearest(guess, 64)
     if known < LEAST_KNOWN:
@@ -650,15 +688,19 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
         for i in track(range(len(costs)), "Newton's method and proof", costs.__getitem__):
             if i < len(steps):
                 k = _improved(wanted, k, steps[i])
-                continue
-            known, (forth, back) = accuracy, _branches(k, accuracy, wanted.law)
-            with working(accuracy + GUARD_BITS):
-                try:
-                    balls = wanted.enclosed(_AtK(k.ball(), ends(forth), ends(back), wanted.law))
-                    return Collision(digits, **balls, given=wanted.given)
-                except (ArithmeticError, ValueError):
-                    accuracy, more = accuracy + more, 2 * more
+            elif collision := _enclosed(wanted, _branches(k, accuracy, wanted.law), digits, accuracy):
+                return collision
+        known, accuracy, more = accuracy, accuracy + more, 2 * more
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
+
+
+def _enclosed(wanted: _Wanted, branches: tuple[Branch, Branch], digits: int, accuracy: int) -> Collision | None:
+    """Enclose the wanted collision from branches at a k nearby; None if that does not determine all digits."""
+    with working(accuracy + GUARD_BITS):
+        try:
+            return Collision(digits, **wanted.enclosed(_AtK.enclosed(branches, wanted.law)), given=wanted.given)
+        except (ArithmeticError, ValueError):
+            return None
 
 
 def _end_bits(law: Law, k: Dyadic, accuracy: int) -> int:
@@ -709,10 +751,10 @@ def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch
 def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
     """Enclose the collision at k, with more bits where they are needed, as against an attractive force."""
     for _ in range(MAX_ATTEMPTS):
-        forth, back = _branches(k, accuracy, law)
+        branches = _branches(k, accuracy, law)
         with working(accuracy + GUARD_BITS):
             try:
-                return _AtK(k.ball(), ends(forth), ends(back), law), (forth, back)
+                return _AtK.enclosed(branches, law), branches
             except ArithmeticError:
                 accuracy *= 2
     raise ArithmeticError("the end was not enclosed")
@@ -775,9 +817,9 @@ def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bo
     if with_kappa:
         given["kappa"] = Fraction(0)
     for _ in range(MAX_ATTEMPTS):
-        forth, back = _branches(zero, accuracy, law)
+        branches = _branches(zero, accuracy, law)
         with working(accuracy + GUARD_BITS):
-            at = _AtK(arb(0), ends(forth), ends(back), law)
+            at = _AtK.enclosed(branches, law)
             balls = {name: ball_of(number) for name, number in given.items()}
             try:
                 return Collision(digits, arb(0), arb(1), arb(0), **at.course(arb(0)), given=given, **balls)

@@ -23,7 +23,7 @@ from itertools import pairwise
 from math import exp, ldexp, lgamma, log, pi, sqrt
 from typing import NamedTuple
 
-from flint import arb, arb_poly, arb_series, fmpz, fmpz_poly
+from flint import arb, arb_poly, arb_series, ctx, fmpz, fmpz_poly
 
 from viscopade.arithmetic.balls import fixed_point, working
 from viscopade.collision.recursion import Recursion, shifted
@@ -37,6 +37,7 @@ NEWTON_FROM = 400_000_000
 LONGEST_FIRST_STEP = (
     0.2258  # of `Motion.radius`: for n_a = 5 a quarter of the distance 0.911 of the nearest singularity
 )
+STEP_AT_CONTACT = 0.16  # of a first step from first contact, times the speed there: r goes to about a third
 MAX_PIECES = 20_000
 MAX_SLOW_PIECES = 4_000  # of unloading to x = 0 close below the damping that holds the bodies back
 # Largest k^2/(2 n_b - n_a) of unloading to x = 0 for nu < 2: the number of pieces grows like that, to about 4000 here.
@@ -127,12 +128,15 @@ class Dyadic(NamedTuple):
         return shifted(self.mantissa * number, self.exponent)
 
     def over(self, divisor: Dyadic, number: int) -> int:
-        """Return value * number / divisor, nearly."""
+        """Return value * number / divisor, less than two units too small or too large."""
         return shifted(self.mantissa * number, self.exponent - divisor.exponent) // divisor.mantissa
 
 
 class Piece(NamedTuple):
-    """Taylor polynomial u(z) = sum u_j z^j, 0 <= z <= 1, over a step h of s; u_j in units of 2^-bits."""
+    """Taylor polynomial u(z) = sum u_j z^j, 0 <= z <= 1, over a step h of s; u_j in units of 2^-bits.
+
+    If h < 0, s grows from z = 1 to z = 0: the piece is read backwards.
+    """
 
     u: list[int]
     h: Dyadic
@@ -141,6 +145,11 @@ class Piece(NamedTuple):
     def y(self) -> list[int]:
         """Coefficients of du/dz = 2 h p."""
         return [j * c for j, c in enumerate(self.u)][1:]
+
+    def at_ends(self, coefficients: list[int]) -> tuple[int, int]:
+        """Return the values of a polynomial in z where the piece begins and where it ends."""
+        bottom, top = coefficients[0], sum(coefficients)
+        return (bottom, top) if self.h.mantissa > 0 else (top, bottom)
 
 
 @dataclass(frozen=True)
@@ -154,7 +163,7 @@ class Branch:
     bits : int
         Coefficients are in units of 2^-bits.
     pieces : tuple of Piece
-        At the joints u is continuous, and p to within three units of du/dz.
+        At the joints u is continuous; `jumps` bounds the jumps of p. Pieces of loading may be read backwards.
     root : int
         Approximate z of the end in the last piece, in units of 2^-bits.
     motion : Motion
@@ -167,13 +176,20 @@ class Branch:
     motion: Motion = HERTZ
 
     def __post_init__(self) -> None:
-        if self.pieces[0].u[:2] != [0, 0]:
+        if self.pieces[0].u[:2] != [0, 0] or self.pieces[0].h.mantissa <= 0:
             raise ValueError("a branch starts with u = p = 0")
-        for before, after in pairwise(self.pieces):
-            if sum(before.u) != after.u[0]:
-                raise ValueError("u is not continuous")
-            if abs(after.h.over(before.h, sum(before.y)) - after.u[1]) > 1:
-                raise ValueError("p is not continuous")
+        if self.k.mantissa < 0 and any(piece.h.mantissa <= 0 for piece in self.pieces):
+            raise ValueError("pieces of unloading are not read backwards")
+        if any(before.at_ends(before.u)[1] != after.at_ends(after.u)[0] for before, after in pairwise(self.pieces)):
+            raise ValueError("u is not continuous")
+
+    def jumps(self) -> list[int]:
+        """Bound the jumps of p at the joints, in units of du/dz of the piece behind the joint."""
+        joints = [
+            (after.h.over(before.h, before.at_ends(before.y)[1]), after.at_ends(after.y)[0])
+            for before, after in pairwise(self.pieces)
+        ]
+        return [abs(before - after) + 2 for before, after in joints]  # 2: the error of `Dyadic.over`
 
     @cached_property
     def p_end(self) -> arb:
@@ -264,6 +280,63 @@ def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
     return Branch(k, bits, tuple(pieces), _root(pieces[-1], k, bits, motion), motion)
 
 
+def collide(k: Dyadic, speed: Dyadic, accuracy: int) -> tuple[Branch, Branch]:
+    """Integrate the paper's law in time, from first contact to the end of unloading; return loading and unloading.
+
+    Units belong to a length X close to x_max: k = 2 kappa X^(1/4), and contact begins with r = 0 and
+    p = -speed = -1/(2 X^(5/4)), since p < 0 while the bodies approach. Let r = r_t at the turning point. In units of
+    x_max, r, k and s are then r/r_t, k r_t^(1/2) and s r_t^(3/2). Loading is unloading backwards in time.
+    """
+    steps = _steps(Dyadic(-k.mantissa, k.exponent), accuracy, HERTZ)
+    one, h = 1 << steps.bits, _step(STEP_AT_CONTACT / float(speed.ball()), 0)
+    pieces = [steps.piece(one, -speed.times(one), h, Dyadic(1, -1))]
+    while sum(pieces[-1].y) < 0 and len(pieces) < MAX_PIECES:
+        pieces.append(steps.next(pieces[-1]))
+    with working(steps.bits + 32):
+        # The turning point gives this collision's k, and so unloading.
+        turning = _turning(pieces[-1])
+        r_t = 1 - _poly(pieces[-1].u, steps.bits)(turning).mid()
+        stretch = r_t * r_t.sqrt()
+        k = Dyadic.nearest(k.ball() * r_t.sqrt(), accuracy + 32)
+        unloading = integrate(Dyadic(-k.mantissa, k.exponent), accuracy)
+
+        # Its first piece also reaches back to before the turning point. Cut the pieces from first contact off there.
+        first = unloading.pieces[0]
+        around = Piece([-c if j % 2 else c for j, c in enumerate(first.u)], first.h)
+        z = turning - around.h.ball() / (stretch * pieces[-1].h.ball())
+        while z < 0 and len(pieces) > 1:
+            z = 1 + z * pieces.pop().h.ball() / pieces[-1].h.ball()
+        # At z, which is exact up to the error of the integration, r shall be the same in both.
+        u, r_joint = _poly(pieces[-1].u, steps.bits), 1 - fixed_point(sum(around.u), 0, unloading.bits)
+        z += (1 - u(z) - r_t * r_joint) / u.derivative()(z)
+        ratio, h = _floor(z * one), Dyadic.nearest(z * pieces[-1].h.ball(), steps.bits)
+        pieces[-1] = Piece(_compressed(pieces[-1].u, ratio, steps.bits), h)
+
+        # In units of x_max every piece begins exactly where the one before it ends, and the last ends where `around`
+        # begins: what is left of the difference becomes a change of its slope.
+        loading, start, factor = list[Piece](), 1 << unloading.bits, _floor(arb(2) ** unloading.bits / r_t)
+        for piece in pieces:
+            u_scaled = [start, *(c * factor >> steps.bits for c in piece.u[1:])]
+            loading.append(Piece(u_scaled, Dyadic.nearest(-stretch * piece.h.ball(), steps.bits)))
+            start = sum(u_scaled)
+        loading[-1].u[1] += sum(around.u) - start
+    return Branch(k, unloading.bits, (around, *reversed(loading)), 0), unloading
+
+
+def _turning(piece: Piece) -> arb:
+    """Return z where Y = 0, by Newton's method. To be called within `working`."""
+    y = _poly(piece.y, 0)
+    slope, z = y.derivative(), y[0] / (y[0] - y(arb(1)))
+    for _ in range(ctx.prec.bit_length() + 2):
+        z = (z - y(z) / slope(z)).mid()
+    return z
+
+
+def _poly(coefficients: list[int], bits: int) -> arb_poly:
+    """Return a polynomial from its coefficients in units of 2^-bits."""
+    return arb_poly(fmpz_poly(coefficients)) * arb(2) ** -bits
+
+
 def _steps(k: Dyadic, accuracy: int, motion: Motion) -> _Steps:
     size = max(k.size, 0)
     if k.mantissa < 0:
@@ -323,24 +396,20 @@ class _Steps:
     def shortened(self, piece: Piece, factor: float) -> Piece:
         """Return the same polynomial over a step shorter by about `factor`: its coefficients times powers of that."""
         h = _scaled(piece.h, factor)
-        ratio, power, u = h.over(piece.h, 1 << self.bits), 1 << self.bits, list[int]()
-        for c in piece.u:
-            u.append(c * power >> self.bits)
-            power = power * ratio >> self.bits
-        return Piece(u, h)
+        return Piece(_compressed(piece.u, h.over(piece.h, 1 << self.bits), self.bits), h)
 
     def spare_bits(self, piece: Piece) -> float:
         """Return by how many bits the last coefficients are smaller than they need to be."""
         largest = max(abs(c) for c in piece.u[-4:]) + 1
         needed = self.accuracy + 2 * _log2(self.terms) - SPARE_BITS + self.force_bits(piece)
-        size = max(piece.u[1:3])
+        size = max(abs(piece.u[1]), piece.u[2])
         if self.absolute:
             size = max(size, piece.h.times(1 << self.bits) >> 3)
         return _log2(size) - needed - _log2(largest)
 
     def force_bits(self, piece: Piece) -> float:
         """Return how many bits more than p must be known in order to know r^d - |k| p, at the end of the piece."""
-        if self.k.mantissa >= 0 or self.k.size <= 0 or not self.motion.delayed:
+        if self.k.mantissa >= 0 or self.k.size <= 0 or not self.motion.delayed or piece.u[1] < 0:
             return 0.0
         r = (1 << self.bits) - piece.u[0]
         damping = Dyadic(-self.k.mantissa, self.k.exponent).over(_twice(piece.h), piece.u[1])
@@ -350,6 +419,15 @@ class _Steps:
     def stretch(self, spare_bits: float) -> float:
         """Return by how much a step can be longer that has so many bits to spare."""
         return float(2.0 ** (spare_bits / (self.terms - 1)))
+
+
+def _compressed(u: list[int], ratio: int, bits: int) -> list[int]:
+    """Return the coefficients of u(ratio z), the ratio in units of 2^-bits."""
+    power, compressed = 1 << bits, list[int]()
+    for c in u:
+        compressed.append(c * power >> bits)
+        power = power * ratio >> bits
+    return compressed
 
 
 def _log2(number: int) -> float:

@@ -71,7 +71,7 @@ def _ends(branch: Branch) -> Ends:
 
 def _summed(branch: Branch, functions: list[_Functions], z: arb, eta: arb, eta_end: arb) -> Ends:
     """Enclose the integrals up to z in the last piece, and p there, from bounds of the errors of p^2."""
-    pairs = list(zip(functions, [arb(1)] * (len(functions) - 1) + [z], strict=True))
+    pairs = list(zip(functions, [*(f.end for f in functions[:-1]), z], strict=True))
     uncertain = 1 + _plus_minus(eta)
     time = sum((f.time(limit) for f, limit in pairs), arb(0)) * uncertain
     work = arb(0) if branch.k.size > ENERGY_FROM else sum((f.work(limit) for f, limit in pairs), arb(0)) * uncertain
@@ -79,7 +79,7 @@ def _summed(branch: Branch, functions: list[_Functions], z: arb, eta: arb, eta_e
 
 
 class _Functions(NamedTuple):
-    """R = 1 - u, Y = du/dz = 2 h p of a piece, and powers of R."""
+    """R = 1 - u, Y = du/dz = 2 h p of a piece, and powers of R. If h < 0, the piece begins at z = 1."""
 
     r: arb_poly
     y: arb_poly
@@ -97,6 +97,14 @@ class _Functions(NamedTuple):
         common, elastic, viscous = (powers[power] for power in branch.motion.factors)
         return cls(r, u.derivative(), common, elastic, viscous, piece.h.ball(), branch.motion)
 
+    @property
+    def start(self) -> arb:
+        return arb(0) if self.h > 0 else arb(1)
+
+    @property
+    def end(self) -> arb:
+        return 1 - self.start
+
     def p(self, z: arb) -> arb:
         return self.y(z) / (2 * self.h)
 
@@ -109,13 +117,17 @@ class _Functions(NamedTuple):
         return (k * self.h * self.r(arb(1)) ** (self.motion.n_b - 1) * (1 - eta)).exp()  # r falls
 
     def time(self, z: arb) -> arb:
-        """Enclose the integral of r^(m-1) ds from 0 to z."""
-        return (self.r ** (self.motion.m - 1)).integral()(z) * self.h
+        """Enclose the integral of r^(m-1) ds from the start to z."""
+        return self._integral(self.r ** (self.motion.m - 1), z) * self.h
 
     def work(self, z: arb) -> arb:
-        """Enclose the integral of p r^(n_b-1) dr = Y^2 R^(n_b-1)/(2 h) dz from 0 to z."""
+        """Enclose the integral of p r^(n_b-1) dr = Y^2 R^(n_b-1)/(2 h) dz from the start to z."""
         damping = self.common if self.motion.d >= 0 else self.common * self.viscous
-        return (self.y * self.y * damping).integral()(z) / (2 * self.h)
+        return self._integral(self.y * self.y * damping, z) / (2 * self.h)
+
+    def _integral(self, polynomial: arb_poly, z: arb) -> arb:
+        whole = polynomial.integral()
+        return whole(z) - whole(self.start)
 
 
 def _residual(k: Dyadic, f: _Functions) -> arb:
@@ -130,12 +142,14 @@ def _residual(k: Dyadic, f: _Functions) -> arb:
 
 
 def _require_motion(f: _Functions, end: arb) -> None:
-    """Show that Y > 0 up to z = end, except for z = 0 at the turning point, so that r falls and p is a function of u.
+    """Show that p > 0 up to z = end, except for the turning point, so that r falls and p is a function of u.
 
-    Y, or Y/z, is first bounded by its coefficients at z = 0. If that is not enough, it is expanded around the middle of
+    p has the sign of Y = 2 h p, or of -Y where h < 0; such a piece is covered whole. This, or Y/z from the turning
+    point on, is first bounded by its coefficients at z = 0. If that is not enough, it is expanded around the middle of
     each part; its higher coefficients are added up.
     """
-    coefficients = f.y.coeffs()[1 if f.y[0] == 0 else 0 :]
+    coefficients = (f.y if f.h > 0 else -f.y).coeffs()[1 if f.y[0] == 0 else 0 :]
+    end = end if f.h > 0 else arb(1)
     with working(64):
         if falls_less_than_start(coefficients):
             return
@@ -173,11 +187,11 @@ def _shares(branch: Branch, functions: list[_Functions], residuals: list[arb]) -
     """
     unit = arb(2) ** -branch.bits
     shares = [_first_piece(branch, functions[0]) * residuals[0]]
-    for f, residual in zip(functions[1:], residuals[1:], strict=True):
-        slope = f.y[0]
+    for f, residual, jump in zip(functions[1:], residuals[1:], branch.jumps(), strict=True):
+        slope = 2 * abs(f.h) * f.p(f.start)
         if not slope > 100 * unit:
             raise ArithmeticError("too few bits for the speed")
-        shares.append((2 * residual + 8 * unit) / slope)  # 8: u' is continuous to within three units
+        shares.append((2 * residual + 3 * jump * unit) / slope)
     return shares
 
 
@@ -199,7 +213,7 @@ def _before_the_end(
     k = branch.k.ball()
     error = arb(0)
     for f, residual, share in zip(functions[:-1], residuals[:-1], shares[:-1], strict=True):
-        if not _is_before(f, arb(1), k, 2 * (error + share), residual):
+        if not _is_before(f, f.end, k, 2 * (error + share), residual):
             raise ArithmeticError("the end lies before the last piece")
         error = error * f.contraction(k, eta) + share if k < 0 else error + share
     error = 2 * (error + shares[-1])
@@ -208,9 +222,10 @@ def _before_the_end(
 
 def _last(branch: Branch, is_before: Callable[[arb], bool]) -> arb:
     """Return z in the last piece, close to the end and certainly not behind it."""
-    back = len(branch.pieces[-1].u)
-    while back < 1 << branch.bits:
-        z = fixed_point(max(branch.root - back, 0), 0, branch.bits)
+    one, back = 1 << branch.bits, len(branch.pieces[-1].u)
+    while back < one:
+        before = max(branch.root - back, 0) if branch.pieces[-1].h.mantissa > 0 else min(branch.root + back, one)
+        z = fixed_point(before, 0, branch.bits)
         if is_before(z):
             return z
         back *= 4
@@ -223,12 +238,13 @@ def _is_before(f: _Functions, z: arb, k: arb, eta: arb, residual: arb) -> bool:
     Because r falls, r >= 0 shows this for an end at r = 0. With delayed recovery r^d - |k| p must be larger than it can
     be behind the end.
     """
-    if not (0 <= f.r(z) <= 2 and f.y(z) > 0):
+    p = f.p(z)
+    if not (0 <= f.r(z) <= 2 and p > 0):
         return False
     if not (k < 0 and f.motion.delayed):
         return True
     disturbance = residual / (2 * f.h)
-    return bool(f.elastic(z) >= -k * f.p(z) * (1 + 2 * eta) + 2 * (8 * f.h - k) * disturbance)
+    return bool(f.elastic(z) >= -k * p * (1 + 2 * eta) + 2 * (8 * f.h - k) * disturbance)
 
 
 def _completed(branch: Branch, before: Ends, r: arb) -> Ends:
@@ -268,9 +284,9 @@ def _absolute(branch: Branch, functions: list[_Functions], residuals: list[arb],
     """
     unit = arb(2) ** -branch.bits
     total, least = arb(0), arb(1)
-    for i, (f, residual) in enumerate(zip(functions, residuals, strict=True)):
+    for i, (f, residual, jump_of_y) in enumerate(zip(functions, residuals, [0, *branch.jumps()], strict=True)):
         square = 4 * f.h**2
-        jump = 8 * unit * f.y[0] / square + (8 * unit) ** 2 / square if i else arb(0)
+        jump = (2 * f.y[0] + jump_of_y * unit) * jump_of_y * unit / square
         way = f.r(arb(0)) - (f.r(z) if f is functions[-1] else f.r(arb(1)))  # r falls
         total += 2 * residual / square * way.abs_upper() + jump
         if i:
