@@ -66,9 +66,9 @@ def _column(row: Any, index: int) -> Any:
     return row[..., index]
 
 
-def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], by: Format | Reading) -> Any:
+def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Format) -> Any:
     """Return a result of a branch, or one of its variables, for inputs and constants: numbers or arrays of a format."""
-    return read(branch, [result], given, machine_arithmetic(by) if isinstance(by, Format) else by)[result]
+    return read(branch, [result], given, machine_arithmetic(form))[result]
 
 
 @lru_cache(maxsize=32)
@@ -135,8 +135,9 @@ def _in_double(kernel: Kernel, called: Kernel, function: Function, branch: CodeB
     """Return results of a branch that calls functions of another kernel, in type double."""
     by = machine_arithmetic(DOUBLE)
     calls = {f"viscopade_{f.name}_{called.name}": partial(evaluated, called, f.name) for f in called.functions}
+    by = by._replace(functions={**by.functions, **calls})
     given = _given(kernel, function, [given[argument] for argument in function.arguments], DOUBLE)
-    return computed(branch, function.result, given, by._replace(functions={**by.functions, **calls}))
+    return read(branch, [function.result], given, by)[function.result]
 
 
 def taken_branch(kernel: Kernel, name: str, *arguments: float) -> int:
