@@ -133,7 +133,12 @@ WRONG = {
 }
 
 
-SAMPLES = {"pade": Sample(), "minimax": Sample(), "full bounds": Sample(16 * 24, 149)}  # with what is wrong
+SAMPLES = {
+    **dict.fromkeys(("pade", "minimax"), Sample()),
+    **dict.fromkeys(("compact", "inverse"), Sample(200)),
+    "full bounds": Sample(16 * 24, 149),
+}
+"""Parts of records that have what is wrong."""
 
 
 @pytest.mark.parametrize(("kind", "place", "change"), [(k, *one) for k, changes in WRONG.items() for one in changes])
