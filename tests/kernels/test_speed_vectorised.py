@@ -45,6 +45,7 @@ TARGETS = {
     "clang-haswell": Target("clang", ("-march=haswell",), 32),
     "clang-neon": Target("clang", (f"--target={ARM}", "-isystem", f"/usr/{ARM}/include"), 16),
 }
+KINDS = ("1e-5", "full", "1e-10")  # of blocks
 # These have all kinds of blocks. The usual machine takes turns.
 ALWAYS = {
     "gcc-haswell": (daily.chosen(catalogue.TIERS),),
@@ -190,9 +191,9 @@ def sanitized(folder, source, *flags):
 @pytest.mark.parametrize(
     ("math_flag", "tiers"),
     [
-        ("-fno-fast-math", catalogue.TIERS),
+        ("-fno-fast-math", KINDS),
         ("-ffast-math", (daily.chosen(catalogue.TIERS),)),
-        pytest.param("-ffast-math", catalogue.TIERS, marks=slow),
+        *(pytest.param(flag, catalogue.TIERS, marks=slow) for flag in ("-fno-fast-math", "-ffast-math")),
     ],
 )
 def test_no_undefined_behaviour_of_array_functions(tmp_path, math_flag, tiers):
