@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from mpmath import mp
 
-from viscopade.collision.contact import Contact, SampledCollision, resolving_factor
+from viscopade.collision.contact import PHASES, Contact, SampledCollision, resolving_factor
 from viscopade.collision.schemes import Scheme
 from viscopade.simulators.formula import DIGITS, REASONS, DampingFormula, compensated, stepped_collision, wanted_kappa
 from viscopade.simulators.native import SPREAD
@@ -186,11 +186,18 @@ def largest_step(law: Law, kappa: float, error: float, epsilon: float, scheme: S
     The error is the largest relative one over the phases, looked at for steps in a geometric sequence. Below the finest
     of them it is taken to be in proportion to the step.
     """
-    longest = 0.0
+
+    def worst(found: SampledCollision) -> float:
+        return max(abs(found.least / epsilon - 1), abs(found.largest / epsilon - 1))
+
+    longest, contact = 0.0, Contact.of_law(law, kappa)
     for step in np.geomspace(4 / _SMALL, 0.5, _LOOKED_AT).tolist():
-        found = stepped_collision(law, kappa, step, scheme)
-        worst = max(abs(found.least / epsilon - 1), abs(found.largest / epsilon - 1))
-        if worst > error:
-            return longest or step * error / worst
+        # The range over `PHASES` is nearly that over all phases, which takes three times as long.
+        if worst(contact.collide(step=step * law.contact_time, scheme=scheme, phases=PHASES)) < error / 2:
+            longest = step
+            continue
+        off = worst(stepped_collision(law, kappa, step, scheme))
+        if off > error:
+            return longest or step * error / off
         longest = step
     return longest

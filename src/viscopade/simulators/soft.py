@@ -24,7 +24,7 @@ from mpmath import mp
 
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.collision.contact import SampledCollision, resolved
+from viscopade.collision.contact import PHASES, SampledCollision, resolved
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import beta_from_restitution, v_star
 from viscopade.collision.weight import EARTH, FallingContact, loaded
@@ -59,7 +59,10 @@ MOST_STEPS = 400
 """Time steps in the longest contact that texts advise."""
 _BRIEF_STEPS = 100  # in a contact that gets shorter together with its steps, at first
 _STRETCH, _MOST_STRETCHES, _HALVINGS = 0.2, 40, 60  # search for a contact with weight, or with time steps
-_ALIKE, _NARROW = 1e-10, 1e-7  # error at which it ends; width at which it ends where the duration jumps
+_ALIKE, _NARROW = (
+    1e-10,
+    1e-7,
+)  # error at which it ends without time steps; width at which it ends where the duration jumps
 _UNLIKE = 0.02  # error by such a jump, from which on the contact is another one than was asked for
 
 
@@ -305,7 +308,9 @@ class SoftContact:
             k_m = plain * math.exp(-power * stretch)
             return math.log(measured(self._course(speed, self._damping(k_m), k_m)) / asked)
 
-        stretch = _zero(excess)
+        # The mean duration in time steps is a staircase: with the next step, one of `PHASES` ends a step later.
+        step = self._step(speed, plain)
+        stretch = _zero(excess, _ALIKE if step is None else step / len(PHASES))
         over_mass = plain * math.exp(-power * stretch)
         if abs(excess(stretch)) > _UNLIKE:
             name = "contact-time" if given.penetration is None else "penetration"
@@ -363,7 +368,8 @@ class SoftContact:
         if step is None or scheme is None:
             found = loaded(law, damping, load, self.carried).collide()
         else:
-            found = stepped_collision(law, damping, step, scheme, load, self.carried)
+            contact, size = loaded(law, damping, load, self.carried), step * law.contact_time
+            found = contact.collide(step=size, scheme=scheme, phases=PHASES)  # which has the mean, and no range
         return _Course(found.epsilon, found.depth * time * speed, found.duration * time)
 
     def _plain(self, speed: float, kappa: float, over_mass: float) -> _Course:
@@ -506,8 +512,8 @@ class SoftContact:
         return largest_step(law, self._continuum, error, self.epsilon, scheme) * unit
 
 
-def _zero(function: Callable[[float], float]) -> float:
-    """Return where an increasing function vanishes, or jumps from below to above 0."""
+def _zero(function: Callable[[float], float], error: float) -> float:
+    """Return where an increasing function is 0 up to an error, or jumps from below to above 0."""
     low, high = 0.0, 0.0
     below = above = function(0.0)
     for _ in range(_MOST_STRETCHES):
@@ -524,7 +530,7 @@ def _zero(function: Callable[[float], float]) -> float:
         part = 0.5 if i % 2 else below / (below - above)
         middle = low + part * (high - low)
         value = function(middle)
-        if abs(value) < _ALIKE or high - low < _NARROW:
+        if abs(value) < error or high - low < _NARROW:
             return middle
         low, below, high, above = (middle, value, high, above) if value < 0 else (low, below, middle, value)
     return low
