@@ -49,7 +49,8 @@ def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_pa
     shipped = {*headers, *scenes, *cmake, "share/pkgconfig/viscopade.pc"}
     assert min(map(len, (headers, scenes, cmake))) > 0
     assert files_in(tmp_path / "installed" / "viscopade") == files_in(PACKAGE) | shipped
-    assert files_in(tmp_path / "installed" / "viscopade_lab") == files_in(ROOT / "src" / "viscopade_lab")
+    lab = files_in(ROOT / "src" / "viscopade_lab") - {"data/decks.csv"}  # which is for tests
+    assert files_in(tmp_path / "installed" / "viscopade_lab") == lab
     if shutil.which("cc") is None:
         pytest.skip("no C compiler")
     assert len(extensions) == 1

@@ -8,10 +8,10 @@ import pytest
 
 from tests import daily
 from tests.simulators.two_balls import need
-from viscopade.simulators import measured, simulator_of
+from viscopade.simulators import simulator_of
 from viscopade.simulators.audit import audited
-from viscopade.simulators.measured import csv_text, measurements
 from viscopade_lab.runs import cases, simulators
+from viscopade_lab.runs.cases import csv_text, measurements
 from viscopade_lab.runs.simulators import FREQUENCY, SIMULATORS, mujoco_rebound, mujoco_solref
 
 WANTED = "0.5"
@@ -38,7 +38,7 @@ def test_programs_that_are_asked_for_the_number_instead_deliver_what_is_wanted()
 
 
 def test_the_file_is_what_is_read():
-    text = (measured.pkgutil.get_data("viscopade", measured.DATA)).decode()
+    text = cases.pkgutil.get_data("viscopade_lab", cases.DATA).decode()
     assert csv_text(measurements()) == text
 
 

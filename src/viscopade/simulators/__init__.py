@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 __all__ = [
     "audit",
     "formula",
-    "measured",
     "native",
     "setup",
     "simulator",

@@ -33,9 +33,9 @@ from viscopade.plots.sheet import (
 )
 from viscopade.simulators import simulator_of
 from viscopade.simulators.formula import DampingFormula, wanted_kappa
-from viscopade.simulators.measured import measurements
 from viscopade.theory.law import law_of
 from viscopade_lab.figures.paper import Figure, figure
+from viscopade_lab.runs.cases import measurements
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -29,7 +29,7 @@ from typing import Any
 import click
 import numpy as np
 
-import viscopade
+import viscopade_lab
 from viscopade.arrays.checked import FloatArray
 from viscopade_lab.runs import simulators
 from viscopade_lab.runs.simulators import package
@@ -647,7 +647,7 @@ def fall(deck: Deck, version: str) -> Fall:
 
 def path() -> Path:
     """Return the data file."""
-    return Path(viscopade.__file__).parent / DATA
+    return Path(viscopade_lab.__file__).parent / DATA
 
 
 def falls() -> list[Fall]:
@@ -668,7 +668,7 @@ def csv_text(found: Iterable[Fall]) -> str:
 
 @click.command()
 @click.argument("programs", nargs=-1, required=True, type=click.Choice(list(PROGRAMS)))
-@click.option("--write", is_flag=True, help="Store what is measured in the data file of the package.")
+@click.option("--write", is_flag=True, help="Store what is measured in the data file.")
 def main(programs: tuple[str, ...], write: bool) -> None:
     """Run the cases of programs, and print them."""
     found = []

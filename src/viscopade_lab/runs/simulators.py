@@ -2,7 +2,7 @@
 
 Run as `python -m viscopade_lab.runs.simulators`, which runs the collisions of the audit in the simulators that are
 installed, and prints the largest differences between measured and predicted eps. With
-`--write` it also writes the package's data file; measurements of other programs stay unchanged.
+`--write` it also writes the data file; measurements of other programs stay unchanged.
 """
 
 from __future__ import annotations
@@ -24,15 +24,14 @@ from typing import Any
 import click
 import numpy as np
 
-import viscopade
+import viscopade_lab
 from viscopade import Pair, Sphere
 from viscopade.arrays.checked import FloatArray
 from viscopade.extras import install_command
-from viscopade.simulators import measured
-from viscopade.simulators.measured import Measurement
 from viscopade.simulators.setup import of_pair
 from viscopade.simulators.text import render
-from viscopade_lab.runs.cases import AuditCase, cases, cases_instead
+from viscopade_lab.runs import cases as audit
+from viscopade_lab.runs.cases import AuditCase, Measurement, cases, cases_instead
 
 
 def run_program(words: Sequence[str], files: Mapping[str, str]) -> str:
@@ -492,7 +491,7 @@ def measurements(name: str, some: Sequence[AuditCase] | None = None) -> Iterator
 
 def all_measurements() -> Iterator[Measurement]:
     """Yield all measurements: new ones of installed simulators, stored ones of others."""
-    stored = measured.measurements()
+    stored = audit.measurements()
     for name in sorted({each.program for each in stored}):
         anew = None
         if name in SIMULATORS:
@@ -513,15 +512,15 @@ def differences(some: Iterable[Measurement]) -> Iterator[tuple[str, str, float]]
 
 
 @click.command()
-@click.option("--write", is_flag=True, help="Write the data file of the package.")
+@click.option("--write", is_flag=True, help="Write the data file.")
 def main(write: bool) -> None:
     """Run the simulators; print the largest difference between measured and predicted eps for each formula."""
     found = list(all_measurements())
     for program, formula, difference in differences(found):
         click.echo(f"{program:10} {formula:50} {difference:.1e}")
     if write:
-        file = Path(viscopade.__file__).parent / measured.DATA
-        file.write_text(measured.csv_text(found), encoding="utf-8")
+        file = Path(viscopade_lab.__file__).parent / audit.DATA
+        file.write_text(audit.csv_text(found), encoding="utf-8")
         click.echo(f"wrote {len(found)} collisions to {file.name}")
 
 

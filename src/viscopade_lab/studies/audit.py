@@ -1,7 +1,7 @@
 """Tables of docs/results/audit.md and of the programs' pages: the eps that programs give, beside measured values.
 
 `python -m viscopade_lab.studies.audit` writes each table between its marks in these pages. The measured values are the
-package's (`python -m viscopade_lab.runs.simulators`; Drake, Kratos and Simbody were run once); all others are computed.
+lab's (`python -m viscopade_lab.runs.simulators`; Drake, Kratos and Simbody were run once); all others are computed.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from viscopade.collision.weight import loaded, loss_slope
 from viscopade.simulators import simulator_of, simulators
 from viscopade.simulators.audit import ASKED, Audit, advised, audited
 from viscopade.simulators.formula import DampingFormula, stepped_collision, wanted_kappa
-from viscopade.simulators.measured import Measurement, finest, measurements
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law, law_of
 from viscopade_lab.runs import cases
+from viscopade_lab.runs.cases import Measurement, finest, measurements
 from viscopade_lab.studies.laws import markdown
 
 CHOSEN = "0.5"
