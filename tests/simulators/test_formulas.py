@@ -1,15 +1,17 @@
 """Formulas of programs: the reason that each states is the one that the numbers show."""
 
 import math
+import subprocess
+import sys
 
 import pytest
 from mpmath import mp
 
 from viscopade.collision import exact
-from viscopade.simulators import SIMULATORS, TARGETS, simulator_of, simulators
+from viscopade.simulators import OWN_LAW, SIMULATORS, TARGETS, simulator_of, simulators
 from viscopade.simulators.audit import ASKED, audited
 from viscopade.simulators.formula import DampingFormula
-from viscopade.simulators.simulator import Simulator
+from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import Law
 
 ROWS = [(program, formula) for program in simulators() for formula in program.formulas]
@@ -42,6 +44,19 @@ def test_what_is_written_instead_delivers_what_is_asked_for(program, formula):
 def test_the_list_has_what_the_modules_say():
     assert [(each.name, tuple(each.texts)) for each in simulators()] == [*SIMULATORS.items()]
     assert len({*TARGETS}) == len(TARGETS)
+    texts = {target: text for each in simulators() for target, text in each.texts.items()}
+    assert [target for target in TARGETS if isinstance(texts[target], OwnLaw)] == [*OWN_LAW]
+
+
+def test_a_refusal_of_an_option_reads_no_program():
+    """Each has a module, which imports others."""
+    code = (
+        "import sys; from viscopade.cli.main import command\n"
+        "try: command(['simulators', 'lammps', '--stiffness', '1'], standalone_mode=False)\n"
+        "except Exception as error: print(error.message, [m for m in sys.modules if 'simulators.' in m])"
+    )
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert printed == "--stiffness is given for lammps: expected mujoco, drake, simbody, chrono, jaxdem []\n"
 
 
 def test_names_are_unique():

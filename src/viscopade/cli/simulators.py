@@ -26,7 +26,7 @@ from viscopade.cli.console import (
 )
 from viscopade.cli.generate import read_scene
 from viscopade.kernels.catalogue import TIERS
-from viscopade.simulators import SIMULATORS, TARGETS, simulator_with
+from viscopade.simulators import OWN_LAW, SIMULATORS, TARGETS, simulator_with
 
 if TYPE_CHECKING:
     from viscopade.scene.description import Scene
@@ -101,23 +101,21 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
 
     Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
     """
-    from viscopade.simulators.simulator import OwnLaw
-    from viscopade.simulators.text import render
-
     words = command_line()
     soft = {name: options.pop(name) for name in _SOFT}
-    of_soft = [each for each in TARGETS if isinstance(simulator_with(each).texts[each], OwnLaw)]
-    if target not in of_soft and any(value is not None for value in soft.values()):
+    if target not in OWN_LAW and any(value is not None for value in soft.values()):
         flag = next(name for name, value in soft.items() if value is not None)
-        raise click.UsageError(f"--{flag.replace('_', '-')} is given for {target}: expected {', '.join(of_soft)}")
+        raise click.UsageError(f"--{flag.replace('_', '-')} is given for {target}: expected {', '.join(OWN_LAW)}")
     if tier is not None and not target.startswith("rebound"):
         raise click.UsageError(
             f"--tier is given for {target}, which computes the force: expected rebound-c or rebound-python"
         )
     found = _given(file, options.pop("gravity") or None, **options)
-    if target in of_soft:
+    if target in OWN_LAW:
         text = _soft_text(target, found, words, soft)
     elif found.setup is not None:
+        from viscopade.simulators.text import render
+
         text = render(target, found.setup, words, **({} if tier is None else {"tier": tier}))
     else:
         raise click.UsageError(

@@ -46,6 +46,8 @@ SIMULATORS: Mapping[str, tuple[str, ...]] = {
 }
 """Names, which are those of the modules, and the targets for which `viscopade simulators` writes each one's text."""
 TARGETS = tuple(target for own in SIMULATORS.values() for target in own)
+OWN_LAW = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
+"""Targets whose contacts have a law of their own; those of the others are viscoelastic."""
 
 
 def simulator_of(name: str) -> Simulator:
