@@ -136,7 +136,7 @@ OF_LANGUAGES = "viscopade.kernels.write.languages"
 NO_LANGUAGES = {
     # REBOUND has two interfaces, in C and in Python, which are no targets of kernels.
     "viscopade.simulators.rebound",
-    "viscopade.simulators.text",
+    "viscopade.simulators.input_file",
     # Constants in tables that are called c.
     "viscopade.kernels.formulas",
     "viscopade.kernels.full",

@@ -8,7 +8,7 @@ import pytest
 from tests.simulators.two_balls import integrated, setup
 from viscopade import Pair, Sphere
 from viscopade.collision import exact
-from viscopade.simulators import stated
+from viscopade.simulators import input_file
 from viscopade.simulators.formula import (
     LINEAR,
     LINEAR_RETURN,
@@ -96,4 +96,4 @@ SIZES = (Pair(LARGE, LARGE), Pair(BALL, BALL))
 def test_the_shortest_contact_is_that_of_the_smallest_sizes():
     contact = NamedContact("a", "a", Pair(LARGE, LARGE), 0.01, 0.2, 5.0, SIZES)
     both = Setup("t", {"a": LARGE}, (contact,))
-    assert stated.shortest_contact(both) == Pair(BALL, BALL).contact_time(5.0)
+    assert input_file.shortest_contact(both) == Pair(BALL, BALL).contact_time(5.0)

@@ -23,10 +23,10 @@ from tests.simulators.two_balls import (
 )
 from viscopade import Pair, Sphere
 from viscopade.collision.weight import calibrated
-from viscopade.simulators import TARGETS, simulator_with, stated
+from viscopade.simulators import TARGETS, input_file, simulator_with
+from viscopade.simulators.input_file import render
 from viscopade.simulators.setup import NamedContact, Setup, of_pair
 from viscopade.simulators.simulator import InputFile
-from viscopade.simulators.text import render
 
 COMMAND = "viscopade simulators PROGRAM scene.toml"
 FILES = [name for name in TARGETS if isinstance(simulator_with(name).texts[name], InputFile)]
@@ -262,8 +262,8 @@ def test_stated_errors_of_other_sizes_are_those_of_the_force(program):
 @programs
 def test_the_time_step(program):
     text = flowing(render(program, SETUP, COMMAND))
-    step = float(Pair(SMALL, SMALL).contact_time(1.0)) / stated.STEPS
-    error = max(stated.timestep_error(contact, step) for contact in SETUP.contacts)
+    step = float(Pair(SMALL, SMALL).contact_time(1.0)) / input_file.STEPS
+    error = max(input_file.timestep_error(contact, step) for contact in SETUP.contacts)
     assert f"Time step: {step:.6g} s is 100 steps in the shortest contact" in text
     assert f"eps is off by up to {error:.1e} " in text
 
@@ -272,5 +272,5 @@ def test_a_long_contact_does_not_take_long():
     """Of 10^9 steps to the contact only 2000 are done, for a bound."""
     contact = SETUP.contacts[1]
     duration = Pair(RUBBER, contact.pair.second).contact_time(2.0)
-    error = stated.timestep_error(contact, duration / 1e9)
-    assert stated.timestep_error(contact, duration / 1e5) == error < 1e-3
+    error = input_file.timestep_error(contact, duration / 1e9)
+    assert input_file.timestep_error(contact, duration / 1e5) == error < 1e-3

@@ -13,9 +13,9 @@ from tests.titles import HARD
 from viscopade import Pair, Sphere
 from viscopade.arrays import double
 from viscopade.collision.contact import Contact
-from viscopade.simulators import lammps, stated
+from viscopade.simulators import input_file, lammps
+from viscopade.simulators.input_file import render
 from viscopade.simulators.setup import NamedContact, Setup, Units
-from viscopade.simulators.text import render
 from viscopade_lab.runs import simulators
 
 COMMAND = "viscopade simulators lammps scene.toml"
@@ -164,7 +164,7 @@ def test_the_scheme_is_of_first_order():
 
 
 def test_errors_of_time_steps_are_reached_but_not_exceeded():
-    phases = np.array(stated.PHASES)
+    phases = np.array(input_file.PHASES)
     for contact in SETUP.contacts:
         timestep = contact.pair.contact_time(2.0) / 100
         found = [
@@ -172,7 +172,7 @@ def test_errors_of_time_steps_are_reached_but_not_exceeded():
             for pair in (contact.pair, *contact.extremes)
             for speed in (contact.slowest, contact.typical, contact.fastest)
         ]
-        assert stated.timestep_error(contact, timestep) == pytest.approx(max(found), rel=0.06)
+        assert input_file.timestep_error(contact, timestep) == pytest.approx(max(found), rel=0.06)
 
 
 def test_the_measured_table_is_what_the_scheme_gives():
@@ -184,7 +184,7 @@ def test_the_measured_table_is_what_the_scheme_gives():
     assert epsilon == pytest.approx(double.epsilon(v_star), abs=1e-8)
     contact, tau_c = Contact.of_law("viscoelastic", v_star[:, None] ** 2), double.tau_c(v_star)
     for steps, expected in zip((50, 1000, 100_000), errors, strict=True):
-        phases = stated.PHASES if steps <= 1000 else (0.5,)
+        phases = input_file.PHASES if steps <= 1000 else (0.5,)
         found = contact.rebounds(1.0, tau_c[:, None] / steps, phases, longest=100).epsilon
         found = found / double.epsilon(v_star)[:, None] - 1
         worst = found[np.arange(len(rows)), np.abs(found).argmax(-1)]
@@ -325,7 +325,7 @@ def test_hertz_with_the_stated_numbers_is_the_same_law(program):
 def test_other_sizes_have_the_eps_that_is_stated(program):
     """The line of the typical sizes, with spheres of the largest ones."""
     contact = replace(SETUP.contacts[0], pair=EXTREMES[0], extremes=())
-    wrong = stated.same_damping_per_mass(UNLIKE)(EXTREMES[0]).epsilon(0.3)
+    wrong = input_file.same_damping_per_mass(UNLIKE)(EXTREMES[0]).epsilon(0.3)
     assert in_lammps(SETUP, contact, 0.3)[0] == pytest.approx(wrong, rel=1e-3)
     assert abs(wrong / EXTREMES[0].epsilon(0.3) - 1) > 0.1
 

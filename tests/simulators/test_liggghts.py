@@ -9,7 +9,7 @@ import pytest
 from tests.simulators.two_balls import GLASS, RUBBER, SETUP, flowing, matrix, run_of, setup
 from viscopade import Pair
 from viscopade.collision.contact import Contact
-from viscopade.simulators.text import render
+from viscopade.simulators.input_file import render
 from viscopade_lab.runs import simulators
 
 COMMAND = "viscopade simulators liggghts scene.toml"

@@ -12,7 +12,7 @@ from tests.patience import HANGS
 from tests.simulators.two_balls import FLOOR, GLASS, RUBBER, SETUP
 from viscopade import Pair
 from viscopade.simulators import mercurydpm
-from viscopade.simulators.text import render
+from viscopade.simulators.input_file import render
 
 COMMAND = "viscopade simulators mercurydpm scene.toml"
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")

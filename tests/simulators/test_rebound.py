@@ -14,8 +14,8 @@ from tests.compiled import WARNINGS, compiler
 from tests.simulators.two_balls import flowing
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.simulators import rebound
+from viscopade.simulators.input_file import render
 from viscopade.simulators.setup import NamedContact, Setup
-from viscopade.simulators.text import render
 
 ICE = {"young_modulus": 1e10, "poisson_ratio": 0.3, "dissipative_constant": 1e-5}
 ROCK = {"young_modulus": 5e10, "poisson_ratio": 0.2, "dissipative_constant": 1e-6}

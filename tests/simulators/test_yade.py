@@ -9,8 +9,8 @@ import pytest
 
 from tests.simulators.two_balls import GLASS, RUBBER, SETUP, SMALL, run_of, setup, yade_names
 from viscopade import Pair
-from viscopade.simulators import stated
-from viscopade.simulators.text import render
+from viscopade.simulators import input_file
+from viscopade.simulators.input_file import render
 from viscopade_lab.runs.simulators import run_program
 
 COMMAND = "viscopade simulators yade scene.toml"
@@ -29,7 +29,7 @@ def test_materials_and_pairs():
     assert set(names["physics"].values["betan"]) == {(0, 0), (2, 1)}
     assert set(yade_names(render("yade", SETUP, COMMAND), vn=True)["physics"].values) == {"en", "vn"}
     shortest = Pair(SMALL, SMALL).contact_time(1.0)
-    assert names["O"].dt == pytest.approx(shortest / stated.STEPS, rel=1e-5)
+    assert names["O"].dt == pytest.approx(shortest / input_file.STEPS, rel=1e-5)
 
 
 def test_the_function_that_makes_the_force_viscoelastic():

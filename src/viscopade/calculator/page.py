@@ -13,8 +13,8 @@ from viscopade.generated import marker_lines
 from viscopade.kernels import catalogue, requests
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.languages import NAMES, language
-from viscopade.simulators.soft import CHOSEN_STEPS, FEWEST_STEPS
-from viscopade.simulators.stated import STEPS
+from viscopade.simulators.input_file import STEPS
+from viscopade.simulators.own_law import CHOSEN_STEPS, FEWEST_STEPS
 from viscopade.theory.law import Law
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE

@@ -187,8 +187,8 @@ def _show_contact(
 ) -> None:
     """Print the eps of the contact in a user's file, or with any force."""
     from viscopade.simulators.native import FileUnits, Impact, delivery, without_effect
+    from viscopade.simulators.own_law import FEWEST_STEPS
     from viscopade.simulators.setup import SI
-    from viscopade.simulators.soft import FEWEST_STEPS
 
     title, version, native = _native(simulator, force, end)
     given = _given([*settings, *([] if scheme is None else [f"{native.integrator}={scheme}"])])

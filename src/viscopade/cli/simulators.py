@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from viscopade.scene.description import Scene
     from viscopade.simulators.setup import Setup
 
-_SOFT = ("law", "stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
+_OF_OWN_LAW = ("law", "stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
 """Options of programs whose contacts have a law of their own."""
 _LONG = 10  # s; a longer contact time probably lacks its unit
 _AUDITED = {
@@ -102,9 +102,9 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
     Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
     """
     words = command_line()
-    soft = {name: options.pop(name) for name in _SOFT}
-    if target not in OWN_LAW and any(value is not None for value in soft.values()):
-        flag = next(name for name, value in soft.items() if value is not None)
+    given = {name: options.pop(name) for name in _OF_OWN_LAW}
+    if target not in OWN_LAW and any(value is not None for value in given.values()):
+        flag = next(name for name, value in given.items() if value is not None)
         raise click.UsageError(f"--{flag.replace('_', '-')} is given for {target}: expected {', '.join(OWN_LAW)}")
     if tier is not None and not target.startswith("rebound"):
         raise click.UsageError(
@@ -112,9 +112,9 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
         )
     found = _given(file, options.pop("gravity") or None, **options)
     if target in OWN_LAW:
-        text = _soft_text(target, found, words, soft)
+        text = _own_law_text(target, found, words, given)
     elif found.setup is not None:
-        from viscopade.simulators.text import render
+        from viscopade.simulators.input_file import render
 
         text = render(target, found.setup, words, **({} if tier is None else {"tier": tier}))
     else:
@@ -188,55 +188,54 @@ def _setup_of_material(
     return of_pair(pair, speed, speeds, tuple(limits_of(pair, fastest, yield_strength)), gravity)
 
 
-def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> str:
+def _own_law_text(target: str, found: _Given, words: str, given: dict[str, Any]) -> str:
     from viscopade.scene.units import Scale
+    from viscopade.simulators.own_law import STEP_ERROR, Softness, Wanted, render_own_law
     from viscopade.simulators.setup import SI
     from viscopade.simulators.simulator import OwnLaw
-    from viscopade.simulators.soft import STEP_ERROR, Softness, Wanted
-    from viscopade.simulators.text import render_own_law
     from viscopade.theory.law import VISCOELASTIC, law_of
 
-    law = VISCOELASTIC if soft["law"] is None else law_of(soft["law"])
-    if soft["law"] is not None and found.epsilon is None:
+    law = VISCOELASTIC if given["law"] is None else law_of(given["law"])
+    if given["law"] is not None and found.epsilon is None:
         raise click.UsageError(
             "--law and a scene or a material are given: expected --law with --epsilon and --speed alone"
         )
-    error = STEP_ERROR if soft["step_error"] is None else soft["step_error"]
-    if soft["step_error"] is not None and soft["time_step"] is not None:
+    error = STEP_ERROR if given["step_error"] is None else given["step_error"]
+    if given["step_error"] is not None and given["time_step"] is not None:
         raise click.UsageError("--step-error has no effect with --time-step: expected one of them")
     own = simulator_with(target).texts[target]
     assert isinstance(own, OwnLaw)
-    if soft["step_error"] is not None and simulator_with(target).formula(own.formula).scheme is None:
+    if given["step_error"] is not None and simulator_with(target).formula(own.formula).scheme is None:
         raise click.UsageError(f"--step-error has no effect for {target}, which chooses its own steps: leave it out")
     if not 1e-8 <= error <= 1:
         raise ValueError(f"--step-error is {error:.4g}: expected 1e-08 to 1")
-    if soft["mass"] is not None and found.setup is not None:
+    if given["mass"] is not None and found.setup is not None:
         raise click.UsageError("--mass and bodies with masses are given: expected one of them")
     scale = Scale() if found.scene is None else found.scene.scale
-    if soft["stiffness"] is not None and found.setup is not None and found.setup.units != SI:
+    if given["stiffness"] is not None and found.setup is not None and found.setup.units != SI:
         raise click.UsageError(
             "--stiffness is in SI units and the scene is not: expected --contact-time or --penetration"
         )
     time, length, step = (
         None if value is None else value / unit
         for value, unit in (
-            (soft["contact_time"], scale.time),
-            (soft["penetration"], scale.length),
-            (soft["time_step"], scale.time),
+            (given["contact_time"], scale.time),
+            (given["penetration"], scale.length),
+            (given["time_step"], scale.time),
         )
     )
-    if (soft["contact_time"] or 0) > _LONG:
-        click.echo(f"Warning: contact-time is {soft['contact_time']:g} s: is a unit missing?", err=True)
-    stiffness = _stiffness(target, soft, found.setup is not None or soft["mass"] is not None)
+    if (given["contact_time"] or 0) > _LONG:
+        click.echo(f"Warning: contact-time is {given['contact_time']:g} s: is a unit missing?", err=True)
+    stiffness = _stiffness(target, given, found.setup is not None or given["mass"] is not None)
     softness = Softness(**stiffness, contact_time=time, penetration=length)
-    unknown = softness == Softness() or (softness.stiffness is not None and soft["mass"] is None)
-    if soft["step_error"] is not None and found.setup is None and unknown:
+    unknown = softness == Softness() or (softness.stiffness is not None and given["mass"] is None)
+    if given["step_error"] is not None and found.setup is None and unknown:
         raise click.UsageError(
             "--step-error has no effect, as nothing says how long contact lasts: expected --contact-time with it"
         )
     if found.setup is None:
         assert found.epsilon is not None
-        wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, soft["mass"], found.gravity, law)]
+        wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, given["mass"], found.gravity, law)]
         of = "" if law == VISCOELASTIC else f", and at other speeds that of the law {law}"
         opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s{of}"], SI
     else:
@@ -254,7 +253,7 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     )
 
 
-def _stiffness(target: str, soft: Mapping[str, Any], has_mass: bool) -> dict[str, float]:
+def _stiffness(target: str, given: Mapping[str, Any], has_mass: bool) -> dict[str, float]:
     """Return the wanted k, or k/m, under its name in `Softness`: a plain number is what the program's file has.
 
     Raises
@@ -265,7 +264,7 @@ def _stiffness(target: str, soft: Mapping[str, Any], has_mass: bool) -> dict[str
     from viscopade import arguments, quantity
     from viscopade.simulators.simulator import OwnLaw
 
-    program, text, mass = simulator_with(target), soft["stiffness"], soft["mass"]
+    program, text, mass = simulator_with(target), given["stiffness"], given["mass"]
     own = program.texts[target]
     assert isinstance(own, OwnLaw)
     k_unit = program.formula(own.formula).law.stiffness_unit
@@ -292,7 +291,7 @@ def _stiffness(target: str, soft: Mapping[str, Any], has_mass: bool) -> dict[str
                 ) from None
         if in_file not in found and not has_mass:
             raise click.UsageError(f"{program.title} has the stiffness in {units[in_file]}: expected --mass with it")
-    converted = any(soft[name] is not None for name in ("stiffness", "contact_time", "penetration", "time_step"))
+    converted = any(given[name] is not None for name in ("stiffness", "contact_time", "penetration", "time_step"))
     if mass is not None and ("stiffness" not in found if own.per_mass else not converted):
         needs = (
             f'--stiffness, such as "1e5 {k_unit}"' if own.per_mass else "--contact-time, --penetration or --stiffness"

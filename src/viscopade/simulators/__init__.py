@@ -15,12 +15,11 @@ if TYPE_CHECKING:
 __all__ = [
     "audit",
     "formula",
+    "input_file",
     "native",
+    "own_law",
     "setup",
     "simulator",
-    "soft",
-    "stated",
-    "text",
     "textbook",
     "typed_force",
 ]

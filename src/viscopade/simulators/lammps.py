@@ -18,7 +18,7 @@ x + kappa x' stays negative: the force remains cut off until the spheres part. T
 
 Velocities enter the force as they are half a step before (`Verlet::run`: `FixNVESphere::initial_integrate` adds half of
 the kick, then forces are computed). This makes the scheme one of first order: x'' is multiplied by
-1/(1 - kappa sqrt(x) h/2), up to higher orders of the time step h. `stated.timestep_error` does the same steps.
+1/(1 - kappa sqrt(x) h/2), up to higher orders of the time step h. `input_file.timestep_error` does the same steps.
 
 Other dampings, at commit 07b704c, with the elastic force F:
 
@@ -57,10 +57,7 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_formula,
 )
-from viscopade.simulators.setup import NamedContact, Setup
-from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.soft import SoftContact, Softness, Wanted
-from viscopade.simulators.stated import (
+from viscopade.simulators.input_file import (
     LONG,
     damping_per_mass,
     described,
@@ -69,6 +66,9 @@ from viscopade.simulators.stated import (
     size_lines,
     time_step,
 )
+from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted
+from viscopade.simulators.setup import NamedContact, Setup
+from viscopade.simulators.simulator import InputFile, Simulator
 from viscopade.theory.law import Law
 
 _FRICTIONLESS = "tangential linear_nohistory 0.0 0.0"
@@ -171,7 +171,7 @@ def _constant_restitution(contact: NamedContact, setup: Setup) -> ConstantRestit
     """Return the line with a constant eps; None if it cannot have this eps."""
     formula, wanted = SIMULATOR.formula("hertz, coeff_restitution, limit_damping"), Wanted.of(contact, setup.weighty)
     try:
-        constant = SoftContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
+        constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
     except ValueError:
         return None
     return ConstantRestitution(constant.parameter, "" if wanted.with_weight else in_percent(constant.errors()))

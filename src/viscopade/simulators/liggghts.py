@@ -42,10 +42,7 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_formula,
 )
-from viscopade.simulators.setup import Setup
-from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.soft import SoftContact, Softness, Wanted, constant_lines
-from viscopade.simulators.stated import (
+from viscopade.simulators.input_file import (
     damping_per_mass,
     described,
     program_number,
@@ -53,6 +50,9 @@ from viscopade.simulators.stated import (
     size_lines,
     time_step,
 )
+from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_lines
+from viscopade.simulators.setup import Setup
+from viscopade.simulators.simulator import InputFile, Simulator
 
 _LEAST_COEFFICIENT = "0.05"
 _WAY_OUT = "make types of fewer sizes, or take the usual law above"
@@ -98,7 +98,7 @@ def _usual_law(setup: Setup) -> list[str]:
     for name, switch in (("hertz, limitForce on", "on"), ("hertz", "off")):
         try:
             contacts = [
-                SoftContact(
+                OwnLawContact(
                     SIMULATOR.formula(name), Wanted.of(each, setup.weighty), Softness(each.pair.rho), units=setup.units
                 )
                 for each in setup.contacts

@@ -50,10 +50,10 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_formula,
 )
+from viscopade.simulators.input_file import described, time_step
+from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_lines
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.soft import SoftContact, Softness, Wanted, constant_lines
-from viscopade.simulators.stated import described, time_step
 from viscopade.theory.law import VISCOELASTIC
 
 
@@ -93,7 +93,7 @@ def _older_versions(contact: NamedContact, setup: Setup) -> list[str]:
     """Return lines on the species that all versions have."""
     formula = SIMULATOR.formula("HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient")
     wanted = Wanted.of(contact, setup.weighty)
-    constant = SoftContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
+    constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
     return [
         "  error of eps: none except for that of the time step",
         "  older versions have HertzianViscoelasticSpecies: one eps for all speeds"

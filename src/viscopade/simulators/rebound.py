@@ -43,9 +43,9 @@ from viscopade.kernels.write.file import file_text
 from viscopade.kernels.write.languages import language as language_of
 from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, DampingFormula, force_end_kappa, viscoelastic_formula
+from viscopade.simulators.input_file import described, same_beta, size_lines
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.stated import described, same_beta, size_lines
 
 
 def callback_kernel(tier: str) -> Kernel:

@@ -66,10 +66,10 @@ from viscopade.simulators.formula import (
     thornton_kappa,
     tsuji_kappa,
 )
+from viscopade.simulators.input_file import described, program_number, same_beta, size_lines, time_step
+from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_lines, weighed_lines
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.simulators.soft import SoftContact, Softness, Wanted, constant_lines, weighed_lines
-from viscopade.simulators.stated import described, program_number, same_beta, size_lines, time_step
 from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.paper import TABLE
 
@@ -102,7 +102,7 @@ def _values(setup: Setup) -> dict[str, Any]:
         # The program's contact at a wall lasts longer than that of the bodies, so the weight acts longer.
         weighty = wanted.with_weight is not None
         constant, viscoelastic = (
-            SoftContact(SIMULATOR.formula(f"MindlinPhys, {name}"), wanted, Softness(pair.rho), units=setup.units)
+            OwnLawContact(SIMULATOR.formula(f"MindlinPhys, {name}"), wanted, Softness(pair.rho), units=setup.units)
             for name in ("betan", "en and vn")
         )
         en = printed_pade(pair.v_star(vn))
@@ -144,7 +144,7 @@ def in_program(contact: NamedContact, weighty: bool) -> NamedContact:
     return replace(contact, pair=pair, extremes=tuple(map(halved, contact.extremes)))
 
 
-def without_weight(contact: SoftContact) -> str:
+def without_weight(contact: OwnLawContact) -> str:
     """Return words on eps without weight, and on the speed below which a body that falls stays down."""
     assert contact.falling is not None
     speed = contact.falling.sticking_speed
@@ -152,7 +152,7 @@ def without_weight(contact: SoftContact) -> str:
     return f"{contact.delivered(contact.wanted.typical, falls=False):.6f} without weight{stays}"
 
 
-def at_facets(contact: SoftContact) -> FallingContact:
+def at_facets(contact: OwnLawContact) -> FallingContact:
     """Return the contact at a wall with the R_eff of a facet; times are in proportion to R_eff^(-1/5)."""
     assert contact.falling is not None
     return replace(contact.falling, time=contact.falling.time * (_RADII["wall"] / _RADII["facet"]) ** 0.2)

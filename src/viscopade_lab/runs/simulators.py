@@ -29,7 +29,7 @@ from viscopade import Pair, Sphere
 from viscopade.arrays.checked import FloatArray
 from viscopade.extras import install_command
 from viscopade.simulators.setup import of_pair
-from viscopade.simulators.text import render
+from viscopade.simulators.input_file import render
 from viscopade_lab.runs import cases as audit
 from viscopade_lab.runs.cases import AuditCase, Measurement, cases, cases_instead
 

@@ -12,10 +12,10 @@ from tests.titles import HARD
 from viscopade import Pair, Sphere
 from viscopade.generated import SPDX, __version__
 from viscopade.simulators import TARGETS, simulator_with
+from viscopade.simulators.input_file import render
+from viscopade.simulators.own_law import Softness, Wanted, render_own_law
 from viscopade.simulators.setup import NamedContact, Setup, of_pair
 from viscopade.simulators.simulator import OwnLaw
-from viscopade.simulators.soft import Softness, Wanted
-from viscopade.simulators.text import render, render_own_law
 
 COMMAND = "viscopade simulators lammps scene.toml"
 VISCOELASTIC = [name for name in TARGETS if not isinstance(simulator_with(name).texts[name], OwnLaw)]

@@ -2,7 +2,7 @@
 
 MuJoCo, Drake, Simbody, Chrono and JaxDEM have no viscoelastic law. Each has another power-law contact
 (`viscopade.theory.law`), with a damping that is exact at one impact speed. At other speeds eps is that of the program's
-law, so it is off: `SoftContact.errors` says by how much. The error may be largest between the slowest and the fastest
+law, so it is off: `OwnLawContact.errors` says by how much. The error may be largest between the slowest and the fastest
 speed.
 
 The stiffness is free: a stiff contact is short and shallow, and needs short time steps. With a force k x^a it is stated
@@ -14,7 +14,7 @@ contact, so with them damping and stiffness are solved together.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -27,7 +27,8 @@ from viscopade.collision import exact
 from viscopade.collision.contact import PHASES, SampledCollision, resolved
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import beta_from_restitution, v_star
-from viscopade.collision.weight import EARTH, FallingContact, loaded
+from viscopade.collision.weight import EARTH, FallingContact, loaded, loss_slope
+from viscopade.simulators import simulator_with
 from viscopade.simulators.audit import largest_step
 from viscopade.simulators.formula import (
     DampingFormula,
@@ -38,8 +39,9 @@ from viscopade.simulators.formula import (
     stepped_collision,
     wanted_kappa,
 )
-from viscopade.simulators.setup import SI, NamedContact, Units
-from viscopade.simulators.stated import SPEEDS, SpeedErrors, error_lines, program_number, speed_errors
+from viscopade.simulators.input_file import SPEEDS, SpeedErrors, error_lines, program_number, speed_errors, written
+from viscopade.simulators.setup import NO_WEIGHT, SI, NamedContact, Units
+from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import VISCOELASTIC, Law
 
 STEP_ERROR = 0.01
@@ -59,11 +61,10 @@ MOST_STEPS = 400
 """Time steps in the longest contact that texts advise."""
 _BRIEF_STEPS = 100  # in a contact that gets shorter together with its steps, at first
 _STRETCH, _MOST_STRETCHES, _HALVINGS = 0.2, 40, 60  # search for a contact with weight, or with time steps
-_ALIKE, _NARROW = (
-    1e-10,
-    1e-7,
-)  # error at which it ends without time steps; width at which it ends where the duration jumps
+_ALIKE = 1e-10  # error at which it ends without time steps
+_NARROW = 1e-7  # width at which it ends where the duration jumps
 _UNLIKE = 0.02  # error by such a jump, from which on the contact is another one than was asked for
+_MADE_UP = 0.01  # difference of eps from the wanted one up to which the damping makes up for a time step
 
 
 @dataclass(frozen=True)
@@ -206,7 +207,7 @@ class _Course(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SoftContact:
+class OwnLawContact:
     """A program's contact that has the wanted eps at the typical speed.
 
     If eps is wanted of a body that falls, all numbers of the collision are with its weight. With a time step they are
@@ -548,14 +549,14 @@ def outweighs(wanted: Wanted, time_step: float) -> bool:
     return wanted.with_weight is not None and wanted.gravity * time_step >= wanted.typical
 
 
-def ways_out(contact: SoftContact, wanted: Wanted, time_step: float, spread: float = math.inf) -> Iterator[str]:
+def ways_out(contact: OwnLawContact, wanted: Wanted, time_step: float, spread: float = math.inf) -> Iterator[str]:
     """Yield options of the command line with which a contact in time steps has the wanted eps; each was tried.
 
     The first is `--contact-time` for a longer contact in these time steps, if there is one; then come shorter steps.
 
     Parameters
     ----------
-    contact : SoftContact
+    contact : OwnLawContact
         One that exists, so without these steps, or without the weight.
     wanted : Wanted
         The collisions, with the weight.
@@ -604,14 +605,14 @@ def ways_out(contact: SoftContact, wanted: Wanted, time_step: float, spread: flo
                 return
 
 
-def best_line(contact: SoftContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
+def best_line(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
     """Yield a line on the number with the smallest largest error; `number` makes it of the parameter."""
     best = contact.balanced()
     if best is not None:
         yield f"  the largest error is smallest, {best[1]:.2e}, with {name} {number(best[0]):.6g}"
 
 
-def constant_lines(contact: SoftContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
+def constant_lines(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
     """Yield lines on a contact whose law has one eps for all speeds: the number for it, and its errors."""
     written = program_number(number(contact.parameter))
     if contact.wanted.with_weight is None:
@@ -627,7 +628,7 @@ def constant_lines(contact: SoftContact, name: str, number: Callable[[float], fl
         yield from weighed_lines(contact)
 
 
-def weighed_lines(contact: SoftContact) -> Iterator[str]:
+def weighed_lines(contact: OwnLawContact) -> Iterator[str]:
     """Yield a line on eps with weight at the slowest and the fastest speed, and on that of viscoelastic spheres."""
     wanted = contact.wanted
     if wanted.slowest == wanted.fastest:
@@ -637,3 +638,221 @@ def weighed_lines(contact: SoftContact) -> Iterator[str]:
     others = "" if wanted.spheres is None else " and ".join(f"{e:.4f}" for e in wanted.spheres.epsilon(ends).tolist())
     at = f"{ends[0]:.6g} and {ends[1]:.6g} {contact.units.speed}"
     yield f"  with weight eps at {at}: {own}{others and f'; of viscoelastic spheres {others}'}"
+
+
+def render_own_law(
+    target: str,
+    wanted: Sequence[Wanted],
+    command: str,
+    *,
+    opening: Sequence[str],
+    softness: Softness | None = None,
+    time_step: float | None = None,
+    step_error: float = STEP_ERROR,
+    units: Units = SI,
+) -> str:
+    """Return the text for a simulator whose contacts have a law of their own.
+
+    Parameters
+    ----------
+    target : str
+        Its target.
+    wanted : sequence of Wanted
+        Its contacts.
+    command : str
+        The command line that makes the text.
+    opening : sequence of str
+        Lines at its beginning.
+    softness : Softness, optional
+        Of all contacts; that of viscoelastic ones if it is not given.
+    time_step : float, optional
+        The damping makes up for it.
+    step_error : float
+        Relative error of eps for which the text states the longest time step.
+    units : Units
+        Of all numbers.
+
+    Raises
+    ------
+    ValueError
+        If no contact of the program has the wanted eps.
+    """
+    simulator = simulator_with(target)
+    own = simulator.texts[target]
+    assert isinstance(own, OwnLaw)
+    contacts = []
+    for each in wanted:
+        formula = simulator.formula(own.formula)
+        given = softness or Softness()
+        try:
+            contact = OwnLawContact(formula, each, given, time_step, own.carried, units)
+        except TooFewSteps as error:
+            assert time_step is not None
+            light = OwnLawContact(formula, replace(each, with_weight=None), given, None, own.carried, units)
+            raise ValueError(_refused(str(error), light, each, time_step)) from None
+        stiffness = contact.stiffness_over_mass if own.per_mass else contact.stiffness
+        if own.per_mass and stiffness is None:
+            raise ValueError(
+                f"{simulator.title} needs a stiffness: expected --stiffness, --contact-time, --penetration, or "
+                "--time-step for a contact of 20 steps"
+            )
+        steps = _on_steps(contact, simulator, units, step_error)
+        contacts.append(
+            {
+                "name": each.name,
+                "lines": [*_facts(contact, own, units), *steps],
+                "stiffness": None if stiffness is None else program_number(stiffness),
+                own.number: program_number(_number(contact, own, contact.parameter)),
+            }
+        )
+    return written(own, command, opening, {"contacts": contacts, "units": units, "time_step": time_step})
+
+
+def _number(contact: OwnLawContact, own: OwnLaw, parameter: float) -> float:
+    """Return the number that the text has for a parameter of the formula."""
+    if own.per_mass:
+        assert contact.stiffness_over_mass is not None
+        return parameter * math.sqrt(contact.stiffness_over_mass)
+    return parameter / contact.wanted.typical if own.per_speed else parameter
+
+
+def _facts(contact: OwnLawContact, own: OwnLaw, units: Units) -> Iterator[str]:
+    """Yield lines on a contact: its eps over the speeds, how long and deep it is, and what weight does."""
+    wanted, law = contact.wanted, contact.formula.law
+    of = "without weight" if wanted.with_weight is None else "of a body that falls on a plane"
+    yield (
+        f"{wanted.name}: eps = {contact.epsilon:.6g} at {wanted.typical:.6g} {units.speed} {of}; the law is "
+        f"{law.equation}, kappa = {contact.kappa:.10g}, and contact ends where the force vanishes"
+    )
+    if wanted.with_weight is not None:
+        yield from weighed_lines(contact)
+    elif wanted.slowest < wanted.fastest:
+        yield from _over_speeds(contact, own, units)
+    elif law.nu != 2:
+        yield "  at other speeds eps is different: --speeds MIN:MAX states its error"
+    if contact.contact_time is not None and contact.penetration is not None:
+        weight = ", without weight" if wanted.with_weight is None and wanted.gravity else ""
+        chosen = f" ({CHOSEN_STEPS} time steps, as nothing else says how long)" if contact.is_chosen else ""
+        lasts = f"lasts {contact.contact_time:.6g} {units.time}{chosen}"
+        lasts = lasts if contact.contact_time < math.inf else "does not end in some collisions"
+        yield (
+            f"  contact {lasts} at the typical speed, the penetration reaches {contact.penetration:.4g} {units.length} "
+            f"at the fastest{weight}"
+        )
+    yield from _on_stiffness(contact, own, units)
+    yield from _on_weight(contact, units)
+
+
+def _on_stiffness(contact: OwnLawContact, own: OwnLaw, units: Units) -> Iterator[str]:
+    """Yield a line on the stiffness that the text has: whether it is over a mass."""
+    k, k_m, mass, law = contact.stiffness, contact.stiffness_over_mass, contact.wanted.mass, contact.formula.law
+    power, length = ("", "") if law.elastic == 1 else (f"^({law.elastic})", f" {units.length}^({law.elastic - 1})")
+    unit = law.stiffness_unit if units == SI else f"{units.mass}/({units.time}^2{length})"
+    of = "" if mass is None else f" of the effective mass {mass:.6g} {units.mass}"
+    if own.per_mass and k_m is not None:
+        whole = "" if k is None else f": k = {k:.6g} {unit}{of}"
+        yield f"  stiffness {k_m:.6g} 1/{units.time}^2, which is per effective mass{whole}"
+    elif k is not None:
+        yield f"  stiffness {k:.6g} {unit}, not per mass: k of the force k x{power}"
+
+
+def _over_speeds(contact: OwnLawContact, own: OwnLaw, units: Units) -> Iterator[str]:
+    wanted = contact.wanted
+    ends = wanted.slowest, wanted.fastest
+    own_values, others = ([f"{value:.6g}" for value in map(eps, ends)] for eps in (contact.delivered, wanted.epsilon))
+    of = "viscoelastic spheres" if wanted.law == VISCOELASTIC else f"the law {wanted.law}"
+    yield (
+        f"  eps at {ends[0]:.6g} and {ends[1]:.6g} {units.speed}: {' and '.join(own_values)}; of {of} "
+        f"{' and '.join(others)}"
+    )
+    yield from error_lines(contact.errors())
+    yield from best_line(contact, own.number, lambda parameter: _number(contact, own, parameter))
+
+
+def _on_weight(contact: OwnLawContact, units: Units) -> Iterator[str]:
+    """Yield lines on the weight of a body that falls on a plane."""
+    wanted, falling = contact.wanted, contact.falling
+    if not wanted.gravity:
+        yield f"  {NO_WEIGHT}"
+    elif falling is None:
+        factor = f"1 + {loss_slope(contact.formula.law):.3f} g t_c/v"
+        yield f"  weight multiplies the loss 1 - eps by about {factor}; nothing says how long contact lasts"
+    else:
+        note, fall = falling.sentences(wanted.slowest, wanted.fastest, units.speed, wanted.with_weight is not None)
+        yield f"  {note}"
+        if fall is not None and contact.time_step is not None:  # that sentence is without steps
+            speeds = list(dict.fromkeys((wanted.fastest, wanted.slowest)))
+            heavy, light = (
+                " and ".join(f"{contact.delivered(v, falls=falls):.4f}" for v in speeds) for falls in (True, False)
+            )
+            fall = (
+                f"a body that falls on a plane at {' and '.join(f'{v:.4g}' for v in speeds)} {units.speed} rebounds "
+                f"with eps = {heavy} (mean, sampled), without weight {light}"
+            )
+        if fall is not None:
+            yield f"  {'Warning: ' if wanted.with_weight is None else ''}{fall}"
+
+
+def _refused(error: str, light: OwnLawContact, wanted: Wanted, time_step: float) -> str:
+    """Return an error of a contact in time steps, with options that mend it; `light` has neither steps nor weight."""
+    ways = list(ways_out(light, wanted, time_step))
+    expected = " or ".join(ways) or f"a contact of more than {MOST_STEPS} time steps"
+    reason = "" if any(way.startswith("--contact-time") for way in ways) else ", and a longer contact does not help"
+    if outweighs(wanted, time_step):
+        gained = f"{wanted.gravity * time_step:.3g} {light.units.speed}"
+        reason = f", as the weight changes the speed by {gained} in a step: only shorter steps help"
+    return f"{error}{reason}: expected {expected}"
+
+
+def _on_steps(contact: OwnLawContact, simulator: Simulator, units: Units, step_error: float) -> Iterator[str]:
+    """Yield lines on the time step for which the damping makes up, or on that of the program."""
+    found, default = contact.stepped(), simulator.default_step
+    if found is not None and contact.time_step is not None:
+        makes_up = "the damping" if abs(found.epsilon - contact.epsilon) < _MADE_UP else "no damping"
+        yield (
+            f"  with the time step {contact.time_step:.6g} {units.time}, for which {makes_up} makes up: eps = "
+            f"{found.epsilon:.6g} on average, {found.least:.6g} to {found.largest:.6g} in single collisions"
+        )
+        if found.largest - found.least > SPREAD and found.duration < math.inf:
+            way = next(ways_out(contact, contact.wanted, contact.time_step, SPREAD), None)
+            if way is not None:
+                yield f"  with {way} single collisions differ by {SPREAD:g} at most"
+        return
+    longest = contact.longest_step(step_error)
+    if contact.formula.scheme is not None and longest is None:
+        yield "  the longest time step is not known, as nothing says how long contact lasts"
+    if longest is not None:
+        light = "" if contact.wanted.with_weight is None else ", without weight"
+        yield (
+            f"  Time steps up to {longest:.4g} {units.time} change eps by at most {100 * step_error:g} %"
+            f"{light}. For a longer step, give --time-step: viscopade then adapts the damping."
+        )
+    if default is not None and longest is not None and default > longest:
+        yield from default_step_warning(contact, simulator.title, default, units)
+
+
+def default_step_warning(contact: OwnLawContact, title: str, step: float, units: Units) -> Iterator[str]:
+    """Yield a warning if a program's default time step is too long for a contact."""
+    assert contact.contact_time is not None
+    steps, name = contact.contact_time / step, f"{title}'s default step of {units.time_text(step)}"
+    found = contact.stepped(step) if steps >= FEWEST_STEPS else None
+    off = f"{name} is {1 / steps:.2g} contacts long"
+    if found is not None:
+        off = (
+            f"with {name} eps is {found.epsilon:.4g} on average, {found.least:.4g} to {found.largest:.4g} in single "
+            "collisions"
+        )
+        try:
+            adapted = replace(contact, time_step=step)
+        except ValueError:  # no damping gives this eps in so few steps
+            adapted = None
+        if adapted is not None:
+            yield f'  Warning: {off}; --time-step "{units.time_text(step)}" adapts the damping'
+            return
+    way = next(ways_out(contact, contact.wanted, step), None)
+    if way is None:
+        yield f"  Warning: {off}"
+    elif way.startswith("--contact-time"):
+        yield f"  Warning: {off}; {way} makes a contact that it resolves"
+    else:
+        yield f"  Warning: {off}; shorter steps are necessary: {way}"

@@ -18,7 +18,7 @@ from tests.closed_forms import nu_1, nu_2
 from tests.simulators.two_balls import fallen
 from viscopade.cli.main import command
 from viscopade.simulators import simulator_with
-from viscopade.simulators.soft import SoftContact, Softness, Wanted
+from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted
 
 PROGRAMS = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
 ASKED = ("--epsilon", "0.5", "--speed", "1")
@@ -44,7 +44,7 @@ def formula_of(name):
 
 def contact(name, epsilon=0.5, speeds=(1.0, 1.0), time_step=None, **softness):
     wanted = Wanted.at(epsilon, 1.0, speeds, mass=2.0)
-    return SoftContact(formula_of(name), wanted, Softness(**softness), time_step)
+    return OwnLawContact(formula_of(name), wanted, Softness(**softness), time_step)
 
 
 def own_epsilon(name, kappa):

@@ -1,9 +1,15 @@
-"""Statements of the generated files: the numbers of a contact, errors of eps over its speeds, and the time step."""
+"""Input files for programs: the one writer, and what the comment at their beginning says.
+
+It says what the file is for, the numbers of each contact, errors of eps over its speeds, and the time step.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -12,7 +18,10 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.spheres import Pair
+from viscopade.generated import WIDTH, harmless, marker_lines, written_template, xml_comment
+from viscopade.simulators import simulator_with
 from viscopade.simulators.setup import NamedContact, Setup, Units
+from viscopade.simulators.simulator import Comment, InputFile, OwnLaw
 from viscopade.theory.law import VISCOELASTIC
 
 STEPS = 100
@@ -27,6 +36,90 @@ SPEEDS = 13  # at which errors are computed
 _ROUNDING = 1e-13
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
 _PATIENCE = 20  # a collision that takes so many times as long as it should does not end
+_FRAMES: Mapping[Comment, tuple[str, str, str]] = {
+    "#": ("", "# ", ""),
+    "//": ("", "// ", ""),
+    "/*": ("/*\n", " * ", " */\n"),
+    "<!--": ("<!--\n", "    ", "-->\n"),
+}
+"""Before a comment of several lines, before each line, and after the comment."""
+_OPTION = re.compile(r"(?<!\S)--(?=[a-z])")
+
+
+def render(target: str, setup: Setup, command: str, **options: str) -> str:
+    """Return the text for a simulator that has the viscoelastic law, or what is nearest to it.
+
+    Parameters
+    ----------
+    target : str
+        Its target.
+    setup : Setup
+        Bodies, contacts and speeds.
+    command : str
+        The command line that makes the text.
+    **options : str
+        Those of the simulator's own values, such as the tier of REBOUND's kernel.
+
+    Raises
+    ------
+    ValueError
+        For contacts that the simulator cannot have.
+    """
+    for contact in setup.contacts:
+        for pair in (contact.pair, *contact.extremes):
+            # Where eps is no normal number, errors relative to it would be infinite.
+            if float(pair.epsilon(contact.fastest)) < sys.float_info.min:
+                raise ValueError(
+                    f"{contact.name}: eps is too small for double precision at the fastest impact, with v* = "
+                    f"{float(pair.v_star(contact.fastest)):.3g}: expected less damping, or slower impacts"
+                )
+    file = simulator_with(target).texts[target]
+    assert isinstance(file, InputFile)
+    values = {"setup": setup, "units": setup.units, "command": command, **file.values(setup, **options)}
+    return written(file, command, values["setup"].opening, values)
+
+
+def written(file: InputFile | OwnLaw, command: str, opening: Sequence[str], values: Mapping[str, Any]) -> str:
+    """Return the text of a file."""
+    before, mark, after = _FRAMES[file.comment]
+    use, code = (written_template(text).render(values, number=program_number) for text in (file.use, file.code))
+    facts = [text for contact in values["contacts"] for text in contact["lines"]]
+    if file.comment == "<!--":  # sentences name an option without its hyphens, which a comment of XML cannot have
+        use, *facts = (_OPTION.sub("the option ", text) for text in (use, *facts))
+    parts: list[list[str]] = [
+        [line for text in opening for line in _wrapped(text)],
+        [*_paragraphs(use)][:-1],
+        [line for text in facts for line in _wrapped(text)],
+    ]
+    if file.comment == "<!--":  # a comment of XML has no "--", but a processing instruction may
+        before = f"<?{harmless(command).replace('?>', '? >')}?>\n{before}"
+        command = "the command is in the first line"
+    lines = [harmless(line) for line in [*marker_lines(command), *(line for part in parts for line in ["", *part])]]
+    if file.comment == "<!--":
+        lines = [xml_comment(line) for line in lines]
+    head = "".join(f"{mark}{line}".rstrip() + "\n" for line in lines)
+    return f"{before}{head}{after}{code}"
+
+
+def _wrapped(text: str) -> list[str]:
+    """Return a line as lines that are not too long, those after the first indented."""
+    line = harmless(text)
+    indent = line[: len(line) - len(line.lstrip())]
+    return wrap(
+        line, WIDTH, initial_indent="", subsequent_indent=f"{indent}  ", break_long_words=False, break_on_hyphens=False
+    )
+
+
+def _paragraphs(text: str) -> Iterator[str]:
+    """Yield the lines of sentences, wrapped anew; indented and empty lines are as they are."""
+    sentences = list[str]()
+    for line in [*text.strip("\n").split("\n"), ""]:
+        if line and not line.startswith(" "):
+            sentences.append(line)
+            continue
+        yield from wrap(" ".join(sentences), WIDTH, break_long_words=False, break_on_hyphens=False)
+        sentences = []
+        yield line
 
 
 @dataclass(frozen=True)
