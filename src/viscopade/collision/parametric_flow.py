@@ -282,7 +282,7 @@ def _end(last: ParametricPiece, k: Scaled | None, scale: Scaled, bits: int, degr
             inverse_step = 1 / (2 * arb_series(scale.poly() * last.step.ball(), degree + 1))
             damping = arb_series(k.poly(), degree + 1) * inverse_step
         y = arb_series([arb(END_IN_LAST)], degree + 1)
-        for _ in range(2 * bits.bit_length() + 4):
+        for _ in range(bits.bit_length() + 4):  # each step doubles the right bits and the right powers of z
             value, fall = _gap(u, y_, second, y, damping, gap)
             y = _middle(y + value / fall)
         return fmpz_poly([_integer(c / unit) for c in y.coeffs()])
