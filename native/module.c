@@ -8,6 +8,10 @@ static PyMethodDef METHODS[] = {
     {"taylor", viscopade_taylor, METH_VARARGS,
      "taylor(digits, constants, rights, bits, terms, steps, factors)\n--\n\n"
      "Return Taylor coefficients of a collision's flow as bytes, or None."},
+    {"panels", viscopade_panels, METH_VARARGS,
+     "panels(function, table, v_star, out)\n--\n\nEvaluate a function of the table of panels at doubles."},
+    {"inverse", viscopade_inverse, METH_VARARGS,
+     "inverse(table, portion, elastic, v_star)\n--\n\nImprove first guesses of v*, where 1 - eps or eps is the portion."},
     {NULL, NULL, 0, NULL},
 };
 

@@ -10,3 +10,7 @@ int viscopade_prepare_kernels(PyObject *module);
 
 /* recursion.c */
 PyObject *viscopade_taylor(PyObject *module, PyObject *args);
+
+/* panels.c */
+PyObject *viscopade_panels(PyObject *module, PyObject *args);
+PyObject *viscopade_inverse(PyObject *module, PyObject *args);

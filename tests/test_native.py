@@ -20,11 +20,22 @@ import importlib.util, sys
 spec = importlib.util.spec_from_file_location("viscopade._native", sys.argv[1])
 sys.modules["viscopade._native"] = module = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(module)
+import numpy as np
 import viscopade as vp
+from viscopade import compiled
+from viscopade.arrays import double
+from viscopade.kernels import native
+from tests.arrays.test_double import check_that_backends_agree
 from tests.collision.test_recursion import check_random_cases
 assert vp.backend() == "compiled"
 for most_bits in (60, 400, 3000):
     check_random_cases(most_bits + 1, 100, most_bits, 40)
+check_that_backends_agree(3, 1000)
+beyond = np.array([-1, -1e308, -np.inf, np.nan])
+compiled.extension.panels(0, double._rows(), beyond, np.empty(4))
+restitution = native.compiled_restitution()
+for speed in (np.geomspace(1e-9, 1e9, 5001), np.ones(4000, np.float32)[::-3]):
+    assert np.array_equal(restitution(speed, 1.3), native.numpy_restitution(speed, 1.3))
 print("done")
 """
 

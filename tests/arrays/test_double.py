@@ -5,6 +5,7 @@ import pkgutil
 import random
 from decimal import Decimal
 from fractions import Fraction
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from tools import double_table
+from viscopade import compiled
 from viscopade.arithmetic.balls import to_mpf
 from viscopade.arrays import double, panels
 from viscopade.arrays.double import ULP
@@ -23,6 +25,7 @@ FORWARD = {name: getattr(double, name) for name in NAMES}
 OF_V_STAR = [*FORWARD.values(), double.slope]
 DIGITS = 20
 ASYMPTOTIC_FROM = 1e7  # there the terms after the leading ones are below 10^-20
+needs_extension = pytest.mark.skipif(compiled.extension is None, reason="the extension was not built")
 EDGES = [*(CENTRES - HALF_WIDTHS)[1:], 2.0 ** (FOLD + 3)]
 
 
@@ -207,6 +210,56 @@ def test_place(v_star):
     assert Fraction(s) == Fraction(CENTRES[panel]) + Fraction(HALF_WIDTHS[panel]) * Fraction(place.z[0])
     assert s * 8.0**folds == min(v_star, 2.0**1023)
     assert folds == 0 or s >= 2.0**FOLD
+
+
+# --- backends ---------------------------------------------------------------------------------------------------------
+
+
+def same_bits(first, second) -> bool:
+    return np.array_equal(np.asarray(first).view(np.int64), np.asarray(second).view(np.int64))
+
+
+def check_that_backends_agree(seed: int, number: int) -> None:
+    """At all kinds of doubles >= 0, at the edges of panels, and at portions that may be tiny."""
+    generator = np.random.default_rng(seed)
+    any_bits = generator.integers(0, 2**63, number).view(float)
+    speeds = np.concatenate([HARD, [-0.0, math.inf], beside(EDGES), any_bits, log_uniform(1e-3, 1e9, number)])
+    speeds = speeds[speeds >= 0]
+    for function in range(len(NAMES)):
+        assert same_bits(double._compiled(function, speeds), double._by_numpy(function, speeds))
+    portions = np.concatenate([[0, 5e-324, 0.5], any_bits[any_bits <= 0.5], generator.uniform(0, 0.5, number)])
+    elastic = generator.integers(0, 2, portions.size) == 1
+    found = double._inverse(portions, elastic)
+    with mock.patch.object(double, "extension", None), np.errstate(under="ignore"):
+        assert same_bits(found, double._inverse(portions, elastic))
+
+
+@needs_extension
+def test_backends_agree_to_the_last_bit():
+    check_that_backends_agree(1, 100_000)
+
+
+@pytest.mark.parametrize("extension", [compiled.extension, None], ids=["default", "numpy"])
+def test_numbers_and_arrays_of_any_layout_are_alike(extension, monkeypatch):
+    monkeypatch.setattr(double, "extension", extension)
+    values = np.asfortranarray(np.random.default_rng(2).uniform(0, 1, (40, 30)))
+    for function in [*OF_V_STAR, double.v_star_from]:
+        whole = function(values)
+        assert same_bits(whole.T[::-3, ::2], function(values.T[::-3, ::2]))
+        assert same_bits(whole[3], [function(float(v)) for v in values[3]])
+        assert type(function(0.25)) is float
+
+
+@needs_extension
+def test_the_extension_takes_arrays_of_its_sizes_only():
+    rows, v = double._rows(), np.ones(3)
+    native = compiled.extension
+    for arguments in [(4, rows, v, v), (-1, rows, v, v), (0, rows[1:], v, v), (0, rows, v, v[1:])]:
+        with pytest.raises(ValueError, match="sizes"):
+            native.panels(*arguments)
+    for arguments in [(rows[1:], v, v > 0, v), (rows, v[1:], v > 0, v), (rows, v, v > 0, v[1:])]:
+        with pytest.raises(ValueError, match="sizes"):
+            native.inverse(*arguments)
 
 
 # --- manners ----------------------------------------------------------------------------------------------------------

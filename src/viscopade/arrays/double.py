@@ -13,6 +13,8 @@ Beyond, the leading terms for large v* are exact to double precision. They are s
 
 L = 40/9 ln 8; so the panels of three more octaves serve all larger v*. The inverse is Newton's method on the
 polynomials, whose value has two parts, so that the last residual is not rounded.
+
+The extension (native/panels.c) evaluates the polynomials, or NumPy does, with the same bits.
 """
 
 from __future__ import annotations
@@ -20,7 +22,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -28,12 +29,14 @@ import numpy.typing as npt
 from viscopade.arrays import checked, double, panels
 from viscopade.arrays.checked import Accepted, FloatArray, Values
 from viscopade.arrays.panels import CENTRES, FOLD, HALF_WIDTHS, NAMES, PANELS, IntArray, Place, place_of
+from viscopade.compiled import extension
 
 # Largest error in units in the last place, sampled at more than 10,000 points that include the hard ends.
 ULP = {"epsilon": 1.0, "one_minus_epsilon": 3.0, "x_max": 1.0, "tau_c": 2.5, "v_star_from": 2.5}
 
 
 _EPSILON, _LOSS, _X_MAX, _TAU_C = range(len(NAMES))
+_POWERS = (-10, 0, -4, -4)  # of 2, for each fold
 
 _LOG_PERIOD = 40 / 9 * math.log(8)
 _BLOCK = 1 << 13  # values at once: all that belongs to them stays in the cache
@@ -66,17 +69,17 @@ def epsilon(v_star: Values) -> Values:
     ValueError
         If a v* is negative or NaN.
     """
-    return _elementwise(lambda v: _scaled(_EPSILON, place_of(v), -10), "v_star", v_star, _SPEEDS)
+    return _of_v_star(_EPSILON, v_star)
 
 
 def one_minus_epsilon(v_star: Values) -> Values:
     """Return 1 - eps(v*), without the cancellation at small v*; arguments and errors as for `epsilon`."""
-    return _elementwise(lambda v: _value(_LOSS, place_of(np.minimum(v, 2.0**FOLD))), "v_star", v_star, _SPEEDS)
+    return _of_v_star(_LOSS, v_star)
 
 
 def x_max(v_star: Values) -> Values:
     """Return the maximal compression in units of `Pair.length_scale`; arguments and errors as for `epsilon`."""
-    return _elementwise(lambda v: _scaled(_X_MAX, place_of(v), -4), "v_star", v_star, _SPEEDS)
+    return _of_v_star(_X_MAX, v_star)
 
 
 def tau_c(v_star: Values) -> Values:
@@ -84,7 +87,7 @@ def tau_c(v_star: Values) -> Values:
 
     The contact ends where the force vanishes (eq:tEndAdvanced).
     """
-    return _elementwise(_contact_time, "v_star", v_star, _SPEEDS)
+    return _of_v_star(_TAU_C, v_star)
 
 
 def slope(v_star: Values) -> Values:
@@ -130,44 +133,39 @@ def v_star_from(epsilon: Values | None = None, *, one_minus_epsilon: Values | No
 # --- polynomials ------------------------------------------------------------------------------------------------------
 
 
-class _Table(NamedTuple):
-    """Coefficients of all functions on all panels; row = panel + PANELS * (index in NAMES)."""
+@lru_cache(maxsize=1)
+def _rows() -> FloatArray:
+    """Return the rows of all functions on all panels, number panel + PANELS (index in NAMES).
 
-    high: FloatArray
-    low: FloatArray
-    """Together with `high` the coefficient of z^0."""
-    powers: FloatArray
-    """Coefficients of z^1, z^2, … (first axis)."""
+    The first two columns together are the coefficient of z^0; those of z, z^2, … follow.
+    """
+    found = [panels.rows()[name, panel] for name in NAMES for panel in range(PANELS)]
+    numbers = [(float(row.a[0]), row.a[0] - int(float(row.a[0])), *row.a[1:]) for row in found]
+    return np.ldexp(np.array(numbers, dtype=np.float64), [[row.exponent] for row in found])
 
 
 @lru_cache(maxsize=1)
-def _table() -> _Table:
-    found = [panels.rows()[name, panel] for name in NAMES for panel in range(PANELS)]
-    exponents = np.array([row.exponent for row in found])
-    constants = [row.a[0] for row in found]
-    high = [float(c) for c in constants]
-    low = [float(c - int(h)) for c, h in zip(constants, high, strict=True)]
-    powers = np.array([row.a[1:] for row in found], dtype=np.float64).T
-    return _Table(*(np.ldexp(part, exponents) for part in (np.array(high), np.array(low), powers)))
+def _columns() -> tuple[FloatArray, ...]:
+    return tuple(np.ascontiguousarray(_rows().T))
 
 
 def _parts(row: IntArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return polynomials' values as unrounded sums of two parts; the second is much smaller, or the first is 0."""
-    table = _table()
-    total = table.powers[-1][row]
-    for coefficient in table.powers[-2::-1]:
+    high, low, *powers = _columns()
+    total = powers[-1][row]
+    for coefficient in powers[-2::-1]:
         total = total * z + coefficient[row]
-    return table.high[row], table.low[row] + z * total
+    return high[row], low[row] + z * total
 
 
 def _log_derivative(row: IntArray, place: Place) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the two parts of `_parts`, and the derivative with respect to ln v*."""
-    table, z = _table(), place.z
-    total, change = table.powers[-1][row], np.zeros_like(z)
-    for coefficient in table.powers[-2::-1]:
+    (high, low, *powers), z = _columns(), place.z
+    total, change = powers[-1][row], np.zeros_like(z)
+    for coefficient in powers[-2::-1]:
         change = change * z + total
         total = total * z + coefficient[row]
-    return table.high[row], table.low[row] + z * total, (total + z * change) * (place.s / HALF_WIDTHS[place.panel])
+    return high[row], low[row] + z * total, (total + z * change) * (place.s / HALF_WIDTHS[place.panel])
 
 
 def _value(function: int, place: Place) -> FloatArray:
@@ -175,15 +173,25 @@ def _value(function: int, place: Place) -> FloatArray:
     return high + rest
 
 
-def _scaled(function: int, place: Place, power: int) -> FloatArray:
-    """Return 2^(power folds) times the value at s."""
-    return np.ldexp(_value(function, place), power * place.folds)
+def _of_v_star(function: int, v_star: Values) -> Values:
+    """Evaluate a function of the table: by the extension or by NumPy, which operate in the same order."""
+    if extension is None:
+        return _elementwise(lambda v: _by_numpy(function, v), "v_star", v_star, _SPEEDS)
+    return checked.elementwise(lambda v: _compiled(function, v), "v_star", v_star, _SPEEDS)
 
 
-def _contact_time(v_star: FloatArray) -> FloatArray:
-    place = place_of(v_star)
-    added = _LOG_PERIOD * place.folds * _value(_X_MAX, place)
-    return np.ldexp(_value(_TAU_C, place) + added, -4 * place.folds)
+def _compiled(function: int, v_star: FloatArray) -> FloatArray:
+    result = np.empty(v_star.shape)
+    extension.panels(function, _rows(), np.ascontiguousarray(v_star), result)
+    return result
+
+
+def _by_numpy(function: int, v_star: FloatArray) -> FloatArray:
+    place = place_of(np.minimum(v_star, 2.0**FOLD) if function == _LOSS else v_star)
+    value = _value(function, place)
+    if function == _TAU_C:
+        value += _LOG_PERIOD * place.folds * _value(_X_MAX, place)
+    return np.ldexp(value, _POWERS[function] * place.folds)
 
 
 def _slope(v_star: FloatArray) -> FloatArray:
@@ -204,8 +212,11 @@ def _inverse(small: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArray:
     scale = np.where(tiny, np.where(elastic, 2.0**-200, 2.0**120), 1.0)
     wanted = np.where(small == 0, 0.25, np.where(tiny, small * 2.0**400, small))
     v_star = _first_guess(wanted, elastic)
-    for _ in range(_NEWTON_STEPS):
-        v_star = _newton(v_star, wanted, elastic)
+    if extension is not None:
+        extension.inverse(_rows(), wanted, elastic, v_star)
+    else:
+        for _ in range(_NEWTON_STEPS):
+            v_star = _newton(v_star, wanted, elastic)
     return np.where(small == 0, limit, scale * v_star)
 
 
@@ -218,7 +229,7 @@ def _first_guess(small: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArra
 @lru_cache(maxsize=1)
 def _nodes() -> tuple[FloatArray, FloatArray]:
     """Return ln((1 - eps)/eps) and ln v* at the panels' centres and at two points far away."""
-    high = _table().high.reshape(len(NAMES), PANELS)[:, 1:]
+    high = _rows()[:, 0].reshape(len(NAMES), PANELS)[:, 1:]
     log_odds, log_v = np.log(high[_LOSS] / high[_EPSILON]), np.log(CENTRES[1:])
     log_odds = np.concatenate([log_odds[:1] - 2 * _FAR, log_odds, log_odds[-1:] + 10 / 3 * _FAR])
     return log_odds, np.concatenate([log_v[:1] - _FAR, log_v, log_v[-1:] + _FAR])
