@@ -121,6 +121,8 @@ def located(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -
     found, taken = np.full(shape, math.nan, TYPES[form.name]), np.full(shape, -1)
     with np.errstate(all="ignore"):
         for index, here in _branches(function, given, by):
+            if not here.any():
+                continue
             branch, inner = function.branches[index], _where(here, function, given)
             if kernel.elsewhere is not None and index > 0:
                 found[here] = _in_double(kernel, kernel.elsewhere, function, branch, inner)
