@@ -7,10 +7,11 @@ and P (unloading), and with them, for a law of contact (a, b), nu = (a+1)/(b+1),
     (1 - eps^2) F^2 = r_c^n_a/n_a + k W,    r_c^d = k P (or r_c = 0 if nothing is delayed),
 
 for the paper's law kappa = v*^2 = 2^(-4/5) k F^(1/5), x_max = (2 F)^(-4/5), r_c^2 = k P. T and W are integrals over
-both branches of positive functions, so that 1 - eps loses no digits however small kappa is. Newton's method, with the
-derivative of the flow, finds a k whose kappa (or eps) is nearly the wanted one. The numbers at this k are then enclosed
-(`validation`), and bounds of the derivatives with respect to ln k, which hold for every k, cover the remaining
-difference. docs/theory/exact-function.md has the proofs.
+both branches of positive functions, so that 1 - eps loses no digits however small kappa is. From v* the collision is
+integrated in time, which gives k. From eps, and for other laws, Newton's method with the derivative of the flow finds a
+k whose eps (or kappa) is nearly the wanted one. The numbers at this k are then enclosed (`validation`), and bounds of
+the derivatives with respect to ln k, which hold for every k, cover the remaining difference.
+docs/theory/exact-function.md has the proofs.
 
 For the paper's law eps, 1 - eps and v*(eps) are first looked up in a table of proven polynomials, which determines them
 to 37 digits or so (`exact_table`). Such a collision is integrated as above when x_max or tau_c is first asked for.

@@ -10,6 +10,9 @@ are in `Motion`. This is loading, backwards in time, until r = 0, where p = F. W
 contact ends, where p = m: where the force vanishes, r^(n_a-n_b) = k p, or at r = 0. Both are entire pieces of the same
 polynomial flow: no root, no singular point, and not stiff if the force vanishes before r = 0.
 
+`integrate` follows one of them for a given k. `collide` follows both in time, from first contact through the turning
+point, whose place gives k.
+
 A `Branch` is a chain of polynomials u(z), 0 <= z <= 1, s = s_0 + h z, with integer coefficients in units of 2^-bits.
 They may come from anywhere: `validation` proves how far they are off, from the residual of the equation alone.
 """
@@ -198,7 +201,7 @@ class Branch:
         return fixed_point(_horner(last.y, self.root, self.bits), 0, self.bits) / (2 * last.h.ball())
 
     def sensitivity(self) -> arb:
-        """Return d ln p/d ln k at the end, without a proof, to about half of the bits.
+        """Return d ln p/d ln k at the end of a branch of `integrate`, without a proof, to about half of the bits.
 
         The derivative of p^2/2 with respect to k at constant r, call it q, obeys q' = r^(n_b-1) (p^2 + k q). As p is
         stationary at an end that moves, dp/dk is q/p there.
@@ -217,7 +220,7 @@ class Branch:
             return self.k.ball() * q / self.p_end**2
 
     def work(self) -> arb:
-        """Return the integral of p r^(n_b-1) dr over the branch, without a proof."""
+        """Return the integral of p r^(n_b-1) dr over a branch of `integrate`, without a proof."""
         total, unit = arb(0), arb(2) ** -self.bits
         with working(self.bits - 2 * max(self.k.size, 0) + 32, len(self.pieces[0].u)):
             for piece in self.pieces:
@@ -288,8 +291,10 @@ def collide(k: Dyadic, speed: Dyadic, accuracy: int) -> tuple[Branch, Branch]:
     x_max, r, k and s are then r/r_t, k r_t^(1/2) and s r_t^(3/2). Loading is unloading backwards in time.
     """
     steps = _steps(Dyadic(-k.mantissa, k.exponent), accuracy, HERTZ)
-    one, h = 1 << steps.bits, _step(STEP_AT_CONTACT / float(speed.ball()), 0)
+    one, size = 1 << steps.bits, speed.size
+    h = _step(STEP_AT_CONTACT / ldexp(float(speed.ball()), -size), -size)
     pieces = [steps.piece(one, -speed.times(one), h, Dyadic(1, -1))]
+    # Newton's iteration in `taylor` divides by Y^2: in the last piece it loses bits, but only behind the turning point.
     while sum(pieces[-1].y) < 0 and len(pieces) < MAX_PIECES:
         pieces.append(steps.next(pieces[-1]))
     with working(steps.bits + 32):
