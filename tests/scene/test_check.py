@@ -8,7 +8,7 @@ from tempfile import gettempdir
 import numpy as np
 import pytest
 
-from tests.scene.test_render import COMMAND, EACH, KINDS, NAMES, choice, chosen, need, scene, text
+from tests.scene.test_render import COMMAND, EACH, NAMES, choice, kinds, need, of_kind, scene, text
 from viscopade.kernels.write.languages import language
 from viscopade.kernels.write.runners import NoSuchToolError, ToolchainError
 from viscopade.scene import check as checks
@@ -39,8 +39,7 @@ def test_every_example_gets_a_validated_kernel(file):
         assert found.errors[name] <= float(bound) + checks.REFERENCE
 
 
-@pytest.mark.parametrize(("name", "form"), EACH)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("name", "form", "kind"), [(*each, kind) for each in EACH for kind in kinds(each[0])])
 def test_languages(few, name, form, kind):
     need(name)
     if kind == "constant" and form != language(name).forms[0]:
@@ -58,7 +57,7 @@ def test_languages(few, name, form, kind):
 @pytest.mark.parametrize("kind", ["ready", "quotient"])
 def test_from_v_star(few, name, kind):
     need(name)
-    made = chosen(scene(name, code='argument = "v_star"'), kind)
+    made = of_kind(scene(name, code='argument = "v_star"'), kind)
     found = check_code(made, render(made, COMMAND))
     assert (1e-7 if kind == "quotient" else 1e-17) < found.errors["epsilon"] < 1e-3
 
@@ -149,7 +148,7 @@ def test_a_wrong_dissipation_is_found_without_a_tolerance(few):
 
 @pytest.mark.parametrize("units", ["", '[units]\nlength = "um"\nmass = "mg"\ntime = "ms"'])
 def test_collisions_are_all_over_the_scene(few, units):
-    made = chosen(scene("fortran", "float", end=units))
+    made = of_kind(scene("fortran", "float", end=units), "ready")
     scale, given = made.scene.scale, checks.collisions(made)
     assert {values.dtype for values in given.arguments} == {np.dtype(np.float32)}
     for index, encounter in enumerate(made.encounters):
