@@ -65,6 +65,21 @@ p_rate = sp.expand(u_rate * loading / p(r))
 print("u' =", u_rate, "  p' =", sp.factor(p_rate))
 assert sp.expand(p_rate - r**2 * (r**2 + k * p(r))) == 0
 
+# %% [markdown]
+# Unloading backwards in time, (-s, -p), is loading. With a length other than x_max the turning point is at r = r_t;
+# r/r_t, p r_t^(-5/2), s r_t^(3/2) with k r_t^(1/2) obey the same flow.
+
+# %%
+P, r_t = sp.symbols("P r_t", positive=True)
+u_flow, p_flow = 2 * P, r**2 * (r**2 + k * P)
+reverse = {k: -k, P: -P}
+assert -u_flow.subs(reverse) == u_flow
+assert p_flow.subs(reverse, simultaneous=True) == p_flow  # d(-p)/d(-s) = dp/ds
+scaled_flow = {r: r / r_t, P: P * r_t ** sp.Rational(-5, 2), k: k * sp.sqrt(r_t)}
+rate = r_t ** sp.Rational(3, 2)  # d(s r_t^(3/2))/ds
+assert sp.simplify(u_flow.subs(scaled_flow, simultaneous=True) * rate - u_flow / r_t) == 0
+assert sp.simplify(p_flow.subs(scaled_flow, simultaneous=True) * rate - p_flow * r_t ** sp.Rational(-5, 2)) == 0
+
 speed = sp.Symbol("speed", positive=True)
 force = -(scaled.lhs.subs(x.diff(tau, 2), 0).subs(x.diff(tau), -speed).subs(x, X))
 at_zero_force = force.subs({X: x_max * r**2, speed: speed_unit * m}).subs(kappa, kappa_of_k)
