@@ -49,9 +49,7 @@ from viscopade.simulators.simulator import InputFile, Simulator
 
 
 def callback_kernel(tier: str) -> Kernel:
-    """Return the kernel from speed to eps in the files; of the two tables for 1e-5, the small one.
-
-    Collisions come one at a time, between other work: a large table would not stay in the cache.
+    """Return the kernel from speed to eps in the files.
 
     Raises
     ------
@@ -60,8 +58,7 @@ def callback_kernel(tier: str) -> Kernel:
     """
     if tier not in catalogue.TIERS:
         raise ValueError(f"tier is {tier!r}: expected {', '.join(catalogue.TIERS)}")
-    key = f"speed {tier}"
-    return catalogue.kernel(f"{key} small" if f"{key} small" in catalogue.CATALOGUE else key)
+    return catalogue.kernel(f"speed {tier}")
 
 
 def contacts(setup: Setup) -> dict[str, NamedContact]:
