@@ -633,6 +633,14 @@ def test_a_root_elsewhere(k):
         holds_or_is_refused(replace(branch, root=root))
 
 
+@pytest.mark.parametrize("branch", [coarse(Dyadic(1, 0)), coarse(Dyadic(-1, 0)), LOADINGS[2]])
+def test_a_root_outside_the_last_piece_is_refused(branch):
+    """There the residual is not bounded."""
+    for root in (-1, (1 << branch.bits) + 1):
+        with pytest.raises(ValueError, match="not in the last piece"):
+            replace(branch, root=root)
+
+
 @pytest.mark.parametrize("k", [Dyadic(-5, -4), Dyadic(-1, 0), Dyadic(-11, 0)])
 @pytest.mark.parametrize("size", [8, 12, 20])
 def test_nothing_behind_the_end_is_taken_for_the_end(k, size):

@@ -183,6 +183,8 @@ class Branch:
             raise ValueError("a branch starts with u = p = 0")
         if self.k.mantissa < 0 and any(piece.h.mantissa <= 0 for piece in self.pieces):
             raise ValueError("pieces of unloading are not read backwards")
+        if not 0 <= self.root <= 1 << self.bits:
+            raise ValueError("the end is not in the last piece")
         if any(before.at_ends(before.u)[1] != after.at_ends(after.u)[0] for before, after in pairwise(self.pieces)):
             raise ValueError("u is not continuous")
 
