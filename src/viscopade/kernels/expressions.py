@@ -3,8 +3,7 @@
 A program is a sequence of assignments; a branch is a program for a part of the arguments, with expressions for its
 results. `Run` and `evaluate` read a program with numbers of any kind: balls of power series for the proof
 (`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers (`machine`), fractions;
-`write.writer` writes it in a language, and `operations` counts. What is read many times is `prepared`. Nothing here
-needs FLINT.
+`write.writer` writes it in a language, and `operations` counts. Nothing here needs FLINT.
 
 Besides numbers there are words, which are the bits of numbers, and conditions. Code adds, shifts and masks words modulo
 2^32 or 2^64, and so does `machine`.
@@ -15,7 +14,7 @@ from __future__ import annotations
 import operator as op
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import count as numbers
 from itertools import pairwise
@@ -35,7 +34,7 @@ def _operator(symbol: str) -> Callable[[Expression, Expression], Operation]:
 
 
 class Expression:
-    """An expression, the right-hand side of an assignment."""
+    """An expression, the right-hand side of an assignment; equal to no other one, so that it is a key at no cost."""
 
     __add__, __sub__, __mul__, __truediv__ = map(_operator, "+-*/")  # of numbers, or of words
     __floordiv__, __lshift__, __rshift__ = map(_operator, ("//", "<<", ">>"))  # of words
@@ -49,21 +48,21 @@ class Expression:
         return Negation("~", self)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Name(Expression):
     """A name in a program: an input, a constant, or an assigned variable."""
 
     name: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Literal(Expression):
     """A decimal number, rounded to the type."""
 
     text: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Word(Expression):
     """A constant word, or one for each format; a `pattern` has hexadecimal digits in code, a count decimal ones."""
 
@@ -75,7 +74,7 @@ class Word(Expression):
         return self.value if isinstance(self.value, int) else self.value(form)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Operation(Expression):
     """One operation; those of numbers round once."""
 
@@ -84,7 +83,7 @@ class Operation(Expression):
     right: Expression
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Negation(Expression):
     """A number with the other sign, or a word with all bits changed; exact."""
 
@@ -92,7 +91,7 @@ class Negation(Expression):
     operand: Expression
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Select(Expression):
     """One of two expressions, by a condition."""
 
@@ -101,7 +100,7 @@ class Select(Expression):
     otherwise: Expression
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TableRow(Expression):
     """A row of a table."""
 
@@ -109,7 +108,7 @@ class TableRow(Expression):
     index: Expression
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Column(Expression):
     """A number of a row, which has a name."""
 
@@ -117,7 +116,7 @@ class Column(Expression):
     index: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Item(Expression):
     """A number of a list of constants, by an argument that is a whole number."""
 
@@ -125,7 +124,7 @@ class Item(Expression):
     index: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Exact(Expression):
     """One operation that does not round; the reason says why."""
 
@@ -133,7 +132,7 @@ class Exact(Expression):
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Call(Expression):
     """A call of a function of math.h."""
 
@@ -141,7 +140,7 @@ class Call(Expression):
     arguments: tuple[Expression, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Polynomial(Expression):
     """A polynomial, and how it is summed.
 
@@ -157,13 +156,6 @@ class Polynomial(Expression):
     variable: str
     terms: Terms
     summed: Expression
-
-
-@dataclass(frozen=True)
-class Prepared(Expression):
-    """An expression that is prepared to be read with one arithmetic, many times."""
-
-    function: Function
 
 
 class Statement(NamedTuple):
@@ -237,7 +229,8 @@ def names_in(*expressions: Expression) -> set[str]:
 # --- readings ---------------------------------------------------------------------------------------------------------
 
 
-class Reading(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Reading:
     """How a program is read with numbers of some kind, which can be added, subtracted, multiplied and divided.
 
     Attributes
@@ -259,10 +252,10 @@ class Reading(NamedTuple):
     """
 
     literal: Callable[[str], Any]
-    functions: Mapping[str, Callable[..., Any]] = {}
+    functions: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
     polynomial: Callable[[Sequence[tuple[int, Any]], Any], Any] | None = None
-    operations: Mapping[str, Callable[[Any, Any], Any]] = {}
-    exactly: Mapping[str, Callable[[Any, Any], Any]] = {}
+    operations: Mapping[str, Callable[[Any, Any], Any]] = field(default_factory=dict)
+    exactly: Mapping[str, Callable[[Any, Any], Any]] = field(default_factory=dict)
     word: Callable[[Word], Any] = lambda word: word.value
     choose: Callable[[Any, Any, Any], Any] | None = None
     row: Callable[[Any, Any], Any] = op.getitem
@@ -312,18 +305,17 @@ def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Read
     return function_of(expression, arithmetic)(values)
 
 
+@lru_cache(maxsize=1 << 12)
 def function_of(expression: Expression, arithmetic: Reading) -> Function:
-    """Return an expression as a function of the values of its names."""
+    """Return an expression as a function of the values of its names; a proof has the same one for 10^5 values."""
     match expression:
-        case Prepared(function):
-            return function
         case Operation(symbol, left, right):
             operate = arithmetic.operations.get(symbol, _OPERATIONS[symbol])
             return _applied(operate, function_of(left, arithmetic), function_of(right, arithmetic))
         case Name(name):
             return op.itemgetter(name)
-        case Literal(number):
-            return _constant(arithmetic.literal(number))
+        case Literal(text):
+            return lambda values: arithmetic.literal(text)  # in the precision of the moment
         case Word():
             return _constant(arithmetic.word(expression))
         case Call(function, arguments):
@@ -370,19 +362,6 @@ def _chosen(condition: Function, met: Function, otherwise: Function) -> Function
 
 def _summed(polynomial: Callable[[Any, Any], Any], terms: Terms, variable: str) -> Function:
     return lambda values: polynomial([(exponent, values[name]) for exponent, name in terms], values[variable])
-
-
-def prepared(branch: CodeBranch, arithmetic: Reading) -> CodeBranch:
-    """Return a branch to be read with this arithmetic many times: what is to be done is found once."""
-
-    def of(expression: Expression) -> Prepared:
-        return Prepared(function_of(expression, arithmetic))
-
-    return CodeBranch(
-        branch.guard and of(branch.guard),
-        tuple(Statement(name, of(expression)) for name, expression in branch.program),
-        {name: of(expression) for name, expression in branch.results.items()},
-    )
 
 
 def read(branch: CodeBranch, names: Iterable[str], given: Mapping[str, Any], arithmetic: Reading) -> dict[str, Any]:

@@ -208,6 +208,7 @@ def _smaller(word: Name, largest: Word) -> Expression:
     return Select(word < largest, word, largest)
 
 
+@cache
 def panel_sums(loss: bool) -> CodeBranch:
     """Return 1 - eps if `loss` is true, else eps, from a panel's row.
 
@@ -237,6 +238,7 @@ def sum_with_error(base: Expression, part: Expression) -> Program:
     )
 
 
+@cache
 def near_sums() -> CodeBranch:
     """Return 1 - eps near 0, times a power of 2: v*^2 (c + v*^2 (d0 + d1 v* + …)).
 

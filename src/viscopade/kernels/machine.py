@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache, lru_cache, partial
 from typing import Any
 
@@ -137,7 +138,7 @@ def _in_double(kernel: Kernel, called: Kernel, function: Function, branch: CodeB
     """Return results of a branch that calls functions of another kernel, in type double."""
     by = machine_arithmetic(DOUBLE)
     calls = {f"viscopade_{f.name}_{called.name}": partial(evaluated, called, f.name) for f in called.functions}
-    by = by._replace(functions={**by.functions, **calls})
+    by = replace(by, functions={**by.functions, **calls})
     given = _given(kernel, function, [given[argument] for argument in function.arguments], DOUBLE)
     return read(branch, [function.result], given, by)[function.result]
 

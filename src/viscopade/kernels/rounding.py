@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from flint import arb
 
@@ -230,9 +230,11 @@ def _power_of_two(exponent: int) -> arb:
 # --- programs ---------------------------------------------------------------------------------------------------------
 
 
+@lru_cache(maxsize=16)
 def arithmetic(form: Format, **functions: Callable[..., Rounded]) -> Reading:
     """Return how programs are read with rounded numbers of a type; `functions` are those that they call."""
 
+    @cache
     def literal(text: str) -> Rounded:
         return Rounded(arb(form.nearest(Fraction(text))), form)
 

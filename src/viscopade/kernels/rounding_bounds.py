@@ -7,6 +7,7 @@ enclosed slope of the result.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from heapq import heapify, heappop, heappush
@@ -90,9 +91,8 @@ def of_powers(
         raise ValueError("expected products and quotients: a sum has other errors")
 
     by = reading(machine, pow=power, sqrt=sqrt, cbrt=cbrt)
-    by = by._replace(
-        literal=lambda text: _Decimal(text, form), operations={**by.operations, **dict.fromkeys("+-", refused)}
-    )
+    operations = {**by.operations, **dict.fromkeys("+-", refused)}
+    by = replace(by, literal=lambda text: _Decimal(text, form), operations=operations)
     found: Rounded = read(branch, [result], given, by)[result]
     return found.relative
 
@@ -104,7 +104,7 @@ def reading(machine: Arithmetic, **functions: Callable[..., Rounded]) -> Reading
         return top.over(bottom).with_error(ball_of(machine.quotient * machine.ulp))
 
     by = arithmetic(machine.form, divide=divided, **functions)
-    return by if machine.quotient == HOST.quotient else by._replace(operations={"/": divided})
+    return by if machine.quotient == HOST.quotient else replace(by, operations={"/": divided})
 
 
 def rounding_of_w(form: Format) -> Fraction:

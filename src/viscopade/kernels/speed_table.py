@@ -240,6 +240,7 @@ class Polynomials(Layout):
         p = self.best(index, Fraction(0))
         return tuple(self.form.nearest(to_fraction(p[n])) for n in range(self.degree + 1))
 
+    @cache  # noqa: B019  layouts are few
     def sums(self) -> CodeBranch:
         """Return p and the results from a row's coefficients and m."""
         m = Name("m")
@@ -294,6 +295,7 @@ class LastPlace(Layout):
         head = DOUBLE.nearest(first)
         return head, DOUBLE.nearest(first - Fraction(head)), *map(DOUBLE.nearest, others)
 
+    @cache  # noqa: B019  layouts are few
     def sums(self) -> CodeBranch:
         """Return p = high + rest and the results from a row's numbers and t."""
         t, base, high, rest = map(Name, ("t", "base", "high", "rest"))

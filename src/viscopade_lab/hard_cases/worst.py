@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, NamedTuple, cast
 
@@ -113,7 +114,7 @@ def _machine(form: Format) -> Reading:
         return lambda *x: root(*(np.asarray(z, np.float64) for z in x)).astype(kind)
 
     by = machine_arithmetic(form)
-    return by._replace(functions={**by.functions, **{name: rounded(root) for name, root in roots.items()}})
+    return replace(by, functions={**by.functions, **{name: rounded(root) for name, root in roots.items()}})
 
 
 _EXACTLY = Reading(
