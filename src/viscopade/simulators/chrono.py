@@ -71,6 +71,7 @@ contact.stiffness if contact.stiffness is not none else 0 }});
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
     """Return the force of a force model, by the effective mass that the program takes."""
     model, radius, mass = values["contact_force_model"], 1.0, impact.effective_mass
+    formula = SIMULATOR.formula("SMC, Hooke" if model in _LINEAR else "SMC, Hertz")
     if "fixed_body_mass" in values:
         mass = 1 / (1 / mass + 1 / values["fixed_body_mass"])
     if model == "Hertz" or (model in _LINEAR and values["use_material_properties"] == "true"):
@@ -78,13 +79,12 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     if values["use_material_properties"] == "false":
         k, c = sum(values["kn"]) / 2, sum(values["gn"]) / 2
         c *= mass if model != "PlainCoulomb" else 1.0
-        return native.Power(LINEAR if model in _LINEAR else VISCOELASTIC, k * radius, c * radius)
-    law, kappa = (LINEAR, linear_kappa) if model in _LINEAR else (TSUJI, tsuji_kappa)
+        return native.Power(formula.law if model in _LINEAR else VISCOELASTIC, k * radius, c * radius)
     modulus = native.effective_modulus(values["young_modulus"], values["poisson_ratio"])
     k = (16 / 15 if model in _LINEAR else 4 / 3) * modulus * math.sqrt(radius)
     if model in _LINEAR:
         k *= (mass * values["characteristic_velocity"] ** 2 / k) ** 0.2
-    return native.power_of_restitution(law, k, kappa, max(min(values["restitution"]), float(_ACCEPTED[0])), mass)
+    return native.power_of(formula, max(min(values["restitution"]), float(_ACCEPTED[0])), k, mass)
 
 
 _NATIVE = native.Native(

@@ -52,7 +52,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     """Return the force of two spheres of one radius."""
     one, other = values["young"]
     k = 4 * impact.effective_radius * one * other / (one + other)
-    return native.power_of_restitution(LINEAR, k, linear_kappa, min(values["e"]), impact.effective_mass)
+    return native.power_of(SIMULATOR.formula("cundallstrack"), min(values["e"]), k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

@@ -39,7 +39,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         k = 4 / 3 * modulus * math.sqrt(radius)
     else:
         k = (_PAIR if values["other"] == "sphere" else 1.0) * math.pi * _CHORD * modulus * radius
-    return native.power_of_restitution(formula.law, k, formula.kappa, values[_E], impact.effective_mass)
+    return native.power_of(formula, values[_E], k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

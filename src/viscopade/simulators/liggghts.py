@@ -163,7 +163,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     else:
         whole = 16 / 15 * modulus * radius**0.5
         k = whole * (mass * values["characteristicVelocity"] ** 2 / whole) ** 0.2
-    return native.power_of_restitution(formula.law, k, formula.kappa, values[_E], mass)
+    return native.power_of(formula, values[_E], k, mass)
 
 
 _NATIVE = native.Native(

@@ -54,7 +54,6 @@ from viscopade.simulators.input_file import described, time_step
 from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_lines
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
-from viscopade.theory.law import VISCOELASTIC
 
 
 def _values(setup: Setup) -> dict[str, Any]:
@@ -91,14 +90,17 @@ def _values(setup: Setup) -> dict[str, Any]:
 
 def _older_versions(contact: NamedContact, setup: Setup) -> list[str]:
     """Return lines on the species that all versions have."""
-    formula = SIMULATOR.formula("HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient")
+    formula = SIMULATOR.formula(_SPECIES["HertzianViscoelastic"])
     wanted = Wanted.of(contact, setup.weighty)
     constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
     return [
         "  error of eps: none except for that of the time step",
         "  older versions have HertzianViscoelasticSpecies: one eps for all speeds"
         f"{' (without weight)' if setup.weighty else ''}, the force may attract",
-        *(f"  {line}" for line in constant_lines(constant, "setDissipation", lambda e: float(tsuji_kappa(mp.mpf(e))))),
+        *(
+            f"  {line}"
+            for line in constant_lines(constant, "setDissipation", lambda e: float(formula.kappa(mp.mpf(e))))
+        ),
     ]
 
 
@@ -177,9 +179,12 @@ inline Species addSpecies(SpeciesHandler& handler)
 _ACCEPTED, _E = ("1e-6", "1"), "restitution coefficient"
 _FOLDER = "Kernel/Species/NormalForceSpecies"
 _LINEAR = f"{_FOLDER}/LinearViscoelasticNormalSpecies.cc"
-
-
-_SPECIES = "LinearViscoelastic", "HertzianViscoelastic", "HertzianBSHPViscoelastic"
+_SPECIES = {
+    "LinearViscoelastic": "LinearViscoelastic, setCollisionTimeAndRestitutionCoefficient",
+    "HertzianViscoelastic": "HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient",
+    "HertzianBSHPViscoelastic": "HertzianBSHPViscoelastic",
+}
+"""The formula of each species, whose law is the species'."""
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
@@ -190,33 +195,33 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     ValueError
         If both dissipation and restitutionCoefficient are given.
     """
-    linear, hertz, _ = _SPECIES
-    given = "dissipation" in values
+    species, given = values["species"], "dissipation" in values
+    formula = SIMULATOR.formula(_SPECIES[species])
     if given and "restitutionCoefficient" in values:
         raise ValueError("dissipation and restitutionCoefficient: expected one of them")
-    if values["species"] == linear:
+    if species == "LinearViscoelastic":
         if given:
-            return native.Power(LINEAR_RETURN, values["stiffness"], values["dissipation"])
+            return native.Power(formula.law, values["stiffness"], values["dissipation"])
         e, half = values["restitutionCoefficient"], values["particleMass"] / 2
         by_time = "stiffness" not in values
         k = half * (math.pi**2 + math.log(e) ** 2) / values["collisionTime"] ** 2 if by_time else values["stiffness"]
-        return native.power_of_restitution(LINEAR_RETURN, k, linear_kappa, e, half)
+        return native.power_of(formula, e, k, half)
     k = 4 / 3 * values["effectiveElasticModulus"] * math.sqrt(impact.effective_radius)
-    if values["species"] != hertz:
-        return native.Power(VISCOELASTIC, k, 1.5 * values["dissipation"] * k)
+    if species == "HertzianBSHPViscoelastic":
+        return native.Power(formula.law, k, 1.5 * values["dissipation"] * k)
     mass = impact.effective_mass
     if given:
-        return native.Power(TSUJI_RETURN, k, values["dissipation"] * math.sqrt(mass * k))
-    return native.power_of_restitution(TSUJI_RETURN, k, tsuji_kappa, values["restitutionCoefficient"], mass)
+        return native.Power(formula.law, k, values["dissipation"] * math.sqrt(mass * k))
+    return native.power_of(formula, values["restitutionCoefficient"], k, mass)
 
 
 _NATIVE = native.Native(
     (
-        native.Parameter("species", words=_SPECIES),
+        native.Parameter("species", words=tuple(_SPECIES)),
         native.positive("stiffness", "N/m"),
         native.Parameter(
             "dissipation",
-            accepted=f"a number >= 0: in N s/m if {_SPECIES[0]}, without unit if {_SPECIES[1]}, in s if {_SPECIES[2]}",
+            accepted="a number >= 0: in N s/m if {}, without unit if {}, in s if {}".format(*_SPECIES),
         ),
         native.positive("effectiveElasticModulus", "Pa"),
         native.positive("collisionTime", "s"),
@@ -238,9 +243,9 @@ SIMULATOR = Simulator(
             _E,
             _ACCEPTED,
             _LINEAR,
-            ("LinearViscoelastic, setCollisionTimeAndRestitutionCoefficient", LINEAR_RETURN, linear_kappa, "exact"),
+            (_SPECIES["LinearViscoelastic"], LINEAR_RETURN, linear_kappa, "exact"),
             (
-                "LinearViscoelastic, setCollisionTimeAndRestitutionCoefficient, at a wall",
+                f"{_SPECIES['LinearViscoelastic']}, at a wall",
                 LINEAR_RETURN,
                 half_mass_kappa,
                 "normalisation",
@@ -251,10 +256,10 @@ SIMULATOR = Simulator(
             _E,
             _ACCEPTED,
             f"{_FOLDER}/HertzianViscoelasticNormalSpecies.cc",
-            ("HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient", TSUJI_RETURN, tsuji_kappa, "exact"),
+            (_SPECIES["HertzianViscoelastic"], TSUJI_RETURN, tsuji_kappa, "exact"),
         ),
         viscoelastic_formula(
-            "HertzianBSHPViscoelastic",
+            _SPECIES["HertzianBSHPViscoelastic"],
             f"{_FOLDER}/HertzianBSHPViscoelasticNormalSpecies.cc",
             "`k` is `4/3 E_eff sqrt(R_eff)`. The dissipation is as `viscopade simulators mercurydpm` writes it.",
             parameter="3/2 dissipation (k/m_eff)^(2/5) v^(1/5)",

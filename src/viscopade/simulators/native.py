@@ -29,6 +29,7 @@ from viscopade.collision.contact import (
 )
 from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import COUNTS, EARTH
+from viscopade.simulators.formula import DampingFormula
 from viscopade.simulators.setup import Units
 from viscopade.theory.law import Law
 
@@ -243,9 +244,9 @@ class Power(NamedTuple):
         return self.law.damping_constant(kappa, impact.speed, k=self.k, mass=impact.effective_mass) / self.c
 
 
-def power_of_restitution(law: Law, k: float, kappa: Callable[[Any], Any], e: float, mass: float) -> Power:
-    """Return the force of a law with nu = 2 whose kappa a program makes of a coefficient of restitution."""
-    return Power(law, k, float(kappa(mp.mpf(e))) * math.sqrt(k * mass))
+def power_of(formula: DampingFormula, number: float, k: float, mass: float) -> Power:
+    """Return the force of a formula with nu = 2, such as that of an eps, for the number that a file has."""
+    return Power(formula.law, k, float(formula.kappa(mp.mpf(number))) * math.sqrt(k * mass))
 
 
 def effective_modulus(young: Iterable[float], poisson: Iterable[float]) -> float:

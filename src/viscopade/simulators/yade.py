@@ -256,19 +256,20 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     """
     mass, other = impact.effective_mass, values["other"]
     if values["physics"] == "ViscElPhys":
-        counted = mass if other == "sphere" else mass / 2
-        loss = -math.log(values["en"])
-        k = counted / values["tc"] ** 2 * (math.pi**2 + loss**2)
-        return native.Power(LINEAR, k, 2 * counted * loss / values["tc"])
+        e, counted = values["en"], mass if other == "sphere" else mass / 2
+        k = counted / values["tc"] ** 2 * (math.pi**2 + math.log(e) ** 2)
+        formula = SIMULATOR.formula("ViscElPhys, tc, en, et" + ("" if other == "sphere" else ", at a wall"))
+        return native.power_of(formula, e, k, mass)
     modulus = native.effective_modulus(values["young"], values["poisson"])
     k = 4 / 3 * modulus * math.sqrt(impact.effective_radius * _RADII[other])
     if ("en" in values) == ("betan" in values):
         raise ValueError("en and betan: expected one of them")
     if "vn" in values:
-        kappa = float(_of_printed_pade(values["en"]))
-        return native.Power(VISCOELASTIC, k, VISCOELASTIC.damping_constant(kappa, values["vn"], k=k, mass=mass))
-    kappa = _of_betan(values["betan"]) if "betan" in values else thornton_kappa(mp.mpf(values["en"]))
-    return native.Power(TSUJI, k, math.sqrt(mass * k) * float(kappa))
+        formula = SIMULATOR.formula("MindlinPhys, en and vn")
+        kappa = float(formula.kappa(mp.mpf(values["en"])))
+        return native.Power(formula.law, k, formula.law.damping_constant(kappa, values["vn"], k=k, mass=mass))
+    name = "betan" if "betan" in values else "en"
+    return native.power_of(SIMULATOR.formula(f"MindlinPhys, {name}"), values[name], k, mass)
 
 
 def _altered(contact: Contact, values: native.Values) -> Contact:
