@@ -48,6 +48,7 @@ def with_two_simulators(tmp_path_factory):
     known = (folder / "__init__.py").read_text("utf-8")
     before, mark, after = known.partition('    "textbook": (),\n')
     assert mark
+    after = after.replace("OWN_LAW = (", 'OWN_LAW = ("bounce", ')
     (folder / "__init__.py").write_text("".join([before, *(f"    {line}\n" for line in lines), mark, after]), "utf-8")
 
     def run(*words):
