@@ -124,6 +124,15 @@ def test_a_flipped_bit_of_the_recursion_changes_no_decimal(digits, place, monkey
         assert len(calls) > wrong
 
 
+@pytest.mark.parametrize(("v_star", "digits"), [("0.3", 400), ("0.2", 100), ("1", 100), ("3", 100)])
+def test_the_first_attempt_determines_many_digits(v_star, digits, monkeypatch):
+    """Both halves are enclosed once; the bounds of errors grow with the number of terms."""
+    enclosed, ends = [], exact.ends
+    monkeypatch.setattr(exact, "ends", lambda branch: enclosed.append(branch) or ends(branch))
+    exact.collision(v_star, digits)
+    assert len(enclosed) == 2
+
+
 @pytest.mark.slow
 def test_a_thousand_digits():
     short, long = (exact.collision("1.5", digits) for digits in (1000, 1100))

@@ -666,7 +666,7 @@ def _collision(wanted: _Wanted, digits: int) -> Collision:
 
 def _determined(wanted: _Wanted, digits: int) -> Collision:
     """Solve for k and enclose, with more and more bits until every decimal is determined."""
-    accuracy = bits_for(digits) + GUARD_DIGIT_BITS
+    accuracy = _accuracy(digits)
     # From v*: in time from first contact, without solving for k.
     for bits in (accuracy, accuracy + 16):
         start = wanted.start(bits) if isinstance(wanted, _Speed) else None
@@ -693,6 +693,12 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
                 return collision
         known, accuracy, more = accuracy, accuracy + more, 2 * more
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
+
+
+def _accuracy(digits: int) -> int:
+    """Return the bits of an integration that determines so many digits, as a rule at the first attempt."""
+    bits = bits_for(digits)
+    return bits + GUARD_DIGIT_BITS + max(bits.bit_length() - 7, 0)  # the bounds of errors grow with the number of terms
 
 
 def _enclosed(wanted: _Wanted, branches: tuple[Branch, Branch], digits: int, accuracy: int) -> Collision | None:
@@ -813,7 +819,7 @@ def _within(log_error: arb) -> arb:
 def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bool = False) -> Collision:
     """Return the limit v* = 0."""
     zero = Dyadic(0, 0)
-    accuracy = bits_for(digits) + GUARD_DIGIT_BITS
+    accuracy = _accuracy(digits)
     given = {} if beta is None else {"beta": beta}
     if with_kappa:
         given["kappa"] = Fraction(0)
