@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 
-from flint import arb, fmpq, fmpq_poly
+from flint import arb, fmpq, fmpq_mat, fmpq_poly
 
 from viscopade.arithmetic.balls import exact_middle, working
 
@@ -29,12 +29,16 @@ def chebyshev(n: int) -> fmpq_poly:
     return fmpq_poly([0, 2]) * chebyshev(n - 1) - chebyshev(n - 2)
 
 
+@cache
+def _from_powers(size: int) -> fmpq_mat:
+    """Return the matrix that leads from coefficients of powers of x to those of Chebyshev polynomials."""
+    return fmpq_mat(size, size, [chebyshev(n)[k] for k in range(size) for n in range(size)]).inv()
+
+
 def in_chebyshev(p: fmpq_poly) -> list[fmpq]:
     """Return the Chebyshev coefficients of a polynomial, in ascending order."""
-    found = [fmpq(0)] * (p.degree() + 1)
-    for n in range(p.degree(), -1, -1):
-        found[n] = p[n] / chebyshev(n)[n]
-        p -= chebyshev(n) * found[n]
+    size = len(p.coeffs())
+    found: list[fmpq] = (_from_powers(size) * fmpq_mat(size, 1, p.coeffs())).entries()
     return found
 
 

@@ -76,7 +76,11 @@ class Format:
 
     def ulp(self, number: Fraction) -> Fraction:
         """Return the unit in the last place of a number, which may be subnormal, but not zero."""
-        return Fraction(2) ** (max(exponent(number), 1 - self.largest) - self.precision + 1)
+        return _scaled(Fraction(1), self._place(number))
+
+    def _place(self, number: Fraction) -> int:
+        """Return the exponent of the unit in the last place."""
+        return max(exponent(number), 1 - self.largest) - self.precision + 1
 
     def rounded(self, number: Fraction, to: Callable[[Fraction], int] = round) -> float:
         """Return the correctly rounded value of an exact number: nearest, ties to even, or by another rule.
@@ -85,11 +89,11 @@ class Format:
         """
         if number == 0:
             return 0.0
-        unit = self.ulp(number)
-        value = to(number / unit) * unit
-        if abs(value) >= Fraction(2) ** (self.largest + 1):
-            return math.inf if value > 0 else -math.inf
-        return float(value)
+        place = self._place(number)
+        units = to(_scaled(number, -place))
+        if abs(units).bit_length() + place > self.largest + 1:
+            return math.copysign(math.inf, units)
+        return math.ldexp(units, place)
 
     def nearest(self, number: Fraction, to: Callable[[Fraction], int] = round) -> float:
         """Return the correctly rounded value of an exact number.
@@ -100,7 +104,7 @@ class Format:
             If it is neither zero nor a normal number.
         """
         value = self.rounded(number, to)
-        if number and not self.least <= abs(value) < math.inf:
+        if number and not 2.0 ** (1 - self.largest) <= abs(value) < math.inf:
             raise ValueError(f"{float_text(number)} is not a normal number in {self.name}")
         return value
 
@@ -129,5 +133,11 @@ def float_text(number: Fraction) -> str:
 
 def exponent(number: Fraction) -> int:
     """Return e with 2^e <= |number| < 2^(e + 1); the number is not zero."""
-    guess = abs(number.numerator).bit_length() - number.denominator.bit_length()
-    return guess if abs(number) >= Fraction(2) ** guess else guess - 1
+    top, bottom = abs(number.numerator), number.denominator
+    guess = top.bit_length() - bottom.bit_length()
+    return guess if top << max(-guess, 0) >= bottom << max(guess, 0) else guess - 1
+
+
+def _scaled(number: Fraction, power: int) -> Fraction:
+    """Return a number times a power of 2; `Fraction(2) ** power` takes long."""
+    return Fraction(number.numerator << max(power, 0), number.denominator << max(-power, 0))

@@ -107,6 +107,7 @@ def reading(machine: Arithmetic, **functions: Callable[..., Rounded]) -> Reading
     return by if machine.quotient == HOST.quotient else replace(by, operations={"/": divided})
 
 
+@cache
 def rounding_of_w(form: Format) -> Fraction:
     """Return a bound of the relative error of w = beta^5 speed, where all products as computed are normal numbers."""
     with working(BITS):

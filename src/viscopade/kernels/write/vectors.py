@@ -88,17 +88,20 @@ def vectors_of(kernel: Kernel) -> Iterator[list[str]]:
 
 def vectors(kernel: Kernel, function: Function, form: Format, given: Iterable[Arguments]) -> Iterator[list[str]]:
     """Yield the vectors of a function at arguments, which are rounded to the format, where anything is stated."""
+    inexact = [bool(function.calls(index) & INEXACT) for index in range(len(function.branches))]
     with working(truth.BITS), np.errstate(all="ignore"):
         for point in given:
-            row = _vector(kernel, function, form, tuple(float(TYPES[form.name](x)) for x in point))
+            row = _vector(kernel, function, form, tuple(float(TYPES[form.name](x)) for x in point), inexact)
             if row is not None:
                 yield row
 
 
-def _vector(kernel: Kernel, function: Function, form: Format, given: Arguments) -> list[str] | None:
+def _vector(
+    kernel: Kernel, function: Function, form: Format, given: Arguments, inexact: Sequence[bool]
+) -> list[str] | None:
+    """Return a vector; `inexact` says of each branch whether it calls what IEEE 754 does not determine."""
     found, branch = machine.located(kernel, function.name, *given, form=form)
-    computed, indices = float(found), range(len(function.branches)) if branch < 0 else (int(branch),)
-    called = any(function.calls(index) & INEXACT for index in indices)
+    computed, called = float(found), any(inexact) if branch < 0 else inexact[branch]
     answer = _answer(kernel, function, form, given, computed, int(branch), called)
     if answer is None and called:
         return None
