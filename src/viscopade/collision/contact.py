@@ -553,9 +553,9 @@ class _Event(NamedTuple):
 class _Motion:
     """The motion of a contact in the variables s and sigma, in units in which the largest speed is about 1."""
 
-    def __init__(self, contact: Contact, speed: float, nodes: int, tolerance: float) -> None:
-        self.length, self.contact = _length(contact, speed), contact
-        self.speed = _fastest(contact, speed, self.length)
+    def __init__(self, contact: Contact, speed: float, length: float, nodes: int, tolerance: float) -> None:
+        self.length, self.contact = length, contact
+        self.speed = _fastest(contact, speed, length)
         self.unit, self.start = contact.mass * self.speed**2 / self.length, speed / self.speed
         self.load, self.pushes = contact.load / self.unit, contact.end == "force"
         # In single precision the force has noise, so nothing can be solved to more digits.
@@ -742,7 +742,8 @@ def _fastest(contact: Contact, speed: float, length: float) -> float:
 def _without_steps(contact: Contact, speed: float) -> SampledCollision:
     """Return the collision without a time step: the finer of two solutions, with their differences as errors."""
     with np.errstate(all="ignore"):  # overflow in steps that are too long
-        motions = [_Motion(contact, speed, *method) for method in _METHODS]
+        length = _length(contact, speed)
+        motions = [_Motion(contact, speed, length, *method) for method in _METHODS]
         fine, coarse = (motion.collide() for motion in motions)
     motion, names = motions[0], ("epsilon", "depth", "duration")
     units = 1.0, motion.length, motion.length / motion.speed
