@@ -274,7 +274,8 @@ def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
     series_digits = digits + 8 + int(0.7 * (m + n))
     limit = 10 * (digits + m + n + 10)
     while series_digits <= limit:
-        h = derived(m + n + LOOK_AHEAD, series_digits, law).h
+        # Both are rounded up, so that approximants of like degrees share a derivation.
+        h = derived(_rounded_up(m + n + LOOK_AHEAD), _rounded_up(series_digits), law).h[: m + n + LOOK_AHEAD + 1]
         with working(bits_for(series_digits) + 64):
             try:
                 return _solved(h, m, n, digits)
@@ -287,6 +288,11 @@ def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
         f"{limit} digits of the series do not determine [{m}/{n}], perhaps because a coefficient is 0: "
         + _determined_near(m, n, law)
     )
+
+
+def _rounded_up(number: int) -> int:
+    """Return the next multiple of 16."""
+    return -(-number // 16) * 16
 
 
 def _determined_near(m: int, n: int, law: Law) -> str:
