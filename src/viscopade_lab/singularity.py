@@ -32,6 +32,7 @@ TIME_GUESS = -0.06 - 0.72j
 EXPANSION_TERMS = 100
 STEP = 0.1  # length of a Taylor step in radii of convergence: a term gains one digit
 SERIES_ORDER = 120
+GUESS_ORDER = 40  # gives the singularity to 1 %, which tells ten roots apart
 MAX_NEWTON = 60
 CARRIED_DIGITS = 50
 
@@ -79,7 +80,7 @@ def from_flow(digits: int = 30) -> Singularity:
         w = -_TaylorFlow(digits).singular_start() / 4
         ctx = _context()
         w_s = ctx.mpc(to_mpf(w.real), to_mpf(w.imag))
-        h = [float(h_k.mid()) for h_k in series(SERIES_ORDER, SERIES_ORDER // 2).h]
+        h = [float(h_k.mid()) for h_k in series(GUESS_ORDER, GUESS_ORDER // 2).h]
         v_star = min((ctx.root(w_s, 10, n) for n in range(10)), key=lambda v: abs(complex(v) - from_four(h)))
     return Singularity(v_star, mp.mpf(10) ** -digits)
 
