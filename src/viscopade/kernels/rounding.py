@@ -142,9 +142,8 @@ class Rounded:
     def _with(self, value: arb, relative: arb, underflow: arb, absolute: arb, change: arb, slope: arb) -> Rounded:
         result = object.__new__(Rounded)
         result.value, result.form, result.change, result.slope = value, self.form, change, slope
-        result.relative, result.underflow, result.absolute = (
-            bound.abs_upper() for bound in (relative, underflow, absolute)
-        )
+        result.relative, result.underflow = relative.abs_upper(), underflow.abs_upper()
+        result.absolute = absolute.abs_upper()
         return result._settled()
 
     def _settled(self) -> Rounded:
@@ -202,8 +201,8 @@ def half_unit(largest: arb, form: Format) -> arb:
     """Return half a unit in the last place of numbers up to `largest`, which bounds the rounding of an operation."""
     if largest == 0:
         return _NOTHING
-    mantissa, exponent = largest.abs_upper().man_exp()
-    place = int(exponent) + int(mantissa).bit_length() - 1 - form.precision
+    upper = largest.abs_upper()
+    place = int(upper.man_exp()[1]) + upper.bits() - 1 - form.precision
     return _power_of_two(max(place, 1 - form.largest - form.precision))
 
 
