@@ -104,6 +104,13 @@ def test_ties_go_to_even_and_both_ends_count():
     assert decimal_string(arb("1.2501") + arb(0, "0.0002"), 2) is None
 
 
+@pytest.mark.parametrize(("side", "text"), [(1, "0.12346"), (-1, "0.12345")])
+def test_a_ball_is_rounded_however_close_to_a_tie_it_is(side, text):
+    with working(300):
+        ball = arb("0.123455") + side * arb(10) ** -50 + arb(0, 1e-60)
+        assert decimal_string(ball, 5) == decimal_at(ball, arb("0.5"), 5) == text
+
+
 def test_known_decimal_gives_what_is_known():
     assert known_decimal(arb("0.123456789 +/- 1e-6"), 8) == "0.12346"
     assert known_decimal(arb("0.123456789 +/- 1e-12"), 8) == "0.12345679"

@@ -313,3 +313,11 @@ def test_an_inconsistent_collision_is_refused():
         exact.Collision(12, good.v_star, good.epsilon, good.epsilon, good.x_max, good.tau_c, {})
     with pytest.raises(ValueError, match="too wide for 30 digits: "):
         exact.Collision(30, good.v_star, good.epsilon, good.one_minus_epsilon, good.x_max, good.tau_c, {})
+
+
+@pytest.mark.parametrize("digits", [25, 60])
+def test_next_to_a_tie_monotony_decides(digits):
+    """eps = 0.25 at v*: at a v* rounded down it is above, at one rounded up below, in whatever decimal place."""
+    v_star, unit = Fraction(exact.invert("0.25", digits).decimals()["v_star"]), Fraction(10) ** (2 - digits)
+    assert exact.collision(v_star - unit, 1).decimals()["epsilon"] == "0.3"
+    assert exact.collision(v_star + unit, 1).decimals()["epsilon"] == "0.2"

@@ -89,8 +89,7 @@ def decimal_string(ball: arb, digits: int) -> str | None:
         return str(ball.unique_fmpz())
     if not ball.is_finite():
         return None
-    with working(bits_for(digits) + 64):
-        middle, radius, exponent = (int(part) for part in ball.mid_rad_10exp(digits + 15))
+    middle, radius, exponent = _in_powers_of_10(ball, digits)
     context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-(10**9), Emax=10**9)
     ends = {context.create_decimal(Decimal((int(end < 0), _digits_of(end), exponent))) for end in
             (middle - radius, middle + radius)}  # fmt: skip
@@ -98,6 +97,16 @@ def decimal_string(ball: arb, digits: int) -> str | None:
         return None
     (number,) = ends
     return str(number).lower() if number else None
+
+
+def _in_powers_of_10(ball: arb, digits: int) -> tuple[int, int, int]:
+    """Return integers: the ball lies within (middle ± radius) 10^exponent, of `digits` digits or more."""
+    # All digits that the ball determines, as it may lie much closer to a boundary of rounding than the 15 guard digits.
+    known = int((ball.bits() if ball.is_exact() else ball.rel_accuracy_bits()) / BITS_PER_DIGIT)
+    count = max(digits, known) + 15
+    with working(bits_for(count) + 64):
+        middle, radius, exponent = (int(part) for part in ball.mid_rad_10exp(count))
+    return middle, radius, exponent
 
 
 def _digits_of(number: int) -> tuple[int, ...]:
@@ -118,7 +127,7 @@ def decimal_at(ball: arb, size: arb, digits: int) -> str | None:
     Returns None if the ball is too wide, and "0" if the number rounds to 0 at that place.
     """
     place = _exponent(size) - digits + 1
-    middle, radius, exponent = (int(part) for part in ball.mid_rad_10exp(digits + 15))
+    middle, radius, exponent = _in_powers_of_10(ball, digits)
     ends = {round(Fraction(end) * Fraction(10) ** (exponent - place)) for end in (middle - radius, middle + radius)}
     if len(ends) != 1:
         return None
