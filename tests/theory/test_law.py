@@ -112,10 +112,7 @@ def test_zeta_is_1_where_contact_ceases_to_return():
     assert (law_of("tsuji").force, law_of("linear").force) == ("k x^(3/2) + c x^(1/4) x'", "k x + c x'")
 
 
-def test_known_values_of_kappa():
-    assert law_of("tsuji").kappa(2.0, k=5.0, c=0.3 * (5 * 0.2) ** 0.5, mass=0.2) == pytest.approx(0.3)
-    assert law_of("linear").kappa(2.0, k=5.0, c=2 * 0.1 * (5 * 0.2) ** 0.5, mass=0.2) == pytest.approx(0.2)
-    assert law_of("hunt-crossley").kappa(2.0, k=5.0, c=0.7 * 5.0, mass=0.2) == pytest.approx(0.7 * 2.0)
+def test_kappa_at_rest():
     assert law_of("3/2,0").kappa(0.0, k=5.0, c=1.0, mass=0.2) == float("inf")
 
 
@@ -172,7 +169,7 @@ def test_lambda_by_three_routes(law):
 
 @of_laws
 def test_end_series_by_two_routes(law):
-    assert symbolic.delayed_recovery_series(15, law) == end_series(15, law)
+    assert symbolic.delayed_recovery_series(24, law) == end_series(24, law)
     if law.delayed:  # H_nu = 1 + (1 - 1/nu) mu + …, delta = 2/nu mu
         assert end_series(1, law)[1] == (1 - 1 / law.nu) * law.nu / 2
 

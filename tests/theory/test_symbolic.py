@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from sympy.polys.ring_series import rs_pow, rs_trunc
 
 from viscopade.theory import symbolic
-from viscopade.theory.series import end_series as end_series_from_the_end
 from viscopade.theory.series import g_coefficients, lambda_coefficients, series
 from viscopade.theory.symbolic import (
     G_symbol,
@@ -49,25 +48,9 @@ def weights_and_coefficients(expression: sp.Expr) -> list[tuple[int, sp.Rational
 # --- the turning point and the hierarchy ----------------------------------------------------------------------
 
 
-def test_turning_point_equation():
-    equation = turning_point_equation()
-    assert equation.lhs == sp.Derivative(g**2, r)
-    assert sp.expand(equation.rhs + 5 * r**4 + 5 * K * g * r**2) == 0
-
-
 def test_order_zero_is_the_undamped_motion():
     undamped = hierarchy(0).subs(g_function(0), sp.sqrt(1 - r**5)).doit()
     assert sp.simplify(undamped) == sp.true
-
-
-@pytest.mark.parametrize("n", range(1, 8))
-def test_hierarchy_is_the_recursion(n):
-    s = sp.Symbol("s", positive=True)
-    integral = sp.Integral(5 * g_function(n - 1).subs(r, s) * s**2, (s, r, 1))
-    products = sum(g_function(i) * g_function(n - i) for i in range(1, n))
-    recursion = 2 * g_function(0) * g_function(n) - integral + products  # = 0, and it is 0 at r = 1
-    equation = hierarchy(n)
-    assert sp.expand(recursion.diff(r).doit() - (equation.lhs - equation.rhs)) == 0
 
 
 def test_hierarchy_sums_up_to_the_equation():
@@ -85,28 +68,7 @@ def test_hierarchy_sums_up_to_the_equation():
 # --- the end of contact ---------------------------------------------------------------------------------------
 
 
-def test_end_series_by_two_routes():
-    assert delayed_recovery_series(24) == end_series_from_the_end(24)
-
-
 # --- h_k in the lambdas ---------------------------------------------------------------------------------------
-
-
-def test_first_polynomials():
-    l_1, l_3 = lambda_symbol(1), lambda_symbol(3)
-    expected = {
-        0: 1,
-        1: 0,
-        2: -l_1,
-        3: 0,
-        4: sp.Rational(3, 5) * l_1**2,
-        5: sp.Rational(4, 15),
-        6: -(l_3 + sp.Rational(169, 600) * l_1**3),
-        7: -sp.Rational(2, 5) * l_1,
-        8: sp.Rational(343, 3000) * l_1**4 + sp.Rational(7, 5) * l_1 * l_3,
-    }
-    for k, polynomial in expected.items():
-        assert sp.expand(h_polynomial(k) - polynomial) == 0
 
 
 @pytest.mark.parametrize("k", [0, 1, 2, 11, 23, 40, 41])
@@ -166,12 +128,6 @@ def test_lambdas_against_the_proven_coefficients():
     values = {G_symbol(n): sympy_float(c) for n, c in enumerate(g_coefficients(9, DIGITS)) if n}
     for i, ball in enumerate(lambda_coefficients(5, DIGITS)):
         assert close(lambda_from_G(2 * i + 1).subs(values), sympy_float(ball))
-
-
-def test_lambda_3_in_the_G():
-    G_1, G_2, G_3 = (G_symbol(n) for n in (1, 2, 3))
-    cubic = 2 * G_3 - sp.Rational(12, 5) * G_1 * G_2 + sp.Rational(13, 15) * G_1**3
-    assert sp.expand(lambda_from_G(3) - sp.Rational(4, 5) ** sp.Rational(6, 5) * cubic) == 0
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
