@@ -7,18 +7,9 @@ import pytest
 from flint import arb
 
 from viscopade.arithmetic.balls import to_mpf, working
-from viscopade.theory.series import g_coefficients, series
+from viscopade.theory.series import series
 from viscopade_lab import asymptotics
 from viscopade_lab.studies import direct
-
-
-def test_g_n_are_those_of_the_two_sided_series():
-    """One Taylor series from the turning point to r = 0 here, two that meet at r = 15/32 there."""
-    ends, _ = asymptotics.turning_point_series(8, 30)
-    with working(200):
-        for ours, theirs in zip(ends, g_coefficients(8, 30), strict=True):
-            assert ours.overlaps(theirs)
-            assert float((ours - theirs).abs_upper()) < 1e-29
 
 
 def test_one_minus_epsilon_has_the_coefficients_of_the_series():
@@ -84,14 +75,6 @@ def test_more_digits_lie_within_fewer():
                 for c, d in zip(ours.coeffs(), theirs.coeffs(), strict=True):
                     assert c.overlaps(d)
                     assert float((c - d).abs_upper()) < 1e-18 * (1 + float(abs(d).abs_upper()))
-
-
-def test_what_is_known_near_the_turning_point_is_rational():
-    """The first coefficients by hand: Q_1 = s^3 - 2 s - 2 and Q_2 of derivation 10 at s = -1 and s = 0."""
-    near = asymptotics.near_turning_point(3)
-    assert {i: str(c) for i, c in near.q[1].items() if c} == {-1: "2", 0: "-2", 2: "1"}
-    assert [str(c) for c in near.turning[1:3]] == ["1", "17/6"]  # ln(1 + t + 10/3 t^2)
-    assert [str(c) for c in near.end[1:3]] == ["1", "3/2"]  # ln(1 + t + 2 t^2)
 
 
 def test_too_few_digits_are_noticed():

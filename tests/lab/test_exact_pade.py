@@ -47,12 +47,6 @@ def test_rational_pade_of_a_long_series_needs_no_digits_to_see_what_it_misses():
     assert (p.decimals(), q.next_term) == (q.decimals(), 0)
 
 
-def test_rational_pade_sees_that_nothing_is_missed():
-    """1/(1 - x/3): its coefficients are no binary numbers, and yet the whole series is met."""
-    p = rational_pade([Fraction(1, 3**k) for k in range(9)], 0, 1, 5)
-    assert (p.contact_order, p.next_term) == (8, 0)
-
-
 @pytest.mark.parametrize("h", [[Fraction(1, 3)] * 3, [1.0, 0.75, 0.375]])
 def test_an_exact_solution_loses_no_digits(h):
     """Nor do balls that are exact, as those of doubles are, count as infinitely accurate."""

@@ -2,12 +2,10 @@
 
 from functools import cache
 
-import numpy as np
 import pytest
 from mpmath import mp
 from scipy.integrate import solve_ivp
 
-from viscopade.theory.series import series
 from viscopade_lab import singularity
 
 
@@ -31,12 +29,6 @@ def test_more_digits_agree():
     assert abs(more.v_star - from_flow().v_star) < mp.mpf(10) ** -29
 
 
-def test_radius_and_argument_are_those_of_v_star():
-    v = complex(from_flow().v_star)
-    assert float(from_flow().radius) == pytest.approx(abs(v), rel=1e-15, abs=0)
-    assert float(from_flow().argument) == pytest.approx(np.angle(v) / np.pi, rel=1e-15, abs=0)
-
-
 def test_scipy_integration_of_the_creeping_orbit():
     """dg/dz = z^2 - z^4/g down to z = 0, then z' = g, g' = z^2 (g - z^2) in complex time."""
     tight = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
@@ -53,13 +45,3 @@ def test_scipy_integration_of_the_creeping_orbit():
         sigma -= z_end / g_end
     assert abs(z_end) < 1e-9
     assert complex(from_flow().v_star) ** 10 == pytest.approx(-g_end / 4, rel=1e-9)
-
-
-def test_the_coefficients_fall_and_turn_as_the_singularity_says():
-    """|k h_k| R^k varies slowly, but for the sign's period; the phase of h_k advances by the argument in each step."""
-    k = np.arange(121)
-    h = series(120, 60).floats()
-    early, late = (abs(k * h)[first : first + 8].max() for first in (56, 112))  # windows of three half periods
-    assert (early / late) ** (1 / 56) == pytest.approx(float(from_flow().radius), rel=0.01)
-    changes = np.count_nonzero(np.diff(np.sign(h[40:])))
-    assert changes == pytest.approx(80 * float(from_flow().argument), abs=1)
