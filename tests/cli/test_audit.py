@@ -189,31 +189,6 @@ def test_a_force_without_damping_gives_1(force, speed, words, printed):
     assert "Warning" not in text
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("mujoco", "--speed", ""), "--speed is '': expected a speed > 0"),
-        (("mujoco", "--speed", "1", "--epsilon", ""), "--epsilon is '': expected a number > 0 and < 1"),
-        (("mujoco", "--epsilon", ""), "--epsilon is '': expected a number from 0.001 to 1"),
-        (("mujoco", "--epsilon", "0.5", "--time-step", ""), "--time-step is '': expected a number of contact times"),
-        (("mujoco", "--speed", "1", "--time-step", ""), "--time-step is '': expected a time > 0"),
-        (("--force", "1e5*x", "--speed", "1", "--mass", ""), "--mass is '': expected a mass > 0"),
-        (("--force", "1e5*x", "--speed", "1", "--mass", "1", "--gravity", ""), "--gravity is '': expected an accel"),
-        (("--force", "1e5*x", "--speed", "1", "--mass", "1", "--radius", "1"), "--radius has no effect"),
-        (("--force", "1e5*x", "--speed", "1", "--mass", "1", "--radius", ""), "--radius is '': expected a length > 0"),
-        (("mujoco", "--speed", "1", "--mass", "2"), "--mass has no effect on this contact: expected a command"),
-        (("newton", "--scheme", "SolverMuJoCo", "--speed", "1", "--mass", "2"), "--mass has no effect on this contact"),
-        (("mujoco", "--speed", "1", "--all"), "--all is given with --speed: expected one of both"),
-        (("--force", "0*x", "--speed", "1", "--mass", "1"), "the force does not stop a body"),
-    ],
-)
-def test_refusals_name_the_option_that_was_typed(words, message):
-    found = CliRunner().invoke(command, ["audit", *words])
-    assert found.exit_code
-    text = str(found.exception.message if hasattr(found.exception, "message") else found.exception) + found.stderr
-    assert message in text
-
-
 def test_drakes_defaults():
     """A largest bounce of 1/d."""
     assert run("drake", "--mass", "1", "--speed", "1").output.startswith(

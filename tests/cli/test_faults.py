@@ -183,10 +183,7 @@ def test_extras_bring_what_they_are_said_to():
         assert any(line.startswith(f"{package.replace('_', '-')}>=") for line in brought), package
 
 
-@pytest.mark.parametrize(
-    ("words", "environment"), [(["--cc", "no-such-compiler"], {}), ([], {"CC": "no-such-compiler"})], ids=["cc", "CC"]
-)
-def test_without_the_compiler_that_is_named_it_says_how_to_go_on(tmp_path, words, environment):
-    line = refused("scene", "--example", "ice_rings", "--out", tmp_path / "new", *words, environment=environment)
-    assert "no-such-compiler" in line
+def test_without_the_compiler_of_the_environment_it_says_how_to_go_on(tmp_path):
+    words = ("scene", "--example", "ice_rings", "--out", tmp_path / "new")
+    assert "no-such-compiler" in refused(*words, environment={"CC": "no-such-compiler"})
     assert not (tmp_path / "new").exists()

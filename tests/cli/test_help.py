@@ -74,19 +74,3 @@ def test_examples_run_and_print_at_most_100_columns(tmp_path, line):
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout or len(list(tmp_path.iterdir())) > 1  # a file was written
     assert MARKER in ran.stdout or max(map(len, ran.stdout.splitlines()), default=0) <= 100
-
-
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("epsilo", "there is no command 'epsilo': did you mean epsilon"),
-        ("export cc", "TARGET is 'cc': did you mean c?"),
-        ("epsilon --v-star 1 --law linaer", "law is 'linaer': did you mean linear?"),
-        ("fit examples/none.csv", "the folder that `viscopade --examples-dir` prints has the examples"),
-        ("simulators lamps", "PROGRAM is 'lamps': did you mean lammps?"),
-        ("pade 1/4 5", "the degrees are 1/4 and 5: expected M/N or M N"),
-    ],
-)
-def test_a_wrong_name_gets_the_right_one(line, message):
-    ran = subprocess.run([sys.executable, "-m", "viscopade", *line.split()], capture_output=True, text=True)
-    assert (ran.returncode, message in ran.stderr) == (2, True), ran.stderr

@@ -75,6 +75,13 @@ BAD = [
     ("invert --one-minus-epsilon 1", "--one-minus-epsilon is '1': expected 0 <= one_minus_epsilon < 1"),
     ("invert --epsilon 0.5 --speed 0", "speed is '0'"),
     (f"invert --epsilon 0.5 {BALL}", "a material is given: expected --speed with it"),
+    ("bench --quick --rounds 0", "rounds"),
+    ("bench --quick --only nothing", "there is no kernel 'nothing': expected one of"),
+    ("bench --quick --picture a.jpg", "--picture is a.jpg: expected a name that ends in .svg, .png or .pdf"),
+    ("bench --from data.csv --out a.csv", "--from shows a file: expected neither --out nor --only with it"),
+    ("bench --from data.csv", "data.csv: expected the columns id,label"),
+    ("bench --quick --cc no-such-compiler", "there is no compiler 'no-such-compiler'"),
+    ("hardcases --only nothing", "there is no hard case 'nothing': expected one of truncated-series, "),
     ("claims --only everything", "there is no claim 'everything': expected"),
     ("claims --only no-improvment", "there is no claim 'no-improvment': did you mean no-improvement?"),
     ("figures", "Missing option '--out'"),
@@ -122,6 +129,12 @@ BAD = [
     ("plot --epsilon 0.8 --speed 1 -o x.svg --font-size 1", "font-size is 1: expected 3 to 72 points"),
     ("fit data.csv --empirical x.txt", "--empirical is x.txt: expected a name that ends in .cs, .cuh"),
     ("nonsense", "there is no command 'nonsense'"),
+    ("epsilo", "there is no command 'epsilo': did you mean epsilon"),
+    ("export cc", "TARGET is 'cc': did you mean c?"),
+    ("epsilon --v-star 1 --law linaer", "law is 'linaer': did you mean linear?"),
+    ("fit examples/none.csv", "the folder that `viscopade --examples-dir` prints has the examples"),
+    ("simulators lamps", "PROGRAM is 'lamps': did you mean lammps?"),
+    ("pade 1/4 5", "the degrees are 1/4 and 5: expected M/N or M N"),
     ("--nonsense", "No such option"),
     (f"fit data.csv --plot x.svg --scene x.svg {BALL}", "--scene, --plot and --empirical name one file twice"),
     ("fit data.csv --gravity 3", "columns speed and epsilon need no flight: expected no gravity"),
@@ -206,6 +219,17 @@ BAD = [
     ("audit mujoco --mass 1", "--mass is given without --speed"),
     ("audit --speed 1", "expected either a simulator, such as mujoco, or --force"),
     ("audit textbook --speed 1", "Textbook has no contact of native parameters here: expected lammps"),
+    ("audit mujoco --speed ''", "--speed is '': expected a speed > 0"),
+    ("audit mujoco --speed 1 --epsilon ''", "--epsilon is '': expected a number > 0 and < 1"),
+    ("audit mujoco --epsilon ''", "--epsilon is '': expected a number from 0.001 to 1"),
+    ("audit mujoco --epsilon 0.5 --time-step ''", "--time-step is '': expected a number of contact times"),
+    ("audit mujoco --speed 1 --time-step ''", "--time-step is '': expected a time > 0"),
+    ("audit --force '1e5*x' --speed 1 --mass ''", "--mass is '': expected a mass > 0"),
+    ("audit --force '1e5*x' --speed 1 --mass 1 --gravity ''", "--gravity is '': expected an accel"),
+    ("audit --force '1e5*x' --speed 1 --mass 1 --radius ''", "--radius is '': expected a length > 0"),
+    ("audit mujoco --speed 1 --mass 2", "--mass has no effect on this contact: expected a command"),
+    ("audit newton --scheme SolverMuJoCo --speed 1 --mass 2", "--mass has no effect on this contact"),
+    ("audit mujoco --speed 1 --all", "--all is given with --speed: expected one of both"),
     ("audit --force '1e5*x' --speed 1", "mass is missing: expected --mass"),
     ("audit --force '1e5*y' --speed 1 --mass 1", "force has 'y': expected numbers, x, v"),
     ("audit --force -x --speed 1 --mass 1", "force does not stop a body of mass 1 at speed 1"),
@@ -216,10 +240,13 @@ BAD = [
     ("audit --contact-time 1", "expected --time-step with it"),
     ("scene none.toml", "No such file"),
     ("scene folder", "Is a directory"),
+    ("scene large.toml", "large.toml: material.glass.young_modulus is or contains"),
+    ("scene title.toml", "title.toml: "),
     ("scene bytes.toml", "not text in UTF-8"),
     ("scene /dev/zero", "the content is too long: expected at most 134217728 bytes"),
     ("scene a\x1b[31m\u202e.toml", r"a\x1b[31m\u202e.toml: the text is not TOML"),
     ("scene small.toml --no-check --cc cc", "expected --cc with the check of code in C"),
+    ("scene small.toml --cc no-such-compiler", "there is no compiler 'no-such-compiler'"),
     ("scene rust.toml --cc cc", "expected --cc with the check of code in C"),
     ("plot -o x.gif", "expected a name that ends in .svg, .png or .pdf"),
     ("plot -o x.svg --data data.csv", "--data needs spheres"),
@@ -253,6 +280,9 @@ def here(tmp_path, monkeypatch):
         "data.csv": "speed (cm/s),epsilon,sigma_epsilon\n" + "".join(f"{v},0.9,0.01\n" for v in range(1, 13)),
         "small.toml": SMALL,
         "rust.toml": SMALL + '[code]\nlanguage = "rust"\n',
+        # TOML has no limit for such integers, Python has one.
+        "large.toml": SMALL.replace('"70 GPa"', f"0x{'f' * 5000}"),
+        "title.toml": f"title = 0x{'f' * 5000}\n[material.glass]",
         "a\x1b[31m\u202e.toml": "x = [",
         **dict.fromkeys(
             ("mine.toml", *(f"folder/{n}" for n in ("small_scene.h", "viscopade_pade.h", "local-exponent.svg"))), "mine"
@@ -318,23 +348,3 @@ def test_every_option_takes_or_refuses_hostile_values():
                     option.type(value, option, context)
                 tried += 1
     assert tried > 2000
-
-
-# --- scenes ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (
-            '"70 GPa"',
-            f"0x{'f' * 5000}",
-            "material.glass.young_modulus is or contains",
-        ),  # TOML has no limit for such integers, Python has one
-        ("[material.glass]", f"title = 0x{'f' * 5000}\n[material.glass]", "small.toml: "),
-    ],
-)
-def test_a_wrong_scene_is_refused(old, new, message, here):
-    assert SMALL.count(old) == 1
-    Path("small.toml").write_text(SMALL.replace(old, new))
-    assert f"small.toml: {message.removeprefix('small.toml: ')}" in refused("scene", "small.toml", "--no-check")

@@ -76,12 +76,6 @@ def test_a_bound_that_fails_gives_exit_status_1(monkeypatch):
     assert result.stdout.split()[-4:] == ["b", "2", "1", "NO"]
 
 
-def test_a_name_that_is_no_case_is_refused():
-    result = called("hardcases", "--only", "nothing")
-    assert (result.returncode, result.stdout) == (2, "")
-    assert result.stderr.startswith("viscopade: there is no hard case 'nothing': expected one of truncated-series, ")
-
-
 @pytest.mark.parametrize(
     ("measured", "part"), [(0.5, 0.25), (2, 1), (3, 1.5), (math.nan, math.inf), (math.inf, math.inf)]
 )
