@@ -85,12 +85,6 @@ def test_the_default_step_of_the_program_is_compared_with_the_contact(words, is_
     ) == is_long
 
 
-def test_the_table_has_a_column_for_each_eps():
-    rows = list(csv.DictReader(io.StringIO(run("mercurydpm", "--format", "csv").output)))
-    assert [*rows[0]] == ["program", "formula", *(f"eps = {e}" for e in ("0.9", "0.75", "0.5", "0.3", "0.1"))]
-    assert rows[0]["eps = 0.1"] == "0.1"
-
-
 def test_seconds_need_a_contact_time():
     words = ("mercurydpm", "--epsilon", "0.5", "--format", "json")
     scaled, seconds = (
@@ -101,15 +95,6 @@ def test_seconds_need_a_contact_time():
         assert one["at_time_step"] == pytest.approx(other["at_time_step"])
         assert one["integrator"].startswith("semi-implicit Euler")
     assert "integrator: semi-implicit Euler" in run(*words[:3], "--time-step", "0.02").output
-
-
-def test_the_largest_time_step_has_the_wanted_error():
-    words = ("mercurydpm", "--epsilon", "0.5", "--format", "json")
-    (row, *_) = json.loads(run(*words, "--step-error", "0.01").output)["rows"]
-    assert row["advice"]["error"] == 0.01
-    (again, *_) = json.loads(run(*words, "--time-step", repr(row["advice"]["largest_step"])).output)["rows"]
-    ends = (again["at_time_step"][name] for name in ("least", "largest"))
-    assert 0.005 < max(abs(end / float(row["delivered"]) - 1) for end in ends) < 0.011
 
 
 def test_formulas_that_do_not_accept_an_eps_are_named():
@@ -134,10 +119,6 @@ def test_a_file_of_a_user_as_json():
     assert found["depth"] == pytest.approx(0.0065, rel=0.01)
     assert found["units"] == {"length": "m", "time": "s"}
     assert found["errors"]["epsilon"] < 1e-3
-    instead = found["instead"]["solref"]
-    again = json.loads(run(*words[:2], f"solref={instead}", *words[3:7], "--format", "json").output)
-    assert again["delivered"] == pytest.approx(0.5, abs=1e-6)
-    assert again["source"].startswith("src/engine/engine_core_constraint.c, MuJoCo")
 
 
 def test_a_body_that_stays_down():
@@ -158,17 +139,14 @@ def test_a_contact_time_without_its_unit_is_noticed():
 
 
 def test_any_force():
-    words = ("--force", "1e5*x + 1e3*max(v, 0)", "--mass", "1", "--speed", "1")
-    assert run(*words).output.startswith("eps = 0.263964 without weight; 0.236172 for a body that falls")
-    found = json.loads(run(*words, "--time-step", "0.1 ms", "--format", "json").output)
-    assert found["simulator"] is None
-    assert (found["delivered"], found["least"], found["largest"]) == pytest.approx((0.2522, 0.2390, 0.2655), abs=2e-4)
-    coarse = json.loads(run(*words, "--time-step", "1 ms", "--format", "json").output)
-    assert (coarse["least"], coarse["largest"]) == pytest.approx((0, 0.3202), abs=2e-4)
-    heavy = json.loads(run(*words, "--time-step", "0.1 ms", "--gravity", "9.81", "--format", "json").output)
+    words = ("--force", "1e5*x + 1e3*max(v, 0)", "--mass", "1", "--speed", "1", "--format", "json")
+    coarse = json.loads(run(*words, "--time-step", "1 ms").output)
+    assert (coarse["simulator"], coarse["least"]) == (None, 0)
+    assert coarse["largest"] == pytest.approx(0.3202, abs=2e-4)
+    heavy = json.loads(run(*words, "--time-step", "0.1 ms", "--gravity", "9.81").output)
     assert (heavy["delivered"], heavy["least"], heavy["largest"]) == pytest.approx((0.2248, 0.2116, 0.2380), abs=1e-3)
-    pulls = ("--force", "1e5*x + 139*v", "--mass", "1", "--speed", "1", "--end")
-    force, back = (json.loads(run(*pulls, end, "--format", "json").output)["delivered"] for end in ("force", "return"))
+    pulls = ("--force", "1e5*x + 139*v", *words[2:], "--end")
+    force, back = (json.loads(run(*pulls, end).output)["delivered"] for end in ("force", "return"))
     assert force > back
 
 
@@ -232,18 +210,3 @@ def test_three_formulas_are_printed_unless_all_are_wanted():
     assert f"--all prints {len(rows) - 3} more" in few
     assert all_.count("delivered:") == len(rows)
     assert "--all" not in all_
-
-
-def test_a_longer_contact_is_suggested():
-    words = ("mercurydpm", "--epsilon", "0.5", "--time-step")
-    rows = json.loads(run(*words, "0.3", "--format", "json").output)["rows"]
-    steps = rows[-1]["resolving_steps"]
-    text = " ".join(run(*words, "3 ms", "--contact-time", "10 ms").output.split())
-    assert f"unless an undamped contact lasts {steps} time steps ({steps * 0.003:.3g} s)." in text
-    for number, resolved in ((steps, True), (steps / 2, False)):
-        (row,) = [
-            row
-            for row in json.loads(run(*words, repr(1 / number), "--format", "json").output)["rows"]
-            if row["formula"] == rows[-1]["formula"]
-        ]
-        assert (row["resolving_steps"] is None) == resolved

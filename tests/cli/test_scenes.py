@@ -63,16 +63,6 @@ def test_folders_of_the_package():
 # --- scenes -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_scene_is_answered_in_words(small):
-    text = printed("scene", small, "--no-check")
-    assert "Two balls" in text
-    assert "ball-ball" in text
-    assert text.startswith("a constant: error of eps at most ")
-    assert "Kernel: a constant (constant)." in text
-    assert "Costs are a count of operations" in text
-    assert "No kernel is cheaper." in text
-
-
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 def test_a_scene_becomes_a_checked_file(small, tmp_path):
     text = said("scene", small, "--out", tmp_path / "new")
@@ -158,30 +148,6 @@ def test_files_say_what_weight_does(tmp_path):
     assert "Warning: unhappy-floor: a body that falls" in scene
     centimetres = printed("simulators", "yade", EXAMPLES / "glass_beads.toml")  # in the units of the scene
     assert "0.029 at 100 and 1 cm/s with g = 981 cm/s^2" in centimetres
-
-
-def test_files_for_a_body_that_falls():
-    """By another route: the parameters of the file, audited with the weight."""
-    text = printed(
-        "simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--contact-time", "31 ms", "--gravity", 9.81
-    )
-    (solref,) = set(re.findall(r'solref="(.*?)"', text))
-    found = json_of(
-        "audit", "mujoco", "--set", f"solref={solref}", "--set", "solimp=0.9 0.9 0.001", "--speed", 1, "--gravity", 9.81
-    )
-    assert found["delivered"] == pytest.approx(0.5, abs=1e-9)
-    # with the time step, too
-    words = ("--epsilon", "0.5", "--speed", "1", "--contact-time", "31 ms", "--gravity", 9.81, "--time-step", "1 ms")
-    (solref,) = set(re.findall(r'solref="(.*?)"', printed("simulators", "mujoco", *words)))
-    words = ("--set", "solimp=0.9 0.9 0.001", "--speed", 1, "--gravity", 9.81, "--time-step", "1 ms")
-    assert json_of("audit", "mujoco", "--set", f"solref={solref}", *words)["delivered"] == pytest.approx(0.5, abs=1e-6)
-    # of a material: the A that delivers eps to the sphere that falls
-    (constant,) = set(re.findall(r"A (\S+) s, beta", printed("simulators", "lammps", *DROPPED, "--gravity", "9.81")))
-    table = json_of(
-        "table", *MATERIAL, "--wall", "--dissipative-constant", constant, "--gravity", 9.81, "--from", 0.1, "--to", 1
-    )
-    assert table["curves"][0]["epsilon"][0] == pytest.approx(0.5, abs=1e-6)
-    assert table["status"] == "sampled"
 
 
 def test_tables_of_bodies_that_fall():
