@@ -119,12 +119,3 @@ def test_a_scene_has_the_fit_back(wall):
 )
 def test_values_are_written_to_the_second_digit_of_their_error(value, error, text):
     assert uncertain(value, error) == text
-
-
-def test_the_published_curves_of_ice_are_no_viscoelastic_data():
-    """The fit 0.32 (v/(cm/s))^-0.234 of Bridges et al. (1984), taken as a curve: it falls faster than the law."""
-    speed = np.geomspace(0.015, 2, 40)
-    found = vp.fit(Points.measured(speed, np.minimum(0.32 * speed**-0.234, 1), sigma_epsilon=0.02))
-    assert found.verdict.word == "does not hold"
-    free = next(fit for fit in found.laws if fit.model.exponent is None)
-    assert free.exponent > 0.22

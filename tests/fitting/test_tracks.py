@@ -10,10 +10,8 @@ from viscopade.arrays import double
 from viscopade.fitting import read
 from viscopade.fitting.bounces import TooFew
 from viscopade.fitting.flight import Flight
-from viscopade.fitting.likelihood import fitted
 from viscopade.fitting.read import Options
 from viscopade.fitting.tracks import of_track
-from viscopade.fitting.verdict import MODELS
 
 DATA = Path(__file__).with_name("data")
 RATE, NOISE, BETA, CONTACTS = 200, 1e-3, 0.2, 5
@@ -69,18 +67,6 @@ def test_intervals_hold_the_true_speeds_and_eps(air, duration, number):
         slack = 3 / np.sqrt(each.size / 2)  # two neighbours share a flight
         assert np.mean(each < 1) == pytest.approx(0.683, abs=0.47 * slack)
         assert np.mean(each < 1.96) == pytest.approx(0.95, abs=0.22 * slack)
-
-
-@pytest.mark.slow
-def test_intervals_of_beta_hold_it():
-    random, flight = np.random.default_rng(5), FLIGHTS["air"]
-    inside = []
-    for _ in range(300):
-        time, height, *_ = track(random, flight)
-        found = fitted(of_track(time, height, labels(time), flight).points.without_scatter(), MODELS[0])
-        truth = BETA * found.middle**0.2
-        inside.append([found.interval(level)[0] < truth < found.interval(level)[1] for level in (0.68, 0.95)])
-    assert np.mean(inside, axis=0) == pytest.approx([0.68, 0.95], abs=0.08)
 
 
 @pytest.mark.parametrize(
@@ -201,21 +187,6 @@ def test_times_that_are_rounded_and_frames_that_are_missing(digits, missing):
     found = read.recording([(f"t (s),y (m)\n{rows}".encode(), "a.csv")])
     assert found.points.speed[:4] == pytest.approx(speed[:4], abs=0.02)
     assert found.points.epsilon[:4] == pytest.approx(epsilon[:4], abs=0.01)
-
-
-@pytest.mark.parametrize(("step", "scale"), [(1, 0.3), (3, 1.0), (6, 1.0), (6, 1000.0)])
-def test_standard_errors_of_eps_at_other_rates_and_scales(step, scale):
-    random, off = np.random.default_rng(8), []
-    for _ in range(30):
-        time, height, speed, epsilon = track(random, FLIGHTS["vacuum"], held=0.3 * random.random())
-        time, height = time[::step], scale * height[::step]
-        found = of_track(time, height, labels(time), Flight())
-        assert found.agrees == (scale == 1)
-        for v, e, error in zip(found.points.speed, found.points.epsilon, found.points.standard_errors, strict=True):
-            off.append((e - epsilon[np.argmin(np.abs(speed - v / scale))]) / error)
-    assert len(off) > 100
-    assert np.std(off) == pytest.approx(1, abs=0.25)
-    assert np.mean(off) == pytest.approx(0, abs=0.25)
 
 
 @pytest.mark.parametrize("rate", [30, 240])
