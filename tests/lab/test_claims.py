@@ -23,6 +23,7 @@ from viscopade import progress
 from viscopade.arithmetic.decimals import at_most
 from viscopade.collision import exact
 from viscopade.theory import pade as theory_pade
+from viscopade.theory import paper
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
 from viscopade_lab import singularity
@@ -441,79 +442,37 @@ def checked(name: str) -> str:
     return next(claim for claim in CLAIMS if claim.name == name).check().verdict
 
 
-def wrong_table(patch):
-    altered = {**TABLE, (3, 6): (TABLE[3, 6][0], ("1.", "1.07233", *TABLE[3, 6][1][2:]))}
-    patch.setattr("viscopade.theory.paper.TABLE", altered)
-    patch.setattr("viscopade_lab.claims.series.TABLE", altered)
+def errors_of(size):
+    """Return all errors of approximants as of this size."""
+    return lambda m, n: approximants.ApproximantErrors(*3 * [np.full_like(approximants.curve().v_star, size)])
 
 
-def no_errors(patch):
-    def errors(m, n):
-        zero = np.zeros_like(approximants.curve().v_star)
-        return approximants.ApproximantErrors(zero, zero, zero)
-
-    for module in (pade, physics):
-        patch.setattr(module, "errors", errors)
-    pade.accuracy_table.cache_clear()
+WRONG = {**TABLE, (3, 6): (TABLE[3, 6][0], ("1.", "1.07233", *TABLE[3, 6][1][2:]))}
 
 
-def large_errors(patch):
-    def errors(m, n):
-        one = np.ones_like(approximants.curve().v_star)
-        return approximants.ApproximantErrors(one, one, one)
-
-    for module in (pade, physics):
-        patch.setattr(module, "errors", errors)
+def shifted(pair, speed):
+    """Return a collision whose speed depends on the pair."""
+    return motion.collide(pair, speed * (1 + pair.rho % 1e-3))
 
 
-def another_pole(patch):
-    true = approximants.approximant
-    patch.setattr(pade, "approximant", lambda m, n: true(4, 7))
-
-
-def larger_radius(patch):
-    numbers = {**of_series.radius_numbers(), "radius": 10.0}
-    for module in (of_series, physics):
-        patch.setattr(module, "radius_numbers", lambda: numbers)
-
-
-def other_beta(patch):
-    patch.setattr(physics, "BETA_ICE", 0.2)
-    patch.setattr(physics, "BETA_ICE_CGS", "1.306")
-
-
-def true_exponent(patch):
-    patch.setattr(asymptotics, "PRINTED_EXPONENT", -3.33)
-
-
-def no_poles(patch):
-    patch.setattr(pade, "family", lambda: {m: approximants.approximant(m, m + 3) for m in (1, 3)})
-
-
-def closer(patch):
-    patch.setattr(pade, "enclosed_error", lambda m, v: arb("0.01"))
-
-
-def farther(patch):
-    patch.setattr(pade, "proven_error", lambda m, up_to: 0.1)
-
-
-def true_older(patch):
-    patch.setattr(of_series, "OLDER", ("1.15344", "0.79826", "0.522882", "0.348742"))
-
-
-def wrong_scale(patch):
-    patch.setattr(physics, "_TIME", (Fraction(-2, 5), Fraction(-1, 4), Fraction(0)))
-
-
-def other_motion(patch):
-    true = motion.collide
-    patch.setattr(physics, "collide", lambda pair, speed: true(pair, speed * (1 + pair.rho % 1e-3)))
-    physics._motion.cache_clear()
-
-
-def no_tail(patch):
-    patch.setattr(physics, "_tails", lambda: {v: motion.Tail(float(truth(v)), 0.0) for v in physics.UNIVERSAL_AT})
+# What each change replaces: a module, a name in it, and another value.
+wrong_table = [(paper, "TABLE", WRONG), (of_series, "TABLE", WRONG)]
+no_errors = [(module, "errors", errors_of(0.0)) for module in (pade, physics)]
+large_errors = [(module, "errors", errors_of(1.0)) for module in (pade, physics)]
+another_pole = [(pade, "approximant", lambda m, n: approximants.approximant(4, 7))]
+larger_radius = [
+    (module, "radius_numbers", lambda numbers=of_series.radius_numbers: {**numbers(), "radius": 10.0})
+    for module in (of_series, physics)
+]
+other_beta = [(physics, "BETA_ICE", 0.2), (physics, "BETA_ICE_CGS", "1.306")]
+true_exponent = [(asymptotics, "PRINTED_EXPONENT", -3.33)]
+no_poles = [(pade, "family", lambda: {m: approximants.approximant(m, m + 3) for m in (1, 3)})]
+closer = [(pade, "enclosed_error", lambda m, v: arb("0.01"))]
+farther = [(pade, "proven_error", lambda m, up_to: 0.1)]
+true_older = [(of_series, "OLDER", ("1.15344", "0.79826", "0.522882", "0.348742"))]
+wrong_scale = [(physics, "_TIME", (Fraction(-2, 5), Fraction(-1, 4), Fraction(0)))]
+other_motion = [(physics, "collide", shifted)]
+no_tail = [(physics, "_tails", lambda: {v: motion.Tail(float(truth(v)), 0.0) for v in physics.UNIVERSAL_AT})]
 
 
 @pytest.mark.parametrize(
@@ -554,13 +513,18 @@ def no_tail(patch):
     ],
 )
 def test_another_number_gives_another_verdict(monkeypatch, change, name, instead):
-    change(monkeypatch)
+    def forget():
+        physics._motion.cache_clear()
+        pade.accuracy_table.cache_clear()
+
+    forget()
     try:
+        for replaced in change:
+            monkeypatch.setattr(*replaced)
         assert checked(name) == instead
     finally:
         monkeypatch.undo()
-        physics._motion.cache_clear()
-        pade.accuracy_table.cache_clear()
+        forget()
 
 
 def test_an_eps_far_from_its_proven_limit_is_an_error(monkeypatch):

@@ -13,7 +13,6 @@ from flint import acb, acb_poly, arb
 from mpmath import mp
 
 from viscopade.arithmetic.balls import working
-from viscopade.collision import exact
 from viscopade.theory.pade import pade
 from viscopade.theory.series import series
 from viscopade_lab import convergence, singularity
@@ -78,16 +77,10 @@ def continued(v: complex) -> tuple[complex, float]:
 # --- what it says is true ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("v_star", [0.01, 0.125, 0.24])
-def test_on_the_real_axis_it_is_the_coefficient_of_restitution(centre, v_star):
-    value, error = epsilon(centre[1], v_star)
-    assert abs(value - float(exact.epsilon(v_star, 20))) < error < 1e-4
-
-
-@pytest.mark.parametrize("v_star", [0.2 + 0.1j, 0.03 + 0.2j, 0.25j, -0.1 + 0.05j, -0.24 + 0j])
+@pytest.mark.parametrize("v_star", [0.01 + 0j, 0.24 + 0j, 0.2 + 0.1j, 0.03 + 0.2j, 0.25j, -0.1 + 0.05j, -0.24 + 0j])
 def test_near_zero_it_is_the_sum_of_the_series(centre, v_star):
     value, error = epsilon(centre[v_star.real >= 0], v_star)
-    assert abs(value - np.polyval(series(40, 20).floats()[::-1], v_star)) < error
+    assert abs(value - np.polyval(series(40, 20).floats()[::-1], v_star)) < error < 1e-4
 
 
 @pytest.mark.parametrize(("angle", "level"), [(0.6, 5), (0.97, 4)])
@@ -101,19 +94,11 @@ def test_far_out_it_is_the_series_continued(angle, level):
     assert abs(known) < panel.bound
 
 
-def test_near_the_singularity_it_is_the_series_continued(hardest):
-    """Padé approximants see the logarithmic singularity as poles, and have two digits here."""
-    value, error = epsilon(hardest, hardest.square.centre)
-    known, uncertain = continued(hardest.square.centre)
-    assert abs(value - known) < 0.01 * abs(known)
-    assert error + uncertain < 0.002 * abs(known)
-    assert hardest.square.farthest() >= convergence.RADIUS**2
-
-
 def test_scipy_integration_in_complex_time(hardest):
     """x'' + x^(3/2) + v*^2 x' sqrt(x) = 0 along the panel's path; with y = sqrt(x), d tau = 2 y ds."""
     from scipy.integrate import solve_ivp
 
+    assert hardest.square.farthest() >= convergence.RADIUS**2
     v_star, (value, error) = hardest.square.centre, epsilon(hardest, hardest.square.centre)
     state = np.array([0j, 1])
     corners = [0j, *(complex(float(t.real.mid()), float(t.imag.mid())) for t in (hardest.turning(0), hardest.end(0)))]
