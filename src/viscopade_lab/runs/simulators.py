@@ -28,8 +28,8 @@ import viscopade_lab
 from viscopade import Pair, Sphere
 from viscopade.arrays.checked import FloatArray
 from viscopade.extras import install_command
-from viscopade.simulators.setup import of_pair
 from viscopade.simulators.input_file import render
+from viscopade.simulators.setup import of_pair
 from viscopade_lab.runs import cases as audit
 from viscopade_lab.runs.cases import AuditCase, Measurement, cases, cases_instead
 
