@@ -65,9 +65,6 @@ def test_hierarchy_sums_up_to_the_equation():
         assert sp.expand(residual.coeff(K, n) - of_order_n) == 0
 
 
-# --- the end of contact ---------------------------------------------------------------------------------------
-
-
 # --- h_k in the lambdas ---------------------------------------------------------------------------------------
 
 
