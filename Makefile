@@ -54,7 +54,7 @@ hardcases: $(NATIVE)
 bench: $(NATIVE)
 	$(BIN)/viscopade bench --headers exports
 
-# Two spheres in the simulators that are installed, against what the audit predicts; the others are named.
+# Collisions in the simulators that are installed, against what the audit predicts; the others are named.
 simulators: $(NATIVE)
 	$(BIN)/python -m viscopade_lab.runs.simulators
 

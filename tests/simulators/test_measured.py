@@ -1,20 +1,36 @@
-"""Collisions in real simulators against the map of their time steps: those stored, and a few run anew."""
+"""Collisions in real programs: what is stored, against the map of their time steps; and a few run anew."""
 
 import math
-import statistics
 from dataclasses import replace
 
 import pytest
 
 from tests import daily
 from tests.simulators.two_balls import need
-from viscopade.simulators import simulator_of
-from viscopade.simulators.audit import audited
-from viscopade_lab.runs import cases, simulators
-from viscopade_lab.runs.cases import csv_text, measurements
-from viscopade_lab.runs.simulators import FREQUENCY, SIMULATORS, mujoco_rebound, mujoco_solref
+from viscopade_lab.runs import simulators
+from viscopade_lab.runs.simulators import (
+    EARTH,
+    FLAT,
+    FREQUENCY,
+    PROGRAMS,
+    REQUESTED,
+    WANTED,
+    Deck,
+    Fall,
+    Measurement,
+    csv_text,
+    falls,
+    measurements,
+    mujoco_epsilons,
+)
 
-WANTED = "0.5"
+
+@pytest.mark.parametrize(("kind", "read"), [(Fall, falls), (Measurement, measurements)])
+def test_the_file_is_what_is_read(kind, read):
+    assert csv_text(read()) == simulators.path(kind).read_text(encoding="utf-8")
+
+
+# --- the audit --------------------------------------------------------------------------------------------------------
 
 
 def test_stored_collisions_are_what_the_map_predicts():
@@ -30,78 +46,133 @@ def test_stored_collisions_are_what_the_map_predicts():
 def test_programs_that_are_asked_for_the_number_instead_deliver_what_is_wanted():
     found = {}
     for each in measurements():
-        if each.asked not in cases.ASKED:
+        if each.asked not in REQUESTED:
             found.setdefault((each.program, each.formula, each.time_step), []).append(each.epsilon)
     assert {program for program, _, _ in found} >= {"lammps", "liggghts"}
     for values in found.values():
-        assert sum(values) / len(values) == pytest.approx(float(cases.WANTED), abs=1e-3)
+        assert sum(values) / len(values) == pytest.approx(float(WANTED), abs=1e-3)
 
 
-def test_the_file_is_what_is_read():
-    text = cases.pkgutil.get_data("viscopade_lab", cases.DATA).decode()
-    assert csv_text(measurements()) == text
-
-
-def some(name, *time_steps):
-    found = (case for case in cases.cases(name, SIMULATORS[name].newer) if case.asked == WANTED)
-    return [case for case in found if case.formula.scheme is None or case.time_step in time_steps]
-
-
-@pytest.mark.parametrize("name", SIMULATORS)
-def test_simulators_do_what_is_predicted(name):
+@pytest.mark.parametrize("name", [name for name, program in PROGRAMS.items() if program.written])
+def test_programs_do_what_is_predicted(name):
     need(name)
-    chosen = some(name, 0.1, 0.02) if name == "mujoco" else some(name, 0.02)
+    steps = (0.1, 0.02) if name == "mujoco" else (0.02,)
+    chosen = [
+        case
+        for case in simulators.cases(name)
+        if case.asked == WANTED and (case.formula.scheme is None or case.time_step in steps)
+    ]
     chosen = [daily.chosen(chosen)] if name == "liggghts" else chosen  # a process each
-    for found in simulators.measurements(name, chosen):
-        assert found.epsilon == pytest.approx(found.predicted, abs=1e-6 if name == "mujoco" else 1e-10)
+    for found in simulators.measured(chosen):
+        assert found.epsilon == pytest.approx(found.predicted, abs=1e-10)
 
 
-def test_simulators_that_are_not_there_keep_what_is_stored(monkeypatch, capsys):
+def test_mujoco_delivers_the_number_instead():
+    """On average over where in a step of a fiftieth of the contact time the contact begins."""
+    need("mujoco")
+    instead = [case for case in simulators.cases("mujoco") if case.asked not in REQUESTED and case.time_step == 0.02]
+    assert len(instead) == 3
+    for case in instead:
+        before = simulators.case("mujoco", case.formula, WANTED, case.time_step, case.deck.phases)
+        means = [sum(mujoco_epsilons(each.deck)) / each.deck.phases for each in (case, before)]
+        assert means[0] == pytest.approx(0.5, abs=1e-3)
+        assert abs(means[1] - 0.5) > 0.01
+
+
+def test_programs_that_are_not_there_keep_what_is_stored(monkeypatch, capsys):
     def gone():
         raise RuntimeError("not there")
 
-    monkeypatch.setattr(simulators, "SIMULATORS", {"lammps": replace(SIMULATORS["lammps"], version=gone)})
-    assert sorted(csv_text(simulators.all_measurements())) == sorted(csv_text(measurements()))
+    before = simulators.path(Measurement).read_text("utf-8")
+    monkeypatch.setattr(simulators, "PROGRAMS", {"lammps": replace(PROGRAMS["lammps"], version=gone)})
+    assert [*simulators.run_audit(["lammps"])] == []
     assert "lammps is not run: not there" in capsys.readouterr().err
+    simulators.main.callback((), False, True)
+    assert simulators.path(Measurement).read_text("utf-8") == before
+
+
+# --- falls ------------------------------------------------------------------------------------------------------------
+
+
+def test_every_fall_is_stored():
+    for program, of in PROGRAMS.items():
+        stored = [each for each in falls() if each.program == program]
+        names = ("scheme", "parameters", "mass", "speed", "gravity", "time_step", "phases")
+        assert [[getattr(each, name) for name in names] for each in stored] == [
+            [getattr(each, name) for name in names] for each in (of.falls() if of.falls else ())
+        ]
+        assert len({each.version for each in stored}) == bool(of.falls)
+    assert all(0 <= each.least <= each.mean <= each.largest for each in falls())
+    assert {each.scheme for each in falls() if each.largest > 1} == {"Forward_Euler", "Taylor_Scheme"}
+
+
+SOFT = f"solref={simulators._SOFT[0]}; solimp={FLAT}; condim=1"
+DEFAULT = f"solref=-2500 -100; solimp={simulators._DEFAULT}; condim=1"
+
+
+@pytest.mark.parametrize(
+    ("program", "parameters", "speed", "gravity", "time_step", "epsilon", "within"),
+    [
+        ("mujoco", SOFT, 1.0, 0.0, 1.55e-5, 0.5, 1e-4),
+        ("mujoco", SOFT, 1.0, EARTH, 1.55e-5, 0.4482, 1e-4),
+        ("mujoco", SOFT, 0.3, EARTH, 1.55e-5, 0.4075, 1e-4),
+        ("mujoco", SOFT, 0.1, EARTH, 1.55e-5, 0.3399, 1e-4),
+        ("mujoco", DEFAULT, 1.0, 0.0, 0.003, 0.1222, 1e-4),
+        ("mujoco", DEFAULT, 1.0, EARTH, 0.003, 0.0, 0.0),
+        ("newton", "ke=1e5; kd=1e3", 1.0, 0.0, 1e-4, 0.2522, 1e-4),
+        ("newton", "ke=1e5; kd=1e3", 1.0, EARTH, 1e-4, 0.2242, 1e-4),
+        ("newton", "ke=1e5; kd=378", 1.0, 0.0, 1e-4, 0.4927, 1e-4),
+        ("yade", "tc=0.01; en=0.5", 1.0, 0.0, 1e-5, 0.6459, 1e-4),  # at a wall half of the mass counts
+    ],
+)
+def test_what_users_get(program, parameters, speed, gravity, time_step, epsilon, within):
+    """The numbers that the documentation names."""
+    words = (program, parameters, speed, gravity, time_step)
+    found = [
+        each
+        for each in falls()
+        if (each.program, each.parameters, each.speed, each.gravity, each.time_step) == words and each.scheme != "RK4"
+    ]
+    assert found
+    assert [each.mean for each in found] == pytest.approx([epsilon] * len(found), abs=within)
+
+
+@pytest.mark.parametrize(
+    ("program", "which"), [("mujoco", 36), ("mujoco", 41), ("lammps", 0), ("lammps", 19), ("liggghts", 4)]
+)
+def test_programs_do_it_again(program, which):
+    need(program)
+    stored = [each for each in falls() if each.program == program][which]
+    if PROGRAMS[program].version() != stored.version:
+        pytest.skip(f"{program} has another version than the measured one")
+    again = simulators.fall([*PROGRAMS[program].falls()][which], stored.version)
+    assert (again.mean, again.least, again.largest) == pytest.approx(
+        (stored.mean, stored.least, stored.largest), abs=1e-8
+    )
 
 
 # --- MuJoCo -----------------------------------------------------------------------------------------------------------
 
 
-def test_the_number_instead_delivers():
-    """On average over where in a step of a fiftieth of the contact time the contact begins."""
+def rebound(step, solref=f"{-(FREQUENCY**2)} {-0.43 * FREQUENCY}", scheme="Euler", speed=1.0, condim=1, solimp=FLAT):
+    """Return eps in MuJoCo of a ball whose contact begins in the middle of a step."""
     need("mujoco")
-    for case in some("mujoco", 0.02):
-        number = audited(simulator_of("mujoco"), case.formula, WANTED, case.time_step).instead
-        mean, before = (
-            statistics.fmean(
-                SIMULATORS["mujoco"].epsilons(
-                    [replace(case, phase=(i + 0.5) / 8, parameter=parameter) for i in range(8)]
-                )
-            )
-            for parameter in (number, case.parameter)
-        )
-        assert mean == pytest.approx(0.5, abs=1e-3)
-        assert abs(before - 0.5) > 0.01
+    parameters = f"solref={solref}; solimp={solimp}; condim={condim}"
+    (epsilon,) = mujoco_epsilons(Deck("mujoco", scheme, parameters, 3.0, speed, 0.0, step, math.pi / FREQUENCY, 1))
+    return epsilon
 
 
-SOLREF = mujoco_solref("solref = -stiffness -damping", 0.43)
-
-
-@pytest.mark.parametrize("integrator", ["implicit", "implicitfast"])
-def test_implicit_integrators_are_euler_in_contact(integrator):
-    need("mujoco")
-    assert mujoco_rebound(SOLREF, 1e-3, integrator=integrator) == pytest.approx(mujoco_rebound(SOLREF, 1e-3), abs=1e-12)
+@pytest.mark.parametrize("scheme", ["implicit", "implicitfast"])
+def test_implicit_integrators_are_euler_in_contact(scheme):
+    assert rebound(1e-3, scheme=scheme) == pytest.approx(rebound(1e-3), abs=1e-12)
 
 
 def test_the_default_solimp_changes_little():
     """Largest where the penetration is about the width of the impedance, 1 mm; 10 mm is the first here."""
-    need("mujoco")
     step = math.pi / FREQUENCY / 500
-    flat = mujoco_rebound(SOLREF, step)
+    flat = rebound(step)
     changes = [
-        abs(mujoco_rebound(SOLREF, step, speed=speed, solimp="0.9 0.95 0.001 0.5 2") - flat)
-        for speed in (1, 0.3, 0.1, 0.01, 0.001)
+        abs(rebound(step, speed=speed, solimp="0.9 0.95 0.001 0.5 2") - flat) for speed in (1, 0.3, 0.1, 0.01, 0.001)
     ]
     assert 2e-3 < max(changes) < 5e-3
     assert max(changes[0], changes[-1]) < 1e-3
@@ -109,12 +180,9 @@ def test_the_default_solimp_changes_little():
 
 @pytest.mark.parametrize(("condim", "changed"), [(3, False), (4, True), (6, True)])
 def test_pyramids_with_torsion_have_another_eps(condim, changed):
-    need("mujoco")
-    difference = mujoco_rebound(SOLREF, 1e-4) - mujoco_rebound(SOLREF, 1e-4, condim=condim)
-    assert (difference > 1e-3) == changed
+    assert (rebound(1e-4) - rebound(1e-4, condim=condim) > 1e-3) == changed
 
 
 def test_the_time_constant_is_two_steps_at_least():
-    need("mujoco")
-    clipped, honest = (mujoco_rebound(f"{timeconst} 0.3", 0.01) for timeconst in (0.001, 0.02))
+    clipped, honest = (rebound(0.01, f"{timeconst} 0.3") for timeconst in (0.001, 0.02))
     assert clipped == pytest.approx(honest, abs=1e-12)

@@ -15,7 +15,7 @@ from viscopade.simulators.formula import force_end_kappa, tsuji_kappa
 from viscopade.simulators.native import Impact, Native, Parameter, delivery
 from viscopade.simulators.typed_force import force
 from viscopade.simulators.typed_force import native as typed
-from viscopade_lab.runs import decks
+from viscopade_lab.runs.simulators import RADIUS, Deck, falls, mujoco_epsilons
 
 EARTH = 9.81
 KRATOS = {"law": "DEM_D_Linear_viscous_Coulomb", "YOUNG_MODULUS": "1e5", "POISSON_RATIO": "0"}
@@ -53,7 +53,7 @@ def test_mujoco_in_time_steps(settings, step, gravity, measured):
 
 
 @dataclass(frozen=True)
-class AtPhases(decks.Deck):
+class AtPhases(Deck):
     """A deck with phases of one's choice, without gravity."""
 
     parts: tuple[float, ...] = ()
@@ -69,7 +69,7 @@ def test_the_range_over_all_phases_is_that_of_mujoco_itself(step):
     pytest.importorskip("mujoco")
     found = delivered("mujoco", {"solref": "0.02 1"}, step=step).collision
     text, parts = "solref=0.02 1; solimp=0.9 0.95 0.001 0.5 2; condim=3", np.linspace(1e-9, 1 - 1e-9, 201)
-    epsilon = [*decks.mujoco_epsilons(AtPhases("mujoco", "Euler", text, 3.0, 1.0, 0.0, step, 0.06, 0, tuple(parts)))]
+    epsilon = [*mujoco_epsilons(AtPhases("mujoco", "Euler", text, 3.0, 1.0, 0.0, step, 0.06, 0, tuple(parts)))]
     assert (found.least, found.largest) == pytest.approx((min(epsilon), max(epsilon)), abs=3e-5)
     assert found.least < min(epsilon) + 1e-7
     assert found.largest > max(epsilon) - 1e-7
@@ -241,7 +241,7 @@ SCHEMES = {"continuous": "RungeKuttaMerson", "velocity Verlet": "verlet", "leapf
 AGREE = {("newton", "SolverSemiImplicit"): 1e-3, ("newton", "SolverXPBD"): 3e-4}  # in single precision
 AGREE |= {("kratos", scheme): 3e-5 for scheme in simulator_of("kratos").native.schemes}  # its damping is good to 1e-4
 RADII = {"kratos": 0.25, "simbody": None}  # effective ones
-FALLS = decks.falls()
+FALLS = falls()
 WHICH = sorted({(fall.program, fall.scheme) for fall in FALLS})
 
 
@@ -255,7 +255,7 @@ def quick(i, fall):
 def of_file(fall):
     """Return the parameters of a fall as a user's file has them, and the effective radius."""
     named = {**fall.named}
-    radius = float(named.pop("radius", 0)) or RADII.get(fall.program, decks.RADIUS)
+    radius = float(named.pop("radius", 0)) or RADII.get(fall.program, RADIUS)
     named.pop("use_mujoco_contacts", None)
     for name in [name.removesuffix("_A") for name in named if name.endswith("_A")]:
         own = NAMES.get(name, name) if fall.program == "drake" else name

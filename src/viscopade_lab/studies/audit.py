@@ -20,8 +20,7 @@ from viscopade.simulators.audit import ASKED, Audit, advised, audited
 from viscopade.simulators.formula import DampingFormula, stepped_collision, wanted_kappa
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law, law_of
-from viscopade_lab.runs import cases
-from viscopade_lab.runs.cases import Measurement, finest, measurements
+from viscopade_lab.runs.simulators import REQUESTED, Measurement, finest, measurements
 from viscopade_lab.studies.laws import markdown
 
 CHOSEN = "0.5"
@@ -110,7 +109,7 @@ def instead_table() -> str:
     """Return the table of the eps measured when programs were asked for the value that gives `WANTED`."""
     groups: dict[tuple[str, float], dict[tuple[str, str], list[float]]] = {}
     for each in measurements():
-        if each.asked not in cases.ASKED:
+        if each.asked not in REQUESTED:
             formulas = groups.setdefault((each.program, each.time_step), {})
             formulas.setdefault((each.formula, each.asked), []).append(each.epsilon)
     head = ["program", "$t$", "formulas", "collisions", "mean", "single collisions"]
@@ -201,7 +200,7 @@ def range_of_runs() -> str:
     """Return the sentence on the collisions that were run."""
     found = measurements()
     least, largest = (f"{bound(each.time_step for each in found):g}" for bound in (min, max))
-    asked = f"$\\varepsilon$ = {', '.join(cases.ASKED)} asked for, or the value to set instead"
+    asked = f"$\\varepsilon$ = {', '.join(REQUESTED)} asked for, or the value to set instead"
     return f"{len(found)} collisions were run, with {asked}, and time steps from {least} to {largest} contact times."
 
 
