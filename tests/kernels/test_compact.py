@@ -151,7 +151,8 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(place):
         alone = [(y**3, {name: relative_error(name)(on((y, y))) for name in compact.MEANINGS}) for y in parts]
     for function, sizes in compact.compact_rounding(powers, proven.a, proven.b, place).items():
         common = [found for v, found in alone if compact.COMMON[0] <= v <= compact.COMMON[1]]
-        for size, among in zip(sizes, ([found for _, found in alone], common), strict=True):
+        assert len(sizes) == 1 + (place.form == FLOAT)
+        for size, among in zip(sizes, ([found for _, found in alone], common), strict=False):
             assert 0.85 * float(size) < max(float(found[function]) for found in among) <= float(size)
 
 

@@ -336,8 +336,8 @@ def _compact_bounds(form: Powers, a: Values, b: Values, error: Fraction, machine
         yield ErrorBound("dissipation", low, high, "value", of_loss, of_rounding, arithmetic=machine)
 
 
-def compact_rounding(form: Powers, a: Values, b: Values, machine: Arithmetic) -> dict[str, tuple[Fraction, Fraction]]:
-    """Bound each function's rounding error, relative to the formula's value, for all w and for v* in `COMMON`.
+def compact_rounding(form: Powers, a: Values, b: Values, machine: Arithmetic) -> dict[str, tuple[Fraction, ...]]:
+    """Bound each function's rounding error, relative to the formula's value, for all w; in float for `COMMON`, too.
 
     All w are those up to the cut-off where beta^2, beta^4, beta^5 and w as computed are normal. The bound of rebound
     holds where it is a normal number.
@@ -354,10 +354,11 @@ def compact_rounding(form: Powers, a: Values, b: Values, machine: Arithmetic) ->
         exact = {"speed": Rounded(arb(1), machine.form)}
         numbers, of_y = constants(form, a, b), partial(_error_of_y, machine)
         on = on_parts(body(form), [*MEANINGS], "y", numbers, machine, lambda _: exact, of_y)
-        ranges = [tuple(_parts(machine.form, *ends)) for ends in (_ends(machine.form), _COMMON_Y)]
+        ranges = [_ends(machine.form), *([_COMMON_Y] if machine.form == FLOAT else [])]
+        parts = [tuple(_parts(machine.form, *ends)) for ends in ranges]
         return {
-            name: (rounded_up(largest(on, ranges[0], of), DIGITS), rounded_up(largest(on, ranges[1], of), DIGITS))
-            for name, of in ((name, relative_error(name)) for name in MEANINGS)
+            name: tuple(rounded_up(largest(on, each, relative_error(name)), DIGITS) for each in parts)
+            for name in MEANINGS
         }
 
 
