@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mpmath import mp
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
-from scipy.special import beta as euler_beta
 from scipy.special import lambertw
 
 from viscopade.collision import exact
@@ -118,41 +116,11 @@ def test_the_true_error_is_within_the_estimate(seed):
 
 
 @pytest.mark.parametrize("law", NAMED[:8], ids=identity)
-def test_with_a_load_two_routes_agree(law):
-    for kappa, load in ((0.05, 0.3), (0.4, 0.1), (0.4, -0.2), (1.2, 0.03)):
+def test_the_true_error_with_a_load_is_within_the_estimate(law):
+    for kappa, load in ((0.001, 1e-4), (0.02, 0.01), (0.05, 0.3), (0.4, 0.1), (0.4, -0.2), (1.2, 0.03)):
         contact = Contact.of_law(law, kappa, load)
-        assert contact.collide().epsilon == pytest.approx(second_route(contact), abs=1e-8)
-
-
-def linear_with_a_load(kappa, load, end):
-    """Return eps of x'' + kappa x' + x = G by its solution in closed form; after the end "force" the flight is free."""
-    with mp.workdps(30):
-        k, g = mp.mpf(kappa), mp.mpf(load)
-        w = mp.sqrt(1 - k * k / 4)
-
-        def x(t):
-            return g + mp.exp(-k * t / 2) * (-g * mp.cos(w * t) + (1 - k * g / 2) / w * mp.sin(w * t))
-
-        def v(t):
-            return mp.exp(-k * t / 2) * (mp.cos(w * t) + (g * w - k / 2 * (1 - k * g / 2) / w) * mp.sin(w * t))
-
-        over = (lambda t: x(t) + k * v(t)) if end == "force" else x
-        t = mp.mpf("0.5")  # until contact ends
-        while over(t) > 0:
-            t += mp.mpf("0.1")
-        t = mp.findroot(over, (t - mp.mpf("0.1"), t), solver="anderson", tol=1e-50)
-        return float(mp.sqrt(v(t) ** 2 - 2 * g * x(t)))
-
-
-@pytest.mark.parametrize("end", ["force", "return"])
-def test_the_true_error_with_a_load_is_within_the_estimate(end):
-    numbers = random.Random(end)
-    for _ in range(20):
-        kappa, load = 10 ** numbers.uniform(-3, -0.3), 10 ** numbers.uniform(-4, -1)
-        found = Contact.of_law(law_of("linear", end), kappa, load).collide()
-        true = linear_with_a_load(kappa, load, end)
-        assert abs(found.epsilon - true) < 100 * found.errors["epsilon"] + 1e-12
-        assert abs(found.epsilon - true) < 1e-11
+        found, theirs = contact.collide(), second_route(contact)
+        assert abs(found.epsilon - theirs) < min(100 * found.errors["epsilon"] + 1e-12, 1e-11)
 
 
 def test_a_force_that_acts_again_before_the_bodies_part():
@@ -314,25 +282,6 @@ def test_small_kappa_with_a_load(law):
         expected = loss(law, load)
         found = 1 - Contact.of_law(law, 1e-8, load).collide().epsilon
         assert found == pytest.approx(1e-8 * expected, rel=2e-5)
-    a, b = float(law.elastic), float(law.damping)
-    slope = 2 / (a + 1) * ((a + 1) / 2) ** ((b + 2) / (a + 1)) * euler_beta((b + 2) / (a + 1), 0.5)
-    assert (loss(law, 1e-4) - loss(law, -1e-4)) / 2e-4 == pytest.approx(slope, rel=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("name", "end", "expected"),
-    [
-        ("linear", "force", (0.492, 0.476, 0.411)),
-        ("linear", "return", (0.494, 0.480, 0.427)),
-        ("viscoelastic", "force", (0.490, 0.468, 0.380)),
-        ("hunt-crossley", "force", (0.489, 0.465, 0.365)),
-    ],
-)
-def test_weight_lowers_an_eps_of_one_half(name, end, expected):
-    law = law_of(name, end)
-    kappa = kappa_of(law, "0.5")
-    found = [Contact.of_law(law, kappa, load).collide().epsilon for load in (0.01, 0.03, 0.1)]
-    assert found == pytest.approx(expected, abs=6e-4)
 
 
 @pytest.mark.parametrize(("epsilon", "least"), [("0.9", 1.24), ("0.7", 0.50), ("0.5", 0.25)])
@@ -370,20 +319,6 @@ def test_heavy_bodies_and_strong_damping(name, end):
         pulled = Contact.of_law(law_of(name, end), kappa, -1e3).collide()
         assert pulled.parts
         assert pulled.epsilon == pytest.approx(1, abs=1e-2 * kappa)
-
-
-def falling(stiffness, speed, end="return"):
-    """A body of 10.9 kg that falls on a linear contact with e = 0.5 for the end x = 0."""
-    zeta = math.log(2) / math.hypot(math.pi, math.log(2))
-    c = 2 * zeta * math.sqrt(stiffness * 10.9)
-    contact = Contact(lambda x, v: stiffness * x + c * v, mass=10.9, load=10.9 * 9.81, end=end)
-    return contact.collide(speed)
-
-
-def test_a_dropped_body():
-    found = [falling(k, v).epsilon for k in (5e4, 5e5, 5e6) for v in (2.8, 0.2)]
-    assert found == pytest.approx([0.4644, 0, 0.4892, 0.2923, 0.4966, 0.4488], abs=1e-4)
-    assert not falling(5e4, 0.2).parts
 
 
 def test_units_change_nothing():
@@ -503,19 +438,6 @@ def test_free_flight_changes_no_eps():
         assert max(found.largest - 1, 1 - found.least) < 5e-5
 
 
-def test_a_lagged_linear_dashpot_is_a_recurrence_with_two_roots():
-    """The map of a linear contact that never ends has the trace 2 - h (h + kappa) and the determinant 1 - kappa h."""
-    h, kappa = 0.01, 0.3
-    matrix = np.array([[1, h], [-h, 1 - h * (h + kappa)]])
-    x, v = h / 2, 1 - h * (h / 2 + kappa)
-    while x > 0:
-        x, v = matrix @ (x, v)
-    v += h * min(x, 0) + h * kappa * (v + h * min(x, 0)) / (1 - h * kappa)  # the last kick is none
-    assert np.linalg.det(matrix) == pytest.approx(1 - kappa * h)
-    found = Contact.of_law(law_of("linear", "return"), kappa).collide(step=h, phases=[0.5])
-    assert found.epsilon == pytest.approx(-v, rel=1e-3)
-
-
 def test_implicit_steps_are_solved():
     """A step of a Hunt-Crossley contact is a quadratic equation for the velocity after it."""
     x, v, h, kappa = np.array([0.4]), np.array([0.7]), np.array([0.5]), 1.4
@@ -524,14 +446,6 @@ def test_implicit_steps_are_solved():
     assert newest == pytest.approx((w - v) / h, abs=1e-13)
     roots = np.roots([h[0] ** 2 * kappa, 1 + h[0] * (h[0] + kappa * x[0]), h[0] * x[0] - v[0]])
     assert w[0] == pytest.approx(max(roots), abs=1e-14)
-
-
-def test_implicit_steps_damp_by_themselves():
-    """Each turns (x, v) by atan h and shortens it by sqrt(1 + h^2), if there is no dashpot."""
-    h = 0.01 * math.pi
-    expected = (1 + h * h) ** (-math.pi / math.atan(h) / 2)
-    found = Contact.of_law("linear", 0.0).collide(step=h, scheme=IMPLICIT)
-    assert found.epsilon == pytest.approx(expected, rel=1e-3)
 
 
 def test_substeps_are_shorter_steps():
@@ -590,13 +504,6 @@ def test_the_damping_of_an_eps(law):
     assert Contact.of_law(law, heavy, 0.1).collide().epsilon == pytest.approx(0.5, abs=1e-12)
     stepped = damping_factor(lambda kappa: Contact.of_law(law, kappa), 0.5, near=1.0, step=0.1)
     assert Contact.of_law(law, stepped).collide(step=0.1).epsilon == pytest.approx(0.5, abs=1e-12)
-
-
-def test_the_damping_of_a_contact_that_damps_while_approaching():
-    def family(kd):
-        return Contact(lambda x, v: 1e5 * x + kd * np.maximum(v, 0))
-
-    assert damping_factor(family, 0.5, near=1.0) == pytest.approx(1.19468 * math.sqrt(1e5), rel=1e-5)
 
 
 def test_an_eps_that_no_damping_gives():
