@@ -409,8 +409,9 @@ def check_choice(maker: str, result: str) -> Callable[[Sequence[Any], Value, Sam
 
 @lru_cache(maxsize=1)
 def paths(folder: Path) -> list[Path]:
-    """Return the files of records with something proven: array tables of laws (`curve_tables`) are sampled."""
-    return [path for path in sorted(folder.glob("*.json")) if not path.name.startswith("curve_tables-")]
+    """Return the files of records with something proven: array tables of laws and the table of falls are sampled."""
+    sampled = "curve_tables-", "weight_table"
+    return [path for path in sorted(folder.glob("*.json")) if not path.name.startswith(sampled)]
 
 
 def records() -> list[dict[str, Any]]:

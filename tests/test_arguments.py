@@ -101,6 +101,7 @@ NUMBERS = {
     "exact.collision, speed": (lambda x: numbers(vp.exact.collision(speed=x, beta=1, digits=12)), "speed", 0.5),
     "exact.collision, beta": (lambda x: numbers(vp.exact.collision(beta=x, speed=1, digits=12)), "beta", 0.5),
     "exact.epsilon": (lambda x: float(vp.exact.epsilon(x, 12)), "v_star", 0.5),
+    "exact.one_minus_epsilon": (lambda x: float(vp.exact.one_minus_epsilon(x, 12)), "v_star", 0.5),
     "exact.invert": (lambda x: numbers(vp.exact.invert(x, 12)), "epsilon", 0.5),
     "exact.invert, loss": (lambda x: numbers(vp.exact.invert(one_minus_epsilon=x)), "one_minus_epsilon", 0.5),
     "exact.invert, speed": (lambda x: numbers(vp.exact.invert(0.5, 12, speed=x)), "speed", 0.5),

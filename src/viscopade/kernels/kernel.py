@@ -12,15 +12,17 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels import expressions
 from viscopade.kernels.bound import ErrorBound
-from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.expressions import CodeBranch, Expression, Item, Program, Statement, names_in
 
-Proof = tuple[Mapping[str, Any], Certificate]
+if TYPE_CHECKING:  # which imports FLINT
+    from viscopade.kernels.certificate import Certificate
+
+Proof = tuple[Mapping[str, Any], "Certificate"]
 """JSON-able data of a formula, and its certificate."""
 
 
