@@ -44,6 +44,8 @@ def drawn(name: str) -> Iterator[Sheet]:
     """Draw a figure, and keep Matplotlib's settings as they must be for saving it within a `with` block."""
     with styled():
         sheet = FIGURES[name].draw()
-        sheet.draw_without_rendering()
+        engine = sheet.get_layout_engine()
+        assert engine is not None
+        engine.execute(sheet)  # draws nothing, unlike `draw_without_rendering`
         sheet.set_layout_engine("none")  # the layout stays the same for every format
         yield sheet
