@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import NamedTuple
 
 from flint import arb, arb_series
@@ -94,6 +95,7 @@ class Rows:
         return polynomial(coefficients, (self.v_star - arb(float(CENTRES[self.panel]))) / self.half)
 
 
+@lru_cache(maxsize=2 * PANELS)
 def _coefficients(name: str, panel: int) -> list[arb]:
     return panel_proof.panel_rows()[name, panel].poly().coeffs()
 
