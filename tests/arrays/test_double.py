@@ -288,3 +288,12 @@ def test_panels_are_made_again(index):
 @pytest.mark.slow
 def test_table_is_made_again():
     assert double_table.text() == committed()
+
+
+def test_the_extension_reads_aligned_doubles():
+    """As C requires, wherever the array's memory begins."""
+    odd = np.ndarray((3,), np.float64, bytes(1) + np.array([0.1, 1.0, 5.0]).tobytes(), 1)
+    with mock.patch.object(double, "extension") as extension:
+        double.epsilon(odd)
+    assert not odd.flags.aligned
+    assert extension.panels.call_args.args[2].flags.aligned

@@ -182,7 +182,7 @@ def _of_v_star(function: int, v_star: Values) -> Values:
 
 def _compiled(function: int, v_star: FloatArray) -> FloatArray:
     result = np.empty(v_star.shape)
-    extension.panels(function, _rows(), np.ascontiguousarray(v_star), result)
+    extension.panels(function, _rows(), np.require(v_star, requirements=["C", "A"]), result)
     return result
 
 
