@@ -300,9 +300,10 @@ def test_a_worse_panel_is_a_larger_error(files):
 
 @pytest.mark.parametrize("name", [panels.DATA, panel_proof.RECORD])
 def test_a_record_of_another_table_is_refused(files, name):
-    files[name] = "\n".join(files[name].splitlines()[:-1])
-    with pytest.raises(OSError, match=r"python -m tools\.panel_bounds"):
-        panel_proof.proven_error()
+    for wrong in ("\n".join(files[name].splitlines()[:-1]), ""):
+        files[name] = wrong
+        with pytest.raises(OSError, match=r"python -m tools\.panel_bounds"):
+            panel_proof.proven_error()
 
 
 def test_what_the_command_writes_is_what_is_read(files, monkeypatch):
@@ -322,6 +323,7 @@ def test_what_the_command_writes_is_what_is_read(files, monkeypatch):
         lambda text: re.sub(r"(?<=\nepsilon 73 )\d+", "1", text),  # a bound
         lambda text: "\n".join(text.splitlines()[:-1]),
         lambda text: text.replace("sha256 ", "sha256 0"),
+        lambda text: "",
     ],
 )
 def test_exact_rows_that_were_changed_are_refused(files, change):

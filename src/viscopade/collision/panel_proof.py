@@ -121,7 +121,7 @@ def exact_rows() -> dict[int, ExactRow]:
         If a row or a bound was changed.
     """
     try:
-        named, *lines = lines_of(EXACT)
+        named, *lines = lines_of(EXACT) or [""]
     except FileNotFoundError:  # the table is being made
         return {}
     if named != digest(lines):
@@ -140,7 +140,7 @@ def proven() -> dict[int, list[int]]:
     OSError
         If the record is not that of the table.
     """
-    named, *lines = lines_of(RECORD)
+    named, *lines = lines_of(RECORD) or [""]
     recorded = {panel: bounds for panel, *bounds in (map(int, line.split()) for line in lines)}
     if named != digest(lines_of(DATA)) or list(recorded) != list(range(PANELS)):
         raise OSError(f"{RECORD} does not belong to {DATA}: run python -m tools.panel_bounds > src/viscopade/{RECORD}")
