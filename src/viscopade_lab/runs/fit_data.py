@@ -75,7 +75,9 @@ def collisions(viscoelastic: bool = True) -> Collisions:
     style = f"{law} {simulators.FRICTIONLESS} damping {damping} limit_damping"
     steps = duration / _STEPS
     script = "".join(
-        simulators.lammps_spheres(style, step, 3 * _STEPS, diameter=2 * RADIUS, mass=MASS, speed=speed, every=1)
+        simulators.lammps_spheres(
+            style, step=step, run=3 * _STEPS, diameter=2 * RADIUS, mass=MASS, speed=speed, every=1
+        )
         for speed, step in zip(SPEEDS.tolist(), steps.tolist(), strict=True)
     )
     parts = simulators.lammps(script).split("\ncollision ")[:-1]
@@ -114,7 +116,7 @@ def mujoco_bounces() -> tuple[FloatArray, float]:
     mujoco = simulators.package("mujoco")
     step = 2e-6
     model, data = simulators.mujoco_model(
-        "-1e8 -1250", step, radius=RADIUS, mass=MASS, gravity=GRAVITY, integrator="implicitfast"
+        solref="-1e8 -1250", step=step, radius=RADIUS, mass=MASS, gravity=GRAVITY, integrator="implicitfast"
     )
     data.qpos[2] = _HEIGHT + RADIUS
     gap, speed = [], []

@@ -190,13 +190,13 @@ comm_modify vel yes
 region box block {box}
 create_box 1 box
 {atoms}
-set group all diameter {diameter}
-set group all mass {mass}
-neighbor {diameter} bin
+set group all diameter {diameter!r}
+set group all mass {mass!r}
+neighbor {diameter!r} bin
 pair_style granular
 pair_coeff * * {style}
 fix move all nve/sphere
-timestep {step}
+timestep {step!r}
 {commands}
 thermo_style custom step {columns}
 thermo_modify format float %.15g
@@ -204,11 +204,11 @@ thermo {every}
 run {run}
 """
 _SPHERES = """
-set atom 1 vz {half_speed}
-set atom 2 vz -{half_speed}
+set atom 1 vz {half_speed!r}
+set atom 2 vz -{half_speed!r}
 variable force equal abs(fz[2])
-variable rebound equal (vz[2]-vz[1])/(2*{half_speed})
-variable gap equal z[2]-z[1]-{diameter}
+variable rebound equal (vz[2]-vz[1])/(2*{half_speed!r})
+variable gap equal z[2]-z[1]-{diameter!r}
 """
 _FALL = """
 set atom 1 vz {velocity!r}
@@ -236,80 +236,37 @@ def lammps_version() -> str:
 
 
 def lammps_script(
-    heights: Sequence[float],
-    commands: str,
-    columns: str,
-    *,
-    style: str,
-    box: str,
-    diameter: float,
-    mass: float,
-    step: float,
-    run: int,
-    every: int,
+    heights: Iterable[float], commands: str, columns: str, *, style: str, box: str, **numbers: float
 ) -> str:
-    """Return an input with equal spheres above each other; `every` is the number of steps between outputs."""
+    """Return an input with equal spheres above each other; `numbers` are diameter, mass, step, run and every.
+
+    `every` is the number of steps between outputs, and `run` that of all steps.
+    """
     atoms = "\n".join(f"create_atoms 1 single 0 0 {height!r}" for height in heights)
-    numbers = {"diameter": repr(diameter), "mass": repr(mass), "step": repr(step), "run": run, "every": every}
     return _LAMMPS.format(atoms=atoms, commands=commands, columns=columns, style=style, box=box, **numbers)
 
 
-def lammps_spheres(
-    style: str,
-    step: float,
-    run: int,
-    *,
-    diameter: float,
-    mass: float,
-    speed: float = 1.0,
-    phase: float = 0.5,
-    every: int = 10**9,
-) -> str:
-    """Return the commands of one head-on collision of equal spheres; `every` is the number of steps between outputs."""
-    apart, size = diameter / 2 + phase * speed * step / 2, 5 * diameter
-    script = lammps_script(
-        (-apart, apart),
-        _SPHERES.format(half_speed=repr(speed / 2), diameter=repr(diameter)),
-        "v_force v_rebound",
-        style=style,
-        box=f"-{size} {size} -{size} {size} -{size} {size}",
-        diameter=diameter,
-        mass=mass,
-        step=step,
-        run=run,
-        every=every,
-    )
+def lammps_spheres(style: str, *, speed: float, diameter: float, step: float, **numbers: float) -> str:
+    """Return the commands of one head-on collision of equal spheres, which begins in the middle of a step."""
+    apart, size = diameter / 2 + speed * step / 4, 5 * diameter
+    commands = _SPHERES.format(half_speed=speed / 2, diameter=diameter)
+    box = f"-{size} {size} -{size} {size} -{size} {size}"
+    numbers |= {"diameter": diameter, "step": step}
+    script = lammps_script((-apart, apart), commands, "v_force v_rebound", style=style, box=box, **numbers)
     return f'{script}print "collision $(v_rebound:%.15g) $(v_gap:%.15g)"\n'
 
 
 def lammps_falls(
-    starts: Iterable[tuple[float, float]],
-    contact: str,
-    *,
-    radius: float,
-    mass: float,
-    gravity: float,
-    step: float,
-    run: int,
-    every: int,
+    starts: Iterable[tuple[float, float]], contact: str, *, radius: float, gravity: float, **numbers: float
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield gap and velocity, after `every` steps, of a sphere that falls on a plane from each gap and velocity."""
-    script = "".join(
-        lammps_script(
-            (radius + gap,),
-            _FALL.format(velocity=velocity, gravity=gravity, contact=contact, radius=radius),
-            "v_gap v_speed",
-            style=f"hertz 1 0 {FRICTIONLESS}",  # for pairs of spheres; there is only one sphere
-            box="-0.1 0.1 -0.1 0.1 -0.1 1",
-            diameter=2 * radius,
-            mass=mass,
-            step=step,
-            run=run,
-            every=every,
-        )
-        + 'print "end of the fall"\n'
-        for gap, velocity in starts
-    )
+    style = f"hertz 1 0 {FRICTIONLESS}"  # for pairs of spheres; there is only one sphere
+    box, numbers = "-0.1 0.1 -0.1 0.1 -0.1 1", {"diameter": 2 * radius, **numbers}
+    script = ""
+    for gap, velocity in starts:
+        commands = _FALL.format(velocity=velocity, gravity=gravity, contact=contact, radius=radius)
+        script += lammps_script((radius + gap,), commands, "v_gap v_speed", style=style, box=box, **numbers)
+        script += 'print "end of the fall"\n'
     for part in lammps(script).split("\nend of the fall")[:-1]:
         gaps, velocities = np.array(LINE.findall(part), dtype=float).T
         yield gaps, velocities
@@ -375,23 +332,23 @@ soft_particles yes
 units si
 region box block -{box} {box} -{box} {box} -{box} {box} units box
 create_box 1 box
-neighbor {radius} bin
+neighbor {radius!r} bin
 neigh_modify delay 0
 {contact}
 {atoms}
-set group all diameter {diameter} mass {mass}
+set group all diameter {diameter!r} mass {mass!r}
 {commands}
 fix move all nve/sphere
-timestep {step}
+timestep {step!r}
 thermo_modify format float %.15g norm no
 thermo {every}
 run {run}
 """
 _LIGGGHTS_SPHERES = """
-set atom 1 vx {half_speed}
-set atom 2 vx -{half_speed}
-variable rebound equal (vx[2]-vx[1])/(2*{half_speed})
-variable gap equal x[2]-x[1]-{diameter}
+set atom 1 vx {half_speed!r}
+set atom 2 vx -{half_speed!r}
+variable rebound equal (vx[2]-vx[1])/(2*{half_speed!r})
+variable gap equal x[2]-x[1]-{diameter!r}
 """
 _LIGGGHTS_CONTACT = """
 fix young all property/global youngsModulus peratomtype {youngsModulus}
@@ -422,40 +379,18 @@ def liggghts_version() -> str:
     return "unknown" if found is None else found[1]
 
 
-def liggghts_script(
-    places: Iterable[str],
-    contact: str,
-    commands: str,
-    *,
-    radius: float,
-    mass: float,
-    box: float,
-    step: float,
-    run: int,
-    every: int,
-) -> str:
-    """Return an input with equal spheres at places; `every` is the number of steps between outputs."""
-    return _LIGGGHTS.format(
-        atoms="\n".join(f"create_atoms 1 single {place}" for place in places),
-        contact=contact,
-        commands=commands,
-        radius=repr(radius),
-        diameter=repr(2 * radius),
-        mass=repr(mass),
-        box=repr(box),
-        step=repr(step),
-        run=run,
-        every=every,
-    )
+def liggghts_script(places: Iterable[str], contact: str, commands: str, *, radius: float, **numbers: float) -> str:
+    """Return an input with equal spheres at places; `numbers` are mass, box, step, run and every, as in LAMMPS."""
+    atoms, numbers = "\n".join(f"create_atoms 1 single {at}" for at in places), {"diameter": 2 * radius, **numbers}
+    return _LIGGGHTS.format(atoms=atoms, contact=contact, commands=commands, radius=radius, **numbers)
 
 
 def liggghts_spheres(contact: str, step: float, run: int, *, radius: float, mass: float, speed: float) -> str:
     """Return an input in which two equal spheres collide, with the commands of their contact."""
     places = f"{-radius!r} 0 0", f"{radius!r} 0 0"
-    commands = _LIGGGHTS_SPHERES.format(half_speed=repr(speed / 2), diameter=repr(2 * radius))
-    sizes = {"radius": radius, "mass": mass, "box": 10 * radius}
-    script = liggghts_script(places, contact, commands, step=step, run=run, every=run, **sizes)
-    return f'{script}print "collision ${{rebound}} ${{gap}}"\n'
+    commands = _LIGGGHTS_SPHERES.format(half_speed=speed / 2, diameter=2 * radius)
+    numbers = {"radius": radius, "mass": mass, "box": 10 * radius, "step": step, "run": run, "every": run}
+    return f'{liggghts_script(places, contact, commands, **numbers)}print "collision ${{rebound}} ${{gap}}"\n'
 
 
 def liggghts_run(script: str, **files: str) -> str:
@@ -474,22 +409,13 @@ def liggghts(script: str, **files: str) -> float:
 def liggghts_epsilons(deck: Deck) -> Iterator[float]:
     """Yield the eps of each phase."""
     run, named = round(_PATIENCE * deck.contact_time / deck.time_step), {"kn": "1", "gamman": "0", **deck.named}
+    numbers = {"radius": RADIUS, "mass": deck.mass, "box": 0.1, "step": deck.time_step}
     contact = _LIGGGHTS_CONTACT.format(**named)
     for gap, velocity in deck.starts:
-        printed = liggghts_run(
-            liggghts_script(
-                [f"0 0 {RADIUS + gap!r}"],
-                contact,
-                _LIGGGHTS_FALL.format(velocity=velocity, gravity=deck.gravity, radius=RADIUS, **named),
-                radius=RADIUS,
-                mass=deck.mass,
-                box=0.1,
-                step=deck.time_step,
-                run=run,
-                every=max(run // 3000, 1),
-            )
-        )
-        yield _rebound(deck, *np.array(LINE.findall(printed), dtype=float).T)
+        commands = _LIGGGHTS_FALL.format(velocity=velocity, gravity=deck.gravity, radius=RADIUS, **named)
+        place = f"0 0 {RADIUS + gap!r}"
+        script = liggghts_script([place], contact, commands, **numbers, run=run, every=max(run // 3000, 1))
+        yield _rebound(deck, *np.array(LINE.findall(liggghts_run(script)), dtype=float).T)
 
 
 def liggghts_decks() -> Iterator[Deck]:
@@ -534,38 +460,19 @@ _MUJOCO_MODEL = """
   </worldbody>
 </mujoco>
 """
+_MUJOCO_DEFAULTS = {
+    "solimp": FLAT,
+    "condim": 1,
+    "friction": "1 0.005 0.0001",
+    "cone": "pyramidal",
+    "impratio": 1,
+}
 
 
-def mujoco_model(
-    solref: str,
-    step: float,
-    *,
-    radius: float = 0.1,
-    mass: float = 3.0,
-    gravity: float = 0.0,
-    integrator: str = "Euler",
-    solimp: str = FLAT,
-    condim: int | str = 1,
-    friction: str = "1 0.005 0.0001",
-    cone: str = "pyramidal",
-    impratio: float | str = 1,
-) -> tuple[Any, Any]:
-    """Return model and data of a sphere over a plane."""
+def mujoco_model(**options: Any) -> tuple[Any, Any]:
+    """Return model and data of a sphere over a plane; `options` are what the model text has."""
     mujoco = package("mujoco")
-    text = _MUJOCO_MODEL.format(
-        solref=solref,
-        step=step,
-        radius=radius,
-        mass=mass,
-        gravity=gravity,
-        integrator=integrator,
-        solimp=solimp,
-        condim=condim,
-        friction=friction,
-        cone=cone,
-        impratio=impratio,
-    )
-    model = mujoco.MjModel.from_xml_string(text)
+    model = mujoco.MjModel.from_xml_string(_MUJOCO_MODEL.format(**_MUJOCO_DEFAULTS | options))
     return model, mujoco.MjData(model)
 
 
