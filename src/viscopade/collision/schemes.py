@@ -79,14 +79,15 @@ def implicit_euler(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Ac
     The new rate w solves w = v + h a(x + h w, w).
     """
 
-    def residual(w: FloatArray) -> FloatArray:
-        return w - v - h * acceleration(x + h * w, w)
+    def residual(w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        newest = acceleration(x + h * w, w)
+        return w - v - h * newest, newest
 
     # Start from free flight, which only the load accelerates. A force that pushes makes w smaller, so the start lies to
     # the right of the solution, and secants of a convex residual converge from there without crossing it.
     free_flight = v + h * acceleration(np.minimum(x, 0), v)
     w_last, w = free_flight + _NEARBY * (1 + np.abs(v)), free_flight
-    residual_last, residual_w = residual(w_last), residual(w)
+    (residual_last, residual_w), (_, newest) = residual(np.stack([w_last, w]))
     for _ in range(_SECANTS):
         if np.all(np.abs(residual_w) < _SOLVED * (1 + np.abs(v))):
             break
@@ -94,11 +95,13 @@ def implicit_euler(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Ac
         w_last, residual_last = w, residual_w
         # d residual/dw = 1 - h (h da/dx + da/dv) is at least 1 where the force grows with x and v.
         w = w - residual_w / np.maximum(slope, 1)
-        residual_w = residual(w)
+        residual_w, newest = residual(w)
 
     # Bodies that did not touch before the step do not feel the force in it.
-    w = np.where(x > 0, w, free_flight)
-    return x + h * w, w, acceleration(x + h * w, w)
+    if not (x > 0).all():
+        w = np.where(x > 0, w, free_flight)
+        newest = acceleration(x + h * w, w)
+    return x + h * w, w, newest
 
 
 def runge_kutta(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
