@@ -204,7 +204,7 @@ def epsilon_of(law: Law, kappa: Any) -> Any:
     if law.nu == 2:
         with working(bits_for(_TWICE)):
             return to_mpf(_epsilon_of_ratio(arb(damping) / 2, law.end))
-    return exact.collision(kappa=damping, law=same_epsilon, digits=DIGITS).mpf()["epsilon"]
+    return to_mpf(exact.collision(kappa=damping, law=same_epsilon, digits=DIGITS).epsilon)
 
 
 def _epsilon_of_ratio(zeta: arb, end: End) -> arb:
@@ -224,9 +224,12 @@ def _epsilon_of_ratio(zeta: arb, end: End) -> arb:
 def _simplest(law: Law) -> tuple[Law, Any]:
     """Return a law with the same nu, whose eps is quick to prove, and its kappa over the law's (section 2.9).
 
-    It is (nu - 1, 0), or for nu <= 1 the law with a = 1.
+    It is the paper's law, whose eps is in a table, (nu - 1, 0), or for nu <= 1 the law with a = 1.
     """
-    simplest = Law(law.nu - 1, 0, law.end) if law.nu > 1 else Law(1, 2 / law.nu - 1, law.end)
+    if law.nu == VISCOELASTIC.nu and law.end == VISCOELASTIC.end:
+        simplest = VISCOELASTIC
+    else:
+        simplest = Law(law.nu - 1, 0, law.end) if law.nu > 1 else Law(1, 2 / law.nu - 1, law.end)
     with mp.workdps(DIGITS + _GUARD):
         return simplest, _scale(law) / _scale(simplest)
 
@@ -247,7 +250,8 @@ def wanted_kappa(law: Law, asked: str) -> Any:
         if law.nu == 2:
             ratio_of = ratio_for_return if law.end == "return" else ratio_at_force_end
             return 2 * ratio_of(mp.mpf(asked)) / factor
-        return exact.invert(asked, law=same_epsilon, digits=DIGITS + 2).mpf()["v_star"] ** same_epsilon.d / factor
+        v_star = to_mpf(exact.invert(asked, law=same_epsilon, digits=DIGITS + 2).v_star)
+        return v_star**same_epsilon.d / factor
 
 
 @cache
