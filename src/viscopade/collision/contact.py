@@ -44,7 +44,16 @@ from viscopade.arrays.checked import Accepted, FloatArray
 from viscopade.collision.schemes import SCHEMES, SEMI_IMPLICIT, Rebounds, Scheme, rebounds
 from viscopade.theory.law import ENDS, End, Law, law_of
 
-__all__ = ["PHASES", "SCHEMES", "Contact", "SampledCollision", "damping_factor", "phase_range", "resolving_factor"]
+__all__ = [
+    "PHASES",
+    "SCHEMES",
+    "Contact",
+    "SampledCollision",
+    "damping_factor",
+    "phase_range",
+    "resolving_factor",
+    "root",
+]
 
 Force = Callable[[FloatArray, FloatArray], ArrayLike]
 
@@ -79,7 +88,8 @@ _FAR = 10  # lengths, and in s, that is 10^4 lengths: bodies that come so far ar
 _NUDGE = 1e-7  # for derivatives of the force
 _EDGE = 1e-3  # share of the part of a piece without nodes
 _PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
-_NEAR, _WIDEST = 0.1, 10  # search for a damping factor: the first step is a factor of e^0.1, and is doubled 10 times
+_NEAR, _WIDEST = 0.1, 10  # search for a damping factor: a step of a factor of e^0.1, which is doubled 10 times
+_BEYOND = 1.1  # first step of that search, over the step to where the damping factor should be
 _CLOSE = 1e-13  # relative error of a damping factor
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
@@ -231,11 +241,12 @@ class Contact:
         if not isinstance(scheme, Scheme):
             raise TypeError(refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
         with np.errstate(over="ignore", invalid="ignore"):
-            found = self.rebounds(v, h, begins, scheme)
+            longest = _PATIENCE * math.pi * length / v
+            found = self.rebounds(v, h, begins, scheme, longest)
             least, largest, error = float(found.epsilon.min()), float(found.epsilon.max()), 0.0
             if phases is None:
                 least, largest, error = phase_range(
-                    lambda p: self.rebounds(v, h, p, scheme).epsilon, begins, found.epsilon
+                    lambda p: self.rebounds(v, h, p, scheme, longest).epsilon, begins, found.epsilon
                 )
         if not (math.isfinite(largest - least) and np.isfinite(found.depth).all()):
             raise ValueError(f"step is {step:g}: expected a smaller one, because speeds exceed double precision")
@@ -379,24 +390,33 @@ def damping_factor(
 
     first = low = high = excess(start)
     a = b = start
-    for i in range(_WIDEST + 1):
-        if low >= 0 >= high:
-            return math.exp(_root(excess, (a, low), (b, high)))
+
+    # -ln eps is roughly in proportion to c, so the first step goes a little beyond where c then is.
+    widths = [_NEAR * 2**i for i in range(_WIDEST + 1)]
+    if 0 < tried[0] < 1:
+        widths.insert(0, _BEYOND * abs(math.log(math.log(wanted) / math.log(tried[0]))))
+    if widths[0] < _CLOSE:
+        return near
+    for width in widths:
         if first > 0:
-            a, low, b = b, high, b + _NEAR * 2**i
+            a, low, b = b, high, b + width
             high = excess(b)
         else:
-            b, high, a = a, low, a - _NEAR * 2**i
+            b, high, a = a, low, a - width
             low = excess(a)
+        if low >= 0 >= high:
+            return math.exp(root(excess, (a, low), (b, high), _CLOSE))
     reached = f"at least {min(tried):.4g}" if first > 0 else f"at most {max(tried):.4g}"
     raise ValueError(f"epsilon is {wanted:g}: expected {reached}, which this kind of damping can reach")
 
 
-def _root(function: Callable[[float], float], one: tuple[float, float], other: tuple[float, float]) -> float:
+def root(
+    function: Callable[[float], float], one: tuple[float, float], other: tuple[float, float], error: float
+) -> float:
     """Return a zero between two points (x, f(x)) with f of both signs, by Chandrupatla's method (1997)."""
     (b, fb), (a, fa) = one, other
     c, fc, t = a, fa, 0.5
-    while fb != 0 and abs(a - b) > _CLOSE:
+    while fb != 0 and abs(a - b) > error:
         x = a + t * (b - a)
         fx = function(x)
         if (fx > 0) == (fa > 0):
@@ -404,13 +424,14 @@ def _root(function: Callable[[float], float], one: tuple[float, float], other: t
         else:
             c, b, fc, fb = b, a, fb, fa
         a, fa = x, fx
-        if fa == 0:
+        # Done where secants to either side, through the points before, move it by less than the error.
+        if abs(fa) <= error * min(abs((fa - fb) / (a - b)), abs((fa - fc) / (a - c))):
             return a
         xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
         t = 0.5
         if phi**2 < xi and (1 - phi) ** 2 < 1 - xi:  # inverse quadratic interpolation lies inside
             t = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-        least = _CLOSE / 2 / abs(b - a)
+        least = error / 2 / abs(b - a)
         t = min(max(t, least), 1 - least)
     return b if fb == 0 or abs(fb) < abs(fa) else a
 

@@ -268,9 +268,17 @@ class TooFewSteps(ValueError):
 
 @cache
 def compensated(
-    law: Law, epsilon: float, step: float | None, scheme: Scheme, load: float = 0.0, carried: float = 0.0
+    law: Law,
+    epsilon: float,
+    step: float | None,
+    scheme: Scheme,
+    load: float = 0.0,
+    carried: float = 0.0,
+    near: float | None = None,
 ) -> float:
     """Return the kappa of a law whose mean eps with a time step, or with a load, is `epsilon`.
+
+    The search begins at the kappa `near`, by default at that without a time step and a load.
 
     Raises
     ------
@@ -279,7 +287,7 @@ def compensated(
     ValueError
         If none does with this load.
     """
-    near = float(wanted_kappa(law, repr(epsilon)))
+    near = float(wanted_kappa(law, repr(epsilon))) if near is None else near
     if near == 0:
         return 0.0  # without damping no step changes eps
     scaled = None if step is None else step * law.contact_time

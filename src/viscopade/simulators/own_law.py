@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -23,8 +24,9 @@ import numpy as np
 from mpmath import mp
 
 from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
 from viscopade.collision import exact
-from viscopade.collision.contact import PHASES, SampledCollision, resolved
+from viscopade.collision.contact import PHASES, SampledCollision, resolved, root
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import beta_from_restitution, v_star
 from viscopade.collision.weight import EARTH, FallingContact, loaded, loss_slope
@@ -60,8 +62,8 @@ _LEAST_STEP = 1e-3  # in contact times
 MOST_STEPS = 400
 """Time steps in the longest contact that texts advise."""
 _BRIEF_STEPS = 100  # in a contact that gets shorter together with its steps, at first
-_STRETCH, _MOST_STRETCHES, _HALVINGS = 0.2, 40, 60  # search for a contact with weight, or with time steps
-_ALIKE = 1e-10  # error at which it ends without time steps
+_STRETCH, _MOST_STRETCHES, _MOST_BROYDEN = 0.2, 40, 20  # search for a contact with weight, or with time steps
+_ALIKE = 1e-12  # error at which it ends without time steps
 _NARROW = 1e-7  # width at which it ends where the duration jumps
 _UNLIKE = 0.02  # error by such a jump, from which on the contact is another one than was asked for
 _MADE_UP = 0.01  # difference of eps from the wanted one up to which the damping makes up for a time step
@@ -304,15 +306,38 @@ class OwnLawContact:
         if wanted.with_weight is None and self.time_step is None:
             return self._continuum, plain
 
-        # With them the contact is stretched or compressed until it is as asked.
-        def excess(stretch: float) -> float:
-            k_m = plain * math.exp(-power * stretch)
-            return math.log(measured(self._course(speed, self._damping(k_m), k_m)) / asked)
+        # With them the contact is stretched or compressed until it is as asked. The mean duration in time steps is a
+        # staircase: with the next step, one of `PHASES` ends a step later.
+        def stretched(stretch: float) -> float:
+            return float(plain * math.exp(-power * stretch))
 
-        # The mean duration in time steps is a staircase: with the next step, one of `PHASES` ends a step later.
         step = self._step(speed, plain)
-        stretch = _zero(excess, _ALIKE if step is None else step / len(PHASES))
-        over_mass = plain * math.exp(-power * stretch)
+        error = _ALIKE if step is None else step / len(PHASES)
+
+        # Damping and stretch are first found together, from where ln(-ln eps) grows like ln(kappa) and the logarithm of
+        # the duration or the depth like the stretch.
+        def misses(logarithms: FloatArray) -> FloatArray:
+            kappa, k_m = math.exp(logarithms[0]), stretched(float(logarithms[1]))
+            typical = self._course(wanted.typical, kappa, k_m)
+            course = typical if speed == wanted.typical else self._course(speed, kappa, k_m)
+            loss = math.log(typical.epsilon) / math.log(self.epsilon)
+            return np.array([math.log(loss), math.log(measured(course) / asked)])
+
+        kappa, stretch = self._damping(plain), 0.0
+        if kappa:
+            with suppress(ValueError, OverflowError):  # such as where bodies do not part
+                logarithm, stretch = _broyden(misses, np.array([math.log(kappa), 0.0]), error / 2).tolist()
+                kappa = math.exp(logarithm)
+
+        # Then the stretch alone, with the damping that each has: also where the duration jumps.
+        def excess(stretch: float) -> float:
+            nonlocal kappa
+            kappa = self._damping(stretched(stretch), kappa)
+            off = math.log(measured(self._course(speed, kappa, stretched(stretch))) / asked)
+            return off if abs(off) >= error else 0.0
+
+        stretch = _zero(excess, stretch)
+        over_mass = stretched(stretch)
         if abs(excess(stretch)) > _UNLIKE:
             name = "contact-time" if given.penetration is None else "penetration"
             refused = (
@@ -321,7 +346,7 @@ class OwnLawContact:
             if self.time_step is not None:
                 raise TooFewSteps(refused)
             raise ValueError(f"{refused}, expected another one")
-        return self._damping(over_mass), over_mass
+        return kappa, over_mass
 
     @property
     def _asked_duration(self) -> float | None:
@@ -339,15 +364,18 @@ class OwnLawContact:
         """The kappa without weight and time steps."""
         return float(wanted_kappa(self.formula.law, repr(self.epsilon)))
 
-    def _damping(self, over_mass: float) -> float:
-        """Return the kappa at the typical speed that gives the wanted eps with a k/m, by the program's own steps."""
+    def _damping(self, over_mass: float, near: float | None = None) -> float:
+        """Return the kappa at the typical speed that gives the wanted eps with a k/m, by the program's own steps.
+
+        The search begins at the kappa `near`, by default at that without weight and time steps.
+        """
         speed, scheme = self.wanted.typical, self.formula.scheme or SEMI_IMPLICIT
         load = 0.0 if self.wanted.with_weight is None else self._load(speed, over_mass)
         step = self._step(speed, over_mass)
         if not load and step is None:
             return self._continuum
         self._check_step(over_mass)
-        return compensated(self.formula.law, self.epsilon, step, scheme, load, self.carried)
+        return compensated(self.formula.law, self.epsilon, step, scheme, load, self.carried, near)
 
     def _check_step(self, over_mass: float) -> None:
         """Raise ValueError if the time step is longer than the undamped contact, or needlessly short."""
@@ -513,28 +541,41 @@ class OwnLawContact:
         return largest_step(law, self._continuum, error, self.epsilon, scheme) * unit
 
 
-def _zero(function: Callable[[float], float], error: float) -> float:
-    """Return where an increasing function is 0 up to an error, or jumps from below to above 0."""
-    low, high = 0.0, 0.0
-    below = above = function(0.0)
+def _zero(function: Callable[[float], float], start: float) -> float:
+    """Return where an increasing function is 0, or jumps from below to above 0; it is near `start`."""
+    low = high = start
+    below = above = function(start)
     for _ in range(_MOST_STRETCHES):
-        if below < 0 <= above:
-            break
-        if below >= 0:
+        if below <= 0 <= above:
+            return root(function, (low, below), (high, above), _NARROW)
+        if below > 0:
             high, above, low = low, below, low - _STRETCH
             below = function(low)
         else:
             low, below, high = high, above, high + _STRETCH
             above = function(high)
-    for i in range(_HALVINGS):
-        # Secants and halvings in turn: one is fast where the function is smooth, the other at a jump.
-        part = 0.5 if i % 2 else below / (below - above)
-        middle = low + part * (high - low)
-        value = function(middle)
-        if abs(value) < error or high - low < _NARROW:
-            return middle
-        low, below, high, above = (middle, value, high, above) if value < 0 else (low, below, middle, value)
     return low
+
+
+def _broyden(function: Callable[[FloatArray], FloatArray], x: FloatArray, error: float) -> FloatArray:
+    """Return where a function of vectors is 0 up to an error, by Broyden's method from a Jacobian of 1.
+
+    Raises
+    ------
+    ValueError
+        If it does not converge.
+    """
+    values, jacobian = function(x), np.eye(len(x))
+    for _ in range(_MOST_BROYDEN):
+        if np.abs(values).max() < error:
+            return x
+        move = -np.linalg.solve(jacobian, values)
+        x, values = x + move, function(x + move)
+        if not np.isfinite(values).all():
+            break
+        # The smallest change of the Jacobian J with which J move is the change of the values; J move was -values.
+        jacobian += np.outer(values, move) / (move @ move)
+    raise ValueError("no convergence")
 
 
 def with_two_digits(number: float, rounded: Callable[[float], int] = math.ceil) -> float:
