@@ -3,13 +3,12 @@
 import math
 from fractions import Fraction
 
-import numpy as np
 import pytest
 from flint import arb
 
 from viscopade.approximation.target import loss_limit, target
 from viscopade.arithmetic.balls import working
-from viscopade.arrays import double, panels
+from viscopade.arrays import panels
 from viscopade.collision import exact
 from viscopade.theory.series import series
 
@@ -34,13 +33,6 @@ def test_ratio_belongs_to_the_loss(v_star):
         epsilon, loss, ratio = target(arb(v_star))
         assert abs(ratio * arb(v_star) ** 2 / loss - 1) < arb(10) ** -30
         assert abs(epsilon + loss - 1) < arb(10) ** -17
-
-
-def test_doubles_are_the_same():
-    v_star = np.geomspace(1e-4, 1e9, 200)
-    with working(128):
-        values = [float(target(arb(v)).epsilon) for v in v_star]
-    np.testing.assert_allclose(values, double.epsilon(v_star), rtol=4 * math.ulp(1))
 
 
 def test_edges_belong_together():
