@@ -83,20 +83,6 @@ def test_against_integration_in_time(law):
         assert close(found.mpf()[name], getattr(theirs, name), 19), name
 
 
-@pytest.mark.parametrize("pair", [("3/2,1/2", "2/3,0"), ("1,0", "3,1"), ("2,1", "5,3"), ("1,1", "2,2")], ids=str)
-@pytest.mark.parametrize("end", ENDS)
-def test_laws_of_one_nu_collapse(pair, end):
-    """E_nu(K) with K = kappa (b + 1)^-(1-1/nu): the first law by the exact function, the second followed in time."""
-    first, second = (law_of(text, end) for text in pair)
-    assert first.nu == second.nu
-    with mp.workdps(40):
-        power = mpf((1 - 1 / first.nu).numerator) / (1 - 1 / first.nu).denominator
-        factor = (mpf(int(2 * second.damping + 2)) / int(2 * first.damping + 2)) ** power
-        kappa = mpf("0.7")
-        theirs = collide_by(second, kappa * factor, 22)
-        assert close(at(first, "0.7").mpf()["epsilon"], theirs.epsilon, 20)
-
-
 @of_laws
 def test_the_series_at_small_kappa(law):
     """1 - eps at a v* so small that the terms left out do not matter."""

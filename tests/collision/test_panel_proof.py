@@ -416,11 +416,6 @@ def test_large_v_star(v_star):
         assert panel_proof.tail(at) < 4 * abs(scaled)
 
 
-def test_the_limit():
-    with working(100):
-        assert abs(panel_proof.asymptotic_factor() - (arb(3) / 2) ** (arb(2) / 3)) < arb(2) ** -90
-
-
 @pytest.mark.parametrize("v_star", ["3.9", "0", "-5"])
 def test_tail_is_refused_for_small_v_star(v_star):
     with working(64), pytest.raises(ValueError, match="4 or more"):

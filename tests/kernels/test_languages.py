@@ -19,7 +19,6 @@ import pytest
 from tests import compiled, daily
 from tests.kernels.languages import FORMS, TYPES, WAYS, tool
 from tests.kernels.test_same_bits import HASHES, digest, functions_of, v_stars
-from viscopade.arrays import double
 from viscopade.kernels import catalogue
 from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write import file, vectors
@@ -232,33 +231,6 @@ def test_no_undefined_behaviour_and_no_overflow_for_any_bits(tmp_path, form):
         if name.startswith(("epsilon", "restitution", "dissipation")):
             known = results[~np.isnan(results)]
             assert ((known >= 0) & (known <= 1 + 4 * np.finfo(TYPES[form]).eps)).all(), name
-
-
-# --- many points ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("way", ways(["C", "C, fused"]))
-@pytest.mark.parametrize("form", FORMS)
-def test_many_points_against_double(run, way, form):
-    """The error is nearly as large as the bound says, and no larger, with FMA contraction or without.
-
-    `double` is within one unit in the last place.
-    """
-    for name, (key, function) in functions(form).items():
-        if KERNELS[key].group not in ("pade", "minimax") or function.arguments != ("v_star",):
-            continue
-        for bound in kernel(key).bound(function.name, "host", form):
-            low, high = float(bound.low), min(float(bound.high), 1e8)
-            points = [np.linspace(low, min(high, 10), 10_001), np.geomspace(max(low, 1e-15), high, 10_001)]
-            v_star = np.concatenate(points).astype(TYPES[form]).astype(float)
-            v_star = v_star[(v_star >= low) & (v_star <= high)]
-            eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-            measure = np.minimum(eps, loss) if bound.relative_to == "smaller" else eps
-            error = np.abs(run(way, form)(v_star)[name].astype(float) - eps)
-            more = float(bound.rounding) * measure + (float(bound.last) + 3e-16) * eps
-            assert (error <= float(bound.formula) * measure * (1 + 1e-9) + more).all()
-            far = v_star > 0.01
-            assert (error[far] / measure[far]).max() > 0.97 * float(bound.formula)
 
 
 # --- bad input --------------------------------------------------------------------------------------------------------
