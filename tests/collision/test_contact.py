@@ -115,7 +115,7 @@ def test_the_true_error_is_within_the_estimate(seed):
         done += 1
 
 
-@pytest.mark.parametrize("law", NAMED[:8], ids=identity)
+@pytest.mark.parametrize("law", NAMED, ids=identity)
 def test_the_true_error_with_a_load_is_within_the_estimate(law):
     for kappa, load in ((0.001, 1e-4), (0.02, 0.01), (0.05, 0.3), (0.4, 0.1), (0.4, -0.2), (1.2, 0.03)):
         contact = Contact.of_law(law, kappa, load)
@@ -258,30 +258,6 @@ def test_strong_damping(kappa, k, mass, speed):
     found = Contact(lambda x, v: k * x + c * x * v, mass).collide(speed)
     assert found.epsilon == pytest.approx(true, rel=1e-10)
     assert found.duration + found.errors["duration"] > kappa * found.depth / speed
-
-
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(200)
-
-
-def loss(law, load):
-    """Return lambda(G) by quadrature in an angle, x = x_m sin^2."""
-    a, b = float(law.elastic), float(law.damping)
-    low, high = 0.0, 10.0
-    for _ in range(200):
-        middle = (low + high) / 2
-        low, high = (middle, high) if 1 + 2 * load * middle > 2 * middle ** (a + 1) / (a + 1) else (low, middle)
-    angle = (NODES + 1) * math.pi / 4
-    x = low * np.sin(angle) ** 2
-    speed = np.sqrt(np.maximum(1 + 2 * load * x - 2 * x ** (a + 1) / (a + 1), 0))
-    return float(2 * (WEIGHTS * math.pi / 4) @ (x**b * speed * low * np.sin(2 * angle)))
-
-
-@pytest.mark.parametrize("law", NAMED, ids=identity)
-def test_small_kappa_with_a_load(law):
-    for load in (0.0, 0.1, 0.3):
-        expected = loss(law, load)
-        found = 1 - Contact.of_law(law, 1e-8, load).collide().epsilon
-        assert found == pytest.approx(1e-8 * expected, rel=2e-5)
 
 
 @pytest.mark.parametrize(("epsilon", "least"), [("0.9", 1.24), ("0.7", 0.50), ("0.5", 0.25)])
