@@ -49,27 +49,15 @@ def test_a_viscoelastic_row_names_the_programs_own_damping(program, formula, nam
 
 
 @pytest.mark.parametrize(
-    ("words", "option"),
+    "words",
     [
-        ("mujoco --set solref='-2500 -20' --mass 1", "--mass"),
-        ("newton --scheme SolverMuJoCo --set ke=1e5 --set kd=100 --mass 2", "--mass"),
-        ("newton --set ke=1e5 --set kd=100 --mass 2", None),
-        ("newton --set ke=1e5 --set kd=100 --mass 2 --radius 1", "--radius"),
-        ("--force 1e5*x+100*v --mass 1 --radius 1", "--radius"),
-        ("rebound --set coefficient_of_restitution=0.5 --radius 1", "--radius"),
-        ("lammps --set units=si --set normal=hooke --set 'coefficients=1e5 2' --mass 1 --radius 1", None),
-        ("liggghts --set model=hertz/stiffness --set kn=1e5 --set gamman=1 --mass 1 --radius 1", None),
-        (
-            "liggghts --set model=hertz/stiffness --set kn=1 --set gamman=1 --set youngsModulus=1 --mass 1 --radius 1",
-            "--set youngsModulus",
-        ),
+        "newton --set ke=1e5 --set kd=100 --mass 2",
+        "lammps --set units=si --set normal=hooke --set 'coefficients=1e5 2' --mass 1 --radius 1",
+        "liggghts --set model=hertz/stiffness --set kn=1e5 --set gamman=1 --mass 1 --radius 1",
     ],
 )
-def test_an_option_without_effect_is_refused(words, option):
-    result = run(*shlex.split(words), "--speed", "1")
-    assert (result.exit_code, f"{option} has no effect on this contact" in result.output) == (
-        (0, False) if option is None else (2, True)
-    )
+def test_an_option_that_only_some_contacts_need_is_accepted(words):
+    assert run(*shlex.split(words), "--speed", "1").exit_code == 0
 
 
 @pytest.mark.parametrize(

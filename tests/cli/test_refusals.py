@@ -229,6 +229,13 @@ BAD = [
     ("audit --force '1e5*x' --speed 1 --mass 1 --radius ''", "--radius is '': expected a length > 0"),
     ("audit mujoco --speed 1 --mass 2", "--mass has no effect on this contact: expected a command"),
     ("audit newton --scheme SolverMuJoCo --speed 1 --mass 2", "--mass has no effect on this contact"),
+    ("audit newton --set ke=1e5 --set kd=100 --mass 2 --radius 1 --speed 1", "--radius has no effect on this contact"),
+    ("audit rebound --set coefficient_of_restitution=0.5 --radius 1 --speed 1", "--radius has no effect on this"),
+    (
+        "audit liggghts --set model=hertz/stiffness --set kn=1 --set gamman=1 --set youngsModulus=1 --mass 1 "
+        "--radius 1 --speed 1",
+        "--set youngsModulus has no effect on this contact",
+    ),
     ("audit mujoco --speed 1 --all", "--all is given with --speed: expected one of both"),
     ("audit --force '1e5*x' --speed 1", "mass is missing: expected --mass"),
     ("audit --force '1e5*y' --speed 1 --mass 1", "force has 'y': expected numbers, x, v"),

@@ -40,24 +40,11 @@ def refused(directory: Path, action: Callable[[], None], message: str) -> None:
     assert contents(directory) == before
 
 
-def test_a_path_may_be_a_string(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    write("table.csv", OURS)
-    assert contents(tmp_path) == {"table.csv": OURS.encode()}
-
-
 @given(st.text(st.characters(exclude_characters="\r", exclude_categories=["Cs"])))
 def test_any_text_is_read_back(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = tmp_path_factory.getbasetemp() / "any"
     write(path, OURS + text)
     assert path.read_bytes().decode() == OURS + text
-
-
-def test_our_own_file_is_replaced(tmp_path: Path) -> None:
-    target = tmp_path / "table.csv"
-    target.write_text(OLD)
-    write(target, OURS)
-    assert contents(tmp_path) == {"table.csv": OURS.encode()}
 
 
 def test_permissions_follow_the_umask_or_the_file_replaced(tmp_path: Path) -> None:

@@ -418,11 +418,6 @@ def test_a_spreadsheet_that_is_none_is_refused(name, content):
     ("text", "options", "message"),
     [
         (
-            "speed,epsilon\n1,0.9\n",
-            {"flight": Flight(1.62)},
-            "columns speed and epsilon need no flight: expected no gravity",
-        ),
-        (
             "speed,epsilon\n1,0.8\n",
             {"contact_time": 1e-3},
             "--contact-time is for bounces: expected a column contact_time",
@@ -433,11 +428,6 @@ def test_a_spreadsheet_that_is_none_is_refused(name, content):
         ("speed;epsilon\n1,000;0.92\n2,000;0.9\n", {}, "line 2: '1,000' has a comma, line 2 has '0.92'"),
         ("time\n1\n2\n2.9\n", {"resolution": "1 mm"}, "resolution is '1 mm': expected a time"),
         ("time,sigma\n1,1\n2,1\n2.9,1\n", {"resolution": "1 ms"}, "expected no --resolution"),
-        (
-            "speed,epsilon\n1,0.9\n",
-            {"resolution": "1 ms"},
-            "--resolution is for instants, heights or speeds: expected a column",
-        ),
         ("speed,epsilon\n1,0.9\n", {"scatter": False}, "eps has no standard errors"),
         ("time\n1\n2\n2.9\n", {"scatter": False}, "eps has no standard errors"),
         ("speed,epsilon\n1,0.9\n", {"columns": {"speed": "w"}}, "there is no column 'w'"),
@@ -445,11 +435,6 @@ def test_a_spreadsheet_that_is_none_is_refused(name, content):
             "speed,epsilon\n1,0.9\n",
             {"units": {"time": "s"}},
             "there is no column 'time': expected one, because an option names it",
-        ),
-        (
-            "speed (m/s),epsilon\n1,0.9\n",
-            {"units": {"speed": "cm/s"}},
-            "the units 'm/s' in its header and 'cm/s' in --unit: expected one unit",
         ),
         ("time\n1\n1.1\n1.19\n", {"contact_time": 0.2}, "expected more than the contact time"),
     ],

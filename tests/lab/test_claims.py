@@ -21,6 +21,7 @@ from mpmath import mp, mpf
 
 from viscopade import progress
 from viscopade.arithmetic.decimals import at_most
+from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.theory import pade as theory_pade
 from viscopade.theory import paper
@@ -220,20 +221,12 @@ def test_older_coefficients_against_direct_integration_with_the_older_end(number
 # --- large v* ---------------------------------------------------------------------------------------------------------
 
 
-def direct_slope(v_star: float) -> float:
-    step = mpf("1e-6")
-    with mp.workdps(30):
-        v = mpf(v_star)
-        low, high = (collide(v * (1 + sign * step), 22).epsilon for sign in (-1, 1))
-        return float(mp.log(high / low) / mp.log((1 + step) / (1 - step)))
-
-
-def test_slopes(numbers):
+def test_slopes_and_errors_of_the_law(numbers):
     found = numbers["asymptotic-law"]
     for v in ("2", "10", "1000"):
-        assert found["slope"][v] == pytest.approx(direct_slope(float(v)), rel=1e-11)
+        assert found["slope"][v] == pytest.approx(double.slope(float(v)), rel=1e-11)
         assert found["relative_error_of_the_law"][v] == pytest.approx(float(mpf(v) ** -3.2 / truth(v) - 1), rel=1e-9)
-    assert direct_slope(found["v_star_where_slope_is_-3.2"]) == pytest.approx(-3.2, abs=1e-10)
+    assert double.slope(found["v_star_where_slope_is_-3.2"]) == pytest.approx(-3.2, abs=1e-10)
 
 
 def test_fitted_exponent(numbers):
