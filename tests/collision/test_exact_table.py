@@ -146,3 +146,14 @@ def test_a_collision_from_the_table_is_a_record_like_others():
     assert whole == found
     assert hash(found) == hash(whole)
     assert pickle.loads(pickle.dumps(exact.collision("0.3", 20))) == whole
+
+
+def test_a_wrong_row_is_found_where_the_collision_is_integrated(monkeypatch):
+    right = exact_table.portions
+    off = arb(2) ** -100
+    monkeypatch.setattr(
+        exact_table, "portions", lambda v: exact_table.Portions(right(v).epsilon + off, right(v).loss - off)
+    )
+    assert exact.collision("0.3").epsilon is not None
+    with pytest.raises(OSError, match=r"data/exact\.txt does not agree with an integration"):
+        exact.collision("0.3").decimals()

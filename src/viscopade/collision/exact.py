@@ -36,6 +36,7 @@ from viscopade.arithmetic.balls import Determined, ball_of, bits_for, decimal_st
 from viscopade.arrays import double
 from viscopade.collision import exact_table
 from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, collide, integrate
+from viscopade.collision.panel_proof import EXACT
 from viscopade.collision.validation import Ends, ends
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
@@ -159,7 +160,17 @@ class _Tabulated(Collision):
 
     @cached_property
     def _integrated(self) -> Collision:
-        return _determined(self.wanted, self.digits)
+        """The same collision by another route, with which the table must agree.
+
+        Raises
+        ------
+        OSError
+            If it does not: a row is wrong.
+        """
+        whole = _determined(self.wanted, self.digits)
+        if not all(getattr(whole, name).overlaps(vars(self)[name]) for name in NAMES[:3]):
+            raise OSError(f"{EXACT} does not agree with an integration: run python -m tools.exact_table")
+        return whole
 
     @cached_property
     def x_max(self) -> arb:
