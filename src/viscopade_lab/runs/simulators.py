@@ -1170,21 +1170,19 @@ def csv_text(found: Sequence[Any]) -> str:
     return stream.getvalue()
 
 
-def run_falls(programs: Iterable[str]) -> Iterator[Fall]:
-    """Yield the falls of programs."""
+def run(kind: type[Any], programs: Iterable[str]) -> list[Any]:
+    """Return the falls, or the collisions of the audit, in programs; a line says which are not installed."""
+    found: list[Any] = []
     for name in programs:
         program = PROGRAMS[name]
-        for deck in program.falls() if program.falls else ():
-            yield fall(deck, program.version())
-
-
-def run_audit(programs: Iterable[str]) -> Iterator[Measurement]:
-    """Yield the collisions of the audit in programs; a line says which are not installed."""
-    for name in programs:
         try:
-            yield from list(measured(cases(name)))
+            if kind is Fall and program.falls:
+                found += [fall(deck, program.version()) for deck in program.falls()]
+            elif kind is Measurement and program.written:
+                found += list(measured(cases(name)))
         except RuntimeError as error:
             click.echo(f"{name} is not run: {error}", err=True)
+    return found
 
 
 @click.command()
@@ -1193,17 +1191,15 @@ def run_audit(programs: Iterable[str]) -> Iterator[Measurement]:
 @click.option("--write", is_flag=True, help="Store what is measured in the data file.")
 def main(programs: tuple[str, ...], fall_down: bool, write: bool) -> None:
     """Run collisions in programs: those of the audit with the largest differences to predicted eps, or falls."""
-    found: list[Any] = []
-    if fall_down:
-        for each in run_falls(programs or PROGRAMS):
-            found.append(each)
-            click.echo(csv_text([each]).splitlines()[1])
-    else:
-        found = [*run_audit(name for name in programs or PROGRAMS if PROGRAMS[name].written)]
-        for program, formula, difference in differences(found):
-            click.echo(f"{program:10} {formula:50} {difference:.1e}")
+    kind = Fall if fall_down else Measurement
+    found = run(kind, programs or PROGRAMS)
+    if fall_down and found:
+        click.echo(csv_text(found), nl=False)
+    elif found:
+        for name, formula, difference in differences(found):
+            click.echo(f"{name:10} {formula:50} {difference:.1e}")
     if write and found:
-        kind, anew = type(found[0]), {each.program for each in found}
+        anew = {each.program for each in found}
         kept = [each for each in stored(kind) if each.program not in anew]
         path(kind).write_text(csv_text(sorted(kept + found, key=lambda each: each.program)), encoding="utf-8")
 
