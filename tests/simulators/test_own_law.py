@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -26,6 +27,7 @@ SOFT = ("--contact-time", "31 ms")
 BALL = ("--radius", "1 cm", "--density", "2.5 g/cm^3", "--young-modulus", "70 GPa", "--poisson-ratio", "0.22")
 
 
+@cache
 def text_of(*words):
     result = CliRunner().invoke(command, ["simulators", *map(str, words)], standalone_mode=False)
     if result.exception is not None:

@@ -193,10 +193,17 @@ def rebounds(
     epsilon, deepest, depth = np.zeros_like(h), np.zeros_like(h), np.zeros_like(h)
     duration, touches = np.full_like(h, math.inf), np.ones(h.shape, bool)
     turns, stays = np.zeros(h.shape, int), np.zeros(h.shape, bool)
+    approach = bool(v.min() >= _CREEP * speed)
     with np.errstate(over="ignore", invalid="ignore"):  # steps that are far too long
         for i in range(1, math.ceil(longest / float(h.min())) + _FEWEST_STEPS):
             v_last = v
             x, v, newest = scheme.step(x, v, h, acceleration)
+            deepest = np.maximum(deepest, x)
+
+            # While all bodies approach, none turns back, creeps or leaves.
+            approached, approach = approach, bool(v.min() >= _CREEP * speed)
+            if approached and approach:
+                continue
 
             # Bodies that turn back and forth, or creep, stay together.
             turns += v_last * v < 0
@@ -204,7 +211,6 @@ def rebounds(
 
             # Bodies have left where only the load acts, up to x = 0. From there v^2/2 - g x is constant, and eps is the
             # speed at x = 0; v of the end of the step lacks the lead of the scheme.
-            deepest = np.maximum(deepest, x)
             left = touches & ~stays & (newest == g) & (v < 0)
             if left.any():
                 left &= _flies(acceleration, g, x, v)
