@@ -160,7 +160,6 @@ class Way:
 
 
 _C = (*compiled.WARNINGS, "-ffp-contract=off")
-_FUSED = (*compiled.WARNINGS, "-O3", "-ffp-contract=fast", *compiled.machine_flags())
 WAYS = {
     "C": Way("c", _C, "c99"),
     "C, fused": Way(

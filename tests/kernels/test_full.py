@@ -18,7 +18,6 @@ from viscopade.arithmetic.formats import DOUBLE, exponent
 from viscopade.arrays import panels
 from viscopade.collision import exact
 from viscopade.kernels import full
-from viscopade.theory.series import series
 from viscopade_lab.studies import exhaustive
 
 HEADER = Path(__file__).parents[2] / "exports" / "viscopade_full.h"
@@ -40,19 +39,11 @@ def library(text, tmp_path_factory):
 
 
 @cache
-def expansion():
-    return [Fraction(h) for h in series(5, 40).decimals()]
-
-
-@cache
 def truth(function, v_star):
-    """From `exact`; where the series or the power law for large v* (section 2.5) is good to 2^-64, from those."""
-    if v_star < 2.0**-17:
-        loss = -sum(h * Fraction(v_star) ** k for k, h in enumerate(expansion()[1:], 1))
-        return loss if function == "one_minus_epsilon" else 1 - loss
-    if function == "one_minus_epsilon":
-        return 1 - truth("epsilon", v_star)
-    return power_law(v_star) if v_star > 2.0**22 else Fraction(exact.collision(v_star, 35).decimals()["epsilon"])
+    """From `exact`; where the power law for large v* (section 2.5) is good to 2^-64, from that."""
+    if v_star > 2.0**22:
+        return power_law(v_star) if function == "epsilon" else 1 - power_law(v_star)
+    return Fraction(exact.collision(v_star, 35).decimals()[function])
 
 
 def power_law(v_star):
