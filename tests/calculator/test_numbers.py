@@ -6,7 +6,6 @@ import random
 import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +21,6 @@ from viscopade.collision import exact, limits, weight
 from viscopade.collision.contact import Contact
 from viscopade.simulators import TARGETS
 
-ROOT = Path(__file__).parents[2]
 SYSTEM = "SI (m, kg, s)"
 GLASS = {"radius": 0.01, "density": 2500.0, "young": 7e10, "poisson": 0.22}
 INPUT = {

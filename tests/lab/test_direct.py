@@ -1,4 +1,4 @@
-"""The direct integration of the collision: against itself, the proven series, limits in closed form, and rivals."""
+"""The direct integration of the collision: against itself, the proven series, expansions, and SciPy."""
 
 import math
 from fractions import Fraction
@@ -11,7 +11,7 @@ from mpmath import mp, mpf
 
 from viscopade.arithmetic.balls import to_mpf
 from viscopade.theory.series import lambda_coefficients, series
-from viscopade_lab.studies.direct import LARGEST_FOR_POSITION, Direct, collide, odefun_epsilon
+from viscopade_lab.studies.direct import LARGEST_FOR_POSITION, Direct, collide
 
 QUANTITIES = ("epsilon", "one_minus_epsilon", "x_max", "tau_c", "x_c")
 V_STARS = ("1e-6", "1e-3", "0.3", "1", "3", "30", "1e4")
@@ -82,26 +82,6 @@ def test_against_the_odd_series_of_ln_eps0():
         assert relative_error(eps0, mp.exp(-exponent)) < mpf(10) ** -40
 
 
-def test_elastic_limit():
-    """Without damping x_max = (5/4)^(2/5) and tau_c is a beta function; the damping changes both by O(kappa)."""
-    collision = collide("1e-15", 25)
-    with mp.workdps(WORK):
-        x_max = (mpf(5) / 4) ** (mpf(2) / 5)
-        tau_c = mpf(4) / 5 * x_max * mp.beta(mpf(2) / 5, mpf(1) / 2)
-        assert relative_error(collision.x_max, x_max) < mpf(10) ** -27
-        assert relative_error(collision.tau_c, tau_c) < mpf(10) ** -27
-
-
-def test_large_v_star():
-    """epsilon v*^(10/3) -> (3/2)^(2/3), from below and about like ln(kappa) kappa^(-5/3)."""
-    for v_star in ("1e2", "1e4"):
-        epsilon = collide(v_star, 15).epsilon
-        with mp.workdps(WORK):
-            missing = 1 - epsilon * mpf(v_star) ** (mpf(10) / 3) / (mpf(3) / 2) ** (mpf(2) / 3)
-            kappa = mpf(v_star) ** 2
-            assert 2 < missing * kappa ** (mpf(5) / 3) / mp.log(kappa) < 3
-
-
 def test_large_v_star_to_the_older_end():
     """All that creeps to x = 0 forgets how it began, so eps0 v*^10 tends to a constant exponentially in kappa^(5/3)."""
     constants = []
@@ -112,7 +92,7 @@ def test_large_v_star_to_the_older_end():
     assert relative_error(*constants) < mpf(10) ** -22
 
 
-# --- against the rivals ---------------------------------------------------------------------------------------------
+# --- against SciPy ---------------------------------------------------------------------------------------------------
 
 
 def scipy_epsilon(v_star: float) -> float:
@@ -139,11 +119,6 @@ def test_against_scipy(v_star: float):
     assert relative_error(mpf(scipy_epsilon(v_star)), collide(v_star, 15).epsilon) < 1e-11
 
 
-@pytest.mark.parametrize("v_star", [0.3, 1, 3])
-def test_against_odefun(v_star: float):
-    assert relative_error(odefun_epsilon(v_star, 15, stretched=True), collide(v_star, 18).epsilon) < 1e-15
-
-
 # --- arguments ------------------------------------------------------------------------------------------------------
 
 
@@ -159,7 +134,6 @@ def test_the_global_precision_is_left_alone():
     with mp.workdps(17):
         before = mp.prec
         collide(1, 20)
-        odefun_epsilon(1, 5, stretched=True)
         assert mp.prec == before
 
 

@@ -16,8 +16,6 @@ dtau = 2 s dtheta the motion becomes polynomial,
 so s, u and tau are analytic in theta through first contact and through x = 0 at the other end. There is one recursion
 for all of it, and a step's length follows from how fast its coefficients decay. `collide_by` does the same for any law
 of contact (a, b), with x = s^m, dtau = m s^(m-1) dtheta and du/dtheta = -m (s^(m(a+1)-1) + kappa u s^(m(b+1)-1)).
-
-`odefun_epsilon` is a rival: the obvious solution with mpmath.
 """
 
 from __future__ import annotations
@@ -273,44 +271,3 @@ def _rounded(value: mpf, digits: int) -> mpf:
     ctx = mpmath.mp.clone()
     ctx.dps = digits + 3
     return mpmath.mp.make_mpf((+ctx.convert(value))._mpf_)
-
-
-# --- what one would type today --------------------------------------------------------------------------------------
-
-
-def odefun_epsilon(v_star: Exact, digits: int, stretched: bool = False) -> mpf:
-    """Return epsilon from `mpmath.odefun` on (x, x') and a root search; for v_star around 1.
-
-    With `stretched` it gets s, u and theta instead, which helps a great deal but is not obvious.
-    """
-    ctx = mpmath.mp.clone()
-    ctx.dps = digits + 5
-    exact = _exact(v_star)
-    kappa = (ctx.mpf(exact.numerator) / exact.denominator) ** 2
-    start, initial = (ctx.zero, [ctx.zero, ctx.one]) if stretched else _shortly_after_contact(ctx, kappa)
-
-    def in_time(_: mpf, y: list[mpf]) -> list[mpf]:
-        return [y[1], -ctx.sqrt(y[0]) * (y[0] + kappa * y[1])]
-
-    def in_theta(_: mpf, y: list[mpf]) -> list[mpf]:
-        return [y[1], -2 * y[0] ** 2 * (y[0] ** 2 + kappa * y[1])]
-
-    motion = ctx.odefun(in_theta if stretched else in_time, start, initial)
-
-    def force(time: mpf) -> mpf:
-        x, v = motion(time)
-        return (x**2 if stretched else x) + kappa * v
-
-    late = ctx.mpf(1) / 2
-    while force(late) > 0:
-        late += ctx.mpf(1) / 4
-    end = ctx.findroot(force, (late - ctx.mpf(1) / 4, late), solver="anderson")
-    return _rounded(-motion(end)[1], digits)
-
-
-def _shortly_after_contact(ctx: mpmath.MPContext, kappa: mpf) -> tuple[mpf, list[mpf]]:
-    """tau, (x, x') from three terms of the expansion in sqrt(tau) at first contact; their relative error is tau^3."""
-    tau = ctx.mpf(10) ** (-ctx.mpf(ctx.dps) / 3)
-    x = tau - 4 * kappa / 15 * tau**2.5 - 4 * tau**3.5 / 35
-    v = 1 - 2 * kappa / 3 * tau**1.5 - 2 * tau**2.5 / 5
-    return tau, [x, v]
