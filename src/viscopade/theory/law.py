@@ -105,13 +105,6 @@ class Law:
         return f"k {elastic} + c{damping and ' '}{damping} x'"
 
     @property
-    def kappa_text(self) -> str:
-        """Kappa as text, in terms of the constants k and c, the effective mass m and the impact speed v."""
-        powers = {"k": -1 / self.nu, "m": 1 / self.nu - 1, "v": 2 * self.c}
-        factors = (f"{name}^({power})" if power != 1 else name for name, power in powers.items() if power)
-        return "c " + " ".join(factors)
-
-    @property
     def stiffness_unit(self) -> str:
         """SI unit of the constant k of the force k xi^a."""
         return f"N/{_metres(self.elastic)}"
