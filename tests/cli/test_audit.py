@@ -198,3 +198,18 @@ def test_three_formulas_are_printed_unless_all_are_wanted():
     assert f"--all prints {len(rows) - 3} more" in few
     assert all_.count("delivered:") == len(rows)
     assert "--all" not in all_
+
+
+def test_a_longer_contact_is_suggested():
+    words = ("mercurydpm", "--epsilon", "0.5", "--time-step")
+    rows = json.loads(run(*words, "0.3", "--format", "json").output)["rows"]
+    steps = rows[-1]["resolving_steps"]
+    text = " ".join(run(*words, "3 ms", "--contact-time", "10 ms").output.split())
+    assert f"unless an undamped contact lasts {steps} time steps ({steps * 0.003:.3g} s)." in text
+    for number, resolved in ((steps, True), (steps / 2, False)):
+        (row,) = [
+            row
+            for row in json.loads(run(*words, repr(1 / number), "--format", "json").output)["rows"]
+            if row["formula"] == rows[-1]["formula"]
+        ]
+        assert (row["resolving_steps"] is None) == resolved

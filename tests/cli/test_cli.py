@@ -18,6 +18,8 @@ from viscopade import Pair, Sphere, pade, series
 from viscopade.cli.main import command
 from viscopade.collision import exact
 from viscopade.collision.contact import Contact
+from viscopade.kernels.catalogue import Request
+from viscopade.kernels.requests import render
 from viscopade.theory.law import ENDS, law_of
 
 # --- what is printed ----------------------------------------------------------------------------------------------
@@ -142,6 +144,7 @@ def test_quantities_have_units():
     same = json_of("epsilon", "--beta", "1.307", "--speed", "1", "--digits", 60)  # 10 mm/s is 1 cm/s
     assert of_beta.pop("units") == {"beta": "(s/cm)^(1/5)"}
     assert same.pop("units") == {"beta": "(s/m)^(1/5)"}
+    assert same["epsilon"] == exact.collision(beta="1.307", speed="1", digits=60).decimals()["epsilon"]
     assert of_beta == same
     assert (
         "  beta                   0.2" in called("epsilon", *BALL, "--dissipative-constant", 1e-4, "--speed", 1).stdout
@@ -222,6 +225,15 @@ def test_figures_are_written_and_replaced(tmp_path):
         result = called(*words)
         assert (result.returncode, result.stderr) == (0, "")
     assert {path.name for path in (tmp_path / "new").iterdir()} == {"local-exponent.svg", "local-exponent.png"}
+
+
+def test_export_prints_the_kernels_that_are_asked_for():
+    assert printed("export", "c", "--pade", "3/6", "--pade", "1/4") == render(Request(pade=[(3, 6), (1, 4)]), "c")
+
+
+def test_reproduce_as_json():
+    whole = json_of("reproduce")
+    assert whole["agreeing"] == len(whole["entries"]) == 32
 
 
 def test_the_papers_table_in_latex_has_the_digits_asked_for():
