@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import exact
 from viscopade.collision.contact import PHASES, SampledCollision, resolved, root
-from viscopade.collision.schemes import SEMI_IMPLICIT
+from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.spheres import beta_from_restitution, v_star
 from viscopade.collision.weight import EARTH, FallingContact, loaded, loss_slope
 from viscopade.simulators import simulator_with
@@ -394,17 +394,13 @@ class OwnLawContact:
         if not load and step is None:
             return self._plain(speed, kappa, over_mass)
         law, damping, time = self.formula.law, self._at(kappa, speed), self._time_scale(speed, over_mass)
-        if step is None or scheme is None:
-            found = loaded(law, damping, load, self.carried).collide()
-        else:
-            contact, size = loaded(law, damping, load, self.carried), step * law.contact_time
-            found = contact.collide(step=size, scheme=scheme, phases=PHASES)  # which has the mean, and no range
+        found = _mean_collision(law, damping, load, self.carried, step, scheme)
         return _Course(found.epsilon, found.depth * time * speed, found.duration * time)
 
     def _plain(self, speed: float, kappa: float, over_mass: float) -> _Course:
         """Return the collision without weight and time steps."""
         time = self._time_scale(speed, over_mass)
-        found = exact.collision(kappa=repr(self._at(kappa, speed)), law=self.formula.law, digits=_DIGITS).floats()
+        found = _proven(self.formula.law, self._at(kappa, speed))
         return _Course(found["epsilon"], found["x_max"] * time * speed, found["tau_c"] * time)
 
     def _at(self, kappa: float, speed: float) -> float:
@@ -539,6 +535,23 @@ class OwnLawContact:
             return None
         unit = law.contact_time * self._time_scale(self.wanted.typical, over_mass)
         return largest_step(law, self._continuum, error, self.epsilon, scheme) * unit
+
+
+@cache
+def _proven(law: Law, kappa: float) -> dict[str, float]:
+    """Return the collision without weight and time steps, proven."""
+    return exact.collision(kappa=repr(kappa), law=law, digits=_DIGITS).floats()
+
+
+@cache
+def _mean_collision(
+    law: Law, kappa: float, load: float, carried: float, step: float | None, scheme: Scheme | None
+) -> SampledCollision:
+    """Return a collision with a load and a time step in undamped contact times; with the mean of phases, no range."""
+    contact = loaded(law, kappa, load, carried)
+    if step is None or scheme is None:
+        return contact.collide()
+    return contact.collide(step=step * law.contact_time, scheme=scheme, phases=PHASES)
 
 
 def _zero(function: Callable[[float], float], start: float) -> float:
