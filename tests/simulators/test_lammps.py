@@ -226,8 +226,8 @@ print "epsilon ${{epsilon}} overlap $({overlap}:%.9g)"
 """
 
 
-def collision_script(setup, contact, speed, timestep, phase=0.0, contact_times=1.5):
-    """Return an input in which two bodies of a contact collide head-on; a wall is at z = 0."""
+def collision_script(setup, text, contact, speed, timestep, phase=0.0, contact_times=1.5):
+    """Return an input with a setup's text in which two bodies of a contact collide head-on; a wall is at z = 0."""
     pair, names = contact.pair, [name for name, body in setup.bodies.items() if not body.is_wall]
     gap, first, second = phase * speed * timestep, pair.first.radius, pair.second.radius
     if pair.second.is_wall:
@@ -244,14 +244,14 @@ def collision_script(setup, contact, speed, timestep, phase=0.0, contact_times=1
         f"set atom {i} mass {body.mass!r}\nset atom {i} vz {v!r}"
         for i, (name, body, z, v) in enumerate(balls, 1)
     )
-    variables = re.findall(r"^variable (\w+) index .*# (.*)$", render("lammps", setup, COMMAND), re.MULTILINE)
+    variables = re.findall(r"^variable (\w+) index .*# (.*)$", text, re.MULTILINE)
     walls = (
         f'variable {variable} index "zplane {"0.0" if name == contact.second else "NULL"} NULL"'
         for variable, name in variables
     )
     radii = [body.radius for _, body, _, _ in balls]
     return SCRIPT.format(
-        style=re.search(r"stand units (\w+)", flowing(render("lammps", setup, COMMAND)))[1],
+        style=re.search(r"stand units (\w+)", flowing(text))[1],
         skin=min(radii),
         box=2.5 * max(radii),
         types=len(names),
@@ -266,9 +266,9 @@ def collision_script(setup, contact, speed, timestep, phase=0.0, contact_times=1
 
 def in_lammps(setup, contact=None, speed=1.0, steps=2000, change=lambda text: text, alter=lambda text: text, **options):
     """Run a contact of a setup; `change` edits the include file, `alter` the script. Returns eps and the overlap."""
-    contact = contact or setup.contacts[0]
-    script = collision_script(setup, contact, speed, float(contact.pair.contact_time(speed)) / steps, **options)
-    printed = simulators.lammps(alter(script), **{"viscopade.lammps": change(render("lammps", setup, COMMAND))})
+    contact, text = contact or setup.contacts[0], render("lammps", setup, COMMAND)
+    script = collision_script(setup, text, contact, speed, float(contact.pair.contact_time(speed)) / steps, **options)
+    printed = simulators.lammps(alter(script), **{"viscopade.lammps": change(text)})
     found = re.search(r"^epsilon (\S+) overlap (\S+)$", printed, re.MULTILINE)
     return float(found[1]), float(found[2])
 
