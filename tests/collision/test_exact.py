@@ -285,12 +285,16 @@ def test_rest_and_no_damping_keep_beta():
     assert exact.collision(beta=0, speed=1).decimals()["beta"] == "0"
 
 
-def test_what_is_not_a_number_is_refused():
+def test_an_inconsistent_collision_is_refused():
     good, nothing = exact.collision(1, 12), flint.arb("nan")
     with pytest.raises(ValueError, match="too wide for 12 digits: x_max"):
         exact.Collision(12, good.v_star, good.epsilon, good.one_minus_epsilon, flint.arb(0, "inf"), good.tau_c, {})
     with pytest.raises(ValueError):
         exact.Collision(12, nothing, nothing, nothing, nothing, nothing, {})
+    with pytest.raises(ValueError, match="do not belong together"):
+        exact.Collision(12, good.v_star, good.epsilon, good.epsilon, good.x_max, good.tau_c, {})
+    with pytest.raises(ValueError, match="too wide for 30 digits: "):
+        exact.Collision(30, good.v_star, good.epsilon, good.one_minus_epsilon, good.x_max, good.tau_c, {})
 
 
 @pytest.mark.parametrize("v_star", ["1e-3", "0.7", "1.5", "4", "1e3"])
@@ -305,14 +309,6 @@ def test_without_the_table_of_first_guesses(v_star, monkeypatch):
     monkeypatch.setattr(exact.double, "x_max", missing)
     assert exact.collision(v_star, 40).decimals() == with_table
     assert exact.invert(with_table["epsilon"], 30).decimals() == inverse
-
-
-def test_an_inconsistent_collision_is_refused():
-    good = exact.collision(1, 12)
-    with pytest.raises(ValueError, match="do not belong together"):
-        exact.Collision(12, good.v_star, good.epsilon, good.epsilon, good.x_max, good.tau_c, {})
-    with pytest.raises(ValueError, match="too wide for 30 digits: "):
-        exact.Collision(30, good.v_star, good.epsilon, good.one_minus_epsilon, good.x_max, good.tau_c, {})
 
 
 @pytest.mark.parametrize("digits", [25, 60])
