@@ -11,8 +11,8 @@ R = sqrt(x), W = x' and a time s, dtau = 2 R ds, it is a polynomial flow,
 
 which is followed by Taylor polynomials in integer arithmetic. (The package follows the motion from the turning point,
 for given values of another parameter, and in balls.) The table must agree to 35 digits, or to its own bound. Where
-panels lie follows from the page on the exact function: [0, 2^-4), then eight in each octave; panel 0 holds from 2^-36
-on.
+panels lie follows from the page on the exact function: [0, 2^-4), then eight in each of 27 octaves; panel 0 holds from
+2^-36 on.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 FIRST, TO_AN_OCTAVE, LEAST = Fraction(1, 16), 8, Fraction(1, 2**36)
+PANELS = 1 + 8 * 27
 BOUND_UNIT = Fraction(1, 2**160)
 AGREED = Fraction(1, 10**35)
 BITS = 140  # of the smaller of eps and 1 - eps
@@ -66,6 +67,8 @@ def rows_of(file: Path) -> list[Row]:
         if int(panel) != number or name not in ("epsilon", "one_minus_epsilon"):
             raise Wrong(f"line {number + 1} is not that of panel {number}")
         rows.append(Row(name, int(bound) * BOUND_UNIT, int(exponent), tuple(map(int, a))))
+    if len(rows) != PANELS:
+        raise Wrong(f"there are {len(rows)} rows: expected {PANELS}")
     return rows
 
 

@@ -90,6 +90,7 @@ def test_the_checker_of_the_exact_table_finds_wrong_rows(tmp_path):
     for lines, known, said in (
         ([*rows[:5], wrong, *rows[6:]], True, "the digest is not that of the rows"),
         (rows[1:], False, "line 1 is not that of panel 0"),
+        (rows[:-1], False, "there are 216 rows: expected 217"),
         ([*rows[:5], wrong, *rows[6:]], False, "panel 5, v* = "),
     ):
         own = digest if known else f"sha256 {hashlib.sha256(chr(10).join(lines).encode()).hexdigest()}"

@@ -126,17 +126,22 @@ def test_a_speed_that_is_not_bracketed_is_not_found(monkeypatch):
             assert exact_table.v_star_of(half) is None
 
 
-def test_without_the_table_everything_is_integrated(monkeypatch):
-    """While the table is made, and with the same decimals."""
-    forth, back = exact.collision("0.3").decimals(), exact.invert("0.7").decimals()
-    monkeypatch.setattr(exact_table, "exact_rows", dict)
-    exact_table._row.cache_clear()
+@pytest.mark.parametrize("rows", [{}, {i: row for i, row in panel_proof.exact_rows().items() if i % 9}])
+def test_a_table_that_is_not_whole(monkeypatch, rows):
+    """Its rows are named; more digits, from which it is made, are integrated."""
+    right = exact.collision("0.8", 42).decimals()
+    monkeypatch.setattr(exact_table, "exact_rows", lambda: rows)
+    kept = exact_table._row, exact_table._odds_at_end
+    for known in kept:
+        known.cache_clear()
     try:
-        for found, decimals in ((exact.collision("0.3"), forth), (exact.invert("0.7"), back)):
-            assert not isinstance(found, exact._Tabulated)
-            assert found.decimals() == decimals
+        assert exact.collision("0.8", 42).decimals() == right
+        for asked in (lambda: exact.collision("0.01", 20), lambda: exact.invert("0.7", 20)):
+            with pytest.raises(OSError, match=r"data/exact\.txt has no row of panel \d+: run python -m tools\.exact"):
+                asked()
     finally:
-        exact_table._row.cache_clear()
+        for known in kept:
+            known.cache_clear()
 
 
 def test_a_collision_from_the_table_is_a_record_like_others():

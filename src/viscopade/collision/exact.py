@@ -655,7 +655,7 @@ def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
 
 def _collision(wanted: _Wanted, digits: int) -> Collision:
     """Look eps or v* up in the table; where it does not determine the decimals, solve for k and enclose."""
-    if wanted.law == VISCOELASTIC:
+    if wanted.law == VISCOELASTIC and digits <= exact_table.DIGITS:
         with working(exact_table.BITS):
             balls = wanted.tabulated()
         if balls is not None:

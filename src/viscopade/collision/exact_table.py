@@ -17,9 +17,10 @@ from viscopade.arithmetic.balls import ball_of
 from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
-from viscopade.collision.panel_proof import exact_rows
+from viscopade.collision.panel_proof import EXACT, exact_rows
 
 BITS = 170
+DIGITS = 39  # no row has more
 START, END = float(panel_proof.ELASTIC), float(panel_proof.END)  # powers of 2
 # In a panel's coordinate the first guess is off by at most 1, and the curve bends by a few per cent: each step doubles
 # the right bits, from 4 on.
@@ -46,10 +47,10 @@ class _Row(NamedTuple):
 
 
 @lru_cache(maxsize=PANELS)
-def _row(index: int) -> _Row | None:
-    """Return a panel's row, if it is proven."""
+def _row(index: int) -> _Row:
+    """Return a panel's row; an OSError says that it is missing."""
     if index not in exact_rows():
-        return None
+        raise OSError(f"{EXACT} has no row of panel {index}: run python -m tools.exact_table")
     found = exact_rows()[index]
     centre, half = (arb(float(values[index])) for values in (CENTRES, HALF_WIDTHS))
     polynomial, error = found.row.poly(), found.error
@@ -62,8 +63,10 @@ def portions(v_star: arb) -> Portions | None:
     if not START <= v_star < END:
         return None
     index, _ = panels.index_of(float(v_star))
-    for row in (_row(index), _row(index - 1)):  # v* may lie just below the end to which a float rounds it
-        if row is not None and -1 <= (z := (v_star - row.centre) / row.half) <= 1:
+    for row in map(
+        _row, range(index, max(index - 2, -1), -1)
+    ):  # v* may lie just below the end that a float rounds it to
+        if -1 <= (z := (v_star - row.centre) / row.half) <= 1:
             smaller = row.polynomial(z) * row.factor
             return Portions(smaller, 1 - smaller) if row.is_epsilon else Portions(1 - smaller, smaller)
     return None
@@ -73,10 +76,10 @@ def v_star_of(epsilon: Fraction) -> arb | None:
     """Enclose the v* with a coefficient of restitution in (0, 1); None where the table does not tell."""
     # The panel follows from (1 - eps)/eps, which grows with v*.
     eps, loss = ball_of(epsilon), ball_of(1 - epsilon)
-    index = bisect_left(range(len(exact_rows())), float(loss / eps), key=_odds_at_end)
-    row = _row(index)
-    if row is None:
+    index = bisect_left(range(PANELS), float(loss / eps), key=_odds_at_end)
+    if index == PANELS:
         return None
+    row = _row(index)
     # Newton's method for the row, whose first term on panel 0 is c z^2.
     wanted = eps if row.is_epsilon else loss
     z = arb(0) if index else (wanted / row.polynomial[2]).sqrt().mid()
@@ -98,6 +101,5 @@ def v_star_of(epsilon: Fraction) -> arb | None:
 def _odds_at_end(index: int) -> float:
     """Return (1 - eps)/eps at the end of a panel, nearly."""
     row = _row(index)
-    assert row is not None
     smaller = row.polynomial(arb(1))
     return float((1 - smaller) / smaller if row.is_epsilon else smaller / (1 - smaller))

@@ -113,7 +113,7 @@ class ExactRow(NamedTuple):
 
 @lru_cache(maxsize=1)
 def exact_rows() -> dict[int, ExactRow]:
-    """Return the rows to 35 digits by panel; none for a panel that is not proven yet.
+    """Return the rows to 37 digits by panel; while `tools.exact_table` makes the table, some are missing.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def exact_rows() -> dict[int, ExactRow]:
     """
     try:
         named, *lines = lines_of(EXACT) or [""]
-    except FileNotFoundError:  # the table is being made
+    except FileNotFoundError:
         return {}
     if named != digest(lines):
         raise OSError(f"{EXACT} was changed after its proof: run python -m tools.exact_table")
