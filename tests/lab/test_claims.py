@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from flint import arb
 from mpmath import mp, mpf
+from scipy.integrate import solve_ivp
 
 from viscopade import progress
 from viscopade.arithmetic.decimals import at_most
@@ -374,6 +375,23 @@ def test_the_two_ends_of_contact(numbers, v):
     assert found["compression_at_t_c_over_largest"][f"{v:g}"] == pytest.approx(compression, rel=1e-4)
     older = float(collide(v, 15, end="position").epsilon / truth(v) - 1)
     assert found["older_end_over_this_one_minus_1"][f"{v:g}"] == pytest.approx(older, rel=1e-5)
+
+
+@pytest.mark.parametrize("v", [0.5, 1.0, 1.5])
+def test_attraction_without_the_min(numbers, v):
+    """By SciPy, in scaled variables, until x = 0."""
+
+    def force(y):
+        return -math.sqrt(max(y[0], 0)) * (y[0] + v * v * y[1])
+
+    def back(t, y):
+        return y[0] if t > 0 else 1.0
+
+    back.terminal = True
+    path = solve_ivp(lambda _, y: (y[1], force(y)), (0, 100), (0, 1), events=back, rtol=1e-10, max_step=5e-3)
+    forces = [force(y) for y in path.y.T]
+    found = numbers["never-attracts"]["attraction_without_min"][f"{v:g}"]
+    assert found == pytest.approx(max(forces) / -min(forces), rel=1e-3)
 
 
 def test_benchmark_errors_are_those_against_the_direct_integration(numbers):
