@@ -227,6 +227,8 @@ def test_slopes_and_errors_of_the_law(numbers):
     for v in ("2", "10", "1000"):
         assert found["slope"][v] == pytest.approx(double.slope(float(v)), rel=1e-11)
         assert found["relative_error_of_the_law"][v] == pytest.approx(float(mpf(v) ** -3.2 / truth(v) - 1), rel=1e-9)
+    assert found["limit_prefactor"] == pytest.approx(float(truth("1e6") * mpf("1e6") ** (mpf(10) / 3)))
+    assert numbers["exponent-about-3"]["limit_exponent"] == pytest.approx(-10 / 3)
     assert double.slope(found["v_star_where_slope_is_-3.2"]) == pytest.approx(-3.2, abs=1e-10)
 
 

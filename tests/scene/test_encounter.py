@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import viscopade as vp
 from viscopade import Pair, Sphere
@@ -146,9 +147,30 @@ def test_extreme_radii_that_cannot_be_are_refused_with_the_files_name():
 
 @pytest.mark.parametrize("scene", [scene_of(GLASS), scene_of(CORK, LEAD), scene_of(CORK, wall=LEAD)])
 def test_duration_and_depth_of_contact(scene):
+    """Against the equation of motion in SI units, integrated until the force vanishes."""
     found = met(scene)
-    assert found.contact_time == pytest.approx(found.pair.contact_time(0.1))
-    assert found.overlap == pytest.approx(found.pair.max_compression(1.0) / 2e-3)
+    pair = found.pair
+    unit = (pair.m_eff / pair.rho) ** 0.4
+
+    def force(_, y):
+        return pair.rho * math.sqrt(max(y[0], 0)) * (y[0] + 1.5 * pair.A * y[1])
+
+    def ends(t, y):
+        return y[0] + 1.5 * pair.A * y[1] if t else 1.0
+
+    def turns(_, y):
+        return y[1]
+
+    ends.terminal, ends.direction = True, -1
+    runs = [
+        solve_ivp(
+            lambda t, y: (y[1], -force(t, y) / pair.m_eff), (0, 100 * unit * speed**-0.2), (0.0, speed),
+            method="DOP853", events=(ends, turns), rtol=1e-11, atol=1e-13 * unit, max_step=0.05 * unit * speed**-0.2,
+        )
+        for speed in (0.1, 1.0)
+    ]  # fmt: skip
+    assert found.contact_time == pytest.approx(runs[0].t_events[0][0], rel=1e-6)
+    assert found.overlap == pytest.approx(runs[1].y_events[1][0][0] / 2e-3, rel=1e-6)
 
 
 def test_mean_free_time_of_a_gas_counted():
