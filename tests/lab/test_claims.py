@@ -219,6 +219,33 @@ def test_older_coefficients_against_direct_integration_with_the_older_end(number
     assert numbers["older-coefficients"]["agree"] == [True, True, False, False]
 
 
+def test_radius_of_convergence(numbers):
+    found = numbers["slow-convergence"]
+    assert found["radius"] == pytest.approx(1.0470243122, rel=1e-10)  # derivations/09_singularity.py
+    assert found["argument_over_pi"] == pytest.approx(0.428884641576, rel=1e-11)
+    assert found["radius_from_coefficients"] == pytest.approx(found["radius"], rel=2e-5)
+
+
+@pytest.mark.parametrize(("v", "digits"), [("0.5", 45), ("1.2", 20)])
+def test_the_series_is_exact_within_its_radius(numbers, v, digits):
+    with mp.workdps(60):
+        off = abs(mp.polyval(h()[::-1], mpf(v)) / collide(v, digits).epsilon - 1)
+    found = numbers["exact-solution"]["relative_error_of_S_120"][v]
+    assert found == pytest.approx(float(off), rel=1e-3, abs=0)
+
+
+def test_higher_orders_are_better_and_some_have_poles(numbers):
+    found = numbers["no-improvement"]
+    assert found["best_m"]["10"] == 23
+    assert found["improvement"]["10"] == pytest.approx(error(3, 10) / error(23, 10), rel=1e-3)
+    assert found["error_at_1"]["[3/6]"] == pytest.approx(float(approximant(3, mpf(1)) / truth("1") - 1), rel=1e-6)
+    usable = numbers["higher-orders-usable"]
+    assert {int(m) for m in usable["positive_poles"]} == {4, 7, 10, 16, 19, 25}
+    assert {int(m) for m in usable["only_zeros"]} == {2, 8}
+    smallest = numbers["convergent-if-m-below-n"]["smallest_positive_pole"]
+    assert float(smallest["[4/7]"]) == pytest.approx(3.687, abs=1e-3)
+
+
 # --- large v* ---------------------------------------------------------------------------------------------------------
 
 
