@@ -286,6 +286,12 @@ def test_powers_of_the_approximants(numbers):
 # --- approximants -----------------------------------------------------------------------------------------------------
 
 
+def test_order_of_contact(numbers):
+    """Those of the approximants, which tests/theory/test_pade.py expands again."""
+    expected = {f"[{m}/{n}]": theory_pade.pade(m, n).contact_order for m, n in TABLE}
+    assert numbers["order-conditions"]["agrees_up_to_order"] == expected
+
+
 # Where the largest error on (0, V] is that at V itself.
 AT_THE_END = [(0, 1), (0, 2), (0, 100), (1, 1), (1, 10), (1, 100), (2, 2), (2, 100), (3, 1), (3, 2), (3, 5), (3, 10),
               (3, 100), (6, 5), (9, 10), (15, 2), (15, 10), (23, 2), (23, 5), (23, 10), (25, 2)]  # fmt: skip
