@@ -33,7 +33,7 @@ USAGE = ROOT / "docs" / "usage"
 README = (ROOT / "README.md").read_text("utf-8")
 PAGES = [README, *(page.read_text("utf-8") for page in sorted(USAGE.glob("*.md")))]
 OF_SIMULATORS = [page.read_text("utf-8") for page in sorted((USAGE / "simulators").glob("*.md"))]
-RESULT = from_csv((ROOT / "docs" / "bench" / "xeon_cascade_lake.csv").read_bytes(), "xeon_cascade_lake.csv")
+RESULT = from_csv((ROOT / "docs" / "bench" / "epyc.csv").read_bytes(), "epyc.csv")
 
 
 def blocks(text):
