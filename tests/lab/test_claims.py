@@ -178,6 +178,19 @@ def test_the_page_has_the_bias_of_the_damping_from_an_approximant():
 # --- the series -------------------------------------------------------------------------------------------------------
 
 
+def test_first_coefficients(numbers):
+    """(1 - eps)/v*^2 tends to -h_2, and its remainder is h_4 v*^2."""
+    h_0, h_1, h_2, h_3, h_4 = numbers["coefficients-known"]["h"][:5]
+    v = mpf("1e-4")
+    with mp.workdps(40):
+        loss = collide("1e-4", 30).one_minus_epsilon / v**2
+        assert float(loss) == pytest.approx(-float(h_2), rel=1e-7)
+        assert float((mpf(h_2) + loss) / -(v**2)) == pytest.approx(float(h_4), rel=1e-3)
+    assert [float(h_0), float(h_1), float(h_3)] == [1, 0, 0]
+    assert numbers["sum-from-zero"]["epsilon_at_0"] == 1
+    assert [numbers["no-linear-term"][name] for name in ("h_1", "h_3")] == [0, 0]
+
+
 @pytest.mark.parametrize(("order", "name"), [(20, "order-20-at-1"), (40, "ice-order-40")])
 @pytest.mark.parametrize("tolerance", [1, 10])
 def test_where_truncations_leave_the_truth(numbers, order, name, tolerance):
@@ -244,6 +257,19 @@ def test_higher_orders_are_better_and_some_have_poles(numbers):
     assert {int(m) for m in usable["only_zeros"]} == {2, 8}
     smallest = numbers["convergent-if-m-below-n"]["smallest_positive_pole"]
     assert float(smallest["[4/7]"]) == pytest.approx(3.687, abs=1e-3)
+    assert smallest == {f"[{m}/{int(m) + 3}]": poles[0] for m, poles in usable["positive_poles"].items()}
+    with mp.workdps(40):
+        off = float(approximant(23, mpf(1)) / collide(1, 30).epsilon - 1)
+    assert found["error_at_1"]["[23/26]"] == pytest.approx(off, rel=1e-6, abs=0)
+
+
+@pytest.mark.parametrize(("kind", "side"), [("positive_poles", 1), ("only_zeros", 0)])
+def test_poles_and_zeros_are_roots_to_all_their_digits(numbers, kind, side):
+    for m, roots in numbers["higher-orders-usable"][kind].items():
+        for root in map(mpf, roots):
+            with mp.workdps(100):
+                value, slope = mp.polyval(rational(int(m))[side][::-1], root, derivative=True)
+            assert abs(value / slope) < 1e-11 * root
 
 
 # --- large v* ---------------------------------------------------------------------------------------------------------
@@ -254,6 +280,7 @@ def test_slopes_and_errors_of_the_law(numbers):
     for v in ("2", "10", "1000"):
         assert found["slope"][v] == pytest.approx(double.slope(float(v)), rel=1e-11)
         assert found["relative_error_of_the_law"][v] == pytest.approx(float(mpf(v) ** -3.2 / truth(v) - 1), rel=1e-9)
+    assert found["limit_prefactor_theory"] == pytest.approx(2.25 ** (1 / 3))
     assert found["limit_prefactor"] == pytest.approx(float(truth("1e6") * mpf("1e6") ** (mpf(10) / 3)))
     assert numbers["exponent-about-3"]["limit_exponent"] == pytest.approx(-10 / 3)
     assert double.slope(found["v_star_where_slope_is_-3.2"]) == pytest.approx(-3.2, abs=1e-10)
@@ -284,6 +311,27 @@ def test_powers_of_the_approximants(numbers):
 
 
 # --- approximants -----------------------------------------------------------------------------------------------------
+
+
+def test_table(numbers):
+    """All 32 entries are the printed ones."""
+    printed = {
+        f"[{m}/{n}] {symbol}_{i}": Decimal(text)
+        for (m, n), rows in TABLE.items()
+        for symbol, row in zip("ab", rows, strict=True)
+        for i, text in enumerate(row)
+    }
+    assert {name: Decimal(own) for name, own in numbers["table-entries"]["ours"].items()} == printed
+
+
+def test_two_five_has_no_pole_but_a_zero(numbers):
+    found = numbers["pole-of-2-5"]
+    (zero,) = (root for root in np.roots([float(text) for text in TABLE[2, 5][0]][::-1]) if root > 0)
+    assert float(found["zero"]) == pytest.approx(zero, rel=2e-5)
+    assert numbers["digits-of-the-pole"]["ours"] == found["zero"]
+    assert found["positive_poles"] == []
+    assert found["value_at_twice_the_zero"] == pytest.approx(float(approximant(2, 2 * mpf(found["zero"]))), rel=1e-9)
+    assert numbers["no-divergence"]["usable"] == {"[1/4]": True, "[3/6]": True}
 
 
 def test_order_of_contact(numbers):
