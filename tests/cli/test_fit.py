@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.cli import called, json_of, printed, said
-from tests.fitting.test_contacts import REPORTED
+from tests.fitting.test_contacts import REPORTED, fallen
 from viscopade import Pair, Sphere
 from viscopade.arrays import double
 from viscopade.fitting.flight import Flight
@@ -218,6 +218,16 @@ def test_an_eps_above_1_is_named(number, others, tmp_path):
     file.write_text("speed,eps,sigma_eps\n.1,.97,.01\n1,.96,.01\n10,.92,.01\n" + number * "2,1.005,.01\n")
     warning = f"line 5: eps = 1.005 is above 1, by 0.5 standard errors{others}"
     assert json_of("fit", file)["warnings"] == [warning] * (number > 0)
+
+
+def test_bounces_in_air_with_their_contacts(tmp_path):
+    """A ball's instants on the Moon, from flights in air and the law; the true beta comes back."""
+    wall = Pair(BALL, Sphere.wall(young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=5e-7))
+    instants = fallen(wall, Flight.of_sphere(0.005, 2500, air_density=1.2, gravity=1.62))[0]
+    file = tmp_path / "drop.csv"
+    file.write_text("time (ms)\n" + "\n".join(f"{1000 * t:.9f}" for t in instants))
+    found = json_of("fit", file, *MATERIAL, "--wall", "--gravity", "1.62", "--air-density", "1.2")
+    assert found["beta"] == pytest.approx(wall.beta, rel=1e-5)
 
 
 SOFT = ("--radius", "2 cm", "--density", 1100, "--young-modulus", "2 MPa", "--poisson-ratio", 0.49)

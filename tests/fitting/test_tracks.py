@@ -189,6 +189,21 @@ def test_times_that_are_rounded_and_frames_that_are_missing(digits, missing):
     assert found.points.epsilon[:4] == pytest.approx(epsilon[:4], abs=0.01)
 
 
+@pytest.mark.parametrize(("step", "scale"), [(1, 0.3), (6, 1.0), (6, 1000.0)])
+def test_standard_errors_of_eps_at_other_rates_and_scales(step, scale):
+    random, off = np.random.default_rng(8), []
+    for _ in range(30):
+        time, height, speed, epsilon = track(random, FLIGHTS["vacuum"], held=0.3 * random.random())
+        time, height = time[::step], scale * height[::step]
+        found = of_track(time, height, labels(time), Flight())
+        assert found.agrees == (scale == 1)
+        for v, e, error in zip(found.points.speed, found.points.epsilon, found.points.standard_errors, strict=True):
+            off.append((e - epsilon[np.argmin(np.abs(speed - v / scale))]) / error)
+    assert len(off) > 100
+    assert np.std(off) == pytest.approx(1, abs=0.25)
+    assert np.mean(off) == pytest.approx(0, abs=0.25)
+
+
 @pytest.mark.parametrize("rate", [30, 240])
 def test_a_ball_that_is_lifted_and_dropped_again(rate):
     """Two drops with eps = 0.75 until the ball rests; a hand lifts it from 5 s to 6.5 s."""
