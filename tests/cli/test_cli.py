@@ -5,6 +5,7 @@ Most commands are called in this process; those whose streams, environment or im
 
 import csv
 import io
+import math
 import re
 import shlex
 from pathlib import Path
@@ -113,6 +114,16 @@ def test_damping_in_units(law, end):
     back = json_of("epsilon", "--damping", found["damping"], *of)
     assert float(back["epsilon"]) == pytest.approx(0.6, rel=1e-12)
     assert float(back["damping"]) == pytest.approx(c, rel=1e-14)
+
+
+def test_a_linear_contact_in_units_needs_no_speed():
+    """c = 2 zeta sqrt(k m) with the zeta of textbooks, and half a period of the damped oscillation."""
+    of = ("--law", "linear", "--end", "return", "--stiffness", "50 N/mm", "--mass", "10900 g")
+    found = json_of("invert", "--epsilon", "0.5", "--digits", 15, *of)
+    decay, omega = math.log(2) / math.hypot(math.pi, math.log(2)), math.sqrt(5e4 / 10.9)
+    assert float(found["damping"]) == pytest.approx(2 * decay * omega * 10.9, rel=1e-14)
+    assert float(found["contact_time"]) == pytest.approx(math.pi / omega / math.sqrt(1 - decay**2), rel=1e-14)
+    assert "max_compression" not in found
 
 
 def test_epsilon_of_a_material():

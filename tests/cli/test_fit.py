@@ -317,6 +317,7 @@ def test_a_table_of_a_material_has_its_contacts():
     assert found["speed"] == pytest.approx([0.01, 0.1, 1.0])
     assert found["curves"][0]["epsilon"] == pytest.approx(pair.epsilon(np.array([0.01, 0.1, 1.0])).tolist())
     assert found["contact_time"] == pytest.approx(pair.contact_time(np.array([0.01, 0.1, 1.0])).tolist())
+    assert found["max_compression"] == pytest.approx(pair.max_compression(np.array([0.01, 0.1, 1.0])).tolist())
 
 
 def test_all_curves_have_one_eps_at_the_speed():
