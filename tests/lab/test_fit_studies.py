@@ -40,6 +40,13 @@ def test_rates_of_a_right_interval_and_of_a_wrong_truth():
     assert wrong.inside == (0.0, 0.0)
 
 
+def test_verdicts_on_made_data_are_rarely_wrong():
+    """Sampled, one kind of data; all are in the next test."""
+    constant, law = (coverage.Cell(viscoelastic, False, 0.9, 0.01, 5).verdicts(20) for viscoelastic in (False, True))
+    assert max(constant["holds"] + constant["holds with a limit"], law["does not hold"]) <= 1
+    assert min(constant["does not hold"], law["holds"]) > 8
+
+
 @pytest.mark.slow
 def test_wrong_verdicts_on_made_data_are_five_per_cent_at_most():
     *_, sentence = coverage.table_of_verdicts(400)
