@@ -239,7 +239,7 @@ def test_radius_of_convergence(numbers):
     assert found["radius_from_coefficients"] == pytest.approx(found["radius"], rel=2e-5)
 
 
-@pytest.mark.parametrize(("v", "digits"), [("0.5", 45), ("1.2", 20)])
+@pytest.mark.parametrize(("v", "digits"), [("0.5", 45), ("0.7", 40), ("0.9", 30), ("1.2", 20), ("1.5", 20)])
 def test_the_series_is_exact_within_its_radius(numbers, v, digits):
     with mp.workdps(60):
         off = abs(mp.polyval(h()[::-1], mpf(v)) / collide(v, digits).epsilon - 1)
