@@ -253,6 +253,15 @@ def test_products_enclose():
         assert value_at(coefficients(f.slope()), y, z) == pytest.approx(slope, rel=1e-10)
 
 
+def test_products_count_every_part_of_their_error():
+    """Errors of either factor and of both, and what is cut off the real and the imaginary part."""
+    one = BivariateBall.linear(1)
+    wide, last = replace(one, error=1 << 50), np.eye(ORDER + 1)[:, -1:]
+    assert min((wide * one).error, (one * wide).error) >= 1 << 50
+    assert (wide * wide).error >= (1 << 51) + (1 << 40)
+    assert min((BivariateBall.rounded(last) * BivariateBall.rounded(i * last)).error for i in (1, 1j)) >= 1 << 60
+
+
 def test_squares_cover_the_upper_half_of_the_disc(monkeypatch):
     """Whatever is proven and whatever is not."""
     rng = np.random.default_rng(2)
