@@ -272,6 +272,8 @@ def test_pade_states_its_error_up_to_a_v_star():
     text = called("pade", "2", "--law", "hunt-crossley", "--digits", "8").stdout
     assert f"sampled, not proven: |[2/3] - eps| <= {sampled['error']} min(eps, 1 - eps) for 0 <= v* <= 1\n" in text
     assert "for 0 <= v* <= 5" in text
+    last = json_of("pade", 3, 6, "--v-star-max", 20)["errors"][-1]
+    assert last == pytest.approx({"v_star": 20, "relative": pade(3, 6)(20.0) / float(exact.epsilon(20)) - 1})
 
 
 BODY = ("--radius", "1 cm", "--density", "2500", "--young-modulus", "10 MPa", "--poisson-ratio", "0.3")
