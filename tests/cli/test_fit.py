@@ -310,6 +310,10 @@ def test_a_constant_eps_of_a_light_ball_is_constant_with_drag(tmp_path):
 # --- table and plot -------------------------------------------------------------------------------------------------
 
 
+def test_a_table_has_three_rows_in_a_decade():
+    assert json_of("table", "--from", "1e-3", "--to", "10")["v_star"] == pytest.approx(np.geomspace(1e-3, 10, 13))
+
+
 def test_a_table_of_a_material_has_its_contacts():
     words = ("--epsilon", "0.9", "--speed", "1 m/s", "--from", "1 cm/s", "--to", "1", "--points", "3")
     found = json_of("table", *MATERIAL, *words)
