@@ -75,6 +75,14 @@ def test_errors_of_both_constants_are_the_scatter_of_many_sets():
     assert np.mean(values, axis=0) == pytest.approx([5e-7, 7e10], rel=0.02)
 
 
+def test_the_error_of_beta_is_that_of_least_squares():
+    """sigma/sqrt(sum (d eps/d beta)^2), for points with one standard error."""
+    found = fitted(sigma=0.005)
+    low, high = (vp.epsilon(np.sqrt(beta) * SPEED**0.1) for beta in (0.999 * found.beta, 1.001 * found.beta))
+    slopes = (high - low) / (0.002 * found.beta)
+    assert found.beta_standard_error == pytest.approx(0.005 / np.linalg.norm(slopes), rel=1e-5)
+
+
 def test_without_contact_times_there_is_no_stiffness():
     with pytest.raises(ValueError, match="expected a column contact_time"):
         fitted().stiffness(BALL, False)
