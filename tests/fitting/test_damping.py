@@ -83,6 +83,23 @@ def test_the_error_of_beta_is_that_of_least_squares():
     assert found.beta_standard_error == pytest.approx(0.005 / np.linalg.norm(slopes), rel=1e-5)
 
 
+@pytest.mark.parametrize("contact", [1e-4, 0.05])
+def test_errors_of_both_constants_are_propagated(contact):
+    """With Q = tau_c(v*) v^(-1/5)/t_c: A ~ beta/Q and Y ~ Q^(5/2); beta and the mean of ln Q have errors."""
+    found = fitted(contact=contact)
+    constant, young = found.stiffness(BALL, False)
+    relative = found.beta_standard_error / found.beta
+
+    def logs(beta):
+        return np.log(double.tau_c(np.sqrt(beta) * SPEED**0.1) * SPEED**-0.2 / found.points.contact_time)
+
+    scatter = np.std(logs(found.beta), ddof=1) / math.sqrt(12)
+    moved = np.mean(logs(found.beta * math.exp(relative)) - logs(found.beta))
+    of_constants = math.hypot(relative - moved, scatter), 2.5 * math.hypot(moved, scatter)
+    found_errors = constant.standard_error / constant.value, young.standard_error / young.value
+    assert found_errors == pytest.approx(of_constants, rel=0.01)
+
+
 def test_without_contact_times_there_is_no_stiffness():
     with pytest.raises(ValueError, match="expected a column contact_time"):
         fitted().stiffness(BALL, False)
