@@ -251,6 +251,7 @@ def test_higher_orders_are_better_and_some_have_poles(numbers):
     found = numbers["no-improvement"]
     assert found["best_m"]["10"] == 23
     assert found["improvement"]["10"] == pytest.approx(error(3, 10) / error(23, 10), rel=1e-3)
+    assert found["improvement"]["1"] == pytest.approx(error(3, 1) / pade.ROUNDING)
     assert found["error_at_1"]["[3/6]"] == pytest.approx(float(approximant(3, mpf(1)) / truth("1") - 1), rel=1e-6)
     usable = numbers["higher-orders-usable"]
     assert {int(m) for m in usable["positive_poles"]} == {4, 7, 10, 16, 19, 25}
