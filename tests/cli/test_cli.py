@@ -238,8 +238,11 @@ def test_figures_are_written_and_replaced(tmp_path):
     assert {path.name for path in (tmp_path / "new").iterdir()} == {"local-exponent.svg", "local-exponent.png"}
 
 
-def test_export_prints_the_kernels_that_are_asked_for():
-    assert printed("export", "c", "--pade", "3/6", "--pade", "1/4") == render(Request(pade=[(3, 6), (1, 4)]), "c")
+def test_export_prints_the_kernels_that_are_asked_for_or_writes_them(tmp_path):
+    words, file = ("export", "c", "--pade", "3/6", "--pade", "1/4"), tmp_path / "eps.h"
+    assert printed(*words) == render(Request(pade=[(3, 6), (1, 4)]), "c")
+    assert printed(*words, "-o", file) == ""
+    assert file.read_text() == printed(*words)
 
 
 def test_reproduce_as_json():
