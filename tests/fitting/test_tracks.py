@@ -190,18 +190,19 @@ def test_times_that_are_rounded_and_frames_that_are_missing(digits, missing):
 
 
 @pytest.mark.parametrize(("step", "scale"), [(1, 0.3), (6, 1.0), (6, 1000.0)])
-def test_standard_errors_of_eps_at_other_rates_and_scales(step, scale):
-    random, off = np.random.default_rng(8), []
+def test_standard_errors_of_eps_and_of_accelerations_at_other_rates_and_scales(step, scale):
+    random, off, falls = np.random.default_rng(8), [], []
     for _ in range(30):
         time, height, speed, epsilon = track(random, FLIGHTS["vacuum"], held=0.3 * random.random())
         time, height = time[::step], scale * height[::step]
         found = of_track(time, height, labels(time), Flight())
         assert found.agrees == (scale == 1)
+        falls += [(each.acceleration - scale * 9.80665) / each.standard_error for each in found.flights]
         for v, e, error in zip(found.points.speed, found.points.epsilon, found.points.standard_errors, strict=True):
             off.append((e - epsilon[np.argmin(np.abs(speed - v / scale))]) / error)
     assert len(off) > 100
-    assert np.std(off) == pytest.approx(1, abs=0.25)
-    assert np.mean(off) == pytest.approx(0, abs=0.25)
+    for each in (off, falls):
+        assert (np.mean(each), np.std(each)) == pytest.approx((0, 1), abs=0.25)
 
 
 @pytest.mark.parametrize("rate", [30, 240])
