@@ -205,6 +205,15 @@ def test_standard_errors_of_eps_and_of_accelerations_at_other_rates_and_scales(s
         assert (np.mean(each), np.std(each)) == pytest.approx((0, 1), abs=0.25)
 
 
+def test_standard_errors_that_are_given_are_those_that_the_residuals_have():
+    random, ratios = np.random.default_rng(8), []
+    for _ in range(10):
+        time, height, *_ = track(random, FLIGHTS["vacuum"])
+        own, given = (of_track(time, height, labels(time), Flight(), sigma=sigma).points for sigma in (0, NOISE))
+        ratios += (given.standard_errors / own.standard_errors).tolist()
+    assert np.mean(ratios) == pytest.approx(1, abs=0.03)
+
+
 @pytest.mark.parametrize("rate", [30, 240])
 def test_a_ball_that_is_lifted_and_dropped_again(rate):
     """Two drops with eps = 0.75 until the ball rests; a hand lifts it from 5 s to 6.5 s."""
