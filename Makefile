@@ -102,7 +102,7 @@ $(DOCS): $(READY)
 	@touch $@
 
 # The extension is made anew when its source or the kernel changes; without a compiler Python and NumPy compute.
-$(NATIVE): $(TOOLS) $(wildcard native/*) exports/viscopade_speed_full.h
+$(NATIVE): $(TOOLS) $(wildcard src/native/*) exports/viscopade_speed_full.h
 	rm -f src/viscopade/_native.*.so
 	$(BIN)/python setup.py --quiet build_ext --inplace --force
 	@touch $@

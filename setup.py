@@ -59,8 +59,8 @@ setup(
     ext_modules=[
         Extension(
             "viscopade._native",
-            sources=[str(file) for file in sorted(Path("native").glob("*.c"))],
-            depends=["exports/viscopade_speed_full.h", "native/native.h"],
+            sources=[str(file) for file in sorted(Path("src/native").glob("*.c"))],
+            depends=["exports/viscopade_speed_full.h", "src/native/native.h"],
             include_dirs=["exports", numpy.get_include()],
             optional=True,  # without it Python and NumPy compute the same
         )

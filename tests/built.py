@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 MADE = ("*.so", "*.pyd", "__pycache__", "*.egg-info", "build", "dist")
-FOLDERS = ("cmake", "examples", "exports", "native", "src")
+FOLDERS = ("cmake", "examples", "exports", "src")
 FILES = (
     "CHANGELOG.md",
     "CMakeLists.txt",

@@ -47,7 +47,7 @@ def test_the_sanitizers_find_nothing(tmp_path):
     if not Path(sysconfig.get_path("include"), "Python.h").exists() or not Path(library).is_absolute():
         pytest.skip("Python's headers or the sanitizers' library are missing")
     built = tmp_path / "_native.so"
-    sources = sorted(map(str, (ROOT / "native").glob("*.c")))
+    sources = sorted(map(str, (ROOT / "src" / "native").glob("*.c")))
     subprocess.run(
         [*command, *WARNINGS, *includes, f"-I{ROOT / 'exports'}", "-shared", "-fPIC", *sources, "-o", built, "-lm"],
         check=True,
