@@ -87,6 +87,15 @@ def test_the_reader_of_a_pipe_goes():
         assert process.stderr.read() == b""
 
 
+@pytest.fixture
+def _interruptible():
+    """Python ignores interruptions in jobs that a shell starts in the background, such as `make test &`."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("_interruptible")
 def test_an_interruption_is_one_line(monkeypatch):
     monkeypatch.setattr(requests, "render_series", lambda *_: os.kill(os.getpid(), signal.SIGINT))
     ended = called("export", "series-json")
@@ -99,6 +108,7 @@ def test_an_interruption_while_modules_are_imported_is_one_line():
     module, _, function = entry.partition(":")
     code = f"""
 import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from {module} import {function}
 class Interrupting:
     def find_spec(self, name, *_):
