@@ -72,7 +72,7 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
 @click.option(
     "--headers",
     type=FilePath(),
-    help="Directory with the exported headers.  [default: make them, which takes minutes]",
+    help="Directory with the exported headers.  [default: make them]",
 )
 @click.option("--quick", is_flag=True, help="Few rounds and elements: a trial run; its times have no meaning.")
 @click.option(

@@ -168,9 +168,8 @@ def by_container(function: Any, values: Sequence[Any], **keywords: Any) -> Any:
 
 def elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Accepted) -> Values:
     """Apply `function` to checked values: a number gives a float, an array an array."""
-    if type(values) is float and accepted.holds(
-        values
-    ):  # all that `Elementwise` does takes longer than many a function
+    # All that `Elementwise` does takes longer than many a function.
+    if type(values) is float and accepted.holds(values):
         with np.errstate(over="ignore", divide="ignore"):
             return float(function(np.array(values)))
     return cast(Values, Elementwise(function, {name: accepted})(values))

@@ -26,7 +26,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from viscopade.arrays import checked, double, panels
+from viscopade.arrays import checked, panels
 from viscopade.arrays.checked import Accepted, FloatArray, Values
 from viscopade.arrays.panels import CENTRES, FOLD, HALF_WIDTHS, NAMES, PANELS, IntArray, Place, place_of
 from viscopade.compiled import extension
@@ -262,12 +262,12 @@ def _in_blocks(function: Callable[[FloatArray], FloatArray], array: FloatArray) 
 
 
 def exact_of_speed(speed: FloatArray, beta: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return eps and 1 - eps at speeds and betas, to 1 and 3 units in the last place (sampled, see `double`).
+    """Return eps and 1 - eps at speeds and betas, to 1 and 3 units in the last place (sampled).
 
     v* is computed in long double where that is wider than double; the slope of eps corrects for its rounding to double.
     """
     wide = np.sqrt(beta.astype(np.longdouble)) * np.power(speed.astype(np.longdouble), np.longdouble(1) / 10)
     v_star = wide.astype(np.float64)
-    change = ((wide - v_star) / v_star).astype(np.float64) * np.asarray(double.slope(v_star))
-    eps = np.asarray(double.epsilon(v_star))
-    return eps * (1 + change), np.asarray(double.one_minus_epsilon(v_star)) - eps * change
+    change = ((wide - v_star) / v_star).astype(np.float64) * np.asarray(slope(v_star))
+    eps = np.asarray(epsilon(v_star))
+    return eps * (1 + change), np.asarray(one_minus_epsilon(v_star)) - eps * change

@@ -20,7 +20,7 @@ from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import EXACT, exact_rows
 
 BITS = 170
-DIGITS = 39  # no row has more
+DIGITS = 39  # the worst row's bound is 10^-39.3; with more digits, ever more collisions are integrated after all
 START, END = float(panel_proof.ELASTIC), float(panel_proof.END)  # powers of 2
 # In a panel's coordinate the first guess is off by at most 1, and the curve bends by a few per cent: each step doubles
 # the right bits, from 4 on.
@@ -63,9 +63,8 @@ def portions(v_star: arb) -> Portions | None:
     if not START <= v_star < END:
         return None
     index, _ = panels.index_of(float(v_star))
-    for row in map(
-        _row, range(index, max(index - 2, -1), -1)
-    ):  # v* may lie just below the end that a float rounds it to
+    # v* may lie just below the end that a float rounds it to.
+    for row in map(_row, range(index, max(index - 2, -1), -1)):
         if -1 <= (z := (v_star - row.centre) / row.half) <= 1:
             smaller = row.polynomial(z) * row.factor
             return Portions(smaller, 1 - smaller) if row.is_epsilon else Portions(1 - smaller, smaller)

@@ -37,9 +37,8 @@ TERMS_PER_BIT = 0.5
 # Up to so many, over the square of the bits, Taylor coefficients one by one are faster than Newton's iteration: 494 of
 # 900 bits, 100 of 2000.
 NEWTON_FROM = 400_000_000
-LONGEST_FIRST_STEP = (
-    0.2258  # of `Motion.radius`: for n_a = 5 a quarter of the distance 0.911 of the nearest singularity
-)
+# Of `Motion.radius`: for n_a = 5 a quarter of the distance 0.911 of the nearest singularity.
+LONGEST_FIRST_STEP = 0.2258
 STEP_AT_CONTACT = 0.16  # of a first step from first contact, times the speed there: r goes to about a third
 MAX_PIECES = 20_000
 MAX_SLOW_PIECES = 4_000  # of unloading to x = 0 close below the damping that holds the bodies back

@@ -1,6 +1,6 @@
 r"""Proof of two tables: eps(v*) and 1 - eps(v*) as polynomials on panels of v*, with bounds of their errors.
 
-The rows of `data/exact.txt` have 35 digits and more; `tools.exact_table` makes them. `prove_row` compares a row, on a
+The rows of `data/exact.txt` have 39 digits; `tools.exact_table` makes them. `prove_row` compares a row, on a
 whole panel at once, with a `parametric_flow` of collisions whose error is proven, and assumes nothing about the row's
 origin (docs/theory/exact-function.md, step 7). The rows of `double`'s table are compared with these (`double_bounds`).
 
@@ -113,7 +113,7 @@ class ExactRow(NamedTuple):
 
 @lru_cache(maxsize=1)
 def exact_rows() -> dict[int, ExactRow]:
-    """Return the rows to 37 digits by panel; while `tools.exact_table` makes the table, some are missing.
+    """Return the rows to 39 digits by panel; while `tools.exact_table` makes the table, some are missing.
 
     Raises
     ------

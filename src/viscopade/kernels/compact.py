@@ -168,7 +168,7 @@ def _kernel(
     """Return a kernel with functions of the speed or of v*, the bounds of these, and further constants."""
     results = {function.name for function in functions}
     source = "best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these powers of y"
-    head = {"name": name, "kind": "halfline", "root": "1/3", "top": form.top, "bottom": form.bottom}
+    head = {"name": name, "kind": "halfline", "root": str(approximants.ROOT), "top": form.top, "bottom": form.bottom}
     rounding = {kind.name: {r: _sizes(found, r, kind) for r in OF_V_STAR} for kind in found.formats}
     return Kernel(
         name, name, argument, text, source, domain, functions,

@@ -1,4 +1,4 @@
-"""Exact eps and 1 - eps, with proofs: 17 digits in microseconds at any finite speed, 22 digits in milliseconds.
+"""Exact eps and 1 - eps, with proofs: 17 digits at any finite speed, and 22 digits on the panels, in microseconds.
 
 Functions return balls that enclose the exact values; their arguments are fractions, taken exactly. They are to be
 called within `balls.working(BITS)`. Three proofs serve three ranges: the first term of the series below

@@ -748,7 +748,7 @@ def render_own_law(
         if own.per_mass and stiffness is None:
             raise ValueError(
                 f"{simulator.title} needs a stiffness: expected --stiffness, --contact-time, --penetration, or "
-                "--time-step for a contact of 20 steps"
+                f"--time-step for a contact of {CHOSEN_STEPS} steps"
             )
         steps = _on_steps(contact, simulator, units, step_error)
         contacts.append(

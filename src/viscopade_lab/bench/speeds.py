@@ -18,5 +18,5 @@ def speeds(size: int) -> FloatArray:
     They are the same ones at every call; a shorter array is the beginning of a longer one.
     """
     low, high = np.log([SPEED_MIN, SPEED_MAX])
-    uniform = np.random.default_rng((_SEED, 0)).random(size)
+    uniform = np.random.default_rng(_SEED).random(size)
     return np.asarray(np.clip(np.exp(low + (high - low) * uniform), SPEED_MIN, SPEED_MAX), dtype=np.float64)

@@ -44,6 +44,7 @@ import viscopade_lab
 from viscopade import Pair, Sphere
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
+from viscopade.collision.weight import EARTH
 from viscopade.extras import install_command
 from viscopade.simulators import simulator_of
 from viscopade.simulators.audit import audited
@@ -52,7 +53,6 @@ from viscopade.simulators.input_file import render
 from viscopade.simulators.setup import of_pair
 
 RADIUS = 0.01
-EARTH = 9.81
 SPEEDS = (1.0, 0.3, 0.1)
 _PATIENCE = 12  # contact times, after which a ball that has not left the plane stays on it
 

@@ -20,10 +20,9 @@ from viscopade.simulators.audit import ASKED, Audit, advised, audited
 from viscopade.simulators.formula import DampingFormula, stepped_collision, wanted_kappa
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law, law_of
-from viscopade_lab.runs.simulators import REQUESTED, Measurement, finest, measurements
+from viscopade_lab.runs.simulators import REQUESTED, WANTED, Measurement, finest, measurements
 from viscopade_lab.studies.laws import markdown
 
-CHOSEN = "0.5"
 STEP = 0.02
 ERROR = 0.01
 LAWS = ("viscoelastic", "tsuji", "linear", "hunt-crossley:1")
@@ -58,13 +57,13 @@ def number(found: Audit) -> str:
 
 
 def measured_table(program: Simulator) -> str:
-    """Return the table for `CHOSEN`: the eps you get, the reason, the value to set, measured and predicted."""
+    """Return the table for `WANTED`: the eps you get, the reason, the value to set, measured and predicted."""
     head = ["formula", "you get", "reason", "set instead", "measured", "at $t$", "predicted", "largest difference"]
     return markdown(head, (_measured(program, formula) for formula in program.formulas))
 
 
 def _measured(program: Simulator, formula: DampingFormula) -> list[str]:
-    advice, run = _advice(program, formula), finest(program.name, formula.name, CHOSEN)
+    advice, run = _advice(program, formula), finest(program.name, formula.name, WANTED)
     if run is None:
         return [formula.name, *advice, "from the source", "", "", ""]
     step = f"{run.time_step:g}"
@@ -72,8 +71,8 @@ def _measured(program: Simulator, formula: DampingFormula) -> list[str]:
 
 
 def _advice(program: Simulator, formula: DampingFormula) -> list[str]:
-    """Return the eps that the program gives for `CHOSEN`, the reason, and the value to set instead."""
-    found = audited(program, formula, CHOSEN)
+    """Return the eps that the program gives for `WANTED`, the reason, and the value to set instead."""
+    found = audited(program, formula, WANTED)
     instead = "" if found.instead is None else f"`{formula.parameter}` = {found.instead:.6g}"
     return [number(found), *(["", ""] if formula.reason == "exact" else [formula.reason, instead])]
 
@@ -91,10 +90,10 @@ SUMMARY = ["program", "formula", "contact ends at", "you get", "reason", "set in
 
 
 def summary(program: Simulator) -> Iterator[list[str]]:
-    """Yield the rows of a program in the common table for `CHOSEN`."""
+    """Yield the rows of a program in the common table for `WANTED`."""
     page = f"../usage/simulators/{program.name}.md"
     for formula in program.formulas:
-        run = finest(program.name, formula.name, CHOSEN)
+        run = finest(program.name, formula.name, WANTED)
         difference = "" if run is None else _difference(run)
         yield [
             f"[{program.title}]({page})",
@@ -147,7 +146,7 @@ def _with_ends(name: str) -> list[Law]:
 
 
 def _steps(law: Law, name: str, words: str, scheme: Scheme = SEMI_IMPLICIT) -> list[str]:
-    kappa, wanted = float(wanted_kappa(law, CHOSEN)), float(CHOSEN)
+    kappa, wanted = float(wanted_kappa(law, WANTED)), float(WANTED)
     found = stepped_collision(law, kappa, STEP, scheme)
     formula = DampingFormula(name, law, "kappa", mp.mpf, ("0", "1e6"), "exact", "", scheme=scheme)
     advice = advised(formula, kappa, wanted, ERROR)
@@ -164,7 +163,7 @@ def weight_table() -> str:
 
 
 def _weight(law: Law, words: str) -> list[str]:
-    kappa = float(wanted_kappa(law, CHOSEN))
+    kappa = float(wanted_kappa(law, WANTED))
 
     def fall(share: float) -> SampledCollision:
         return loaded(law, kappa, share / law.contact_time).collide()

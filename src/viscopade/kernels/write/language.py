@@ -114,7 +114,7 @@ class Language:
         An argument that is a whole number: {argument}; what stands between arguments.
     list, item : str
         A list of constants in a function, {name}, {type}, {values}, {count}; a number of it: {name}, {index}.
-    constant, assign, condition, result : str
+    constant, assign, result : str
         Statements: {name}, {value}, {type}; {value}.
     last : str
         The result at the end of a function, if it is written in another way.
@@ -192,7 +192,6 @@ class Language:
     close: str = ""
     end: str = ""
     select: str = "{condition} ? {met} : {otherwise}"
-    condition: str = ""
     locals: str = ""
     both: str = "&&"
     either: str = "||"

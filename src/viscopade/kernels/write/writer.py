@@ -180,11 +180,8 @@ class _Writer:
         for name, value in program:
             self.variables.append(name)
             kind = _kind(value, self.kinds)
-            condition = kind == "condition" and self.language.condition
-            lines += self._wrapped(
-                self.language.condition if condition else self.language.assign, value, name=name,
-                type=self.number.types.get(kind, self.number.type),
-            )  # fmt: skip
+            of_kind = self.number.types.get(kind, self.number.type)
+            lines += self._wrapped(self.language.assign, value, name=name, type=of_kind)
         return lines
 
     def _wrapped(self, pattern: str, value: Expression, **words: str) -> list[str]:
