@@ -1,0 +1,137 @@
+"""A deck: the file that a person runs, with all its contacts.
+
+A reader makes a `Deck` of a file: `lammps_deck.read` of an input of LAMMPS or LIGGGHTS, `mujoco_model.read` of a model of
+MuJoCo. A deck says of each contact which parameters of the program's `Native` it has; the collisions are computed as
+those of `viscopade audit SIMULATOR --set`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from viscopade.simulators.native import FileUnits
+from viscopade.simulators.simulator import Simulator
+
+
+class Line(NamedTuple):
+    """Where a command stands: the file, the number of its first line, and its text after substitution."""
+
+    file: Path
+    number: int
+    text: str
+
+
+class Size(NamedTuple):
+    """Radius and mass of a sphere, in the units of the file; a radius of None where no law needs it."""
+
+    radius: float | None
+    mass: float
+
+
+@dataclass(frozen=True)
+class DeckContact:
+    """A contact of two kinds of bodies, or of one and a wall.
+
+    Attributes
+    ----------
+    name : str
+        Both bodies, as the file calls them: "type 1 - type 2", "type 1 - wall floor", "ball - table".
+    line : Line
+        The command that decides the contact.
+    settings : mapping of str to str
+        Texts of the parameters of the program's `Native`, without those of the run.
+    sizes : tuple of (Size, Size or None)
+        The pairs of sizes that touch; None for a wall, or the ground, which does not move. Of a range of sizes they are
+        smallest-smallest, smallest-largest and largest-largest.
+    falls : bool
+        Whether a weight presses the bodies together: a wall or the ground is one of them.
+    count : int
+        How many pairs of bodies of the file have this contact.
+    reason : str
+        Why there is no number; "" if there is one.
+    marks : tuple of str
+        What a reader of the row has to know, such as "mixed from 1 1 and 2 2" or "geom on a jointed body".
+    rewritten : callable
+        From texts of parameters, by name, to the lines of this file that give them.
+    """
+
+    name: str
+    line: Line
+    settings: Mapping[str, str]
+    sizes: tuple[tuple[Size, Size | None], ...]
+    falls: bool = False
+    count: int = 1
+    reason: str = ""
+    marks: tuple[str, ...] = ()
+    rewritten: Callable[[Mapping[str, str]], tuple[str, ...]] = lambda settings: ()
+
+
+@dataclass(frozen=True)
+class Run:
+    """A part of the file in which contacts, time step and gravity stay the same.
+
+    Attributes
+    ----------
+    line : Line or None
+        The command `run`, or `minimize`; None if the file has none, or needs none.
+    step : float or None
+        Time step, in the units of the file.
+    gravity : float
+        Acceleration, in the units of the file; 0 without one.
+    contacts : tuple of DeckContact
+    """
+
+    line: Line | None
+    step: float | None
+    gravity: float
+    contacts: tuple[DeckContact, ...]
+
+
+@dataclass(frozen=True)
+class Deck:
+    """What a file says of contacts.
+
+    Attributes
+    ----------
+    program : Simulator
+    file : Path
+    units : FileUnits
+    runs : tuple of Run
+        Those whose contacts, time step or gravity differ from the one before.
+    missing : tuple of str
+        What the file does not say, each with the option that says it: "the density of type 1 (--density 1=2500)".
+    unread : tuple of Line
+        Other commands that were not read, each kind once.
+    warnings : tuple of str
+        Sentences, without their full stops, such as on commands of cohesion that change eps.
+    """
+
+    program: Simulator
+    file: Path
+    units: FileUnits
+    runs: tuple[Run, ...]
+    missing: tuple[str, ...] = ()
+    unread: tuple[Line, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Said:
+    """What options say of a deck, beside its file.
+
+    Attributes
+    ----------
+    variables : mapping of str to str
+        Texts by the name of a variable, as LAMMPS's `-var NAME VALUE`.
+    radii : mapping of str to tuple of float
+        By the name of a type: one radius, or the least and the largest, in metres.
+    densities : mapping of str to float
+        By the name of a type, in kg/m^3.
+    """
+
+    variables: Mapping[str, str] = field(default_factory=dict)
+    radii: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    densities: Mapping[str, float] = field(default_factory=dict)
