@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 _turn = RLock()
 
 BITS_PER_DIGIT = 3.3219280948873626  # log2(10), rounded up in the last place
+_GUARD_DIGITS = 15  # FLINT adds up to a unit of the last digit to the radius: 10^-14 of what the caller asks for
 
 
 def bits_for(digits: int) -> int:
@@ -49,9 +50,9 @@ def context(bits: int) -> Any:
     """Return a separate mpmath context with this precision in bits; the global one stays unchanged."""
     from mpmath import mp  # imported here, because ready kernels do not need it
 
-    own = mp.clone()
-    own.prec = bits
-    return own
+    separate = mp.clone()
+    separate.prec = bits
+    return separate
 
 
 def fixed_point(value: int, error: int, bits: int) -> arb:
@@ -90,21 +91,25 @@ def decimal_string(ball: arb, digits: int) -> str | None:
     if not ball.is_finite():
         return None
     middle, radius, exponent = _in_powers_of_10(ball, digits)
+
+    # Rounding is monotone: if both ends of the ball round to one decimal number, so does every number between them.
     context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-(10**9), Emax=10**9)
-    ends = {context.create_decimal(Decimal((int(end < 0), _digits_of(end), exponent))) for end in
-            (middle - radius, middle + radius)}  # fmt: skip
-    if len(ends) != 1:
+    rounded_ends = {
+        context.create_decimal(Decimal((int(end < 0), _digits_of(end), exponent)))
+        for end in (middle - radius, middle + radius)
+    }
+    if len(rounded_ends) != 1:
         return None
-    (number,) = ends
+    (number,) = rounded_ends
     return str(number).lower() if number else None
 
 
 def _in_powers_of_10(ball: arb, digits: int) -> tuple[int, int, int]:
     """Return integers: the ball lies within (middle ± radius) 10^exponent, of `digits` digits or more."""
-    # All digits that the ball determines, as it may lie much closer to a boundary of rounding than the 15 guard digits.
-    known = int((ball.bits() if ball.is_exact() else ball.rel_accuracy_bits()) / BITS_PER_DIGIT)
-    count = max(digits, known) + 15
-    with working(bits_for(count) + 64):
+    # All digits that the ball determines, as it may lie much closer to a boundary of rounding than the guard digits.
+    accurate_bits = ball.bits() if ball.is_exact() else ball.rel_accuracy_bits()
+    count = max(digits, int(accurate_bits / BITS_PER_DIGIT)) + _GUARD_DIGITS
+    with working(bits_for(count) + 64):  # a limb more than the digits need: FLINT multiplies by a power of 10
         middle, radius, exponent = (int(part) for part in ball.mid_rad_10exp(count))
     return middle, radius, exponent
 
@@ -128,15 +133,20 @@ def decimal_at(ball: arb, size: arb, digits: int) -> str | None:
     """
     place = _exponent(size) - digits + 1
     middle, radius, exponent = _in_powers_of_10(ball, digits)
-    ends = {round(Fraction(end) * Fraction(10) ** (exponent - place)) for end in (middle - radius, middle + radius)}
-    if len(ends) != 1:
+
+    # Both ends of the ball as integers, in units of 10^place.
+    units_of_place = Fraction(10) ** (exponent - place)
+    rounded_ends = {round(end * units_of_place) for end in (middle - radius, middle + radius)}
+    if len(rounded_ends) != 1:
         return None
-    number = Decimal(ends.pop()).scaleb(place, Context(prec=digits + 5, Emin=-(10**9), Emax=10**9))
+    # `digits` digits, and a few for a number that is larger than `size`.
+    number = Decimal(rounded_ends.pop()).scaleb(place, Context(prec=digits + 5, Emin=-(10**9), Emax=10**9))
     return str(number).lower() if number else "0"
 
 
 def _exponent(size: arb) -> int:
     """Return the decimal exponent of a positive ball's middle."""
+    # The integer has five digits or more; its length and the exponent of its last digit give that of the first one.
     middle, _, exponent = (int(part) for part in size.mid().mid_rad_10exp(5))
     return exponent + len(str(middle)) - 1
 
@@ -176,8 +186,8 @@ def known_decimal(ball: arb, digits: int) -> str:
     ArithmeticError
         If it determines none.
     """
-    for known in range(digits, 0, -1):
-        text = decimal_string(ball, known)
+    for count in range(digits, 0, -1):
+        text = decimal_string(ball, count)
         if text is not None:
             return text
     raise ArithmeticError(f"the enclosure {ball} determines no digit")

@@ -26,6 +26,7 @@ def chebyshev(n: int) -> fmpq_poly:
     """Return the Chebyshev polynomial T_n."""
     if n < 2:
         return fmpq_poly([0, 1] if n else [1])
+    # T_n = 2 x T_(n-1) - T_(n-2)
     return fmpq_poly([0, 2]) * chebyshev(n - 1) - chebyshev(n - 2)
 
 
@@ -38,8 +39,8 @@ def _from_powers(size: int) -> fmpq_mat:
 def in_chebyshev(p: fmpq_poly) -> list[fmpq]:
     """Return the Chebyshev coefficients of a polynomial, in ascending order."""
     size = len(p.coeffs())
-    found: list[fmpq] = (_from_powers(size) * fmpq_mat(size, 1, p.coeffs())).entries()
-    return found
+    coefficients: list[fmpq] = (_from_powers(size) * fmpq_mat(size, 1, p.coeffs())).entries()
+    return coefficients
 
 
 def cut(p: fmpq_poly, degree: int) -> fmpq_poly:
@@ -52,27 +53,34 @@ def greatest(p: fmpq_poly, parts: int = 1) -> Fraction:
 
     One part is enough if p is nearly a multiple of a Chebyshev polynomial.
     """
+    # Part i of [-1, 1] is mapped to [-1, 1] by x = (2 i + 1) / parts - 1 + y / parts.
     half = fmpq(1, parts)
-    shifted = (p(fmpq_poly([(2 * i + 1) * half - 1, half])) for i in range(parts)) if parts > 1 else (p,)
-    return to_fraction(max(sum(map(abs, in_chebyshev(part)), fmpq(0)) for part in shifted))
+    on_parts = (p(fmpq_poly([(2 * i + 1) * half - 1, half])) for i in range(parts)) if parts > 1 else (p,)
+    # |T_n| <= 1 on [-1, 1], so |p| <= sum |c_n|.
+    return to_fraction(max(sum(map(abs, in_chebyshev(part)), fmpq(0)) for part in on_parts))
 
 
 @cache
 def nodes(number: int) -> tuple[Fraction, ...]:
-    """Return the zeros of T_number, to 40 bits."""
+    """Return the zeros of T_number, to 40 bits: short fractions, and any points close to the zeros serve as nodes."""
     with working(64):
+        # cos(pi (2 i + 1) / (2 n))
         angles = (arb.pi() * (2 * i + 1) / (2 * number) for i in range(number))
         return tuple(Fraction(round(exact_middle(angle.cos()) * 2**40), 2**40) for angle in angles)
 
 
 def interpolated(points: Sequence[Fraction], values: Sequence[Fraction]) -> fmpq_poly:
     """Return the polynomial with given values at given points, by divided differences."""
-    at = [to_fmpq(point) for point in points]
+    # Divided differences, each in the place of the value that is no longer needed:
+    # f[x_(i-k) … x_i] = (f[x_(i-k+1) … x_i] - f[x_(i-k) … x_(i-1)]) / (x_i - x_(i-k)).
+    x = [to_fmpq(point) for point in points]
     differences = [to_fmpq(value) for value in values]
-    for step in range(1, len(points)):
-        for i in range(len(points) - 1, step - 1, -1):
-            differences[i] = (differences[i] - differences[i - 1]) / (at[i] - at[i - step])
-    total = fmpq_poly([])
-    for point, difference in zip(reversed(at), reversed(differences), strict=True):
-        total = total * fmpq_poly([-point, 1]) + difference
-    return total
+    for k in range(1, len(x)):
+        for i in range(len(x) - 1, k - 1, -1):
+            differences[i] = (differences[i] - differences[i - 1]) / (x[i] - x[i - k])
+
+    # Newton's form by Horner's rule, from the last node: p = f[x_0 … x_i] + (x - x_i) p.
+    polynomial = fmpq_poly([])
+    for node, difference in zip(reversed(x), reversed(differences), strict=True):
+        polynomial = polynomial * fmpq_poly([-node, 1]) + difference
+    return polynomial

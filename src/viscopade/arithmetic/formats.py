@@ -62,6 +62,8 @@ class Format:
     @property
     def bytes(self) -> int:
         """The size of a number in memory."""
+        # The leading bit of the significand is not stored; the sign takes its place. The exponent has one bit more
+        # than `largest`.
         return (self.precision + self.largest.bit_length() + 1) // 8
 
     @property
@@ -89,8 +91,10 @@ class Format:
         """
         if number == 0:
             return 0.0
+        # The number in units in the last place, rounded to an integer.
         place = self._place(number)
         units = to(_scaled(number, -place))
+        # Rounding may carry into the next binade; from 2^(largest + 1) on the format has infinity only.
         if abs(units).bit_length() + place > self.largest + 1:
             return math.copysign(math.inf, units)
         return math.ldexp(units, place)
@@ -133,6 +137,7 @@ def float_text(number: Fraction) -> str:
 
 def exponent(number: Fraction) -> int:
     """Return e with 2^e <= |number| < 2^(e + 1); the number is not zero."""
+    # Lengths in bits give e, or e + 1 if the quotient of the significands is below 1.
     top, bottom = abs(number.numerator), number.denominator
     guess = top.bit_length() - bottom.bit_length()
     return guess if top << max(-guess, 0) >= bottom << max(guess, 0) else guess - 1

@@ -68,11 +68,13 @@ class Wiener:
         """Return `polynomial` (and `error`), given in units of 2^(-2 bits), cut and rounded to an element."""
         coefficients = polynomial.coeffs()
         head = [c >> self.bits for c in coefficients[: self.terms]]
-        cut = shifted_up(norm(coefficients[self.terms :]) + error, self.bits)
-        return self.element(head, cut + len(head))
+        # What is cut off counts with its norm; rounding down (>>) changes each remaining coefficient by less than a unit.
+        cut_off = shifted_up(norm(coefficients[self.terms :]) + error, self.bits)
+        return self.element(head, cut_off + len(head))
 
     def product(self, f: FunctionBall, g: FunctionBall) -> FunctionBall:
         """Return f g."""
+        # With the polynomials p, q of f, g: ||f g - p q|| <= ||f|| ||g - q|| + ||f - p|| ||q||.
         return self.rounded(f.polynomial * g.polynomial, f.bound * g.error + f.error * g.norm)
 
     def root_and_half_inverse(self, square: Sequence[Fraction]) -> tuple[FunctionBall, FunctionBall]:
@@ -85,20 +87,32 @@ class Wiener:
         f, w = self._approximate_root(square)
         denominator = lcm(*(c.denominator for c in square))
         scaled = fmpz_poly([int(c * denominator) * one * one for c in square])
+
+        # residual = ||f^2 - square||, defect = ||1 - 2 f w|| < 1: so 2 f has an inverse, of norm
+        # ||w|| / (1 - defect) at most.
         residual = shifted_up(divided_up(norm((f * f * denominator - scaled).coeffs()), denominator), self.bits)
         defect = shifted_up(norm((2 * f * w - one * one).coeffs()), self.bits)
         _require(defect < one)
         w_norm = norm(w.coeffs())
         inverse_norm = divided_up(w_norm * one, one - defect)
+
+        # Newton-Kantorovich: with 4 inverse_norm^2 residual < 1 there is a root within 2 inverse_norm residual of f. It
+        # is the one that is positive at 0 if f(0) exceeds this distance.
         _require(4 * shifted_up(inverse_norm * inverse_norm, self.bits) * residual < one * one)
         f_error = shifted_up(2 * inverse_norm * residual, self.bits)
         _require(f_error < int(f[0]))
+
+        # The root F differs from f by f_error: ||1 - 2 F w|| <= defect + 2 ||w|| f_error, and
+        # ||1/(2 F) - w|| <= ||w|| defect / (1 - defect) with the larger defect.
         defect += shifted_up(2 * w_norm * f_error, self.bits)
         _require(defect < one)
         w_error = divided_up(w_norm * defect, one - defect)
         return FunctionBall(f, norm(f.coeffs()), f_error), FunctionBall(w, w_norm, w_error)
 
     def _approximate_root(self, square: Sequence[Fraction]) -> tuple[fmpz_poly, fmpz_poly]:
+        """Return sqrt(square) and its half inverse as series in units of 2^-bits, unproven."""
+        # More bits than the result has, for what the recursions of a long series lose. Too few would only make the
+        # residuals of `root_and_half_inverse` larger, until it refuses them.
         with working(self.bits + self.terms // 4 + 64, self.terms):
             series = arb_series([arb(c.numerator) / c.denominator for c in square], self.terms)
             root = series.sqrt()
@@ -108,12 +122,12 @@ class Wiener:
 
 
 class Orders(list[FunctionBall]):
-    """Functions f_0, f_1, … that are found one after the other, each from a sum over those before."""
+    """Functions f_0, f_1, … that are computed one after the other, each from a sum over those before."""
 
-    def __init__(self, known: Iterable[FunctionBall]) -> None:
+    def __init__(self, first_orders: Iterable[FunctionBall]) -> None:
         super().__init__()
-        self._squares = fmpz_poly()  # of f_1, f_2, …, summed
-        for f in known:
+        self._squares = fmpz_poly()  # f_1^2 + f_2^2 + …
+        for f in first_orders:
             self.append(f)
 
     def append(self, f: FunctionBall) -> None:
@@ -127,12 +141,14 @@ class Orders(list[FunctionBall]):
 
         2 f g = (f + g)^2 - f^2 - g^2, as FLINT squares a polynomial in two thirds of the time of a product.
         """
+        # In the sum over i < n/2 of f_i and f_(n-i) each square appears once, but for the middle one of an even n.
         n, total, error = len(self), -self._squares, 0
         for f, g in zip(self[1 : (n + 1) // 2], self[:0:-1], strict=False):
             both = f.polynomial + g.polynomial
             total += both * both
             error += 2 * (f.bound * g.error + f.error * g.norm)
         if n % 2 == 0:
+            # `_squares` takes one square of the middle function away, and the sum has one: so two are added.
             middle = self[n // 2]
             total += 2 * middle.polynomial * middle.polynomial
             error += (middle.bound + middle.norm) * middle.error
