@@ -68,7 +68,7 @@ class Wiener:
         """Return `polynomial` (and `error`), given in units of 2^(-2 bits), cut and rounded to an element."""
         coefficients = polynomial.coeffs()
         head = [c >> self.bits for c in coefficients[: self.terms]]
-        # What is cut off counts with its norm; rounding down (>>) changes each coefficient of `head` by less than a unit.
+        # What is cut off counts with its norm. Rounding down (>>) changes each coefficient by less than a unit.
         cut_off = shifted_up(norm(coefficients[self.terms :]) + error, self.bits)
         return self.element(head, cut_off + len(head))
 

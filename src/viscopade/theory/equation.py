@@ -40,8 +40,8 @@ def scaled_equation(law: Law | str = VISCOELASTIC) -> ScaledEquation:
 
     tau, kappa = sympy.Symbol("tau", real=True), sympy.Symbol("kappa", positive=True)
     x = sympy.Function("x", nonnegative=True)(tau)
-    of = law_of(law)
-    lhs = x.diff(tau, 2) + x ** rational(of.elastic) + kappa * x.diff(tau) * x ** rational(of.damping)
+    a, b = law_of(law).elastic, law_of(law).damping
+    lhs = x.diff(tau, 2) + x ** rational(a) + kappa * x.diff(tau) * x ** rational(b)
     return ScaledEquation(lhs, x, tau, kappa)
 
 
@@ -55,16 +55,17 @@ def exponents(equation: ScaledEquation) -> tuple[Fraction, Fraction]:
     """
     import sympy
 
+    # The forces are what is left without x'': the elastic one without kappa, the damping in proportion to kappa x'.
     x, speed = equation.x, equation.x.diff(equation.tau)
     elastic = equation.lhs.subs(equation.kappa, 0) - speed.diff(equation.tau)
     damping = equation.lhs.diff(equation.kappa) / speed
     # The exponent of a power F(x) is x F'(x)/F(x).
-    found = [sympy.simplify(x * force.diff(x) / force) for force in (elastic, damping)]
-    powers = x ** found[0] + speed.diff(equation.tau) + equation.kappa * speed * x ** found[1]
-    if not all(power.is_Rational for power in found) or sympy.simplify(equation.lhs - powers) != 0:
+    a, b = (sympy.simplify(x * force.diff(x) / force) for force in (elastic, damping))
+    # Factors and further terms have no place in such powers, so the equation is compared with the one they make.
+    powers = x**a + speed.diff(equation.tau) + equation.kappa * speed * x**b
+    if not (a.is_Rational and b.is_Rational) or sympy.simplify(equation.lhs - powers) != 0:
         raise ValueError(f"the equation is {equation.lhs} = 0: expected x'' + x^a + kappa x^b x' = 0")
-    a, b = (Fraction(int(power.p), int(power.q)) for power in found)
-    return a, b
+    return Fraction(int(a.p), int(a.q)), Fraction(int(b.p), int(b.q))
 
 
 def end_of_contact(law: Law | str = VISCOELASTIC) -> sympy.Eq:
@@ -75,6 +76,5 @@ def end_of_contact(law: Law | str = VISCOELASTIC) -> sympy.Eq:
     """
     import sympy
 
-    of = law_of(law)
-    equation = scaled_equation(of)
-    return sympy.Eq(equation.x.diff(equation.tau, 2) if of.delayed else equation.x, 0)
+    equation = scaled_equation(law)
+    return sympy.Eq(equation.x.diff(equation.tau, 2) if law_of(law).delayed else equation.x, 0)
