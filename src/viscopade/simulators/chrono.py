@@ -8,6 +8,9 @@ Read in src/chrono/physics/ChContactSMC.cpp of projectchrono/chrono at commit 2b
   c = gn times sqrt(x) (PlainCoulomb).
 - m_eff counts the mass of a fixed body, too. Forces are computed once in a step, when collisions are found.
 
+Two materials, `ChContactMaterialCompositeSMC` of ChContactMaterialSMC.cpp (commit 4352b5f) with the default strategy of
+ChContactMaterial.h (commit 2415f3e): Hertz' E_eff, the smaller restitution, the means of kn and of gn.
+
 The default time stepper is `ChTimestepperEulerImplicitLinearized` of src/chrono/timestepper/ChTimestepperImplicit.cpp
 (commit 071a3d8). It takes contact forces from the start of the step, unless contacts are set to be stiff, and moves
 with the new velocity: semi-implicit Euler's method. In ChTimestepperExplicit.cpp (commit 071a3d8) EULER_EXPLICIT moves
@@ -28,6 +31,7 @@ _LINEAR = "Hooke", "Flores"
 _KN = "N/m if Hooke or Flores, N/m^(5/2) if Hertz, N/m^(3/2) if PlainCoulomb"
 _GN = "1/s if Hooke or Flores, 1/(s m^(3/2)) if Hertz, N s/m^(3/2) if PlainCoulomb"
 _ACCEPTED, _SOURCE = ("1e-15", "1"), "src/chrono/physics/ChContactSMC.cpp"
+_MIXED = "ChContactMaterialCompositeSMC"
 
 _USE = """\
 Chrono, smooth contacts (SMC) with the Hertz model: give both bodies of a contact its material. Of two materials the
@@ -77,14 +81,15 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     if model == "Hertz" or (model in _LINEAR and values["use_material_properties"] == "true"):
         radius = impact.effective_radius
     if values["use_material_properties"] == "false":
-        k, c = sum(values["kn"]) / 2, sum(values["gn"]) / 2
+        k, c = values.mix("kn", native.MEAN, _MIXED), values.mix("gn", native.MEAN, _MIXED)
         c *= mass if model != "PlainCoulomb" else 1.0
         return native.Power(formula.law if model in _LINEAR else VISCOELASTIC, k * radius, c * radius)
-    modulus = native.effective_modulus(values["young_modulus"], values["poisson_ratio"])
+    modulus = native.effective_modulus(values, values["young_modulus"], values["poisson_ratio"], _MIXED)
     k = (16 / 15 if model in _LINEAR else 4 / 3) * modulus * math.sqrt(radius)
     if model in _LINEAR:
         k *= (mass * values["characteristic_velocity"] ** 2 / k) ** 0.2
-    return native.power_of(formula, max(min(values["restitution"]), float(_ACCEPTED[0])), k, mass)
+    restitution = values.mix("restitution", native.SMALLER, _MIXED)
+    return native.power_of(formula, max(restitution, float(_ACCEPTED[0])), k, mass)
 
 
 _NATIVE = native.Native(

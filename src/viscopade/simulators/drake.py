@@ -3,13 +3,14 @@
 Read in multibody of Drake (RobotLocomotion/drake at commit be259df):
 
 - plant/multibody_plant.cc and contact_model_doxygen.h: with time step 0 the force is k x (1 + d x'), a value below 0
-  is 0: Hunt-Crossley with n = 1. `SceneGraph`'s materials combine to k = k_A k_B/(k_A + k_B) and to
-  d = (k_B d_A + k_A d_B)/(k_A + k_B).
+  is 0: Hunt-Crossley with n = 1.
+- plant/contact_properties.cc (commit 0bf2525): two materials combine to k = k_A k_B/(k_A + k_B), to
+  d = (k_B d_A + k_A d_B)/(k_A + k_B), and to the sum tau of both `relaxation_time`.
 - contact_solvers/sap/sap_hunt_crossley_constraint.cc (approximations Lagged, the default, and Similar) and
   plant/tamsi_solver.cc (Tamsi): in head-on collisions all three have the impulse h k (x + h w) (1 + d w), w being the
   rate of compression at the step's end.
 - contact_solvers/sap/sap_friction_cone_constraint.cc (Sap): the impulse is h k (x + (h + tau) w), a linear dashpot
-  with c = k tau; tau is the sum of both `relaxation_time`. Stiff contacts, h k (h + tau) > 39 m, are softened, which
+  with c = k tau. Stiff contacts, h k (h + tau) > 39 m, are softened, which
   needs steps of nearly a contact time and is not computed here. d is not used.
 - plant/contact_defaults_doxygen.h: "the inverse of the dissipation parameter, d, is the maximum bounce speed", with a
   reference to Hunt and Crossley (1975), whose d is 3 (1 - e)/(2 v).
@@ -28,7 +29,7 @@ from mpmath import mp
 
 from viscopade.collision.schemes import IMPLICIT, Scheme
 from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa
-from viscopade.simulators.native import Impact, Native, Parameter, Power, Values
+from viscopade.simulators.native import SERIES, SUM, Impact, Native, Parameter, Power, Values, weighted_mean
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
 
@@ -60,17 +61,16 @@ _CONTINUOUS, _DISCRETE = "plant/contact_defaults_doxygen.h", "contact_solvers/sa
 _RIGID = 4 * math.pi**2  # h k (h + tau)/m of contacts that the approximation sap takes for rigid
 
 
-def combined(values: Values) -> tuple[float, float, float]:
-    """Return stiffness, dissipation and relaxation time of two materials in contact."""
-    (one, other), (first, second) = values["point_stiffness"], values["hunt_crossley_dissipation"]
-    total = one + other
-    return one * other / total, (other * first + one * second) / total, sum(values["relaxation_time"])
-
-
-def _force(values: Values, impact: Impact) -> Power:
-    """Return the force of the compliant point contact of an approximation."""
-    k, d, tau = combined(values)
-    return Power(LINEAR, k, k * tau) if values["discrete_contact_approximation"] == "sap" else Power(_LAW, k, k * d)
+def _force(values: Values, _: Impact) -> Power:
+    """Return the force of the compliant point contact of an approximation, for two materials."""
+    # The stiffer body is compressed less, and dissipates less.
+    stiffness_A, stiffness_B = values["point_stiffness"]
+    by_compression = weighted_mean((stiffness_B, stiffness_A), "the other body's stiffness")
+    k = values.mix("point_stiffness", SERIES, "GetCombinedPointContactStiffness")
+    if values["discrete_contact_approximation"] == "sap":
+        return Power(LINEAR, k, k * values.mix("relaxation_time", SUM, "GetCombinedDissipationTimeConstant"))
+    d = values.mix("hunt_crossley_dissipation", by_compression, "GetCombinedHuntCrossleyDissipation")
+    return Power(_LAW, k, k * d)
 
 
 def _damping(values: Values) -> str:
@@ -79,10 +79,9 @@ def _damping(values: Values) -> str:
 
 
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
-    k, _, tau = combined(values)
     if impact.step is not None and values["discrete_contact_approximation"] == "sap":
-        stiff = impact.step * k * (impact.step + tau) / impact.effective_mass
-        if stiff > _RIGID:
+        _, k, k_tau = _force(values, impact)
+        if impact.step * (impact.step * k + k_tau) > _RIGID * impact.effective_mass:
             yield "So stiff a contact is softened by Drake's approximation sap, which is not computed here"
 
 

@@ -3,7 +3,7 @@
 Read in jaxdem of cdelv/JaxDEM:
 
 - `CundallStrackForce.force` of forces/cundall_strack.py (commit 02f0627): c from the damping ratio for contact that
-  ends at x = 0; a force that would pull is 0. k is the harmonic mean of E R of both spheres.
+  ends at x = 0; a force that would pull is 0. k is the harmonic mean of E R of both spheres, e the smaller one.
 - integrators/velocity_verlet.py (commit 0d7bcb9): the force is computed after half of the kick. direct_euler.py (commit
   0352c82), "euler", kicks and then drifts.
 - `System.create` of system.py (commit 01296bd): dt = 0.005.
@@ -45,14 +45,15 @@ def material(contact, radius, density, poisson=0.3, mu=0.0):
     )
 '''
 
-_SOURCE = "jaxdem/forces/cundall_strack.py"
+_SOURCE, _FORCE = "jaxdem/forces/cundall_strack.py", "CundallStrackForce.force"
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
     """Return the force of two spheres of one radius."""
-    one, other = values["young"]
-    k = 4 * impact.effective_radius * one * other / (one + other)
-    return native.power_of(SIMULATOR.formula("cundallstrack"), min(values["e"]), k, impact.effective_mass)
+    # A sphere's own radius is 2 R_eff.
+    k = 2 * impact.effective_radius * values.mix("young", native.HARMONIC, _FORCE)
+    e = values.mix("e", native.SMALLER, _FORCE)
+    return native.power_of(SIMULATOR.formula("cundallstrack"), e, k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

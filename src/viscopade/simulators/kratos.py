@@ -8,6 +8,9 @@ Read in DEMApplication of KratosMultiphysics 10.4.4 and in its repository (Krato
   sqrt(6) gamma. DEM_D_Linear_viscous_Coulomb_CL.cpp (commit 013f925): c = 2 gamma sqrt(m_eff k). Both: a force that
   would pull is 0. At a wall m_eff is the particle's mass.
 
+COEFFICIENT_OF_RESTITUTION belongs to a pair of materials ("material_relations"): two materials share one. Both laws
+mix the moduli to Hertz' E_eff (`InitializeContact`, and with a wall `InitializeContactWithFEM`).
+
 The linear k is 1.432 pi 0.31225 E_eff R_eff, at a wall without the factor 1.432.
 
 `SymplecticEulerScheme`, the default, kicks and then drifts: semi-implicit Euler's method. `VelocityVerletScheme` is the
@@ -34,7 +37,9 @@ _LAWS = "DEM_D_Hertz_viscous_Coulomb", "DEM_D_Linear_viscous_Coulomb"
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
     """Return the force of a law."""
     formula, radius = SIMULATOR.formula(values["law"]), impact.effective_radius
-    modulus = native.effective_modulus(values["YOUNG_MODULUS"], values["POISSON_RATIO"])
+    modulus = native.effective_modulus(
+        values, values["YOUNG_MODULUS"], values["POISSON_RATIO"], f"{values['law']}::InitializeContact"
+    )
     if formula.law == TSUJI:
         k = 4 / 3 * modulus * math.sqrt(radius)
     else:

@@ -157,7 +157,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     formula = SIMULATOR.formula(f"{model}, limitForce on" if values["limitForce"] == "on" else model)
     if model == "hertz/stiffness":
         return native.Power(formula.law, values["kn"] * radius**0.5, values["gamman"] * mass * radius**0.5)
-    modulus = native.effective_modulus(values["youngsModulus"], values["poissonsRatio"])
+    modulus = native.effective_modulus(values, values["youngsModulus"], values["poissonsRatio"], "createYeff")
     if model == "hertz":
         k = 4 / 3 * modulus * radius**0.5
     else:

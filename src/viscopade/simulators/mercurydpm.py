@@ -13,8 +13,10 @@ and E_eff, R_eff, m_eff as in `Pair` (`BaseInteraction::getEffectiveRadius` and 
     ends at x = 0.
     `setEffectiveElasticModulusAndRestitutionCoefficient` inverts that correctly.
 
-A pair of different species has a mixed species. Its E_eff is right by itself, as the program's harmonic mean of the two
-E_eff is Hertz's; its A would be the harmonic mean too, which is not that of `Pair.A`. Both are set.
+A pair of different species has a mixed species, `MixedSpecies::mixAll`: `mix` of each normal species takes the harmonic
+means (`BaseSpecies::average`) of the numbers that the setters left, stiffness or effective modulus and dissipation. So
+E_eff is right by itself, as the harmonic mean of the two E_eff is Hertz's; A would be the harmonic mean too, which is
+not that of `Pair.A`. The header sets both.
 
 From a coefficient of restitution, read in Kernel of kuwt/MercuryDPM_fork at commits 0841c35, 126c08f and 23b48a9:
 
@@ -196,37 +198,51 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         If both dissipation and restitutionCoefficient are given.
     """
     species, given = values["species"], "dissipation" in values
-    formula = SIMULATOR.formula(_SPECIES[species])
+    formula, mixed = SIMULATOR.formula(_SPECIES[species]), f"{species}NormalSpecies::mix"
     if given and "restitutionCoefficient" in values:
         raise ValueError("dissipation and restitutionCoefficient: expected one of them")
+
     if species == "LinearViscoelastic":
-        if given:
-            return native.Power(formula.law, values["stiffness"], values["dissipation"])
-        e, half = values["restitutionCoefficient"], values["particleMass"] / 2
-        by_time = "stiffness" not in values
-        k = half * (math.pi**2 + math.log(e) ** 2) / values["collisionTime"] ** 2 if by_time else values["stiffness"]
-        return native.power_of(formula, e, k, half)
-    k = 4 / 3 * values["effectiveElasticModulus"] * math.sqrt(impact.effective_radius)
+
+        def spring_and_dashpot(body: int) -> tuple[float, float]:
+            """Return what the setters leave to the species of a body."""
+            if given:
+                return values["stiffness"][body], values["dissipation"][body]
+            e, half_mass = values["restitutionCoefficient"][body], values["particleMass"][body] / 2
+            if "stiffness" in values:
+                k = values["stiffness"][body]
+            else:
+                # k = m/2 (pi^2 + ln^2 e)/t_c^2
+                k = half_mass * (math.pi**2 + math.log(e) ** 2) / values["collisionTime"][body] ** 2
+            return k, native.power_of(formula, e, k, half_mass).c
+
+        stiffnesses, dissipations = zip(spring_and_dashpot(0), spring_and_dashpot(1), strict=True)
+        k = values.mix("stiffness", native.HARMONIC, mixed, stiffnesses)
+        return native.Power(formula.law, k, values.mix("dissipation", native.HARMONIC, mixed, dissipations))
+
+    k = 4 / 3 * values.mix("effectiveElasticModulus", native.HARMONIC, mixed) * math.sqrt(impact.effective_radius)
     if species == "HertzianBSHPViscoelastic":
-        return native.Power(formula.law, k, 1.5 * values["dissipation"] * k)
-    mass = impact.effective_mass
-    if given:
-        return native.Power(formula.law, k, values["dissipation"] * math.sqrt(mass * k))
-    return native.power_of(formula, values["restitutionCoefficient"], k, mass)
+        return native.Power(formula.law, k, 1.5 * values.mix("dissipation", native.HARMONIC, mixed) * k)
+    first, second = (
+        values["dissipation"] if given else (float(formula.kappa(mp.mpf(e))) for e in values["restitutionCoefficient"])
+    )
+    dissipation = values.mix("dissipation", native.HARMONIC, mixed, (first, second))
+    return native.Power(formula.law, k, dissipation * math.sqrt(impact.effective_mass * k))
 
 
 _NATIVE = native.Native(
     (
         native.Parameter("species", words=tuple(_SPECIES)),
-        native.positive("stiffness", "N/m"),
+        native.positive("stiffness", "N/m", both=True),
         native.Parameter(
             "dissipation",
             accepted="a number >= 0: in N s/m if {}, without unit if {}, in s if {}".format(*_SPECIES),
+            both=True,
         ),
-        native.positive("effectiveElasticModulus", "Pa"),
-        native.positive("collisionTime", "s"),
-        native.restitution("restitutionCoefficient"),
-        native.positive("particleMass", "kg"),
+        native.positive("effectiveElasticModulus", "Pa", both=True),
+        native.positive("collisionTime", "s", both=True),
+        native.restitution("restitutionCoefficient", both=True),
+        native.positive("particleMass", "kg", both=True),
     ),
     _force,
     _LINEAR,

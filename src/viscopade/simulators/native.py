@@ -134,6 +134,34 @@ def _plain(text: str) -> Decimal | None:
     return Decimal(float(number))
 
 
+class Rule(NamedTuple):
+    """A rule by which programs make one number of those of two bodies.
+
+    Attributes
+    ----------
+    words : str
+        Its name, such as "the mean".
+    number : callable
+        From the numbers of both bodies to that of their contact.
+    """
+
+    words: str
+    number: Callable[[float, float], float]
+
+
+MEAN = Rule("the mean", lambda first, second: (first + second) / 2)
+HARMONIC = Rule("the harmonic mean", lambda first, second: 2 * first * second / (first + second) if first else 0.0)
+SERIES = Rule("half of the harmonic mean", lambda first, second: HARMONIC.number(first, second) / 2)
+SUM = Rule("the sum", lambda first, second: first + second)
+SMALLER, LARGER = Rule("the smaller", min), Rule("the larger", max)
+
+
+def weighted_mean(weights: tuple[float, float], words: str) -> Rule:
+    """Return the mean with weights of both numbers, which words name."""
+    a, b = weights
+    return Rule(f"the mean, weighted by {words},", lambda first, second: (a * first + b * second) / (a + b))
+
+
 class Values(dict[str, Any]):
     """Values of parameters by name; one that is missing is asked for in one line.
 
@@ -141,11 +169,36 @@ class Values(dict[str, Any]):
     ----------
     read : set of str
         Names of those that were looked up.
+    mixed : mapping of str to str
+        Sentences, without their full stops, on numbers that follow from different ones of both bodies; by their names.
     """
 
     def __init__(self, *values: Any) -> None:
         super().__init__(*values)
         self.read: set[str] = set()
+        self.mixed: dict[str, str] = {}
+
+    def mix(self, name: str, rule: Rule, source: str, pair: tuple[float, float] | None = None, what: str = "") -> float:
+        """Return the number of a contact, and remember the rule if those of both bodies differ.
+
+        Parameters
+        ----------
+        name : str
+            Of the number.
+        rule : Rule
+        source : str
+            Function of the program that has the rule.
+        pair : tuple of float, optional
+            Numbers of both bodies; by default those of the parameter of that name.
+        what : str, optional
+            What they are, if they are not the parameter's.
+        """
+        first, second = self[name] if pair is None else pair
+        number = rule.number(first, second)
+        if first != second:
+            both = f"{what}{', ' if what else ''}{first:.8g} and {second:.8g}"
+            self.mixed[name] = f"{name} = {number:.8g}, {rule.words} of {both} ({source})"
+        return number
 
     def __getitem__(self, name: str) -> Any:
         """Return a value."""
@@ -249,9 +302,11 @@ def power_of(formula: DampingFormula, number: float, k: float, mass: float) -> P
     return Power(formula.law, k, float(formula.kappa(mp.mpf(number))) * math.sqrt(k * mass))
 
 
-def effective_modulus(young: Iterable[float], poisson: Iterable[float]) -> float:
-    """Return E_eff of Hertz' contact, from Young moduli and Poisson ratios of both bodies."""
-    return 1 / sum((1 - nu**2) / modulus for modulus, nu in zip(young, poisson, strict=True))
+def effective_modulus(values: Values, young: tuple[float, float], poisson: tuple[float, float], source: str) -> float:
+    """Return E_eff of Hertz' contact from Young moduli and Poisson ratios of both bodies, as `Values.mix` does."""
+    # 1/E_eff = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2
+    first, second = (modulus / (1 - nu**2) for modulus, nu in zip(young, poisson, strict=True))
+    return values.mix("E_eff", SERIES, source, (first, second), "E/(1 - nu^2)")
 
 
 def positive(name: str, unit: str, default: str | None = None, *, both: bool = False) -> Parameter:
@@ -439,7 +494,7 @@ class Delivery:
     Attributes
     ----------
     values : Values
-        Of all parameters.
+        Of all parameters, with sentences on those that were mixed.
     scheme : str
         The program's name of its integrator.
     collision : SampledCollision

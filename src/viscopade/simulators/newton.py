@@ -1,14 +1,15 @@
 """Newton, and the module sim of Warp before it: `ke` and `kd` of shapes, or `restitution`.
 
-Read in newton/_src/solvers of Newton 1.8.0; numbers of both shapes count by their means:
+Read in newton/_src/solvers of Newton 1.8.0; numbers of both shapes count by their means, except in SolverMuJoCo:
 
 - SolverSemiImplicit, `_eval_body_contact` of semi_implicit/kernels_contact.py: the force ke x + kd max(x', 0), in each
   contact: damping acts while the bodies approach. SolverFeatherstone has the same. With zeta = kd/(2 sqrt(ke m)) < 1
   and w = sqrt(1 - zeta^2), eps = exp(-(zeta/w) atan(w/zeta)).
 - SolverXPBD, xpbd/restitution_kernels.py: if `enable_restitution` and the speed before the step is above 2 g h, the
   rebound is eps times that speed. Two iterations each leave a fifth of the penetration.
-- SolverMuJoCo, `convert_solref` of mujoco/kernels.py: `solref` = 2/kd, kd/(2 sqrt(ke)), so that ke and kd are per
-  effective mass.
+- SolverMuJoCo, mujoco/kernels.py: `convert_solref` makes a `solref` of each shape, 2/kd, kd/(2 sqrt(ke)), or 0.02 1
+  without kd, so that ke and kd are per effective mass; `contact_params` takes the mean of both, and the larger mu. This
+  is the default `solref_mode`; with SOLREF_MODE_FORCE_SPACE ke and kd are forces, which is not computed here.
 
 A box that falls flat has four contacts, each with the same ke and kd: in all four times of both.
 """
@@ -27,11 +28,13 @@ from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.simulators import mujoco
 from viscopade.simulators.formula import LINEAR, LINEAR_RETURN, DampingFormula, linear_kappa, viscoelastic_kappa
-from viscopade.simulators.native import Impact, Impulse, Native, Parameter, Values
+from viscopade.simulators.native import LARGER, MEAN, Impact, Impulse, Native, Parameter, Values
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import VISCOELASTIC
 
 _CONTACT = "newton/_src/solvers/semi_implicit/kernels_contact.py"
+_EVALUATE, _PARAMS = "_eval_body_contact", "contact_params"
+_DEFAULT_SOLREF = 0.02, 1.0  # of SolverMuJoCo
 _LEFT = 0.2**2  # of a penetration after a step of SolverXPBD
 _MOST_STEPS = 1000  # of SolverXPBD, until a body has left
 
@@ -52,16 +55,25 @@ def approach_kappa(kappa: Any) -> Any:
 
 def _contact(values: Values, impact: Impact) -> Contact | Impulse:
     """Return the contact of a solver, with numbers of both shapes."""
-    ke, kd, restitution = (sum(values[name]) / 2 for name in ("ke", "kd", "restitution"))
-    solver, g = values["solver"], impact.gravity
+    solver = values["solver"]
     if solver == "SolverXPBD":
+        restitution = values.mix("restitution", MEAN, "build_restitution_manifolds")
         on = values["enable_restitution"] == "True"
         return Impulse(lambda phases: xpbd_rebounds(restitution if on else None, impact, phases))
     if solver == "SolverMuJoCo":
-        solref = {"solref": f"{2 / kd!r} {kd / 2 / math.sqrt(ke)!r}"} if kd > 0 else {}  # else it is MuJoCo's default
-        return mujoco.NATIVE.contact(mujoco.NATIVE.values({**solref, "friction": str(sum(values["mu"]) / 2)}), impact)
-    mass = impact.effective_mass
-    return Contact(lambda x, v: ke * x + kd * np.maximum(v, 0), mass, mass * g)
+        # Each shape has a solref of its own, and MuJoCo's contact the mean of both.
+        solrefs = [
+            (2 / kd, kd / 2 / math.sqrt(ke)) if kd > 0 else _DEFAULT_SOLREF
+            for ke, kd in zip(values["ke"], values["kd"], strict=True)
+        ]
+        timeconst, dampratio = (
+            values.mix(name, MEAN, _PARAMS, pair)
+            for name, pair in zip(("timeconst", "dampratio"), zip(*solrefs, strict=True), strict=True)
+        )
+        settings = {"solref": f"{timeconst!r} {dampratio!r}", "friction": repr(values.mix("mu", LARGER, _PARAMS))}
+        return mujoco.NATIVE.contact(mujoco.NATIVE.values(settings), impact)
+    ke, kd, mass = values.mix("ke", MEAN, _EVALUATE), values.mix("kd", MEAN, _EVALUATE), impact.effective_mass
+    return Contact(lambda x, v: ke * x + kd * np.maximum(v, 0), mass, mass * impact.gravity)
 
 
 def xpbd_rebounds(restitution: float | None, impact: Impact, phases: FloatArray) -> FloatArray:

@@ -3,7 +3,8 @@
 Read in Simbody of simbody/simbody at commit f312d0d:
 
 - `HuntCrossleyForceImpl::calcForce` of src/HuntCrossleyForce.cpp: f = f_Hertz (1 + 3/2 c x'), a value below 0 is 0,
-  with c = s_1 c_1 + s_2 c_2 and s_1 = k_2/(k_1 + k_2).
+  f_Hertz = 4/3 sqrt(R_eff) (k x)^(3/2). With k_i the stiffness^(2/3) of each body (HuntCrossleyForceImpl.h, commit
+  178eb21), k = k_1 k_2/(k_1 + k_2) and c = s_1 c_1 + s_2 c_2, s_1 = k_2/(k_1 + k_2).
 - `ContactMaterial::calcDissipationFromObservedRestitution` of include/simbody/internal/ContactSurface.h: c = (1 - e)/v,
   which the file says is for small v.
 
@@ -17,21 +18,22 @@ import math
 from mpmath import mp
 
 from viscopade.simulators.formula import DampingFormula
-from viscopade.simulators.native import Impact, Native, Parameter, Power, Values
+from viscopade.simulators.native import SERIES, Impact, Native, Parameter, Power, Values, weighted_mean
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
 
 _LAW = law_of("hunt-crossley:3/2")
+_CALC_FORCE = "HuntCrossleyForceImpl::calcForce"
 _FORMULA = "HuntCrossleyForce, calcDissipationFromObservedRestitution"
 
 
 def _force(values: Values, impact: Impact) -> Power:
-    """Return the force of two materials: springs in series, k^(2/3) of each, and dissipation by their shares."""
-    one, other = (k ** (2 / 3) for k in values["stiffness"])
-    share = other / (one + other)
-    first, second = values["dissipation"]
-    k = 4 / 3 * math.sqrt(impact.effective_radius) * (share * one) ** 1.5
-    return Power(_LAW, k, 1.5 * k * (share * first + (1 - share) * second))
+    """Return the force of two materials: springs in series, and dissipation by their compressions."""
+    first, second = (stiffness ** (2 / 3) for stiffness in values["stiffness"])
+    spring = values.mix("stiffness^(2/3)", SERIES, _CALC_FORCE, (first, second))
+    by_compression = weighted_mean((second, first), "the other body's stiffness^(2/3)")
+    k = 4 / 3 * math.sqrt(impact.effective_radius) * spring**1.5
+    return Power(_LAW, k, 1.5 * k * values.mix("dissipation", by_compression, _CALC_FORCE))
 
 
 _NATIVE = Native(
