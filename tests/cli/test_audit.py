@@ -213,3 +213,14 @@ def test_a_longer_contact_is_suggested():
             if row["formula"] == rows[-1]["formula"]
         ]
         assert (row["resolving_steps"] is None) == resolved
+
+
+def test_two_bodies_are_mixed_and_the_rule_is_said():
+    words = (*("drake", "--speed", "1", "--mass", "2", "--set", "point_stiffness=3e4 6e4"), "--set")
+    found = run(*words, "hunt_crossley_dissipation=3 0")
+    text = " ".join(found.output.split())
+    rule = "hunt_crossley_dissipation = 2, the mean, weighted by the other body's stiffness, of 3 and 0 (GetCombined"
+    assert rule in text
+    mixed = json.loads(run(*words, "hunt_crossley_dissipation=1", "--format", "json").output)["mixed"]
+    rule = {"value": 2e4, "rule": "half of the harmonic mean", "meaning": "", "bodies": [3e4, 6e4]}
+    assert mixed == {"point_stiffness": rule | {"source": "GetCombinedPointContactStiffness"}}

@@ -277,8 +277,9 @@ def test_two_bodies_mix_as_the_source_says(case):
     found = delivered(program, settings)
     collision = found.collision
     assert (collision.epsilon, collision.depth) == pytest.approx(integrated(force, clipped=clipped), rel=2e-6)
+    mixed = [one.sentence(name) for name, one in found.values.mixed.items()]
     for beginning in sentences:
-        assert any(sentence.startswith(beginning) for sentence in found.values.mixed.values()), found.values.mixed
+        assert any(sentence.startswith(beginning) for sentence in mixed), mixed
 
 
 def test_shapes_of_newton_mix_as_geoms_of_mujoco():
@@ -287,12 +288,12 @@ def test_shapes_of_newton_mix_as_geoms_of_mujoco():
     found = delivered("newton", shapes)
     solref = f"{(2 / 50 + 2 / 100) / 2} {(50 / 200 + 100 / 400) / 2}"
     assert found.collision == delivered("mujoco", {"solref": solref, "friction": "0.8"}).collision
-    assert found.values.mixed["mu"] == "mu = 0.8, the larger of 0.5 and 0.8 (contact_params)"
+    assert found.values.mixed["mu"].sentence("mu") == "mu = 0.8, the larger of 0.5 and 0.8 (contact_params)"
     undamped = delivered("newton", shapes | {"kd": "50 0"}).collision
     assert undamped == delivered("mujoco", {"solref": "0.03 0.625", "friction": "0.8"}).collision
     xpbd = {"solver": "SolverXPBD", "restitution": "0.9 0.1", "enable_restitution": "True"}
-    (sentence,) = delivered("newton", xpbd).values.mixed.values()
-    assert sentence == "restitution = 0.5, the mean of 0.9 and 0.1 (build_restitution_manifolds)"
+    (restitution,) = delivered("newton", xpbd).values.mixed.values()
+    assert restitution == (0.5, "the mean", "", (0.9, 0.1), "build_restitution_manifolds")
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)

@@ -236,7 +236,8 @@ def _show_contact(
     else:
         fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})
         row = ["" if value is None else value for value in fields.values()]
-        show(style, [*fields], [row], fields | more | {"warnings": [*found.warnings]})
+        mixed = {name: each._asdict() for name, each in found.values.mixed.items()}
+        show(style, [*fields], [row], fields | more | {"mixed": mixed, "warnings": [*found.warnings]})
 
 
 def _native(simulator: str | None, force: str | None, end: End | None) -> tuple[str, str, Native]:
@@ -294,6 +295,8 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
     used = {name: value for name, value in found.values.items() if name != native.integrator}
     if used:
         say(f"for {_words(native.written(used))}")
+    for name, mixed in found.values.mixed.items():
+        say(mixed.sentence(name))
     others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]
     say(f"integrator: {found.scheme if stepped else 'infinitely fine steps'}; there are {', '.join(others)}")
     if found.instead is not None:

@@ -162,6 +162,34 @@ def weighted_mean(weights: tuple[float, float], words: str) -> Rule:
     return Rule(f"the mean, weighted by {words},", lambda first, second: (a * first + b * second) / (a + b))
 
 
+class Mixed(NamedTuple):
+    """A number of a contact that a program makes of different ones of two bodies.
+
+    Attributes
+    ----------
+    value : float
+    rule : str
+        Words of the rule.
+    meaning : str
+        What the numbers of the bodies are, "" if they are the parameter's.
+    bodies : tuple of float
+    source : str
+        Function of the program that has the rule.
+    """
+
+    value: float
+    rule: str
+    meaning: str
+    bodies: tuple[float, float]
+    source: str
+
+    def sentence(self, name: str) -> str:
+        """Return a sentence without its full stop."""
+        first, second = self.bodies
+        meaning = f"{self.meaning}, " if self.meaning else ""
+        return f"{name} = {self.value:.8g}, {self.rule} of {meaning}{first:.8g} and {second:.8g} ({self.source})"
+
+
 class Values(dict[str, Any]):
     """Values of parameters by name; one that is missing is asked for in one line.
 
@@ -169,16 +197,18 @@ class Values(dict[str, Any]):
     ----------
     read : set of str
         Names of those that were looked up.
-    mixed : mapping of str to str
-        Sentences, without their full stops, on numbers that follow from different ones of both bodies; by their names.
+    mixed : mapping of str to Mixed
+        Numbers that followed from different ones of both bodies, by name.
     """
 
     def __init__(self, *values: Any) -> None:
         super().__init__(*values)
         self.read: set[str] = set()
-        self.mixed: dict[str, str] = {}
+        self.mixed: dict[str, Mixed] = {}
 
-    def mix(self, name: str, rule: Rule, source: str, pair: tuple[float, float] | None = None, what: str = "") -> float:
+    def mix(
+        self, name: str, rule: Rule, source: str, bodies: tuple[float, float] | None = None, meaning: str = ""
+    ) -> float:
         """Return the number of a contact, and remember the rule if those of both bodies differ.
 
         Parameters
@@ -188,17 +218,16 @@ class Values(dict[str, Any]):
         rule : Rule
         source : str
             Function of the program that has the rule.
-        pair : tuple of float, optional
+        bodies : tuple of float, optional
             Numbers of both bodies; by default those of the parameter of that name.
-        what : str, optional
+        meaning : str, optional
             What they are, if they are not the parameter's.
         """
-        first, second = self[name] if pair is None else pair
-        number = rule.number(first, second)
+        first, second = self[name] if bodies is None else bodies
+        value = rule.number(first, second)
         if first != second:
-            both = f"{what}{', ' if what else ''}{first:.8g} and {second:.8g}"
-            self.mixed[name] = f"{name} = {number:.8g}, {rule.words} of {both} ({source})"
-        return number
+            self.mixed[name] = Mixed(value, rule.words, meaning, (first, second), source)
+        return value
 
     def __getitem__(self, name: str) -> Any:
         """Return a value."""
