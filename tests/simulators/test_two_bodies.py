@@ -102,6 +102,7 @@ def mercury(e, time, mass):
 
 (K_1, C_1), (K_2, C_2) = mercury(0.9, 5e-3, 0.02), mercury(0.4, 8e-3, 0.03)
 KNS = 2 * E_1 * 2 * RADIUS, 2 * E_2 * 2 * RADIUS  # of two equal spheres, whose radii are twice the effective one
+MFIX = "E_YOUNG", "V_POISSON"
 YADE = {"physics": "ViscElPhys", "damping": "0"}
 HALVES = [s ** (2 / 3) for s in (1e6, 4e6)]
 SIMBODY = HALVES[0] * HALVES[1] / sum(HALVES)
@@ -262,6 +263,36 @@ CASES = {
         False,
         ("ke = 20000, the mean of", "kd = 15, the mean of 10 and 20 (_eval_body_contact)"),
     ),
+    "mfix": (
+        (
+            "mfix",
+            {"UNITS": "SI", "DES_COLL_MODEL": "HERTZIAN", **dict(zip(MFIX, MODULI, strict=True))}
+            | {"DES_EN_INPUT": "0.6"},
+        ),
+        hertz(K, 2 * ratio(0.6) * math.sqrt(MASS * K), 0.25),
+        False,
+        (f"E_eff = {modulus((E_1, E_2), (NU_1, NU_2)):.8g}, half of the",),
+    ),
+    "openfoam": (
+        ("openfoam", {"youngsModulus": MODULI[0], "poissonsRatio": MODULI[1], "alpha": "0.3", "b": "1.5"}),
+        hertz(K, 0.3 * math.sqrt(MASS * K), 0.25),
+        False,
+        ("E_eff = ",),
+    ),
+    "trixi": (
+        (
+            "trixi",
+            {
+                "contact_model": "HertzContactModel",
+                "elastic_modulus": MODULI[0],
+                "poissons_ratio": MODULI[1],
+                "damping_coefficient": "0.2",
+            },
+        ),
+        hertz(K, 2 * 0.2 * math.sqrt(MASS * K), 0.25),
+        False,
+        ("E_eff = ",),
+    ),
     "jaxdem": (
         ("jaxdem", {"young": "1e6 3e6", "e": "0.5 0.7"}),
         linear(2 * RADIUS * 1.5e6, 2 * ratio(0.5) * math.sqrt(MASS * 2 * RADIUS * 1.5e6)),
@@ -315,6 +346,107 @@ def test_what_is_written_instead_is_one_number_for_both_bodies(name):
     assert found.collision.epsilon == pytest.approx(0.45, abs=1e-6)
 
 
+MFIX_WALL = {"UNITS": "SI", "other": "wall"}
+LETHE = {"young modulus particles": MODULI[0], "poisson ratio particles": MODULI[1]}
+METHOD = "particle particle contact force method"
+LETHE_WALL = {
+    "other": "wall",
+    "young modulus particles": "1e6",
+    "poisson ratio particles": "0.2",
+    "restitution coefficient particles": "0.9",
+    "young modulus wall": "3e6",
+    "poisson ratio wall": "0.4",
+    "restitution coefficient wall": "0.5",
+}
+
+
+@pytest.mark.parametrize(
+    ("program", "settings", "force"),
+    [
+        ("mfix", MFIX_WALL | {"KN_W": "2e4", "DES_EN_WALL_INPUT": "0.7"}, linear(2e4, 2 * ratio(0.7) * math.sqrt(200))),
+        (
+            "mfix",
+            MFIX_WALL
+            | {"DES_COLL_MODEL": "HERTZIAN", "E_YOUNG": "1e6", "V_POISSON": "0.2"}
+            | {"EW_YOUNG": "3e6", "VW_POISSON": "0.4", "DES_EN_WALL_INPUT": "0.7"},
+            hertz(K, 2 * ratio(0.7) * math.sqrt(MASS * K), 0.25),
+        ),
+        (
+            "openfoam",
+            {"youngsModulus": "1e6", "poissonsRatio": "0.2", "alpha": "0.3", "b": "1.2"},
+            lambda x, v: (
+                4 / 3 * 1e6 / 1.92 * 0.1 * x**1.2 + 0.3 * math.sqrt(MASS * 4 / 3 * 1e6 / 1.92 * 0.1) * x**0.25 * v
+            ),
+        ),
+        (
+            "trixi",
+            {"contact_model": "LinearContactModel", "normal_stiffness": "2e4", "damping_coefficient": "0.2"},
+            linear(2e4, 0.4 * math.sqrt(200)),
+        ),
+    ],
+)
+def test_walls_and_other_laws(program, settings, force):
+    found = delivered(program, settings).collision
+    assert (found.epsilon, found.depth) == pytest.approx(integrated(force, clipped=False), rel=2e-6)
+
+
+def lethe(restitution, model):
+    """Return the force with the constants as Lethe has them."""
+    log_e, stiffness = math.log(restitution), 2 * modulus((E_1, E_2), (NU_1, NU_2)) * math.sqrt(RADIUS)
+    beta = log_e / math.sqrt(log_e**2 + 9.8696)
+    if model == "linear":
+        k = 1.0667 * stiffness / 2 * (0.9375 * MASS / (stiffness / 2)) ** 0.2
+        return linear(k, -2 * beta * math.sqrt(MASS * k))
+    return hertz(0.66665 * stiffness, -1.8257 * beta * math.sqrt(stiffness * MASS), 0.25)
+
+
+@pytest.mark.parametrize(
+    ("settings", "model", "sentence"),
+    [
+        (LETHE | {METHOD: "linear"}, "linear", "0.9 and 0.5"),
+        *((LETHE | {METHOD: f"hertz{name}"}, "", "0.9 and 0.5") for name in ("", "_mindlin_limit_force")),
+        (LETHE, "", "0.9 and 0.5"),
+        (LETHE_WALL, "", "0.9 and 0.5"),
+        (LETHE_WALL | {"particle wall contact force method": "linear"}, "linear", "0.9 and 0.5"),
+    ],
+)
+def test_lethe(settings, model, sentence):
+    """Its constants have five digits; ours have all."""
+    given = settings if "other" in settings else settings | {"restitution coefficient particles": "0.9 0.5"}
+    found = delivered("lethe", given)
+    force = lethe(harmonic(0.9, 0.5), model)
+    assert (found.collision.epsilon, found.collision.depth) == pytest.approx(integrated(force, clipped=False), rel=3e-5)
+    mixed = found.values.mixed["restitution coefficient"].sentence("e")
+    assert mixed == f"e = 0.64285714, the harmonic mean of {sentence} (set_effective_properties)"
+    instead = delivered("lethe", given, epsilon=0.45).instead
+    assert len(instead) == (2 if "other" in given else 1)
+    assert delivered("lethe", given | instead).collision.epsilon == pytest.approx(0.45, abs=1e-6)
+
+
+def test_mfix_in_both_units():
+    """1 N/m is 1000 dyn/cm, and eps depends on the ratio alone."""
+    given = {"KN": "2e4", "DES_EN_INPUT": "0.7"}
+    si, cgs = (delivered("mfix", given | {"UNITS": name, "KN": kn}) for name, kn in (("SI", "2e4"), ("CGS", "2e7")))
+    assert si.collision.epsilon == pytest.approx(cgs.collision.epsilon, rel=1e-9)
+    assert (cgs.collision.depth, cgs.units.length) == (pytest.approx(100 * si.collision.depth, rel=1e-9), "cm")
+
+
+@pytest.mark.parametrize(
+    ("program", "settings"),
+    [
+        ("mfix", {"UNITS": "SI", "KN": "2e4", "DES_EN_INPUT": "0.7"}),
+        ("mfix", MFIX_WALL | {"KN_W": "2e4", "DES_EN_WALL_INPUT": "0.7"}),
+        ("openfoam", {"youngsModulus": "1e6", "poissonsRatio": "0.2", "alpha": "0.3", "b": "1.2"}),
+        ("trixi", {"contact_model": "LinearContactModel", "normal_stiffness": "2e4", "damping_coefficient": "0.2"}),
+    ],
+)
+def test_what_is_written_instead_in_other_programs(program, settings):
+    step = {} if program == "trixi" else {"step": 1e-4}
+    ((parameter, number),) = delivered(program, settings, epsilon=0.45, **step).instead.items()
+    found = delivered(program, settings | {parameter: number}, **step).collision
+    assert found.epsilon == pytest.approx(0.45, abs=1e-6)
+
+
 @pytest.mark.parametrize("en", np.linspace(0.02, 0.98, 25))
 def test_yade_solves_for_the_damping_to_one_per_cent(en):
     """Its iteration comes from above."""
@@ -333,6 +465,15 @@ def test_yade_solves_for_the_damping_to_one_per_cent(en):
             "en is 0.9 0.1: expected one number, as MindlinPhys has one for a pair of materials",
         ),
         ("yade", YADE | {"en": "0.5"}, "young is not set"),
+        (
+            "lethe",
+            {"other": "wall", "young modulus particles": "1e6 2e6"},
+            "young modulus particles is 1e+06 2e+06: expected one number, as the other one is that of the wall",
+        ),
+        ("lethe", {METHOD: "hertz_JKR"}, "is 'hertz_JKR': expected linear, hertz_mindlin_limit_overlap"),
+        ("mfix", {"KN": "1e4"}, 'UNITS is not set: expected --set "UNITS=SI" or "UNITS=CGS"'),
+        ("mfix", {"UNITS": "SI", "DES_INTG_METHOD": "ADAMS_BASHFORTH"}, "expected EULER"),
+        ("trixi", {"normal_stiffness": "1e4"}, "contact_model is not set"),
         ("mercurydpm", {"species": "HertzianBSHPViscoelastic", "effectiveElasticModulus": "1e6"}, "dissipation is not"),
     ],
 )

@@ -1,27 +1,99 @@
 """Lethe: `restitution coefficient` of particles and walls.
 
-Read in chaos-polymtl/lethe at commit 72f6c69, include/dem/particle_wall_contact_force.h, of which the contacts of two
-particles are the like: beta = ln e/sqrt(ln^2 e + pi^2), in constants of five digits.
+    subsection particle type 0
+      set young modulus particles           = 1000000
+      set restitution coefficient particles = 0.9
 
-- `linear`: a spring and the dashpot 2 beta sqrt(m k); it may pull.
-- `nonlinear`: Hertz' spring, and the dashpot sqrt(10/3) beta sqrt(2 E sqrt(R x) m), which is Tsuji's with
-  kappa = sqrt(5) beta; it may pull.
+Read in chaos-polymtl/lethe at commit 0092035, include/dem/particle_particle_contact_force.h, of which that of walls,
+particle_wall_contact_force.h (at commit 72f6c69), is the like: beta = ln e/sqrt(ln^2 e + pi^2), in constants of five
+digits, with the effective mass, at a wall that of the particle.
+
+- `linear`: the dashpot 2 |beta| sqrt(m k), and a spring of the contact time that Hertz' contact has at 1 m/s,
+  k = 16/15 sqrt(R) E (15/16 m v_c^2/(sqrt(R) E))^(1/5) with v_c = 1 (some older versions: the present speed); it may
+  pull.
+- `nonlinear` of walls, and `hertz`, `hertz_mindlin_limit_overlap`, `hertz_mindlin_limit_force` of particles, which
+  differ along the surface: Hertz' spring, and the dashpot sqrt(10/3) |beta| sqrt(2 E sqrt(R x) m), which is Tsuji's
+  with kappa = sqrt(5) |beta|; it may pull.
+- `set_effective_properties`: E is Hertz' E_eff of two types, or of a type and the wall, e their harmonic mean.
+- `integrate` of source/dem/velocity_verlet_integrator.cc (commit 01b3ebc) and of explicit_euler_integrator.cc (commit
+  01aaa7b): both kick with the force of the newest state and then drift, which is semi-implicit Euler's method.
+
+`hertz_JKR`, `JKR` and `DMT` attract and are not computed.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from viscopade.collision.schemes import SEMI_IMPLICIT
+from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, formulas, linear_kappa, tsuji_kappa
 from viscopade.simulators.simulator import Simulator
+
+_HERTZ = "hertz_mindlin_limit_overlap", "hertz_mindlin_limit_force", "hertz"
+_METHOD = "particle {} contact force method"
+_E, _WALL = "restitution coefficient {}", "include/dem/particle_wall_contact_force.h"
+_LEAST = 1e-15  # restitution
+_ONE = "as the other one is that of the wall"
+
+
+def _force(values: native.Values, impact: native.Impact) -> native.Power:
+    """Return the force between two types of particles, or of one and the wall."""
+    other, source = values["other"], "set_effective_properties"
+    young, poisson, restitution = (
+        values[f"{name} particles"]
+        if other == "particle"
+        else (values.single(f"{name} particles", _ONE), values[f"{name} wall"])
+        for name in ("young modulus", "poisson ratio", "restitution coefficient")
+    )
+    modulus = native.effective_modulus(values, young, poisson, source)
+    e = values.mix("restitution coefficient", native.HARMONIC, source, restitution)
+    mass, stiffness = impact.effective_mass, modulus * math.sqrt(impact.effective_radius)
+    if values[_METHOD.format(other)] != "linear":
+        return native.power_of(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
+    # k = 16/15 sqrt(R) E (15/16 m v_c^2/(sqrt(R) E))^(1/5), v_c = 1 m/s
+    k = 16 / 15 * stiffness * (15 / 16 * mass / stiffness) ** 0.2
+    return native.power_of(SIMULATOR.formula("linear"), e, k, mass)
+
+
+def _damped(values: native.Values, c: float, impact: native.Impact) -> Mapping[str, Any]:
+    """Return one restitution for both bodies."""
+    e = max(math.exp(-c), _LEAST)
+    particles = {_E.format("particles"): (e, e)}
+    return particles if values["other"] == "particle" else particles | {_E.format("wall"): e}
+
+
+_NATIVE = native.Native(
+    (
+        native.Parameter("other", default="particle", words=("particle", "wall")),
+        native.Parameter(_METHOD.format("particle"), default=_HERTZ[0], words=("linear", *_HERTZ)),
+        native.Parameter(_METHOD.format("wall"), default="nonlinear", words=("linear", "nonlinear")),
+        native.positive("young modulus particles", "Pa", "1e6", both=True),
+        native.poisson_ratios("poisson ratio particles", "0.3"),
+        native.restitution(_E.format("particles"), "0.1", both=True),
+        native.positive("young modulus wall", "Pa", "1e6"),
+        native.poisson_ratios("poisson ratio wall", "0.3", both=False),
+        native.restitution(_E.format("wall"), "0.1"),
+    ),
+    _force,
+    "include/dem/particle_particle_contact_force.h",
+    schemes={"velocity_verlet": SEMI_IMPLICIT, "explicit_euler": SEMI_IMPLICIT},
+    integrator="integration method",
+    damped=_damped,
+)
 
 SIMULATOR = Simulator(
     "lethe",
     "Lethe",
-    "commit 72f6c69",
+    "commits 0092035 and 72f6c69",
     formulas(
         "restitution coefficient",
-        ("1e-15", "1"),
-        "include/dem/particle_wall_contact_force.h",
+        (str(_LEAST), "1"),
+        _WALL,
         ("nonlinear", TSUJI_RETURN, tsuji_kappa, "exact"),
         ("linear", LINEAR_RETURN, linear_kappa, "exact"),
     ),
+    native=_NATIVE,
 )

@@ -229,6 +229,13 @@ class Values(dict[str, Any]):
             self.mixed[name] = Mixed(value, rule.words, meaning, (first, second), source)
         return value
 
+    def single(self, name: str, reason: str) -> float:
+        """Return the one number of a parameter; ValueError with the reason if there are different ones."""
+        first, second = self[name]
+        if first != second:
+            raise ValueError(f"{name} is {first:g} {second:g}: expected one number, {reason}")
+        return float(first)
+
     def __getitem__(self, name: str) -> Any:
         """Return a value."""
         self.read.add(name)
@@ -343,9 +350,9 @@ def positive(name: str, unit: str, default: str | None = None, *, both: bool = F
     return Parameter(name, unit, default, "a number > 0", lambda numbers: min(numbers) > 0, both=both)
 
 
-def poisson_ratios(name: str, default: str | None = None) -> Parameter:
-    """Return the parameter for the Poisson ratios of both bodies."""
-    return Parameter(name, "", default, "from -1 to 1/2", lambda pair: all(-1 < nu <= 0.5 for nu in pair), both=True)
+def poisson_ratios(name: str, default: str | None = None, *, both: bool = True) -> Parameter:
+    """Return the parameter for the Poisson ratios of both bodies, or of a wall alone."""
+    return Parameter(name, "", default, "from -1 to 1/2", lambda pair: all(-1 < nu <= 0.5 for nu in pair), both=both)
 
 
 def restitution(

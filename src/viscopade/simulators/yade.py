@@ -295,9 +295,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         raise ValueError("en and betan: expected one of them")
     if "betan" in values:
         return native.power_of(SIMULATOR.formula("MindlinPhys, betan"), values["betan"], k, mass)
-    e, second = values["en"]
-    if e != second:
-        raise ValueError(f"en is {e:g} {second:g}: expected one number, as MindlinPhys has one for a pair of materials")
+    e = values.single("en", "as MindlinPhys has one for a pair of materials")
     if "vn" not in values:
         return native.power_of(SIMULATOR.formula("MindlinPhys, en"), e, k, mass)
     formula = SIMULATOR.formula("MindlinPhys, en and vn")
