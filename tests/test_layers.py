@@ -31,10 +31,11 @@ PACKAGES = (
 # Nothing imports the hook of PyInstaller, which imports nothing of ours.
 FRAME = {"viscopade", "viscopade.__main__", "viscopade.pyinstaller", "viscopade.pyinstaller.hook-viscopade"}
 # Programs hand sources to compilers in temporary directories; `files` reads what people give; `shipped` finds the
-# folders of the package.
+# folders of the package; a line of a deck says in which file it stands.
 TOUCH_FILES = {
     "viscopade.cli.writer",
     "viscopade.files",
+    "viscopade.simulators.deck",
     "viscopade.shipped",
     "viscopade.kernels.write.runners",
     "viscopade.scene.check",
