@@ -61,8 +61,7 @@ def show_contact(
     wanted = None
     if epsilon is not None:
         wanted = float(arguments.exact_number("--epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
-    useless = without_effect(native, given, Impact(**numbers))
-    if useless is not None:
+    for useless in without_effect(native, given, Impact(**numbers)):
         option = f"--set {useless}" if useless in given else f"--{useless}"
         raise click.UsageError(f"{option} has no effect on this contact: expected a command without it")
     found = delivery(native, given, Impact(**numbers), wanted)

@@ -494,8 +494,8 @@ class Native:
         return {name: self.known[name].written(value) for name, value in values.items()}
 
 
-def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) -> str | None:
-    """Return the name of a given parameter, "mass" or "radius", that the contact does not depend on; None if none.
+def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) -> tuple[str, ...]:
+    """Return the names, "mass", "radius" or those of set parameters, on which the contact does not depend.
 
     An impulse that is switched off depends on nothing. Then all are accepted: the program's warning names the switch.
 
@@ -516,11 +516,12 @@ def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) 
             return None
 
     off = isinstance(native.contact(values, hit), Impulse) and any(native.warnings(values, hit))
-    found = None if off else collision(hit)
-    for name, other in (("mass", replace(hit, mass=None)), ("radius", replace(hit, radius=None))):
-        if found is not None and other != hit and collision(other) == found:
-            return name
-    return next((name for name in settings if found is not None and name not in values.read), None)
+    reference = None if off else collision(hit)
+    if reference is None:
+        return ()
+    without = {"mass": replace(hit, mass=None), "radius": replace(hit, radius=None)}
+    bodies = [name for name, other in without.items() if other != hit and collision(other) == reference]
+    return (*bodies, *(name for name in settings if name not in values.read))
 
 
 @dataclass(frozen=True)
@@ -544,6 +545,8 @@ class Delivery:
         That of a body that falls on a plane, if nothing was said of weight, and it would count.
     stepped : bool
         Whether both collisions are those of the program in its time steps.
+    contact_time : float or None
+        That of the undamped contact; None for an impulse, or if the bodies do not part without damping.
     """
 
     values: Values
@@ -554,9 +557,17 @@ class Delivery:
     units: FileUnits
     falling: SampledCollision | None
     stepped: bool
+    contact_time: float | None
 
 
-def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilon: float | None = None) -> Delivery:
+def delivery(
+    native: Native,
+    settings: Mapping[str, str],
+    impact: Impact,
+    epsilon: float | None = None,
+    *,
+    weight_is_known: bool = False,
+) -> Delivery:
     """Return what the contact of a user's file gives, and what to write for a wanted eps.
 
     Parameters
@@ -568,6 +579,8 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
         In SI units.
     epsilon : float, optional
         The wanted eps, > 0 and < 1.
+    weight_is_known : bool
+        Whether an impact without gravity is one of bodies that both fall; else a warning says what weight would do.
 
     Raises
     ------
@@ -600,7 +613,7 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
     duration = contact_time(native, values, hit)
     gravity = 0.0 if units.unsized else EARTH * units.seconds**2 / units.metres
     ratio = gravity * (duration or 0.0) / hit.speed
-    if not hit.gravity and ratio >= COUNTS:
+    if not (hit.gravity or weight_is_known) and ratio >= COUNTS:
         with suppress(ValueError):  # too strong a damping
             heavy = delivered(native, values, replace(hit, gravity=gravity))
             # Weight alone costs nothing: without damping eps is 1 with it, too.
@@ -635,7 +648,7 @@ def delivery(native: Native, settings: Mapping[str, str], impact: Impact, epsilo
                 warnings.append(f"With {epsilon:g} on average, eps is {wide.least:.4f} to {wide.largest:.4f}{longer}")
         except ValueError as error:
             warnings.append(f"No damping gives {epsilon:g}: {error}{longer}")
-    return Delivery(values, name, collision, instead, tuple(warnings), units, falling, hit.step is not None)
+    return Delivery(values, name, collision, instead, tuple(warnings), units, falling, hit.step is not None, duration)
 
 
 def delivered(native: Native, values: Values, hit: Impact) -> SampledCollision:
