@@ -7,7 +7,7 @@ here are sampled (`viscopade.collision.contact`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -343,6 +343,14 @@ def effective_modulus(values: Values, young: tuple[float, float], poisson: tuple
     # 1/E_eff = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2
     first, second = (modulus / (1 - nu**2) for modulus, nu in zip(young, poisson, strict=True))
     return values.mix("E_eff", SERIES, source, (first, second), "E/(1 - nu^2)")
+
+
+def effective(values: Sequence[float | None]) -> float | None:
+    """Return x y/(x + y) of two masses or radii, x of a body at a wall, or None if nothing is known of a body."""
+    numbers = [value for value in values if value is not None]
+    if not numbers or len(numbers) < len(values):
+        return None
+    return numbers[0] if len(numbers) == 1 else math.prod(numbers) / sum(numbers)
 
 
 def positive(name: str, unit: str, default: str | None = None, *, both: bool = False) -> Parameter:

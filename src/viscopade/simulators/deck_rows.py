@@ -1,0 +1,137 @@
+"""Rows of a deck: the eps of each contact and pair of sizes, computed as those of `viscopade audit SIMULATOR --set`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import NamedTuple
+
+from viscopade.collision.contact import SampledCollision
+from viscopade.progress import track
+from viscopade.simulators.deck import Deck, DeckContact, Run, Size
+from viscopade.simulators.native import FileUnits, Impact, delivery, effective, without_effect
+
+
+class Answer(NamedTuple):
+    """What a contact gives.
+
+    Attributes
+    ----------
+    collision : SampledCollision or None
+        That without weight, with its range over the phases of a time step; None if `reason` says why there is none.
+    falling : SampledCollision or None
+        That with weight; None for bodies that both fall, or without gravity.
+    contact_time : float or None
+        That of the undamped contact; None for an impulse, or if the bodies do not part without damping.
+    instead : mapping of str to str or None
+        The parameters that give the wanted eps, with the weight if there is one; None if nothing gives it.
+    warnings : tuple of str
+        Sentences, without their full stops.
+    reason : str
+        Why there is no number; "" if there is one.
+    """
+
+    collision: SampledCollision | None = None
+    falling: SampledCollision | None = None
+    contact_time: float | None = None
+    instead: Mapping[str, str] | None = None
+    warnings: tuple[str, ...] = ()
+    reason: str = ""
+
+
+class Row(NamedTuple):
+    """Two sizes of a contact in a run, and what they give; all numbers are in the units of the file.
+
+    Attributes
+    ----------
+    run : Run
+    contact : DeckContact
+    radii : tuple of float
+        Those of the spheres, without a wall; empty if eps depends neither on them nor on the mass.
+    impact : Impact
+        Without the effective mass or radius if eps does not depend on it.
+    answer : Answer
+    """
+
+    run: Run
+    contact: DeckContact
+    radii: tuple[float, ...]
+    impact: Impact
+    answer: Answer
+
+    @property
+    def steps(self) -> float | None:
+        """The undamped contact time in time steps."""
+        time, step = self.answer.contact_time, self.impact.step
+        return None if time is None or step is None else time / step
+
+    @property
+    def g_t_c_over_v(self) -> float | None:
+        """Gravity times the undamped contact time over the speed; None without weight."""
+        time, gravity = self.answer.contact_time, self.impact.gravity
+        return None if time is None or not gravity else gravity * time / self.impact.speed
+
+
+def rows(deck: Deck, speed: float, epsilon: float | None = None) -> list[Row]:
+    """Return the rows of the first run, and of each later run those that differ from the run before it.
+
+    Parameters
+    ----------
+    deck : Deck
+    speed : float
+        Impact speed, in the units of the file.
+    epsilon : float, optional
+        The wanted eps, > 0 and < 1.
+    """
+    native, units = deck.program.native, deck.units
+    assert native is not None
+    to_si = FileUnits(metres=1 / units.metres, kilograms=1 / units.kilograms, seconds=1 / units.seconds)
+
+    # Types, sizes and runs of a file have many equal collisions: each is computed once.
+    @cache
+    def effective_values(settings: tuple[tuple[str, str], ...], impact: Impact) -> Impact:
+        """Return the impact without the mass or radius on which eps does not depend."""
+        useless = without_effect(native, dict(settings), replace(impact, step=None).in_units(to_si))
+        mass, radius = (None if name in useless else getattr(impact, name) for name in ("mass", "radius"))
+        return replace(impact, mass=mass, radius=radius)
+
+    @cache
+    def answer(settings: tuple[tuple[str, str], ...], impact: Impact) -> Answer:
+        whole = delivery(native, dict(settings), impact.in_units(to_si), epsilon, weight_is_known=True)
+        collision, falling = whole.collision, None
+        if impact.gravity:
+            light = replace(impact, gravity=0.0).in_units(to_si)
+            falling, collision = collision, delivery(native, dict(settings), light, weight_is_known=True).collision
+        # LIGGGHTS's parameters are in SI units, whatever the units of its file are.
+        time = None if whole.contact_time is None else whole.contact_time * whole.units.seconds / units.seconds
+        return Answer(collision, falling, time, whole.instead, whole.warnings)
+
+    # A contact without a number has one row.
+    nothing: tuple[tuple[Size | None, Size | None], ...] = ((None, None),)
+    pairs = [
+        (i, contact, sizes)
+        for i, run in enumerate(deck.runs)
+        for contact in run.contacts
+        for sizes in (nothing if contact.reason else contact.sizes or nothing)
+    ]
+    tables: list[dict[object, Row]] = [{} for _ in deck.runs]
+    for k in track(range(len(pairs)), "contacts"):
+        i, contact, sizes = pairs[k]
+        run, settings = deck.runs[i], (*sorted(contact.settings.items()),)
+        bodies = [size for size in sizes if size is not None]
+        mass, radius = effective([size.mass for size in bodies]), effective([size.radius for size in bodies])
+        impact = Impact(speed, mass, radius, run.gravity if contact.falls else 0.0, run.step)
+        try:
+            if contact.reason:
+                raise ValueError(contact.reason)
+            impact = effective_values(settings, impact)
+            result = answer(settings, impact)
+        except ValueError as error:
+            impact, result = replace(impact, mass=None, radius=None), Answer(reason=str(error))
+        radii = () if impact.mass is impact.radius is None else [size.radius for size in bodies]
+        row = Row(run, contact, tuple(radius for radius in radii if radius is not None), impact, result)
+        # Sizes on which eps does not depend make one row.
+        tables[i].setdefault((contact.name, settings, row.radii, impact, result.reason), row)
+    last: list[dict[object, Row]] = [{}, *tables]
+    return [row for before, table in zip(last, tables, strict=False) for key, row in table.items() if key not in before]
