@@ -36,13 +36,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from mpmath import mp
 
+from viscopade import arguments
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.generated import harmless
@@ -399,6 +400,161 @@ def _damped(values: native.Values, damping: float, impact: native.Impact) -> dic
 def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
     if values["damping"] == "tsuji":
         yield "Releases up to 22 Jul 2025 damp less, by sqrt(2): damping = tsuji (22 Jul 2025)"
+
+
+# Lines of an input: the words of a contact, and how LAMMPS mixes those of two types.
+
+_COEFFICIENTS = {"hooke": 2, "hertz": 2, "hertz/material": 3, "dmt": 4, "jkr": 4, "mdr": 6}
+_CLASSIC = {
+    "hooke": ("hooke", "mass_velocity"),
+    "hooke/history": ("hooke", "mass_velocity"),
+    "hertz/history": ("hertz", "viscoelastic"),
+}
+"""Styles of `kn kt gamman gammat xmu dampflag`, and the models that `GranularModel::define_classic_model` makes."""
+_SUBMODELS: Mapping[str, Mapping[str, int]] = {
+    "damping": dict.fromkeys(("velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution"), 0)
+    | {"mdr": 1},
+    "tangential": {"linear_nohistory": 2}
+    | dict.fromkeys(("linear_history", "linear_history_classic", "mindlin_classic", "mindlin", "mindlin/force"), 3)
+    | dict.fromkeys(("mindlin_rescale", "mindlin_rescale/force"), 3),
+    "rolling": {"none": 0, "sds": 3},
+    "twisting": {"none": 0, "marshall": 0, "sds": 3},
+    "heat": {"none": 0, "radius": 1, "area": 1},
+}
+"""Models by keyword, and how many coefficients each has."""
+_WALL_SHAPES = ("xplane", "yplane", "zplane", "zcylinder", "region")
+
+
+class OtherModel(ValueError):
+    """A contact whose eps is not computed here."""
+
+
+class GranularLine(NamedTuple):
+    """A line that says what a contact is: of pair_coeff, of pair_style gran/…, or of fix wall/gran.
+
+    Attributes
+    ----------
+    head : tuple of str
+        Words before those of the normal model.
+    models : mapping of str to tuple of str
+        The words of each sub-model by its keyword; those of "normal", or of the style gran/…, come first.
+    tail : tuple of str
+        Other words, such as limit_damping and the shape of a wall.
+    """
+
+    head: tuple[str, ...]
+    models: Mapping[str, tuple[str, ...]]
+    tail: tuple[str, ...]
+
+    @property
+    def classic(self) -> tuple[str, str] | None:
+        """Normal model and damping of a style gran/…; None for granular."""
+        normal = self.models["normal"]
+        return _CLASSIC.get(normal[0].removeprefix("gran/")) if len(normal) == 7 else None
+
+    @property
+    def coefficients(self) -> tuple[str, ...]:
+        """The coefficients of the normal model."""
+        numbers = self.models["normal"][1:]
+        return (numbers[0], numbers[2]) if self.classic else numbers
+
+    @property
+    def settings(self) -> dict[str, str]:
+        """The parameters of the contact, but for the units.
+
+        Raises
+        ------
+        OtherModel
+            If it is not computed here.
+        """
+        normal = self.models["normal"][0]
+        normal, damping = self.classic or (normal, self.models.get("damping", ("viscoelastic",))[0])
+        for model in (normal, damping):
+            if model in ("dmt", "jkr", "mdr"):
+                raise OtherModel(f"the model {model} is not computed here")
+        limited = "yes" if "limit_damping" in self.tail else "no"
+        texts = normal, " ".join(self.coefficients), damping, limited
+        return dict(zip(("normal", "coefficients", "damping", "limit_damping"), texts, strict=True))
+
+    def written(self, coefficients: str) -> str:
+        """Return the line with other coefficients of the normal model."""
+        normal, numbers = [*self.models["normal"]], coefficients.split()
+        places = (1, 3) if self.classic else range(1, 1 + len(numbers))
+        for place, number in zip(places, numbers, strict=True):
+            normal[place] = number
+        others = (word for name, words in self.models.items() if name != "normal" for word in (name, *words))
+        return " ".join((*self.head, *normal, *others, *self.tail))
+
+
+def granular_line(words: Sequence[str], first: int) -> GranularLine:
+    """Return what the words of a line say, with the normal model, or the style gran/…, at the place `first`.
+
+    Raises
+    ------
+    ValueError
+        If a word is not accepted.
+    """
+    rest = [*words[first:]]
+    name = rest[0].removeprefix("gran/") if rest else ""
+    is_classic = name in _CLASSIC and words[first - 1] != "granular" and words[0] != "pair_coeff"
+    count = 6 if is_classic else _COEFFICIENTS.get(name)
+    if count is None:
+        raise ValueError(f"{name!r} is no normal model: expected {', '.join(_COEFFICIENTS)}")
+    if len(rest) <= count:
+        raise ValueError(f"{name} has {len(rest) - 1} numbers: expected {count}")
+    models, tail = {"normal": tuple(rest[: count + 1])}, []
+    rest = rest[count + 1 :]
+    while rest and rest[0] not in _WALL_SHAPES:
+        keyword, *rest = rest
+        if keyword == "limit_damping":
+            tail.append(keyword)
+        elif keyword == "cutoff" and rest:
+            tail += [keyword, rest.pop(0)]
+        elif not is_classic and keyword in _SUBMODELS:
+            model = rest[0] if rest else ""
+            if model not in _SUBMODELS[keyword]:
+                raise ValueError(f"{keyword} is {model!r}: expected {', '.join(_SUBMODELS[keyword])}")
+            count = 1 + _SUBMODELS[keyword][model]
+            models[keyword] = tuple(rest[:count])
+            rest = rest[count:]
+        else:
+            accepted = "limit_damping" if is_classic else f"{', '.join(_SUBMODELS)}, limit_damping, cutoff"
+            raise ValueError(f"{keyword!r} is not known after {name}: expected {accepted}, {', '.join(_WALL_SHAPES)}")
+    line = GranularLine(tuple(words[:first]), models, (*tail, *rest))
+    for number in line.coefficients:
+        arguments.exact_number(f"a coefficient of {name}", number, "a number >= 0", lambda x: 0 <= x < 10**300)
+    return line
+
+
+def mixed(first: GranularLine, second: GranularLine, types: tuple[str, str]) -> GranularLine:
+    """Return the line that LAMMPS makes for two types that have none (`PairGranular::init_one`).
+
+    Coefficients are the geometric means of both (`GranSubMod::mix_coeffs`). Only the stiffness of hertz/material comes
+    from both materials: E and nu here are those of one material which is as stiff as the two together.
+
+    Raises
+    ------
+    OtherModel
+        If their models differ: LAMMPS does not start.
+    """
+    models = {}
+    for keyword in ("normal", "tangential", "damping", "rolling", "twisting", "heat"):
+        default = ("viscoelastic" if keyword == "damping" else "none",)
+        one, other = first.models.get(keyword, default), second.models.get(keyword, default)
+        if one[0] != other[0]:
+            refusal = f"LAMMPS does not mix {one[0]} with {other[0]}"
+            raise OtherModel(f"{refusal}: expected a line pair_coeff {' '.join(types)}")
+        pairs = zip(one[1:], other[1:], strict=True)
+        means = ("NULL" if "NULL" in pair else _number(math.sqrt(float(pair[0]) * float(pair[1]))) for pair in pairs)
+        if one != ("none",):
+            models[keyword] = (one[0], *means)
+    if models["normal"][0] == "hertz/material":
+        E, nu = zip(*(map(float, line.models["normal"][1::2]) for line in (first, second)), strict=True)
+        _, _, eta, nu_mixed = models["normal"]
+        E_mixed = 2 * (1 - float(nu_mixed) ** 2) * native.effective_modulus(E, nu)
+        models["normal"] = ("hertz/material", _number(E_mixed), eta, nu_mixed)
+    limit = ("limit_damping",) if "limit_damping" in first.tail + second.tail else ()
+    return GranularLine((first.head[0], *types, *first.head[3:]), models, limit)
 
 
 _NATIVE = native.Native(

@@ -25,8 +25,8 @@ accepts 0.05 < coefficientRestitution <= 1 (`createCoeffRest`), so with `limitFo
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair
@@ -50,6 +50,7 @@ from viscopade.simulators.input_file import (
     size_lines,
     time_step,
 )
+from viscopade.simulators.lammps import OtherModel
 from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_lines
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.simulator import InputFile, Simulator
@@ -164,6 +165,57 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         whole = 16 / 15 * modulus * radius**0.5
         k = whole * (mass * values["characteristicVelocity"] ** 2 / whole) ** 0.2
     return native.power_of(formula, values[_E], k, mass)
+
+
+_COMPUTED = ("hertz", "hooke", "hertz/stiffness")
+
+
+class ModelLine(NamedTuple):
+    """A line that says which models a contact has: of pair_style gran, or of fix wall/gran.
+
+    Attributes
+    ----------
+    model : str
+        The normal model.
+    options : mapping of str to str
+        What follows it in pairs, such as "limitForce" and "on".
+    """
+
+    model: str
+    options: Mapping[str, str]
+
+    @property
+    def settings(self) -> dict[str, str]:
+        """The parameters that the line says; those of the materials stand in other lines.
+
+        Raises
+        ------
+        OtherModel
+            If the contact is not computed here.
+        """
+        others = [f"model {self.model}"] if self.model not in _COMPUTED else []
+        harmless_words = {"cohesion": ("off",), "surface": ("default",), "viscous": ("off",)}
+        for name, words in harmless_words.items():
+            others += [f"{name} {word}" for word in [self.options.get(name, words[0])] if word not in words]
+        if others:
+            raise OtherModel(f"{' and '.join(others)}: not computed here")
+        return {"model": self.model, "limitForce": self.options.get("limitForce", "off")}
+
+
+def model_line(words: Sequence[str], first: int) -> ModelLine:
+    """Return what a line says, with "model" at the place `first`, or an old style such as gran/hertz/history.
+
+    Numbers of an old style say whether there is damping along the surface, and whether there is cohesion.
+    """
+    if words[first] != "model":
+        model = words[first].removeprefix("wall/").removeprefix("gran/").removesuffix("/history")
+        cohesive = words[first + 2 : first + 3] == ["1"]
+        return ModelLine(model, {"cohesion": "sjkr" if cohesive else "off"})
+    if len(words) < first + 2:
+        raise ValueError(f"the model is missing: expected {', '.join(_COMPUTED)}")
+    names = "tangential", "cohesion", "surface", "rolling_friction", "limitForce", "viscous"
+    rest = words[first + 2 :]
+    return ModelLine(words[first + 1], {name: rest[i + 1] for i, name in enumerate(rest[:-1]) if name in names})
 
 
 _NATIVE = native.Native(
