@@ -66,7 +66,7 @@ class DeckContact:
     count: int = 1
     reason: str = ""
     marks: tuple[str, ...] = ()
-    rewritten: Callable[[Mapping[str, str]], tuple[str, ...]] = lambda settings: ()
+    rewritten: Callable[[Mapping[str, str]], tuple[str, ...]] = field(default=lambda settings: (), compare=False)
 
 
 @dataclass(frozen=True)
