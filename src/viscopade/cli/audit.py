@@ -2,25 +2,50 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from viscopade.cli.audit_contact import show_contact
+from viscopade.cli.audit_deck import DECKS, show_deck
 from viscopade.cli.audit_formulas import show_formulas
 from viscopade.cli.console import STYLE, OneOf, Quantity, Real, examples
 from viscopade.simulators import SIMULATORS
 from viscopade.theory.law import ENDS
 
+_NOTHING = (None, False, ())
+"""Values of an option that is not there."""
+
+
+class _SimulatorOrFile(OneOf):
+    """Type of an argument: the name of a simulator, or a file that is there."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the name, or the path."""
+        if str(value).lower() not in self.choices and os.path.exists(value):  # pathlib raises for long names
+            return Path(value)
+        try:
+            return super().convert(value, param, ctx)
+        except click.UsageError as error:
+            raise click.UsageError(f"{error.message}, or a file: {DECKS}") from None
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return the names, and leave files to the shell."""
+        return [*super().shell_complete(ctx, param, incomplete), CompletionItem(incomplete, type="file")]
+
 
 @click.command(
     epilog=examples(
+        "viscopade audit in.hopper --speed 1",
         "viscopade audit mujoco --epsilon 0.5",
         'viscopade audit mujoco --set "solref=-2500 -100" --speed 1 --time-step 0.003',
     )
 )
-@click.argument("simulator", required=False, type=OneOf(SIMULATORS), metavar="[SIMULATOR]")
+@click.argument("simulator", required=False, type=_SimulatorOrFile(SIMULATORS), metavar="[SIMULATOR|FILE]")
 @click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
 @click.option("--time-step", help="Time step: a multiple of the undamped contact time; with --speed a time.")
 @click.option(
@@ -35,9 +60,25 @@ from viscopade.theory.law import ENDS
     help="Parameter in your file; repeatable. A wrong NAME prints all names and defaults.",
 )
 @click.option("--force", metavar="FORMULA", help="Force as a function of the compression x and its rate v.")
-@click.option("--speed", metavar="QUANTITY", help="Impact speed, for --set and --force.")
+@click.option(
+    "--speed", metavar="QUANTITY", help="Impact speed, for FILE, --set and --force.  [default for FILE: 1 m/s]"
+)
 @click.option("--mass", metavar="QUANTITY", help="Effective mass, m1 m2/(m1 + m2).")
-@click.option("--radius", metavar="QUANTITY", help="Effective radius, R1 R2/(R1 + R2).")
+@click.option(
+    "--radius",
+    multiple=True,
+    metavar="[TYPE=]R",
+    help="Effective radius, R1 R2/(R1 + R2); with --density '1 mm', '1 mm, 2 mm' or '1 mm, wall'; in a FILE 1=1mm:2mm.",
+)
+@click.option(
+    "--density",
+    multiple=True,
+    metavar="[TYPE=]DENSITY",
+    help="Density of the spheres, instead of --mass; of a type in a FILE, such as 1=2500.",
+)
+@click.option(
+    "--variable", multiple=True, metavar="NAME=VALUE", help="Variable of a FILE, as LAMMPS's -var; repeatable."
+)
 @click.option("--gravity", metavar="QUANTITY", help="Include the weight of a body that falls on a plane.")
 @click.option("--scheme", help="Integrator; a wrong name prints the list.  [default: that of the program]")
 @click.option(
@@ -48,7 +89,7 @@ from viscopade.theory.law import ENDS
 @click.option("--all", "whole", is_flag=True, help="With --epsilon: print all formulas of a program, not three only.")
 @STYLE
 def audit(
-    simulator: str | None,
+    simulator: str | Path | None,
     epsilon: str | None,
     time_step: str | None,
     contact_time: float | None,
@@ -59,13 +100,16 @@ def audit(
 ) -> None:
     """Print the eps that a program gives, and what to set instead.
 
-    There are two ways to use it. The first example starts from the eps that you want: the table has the number that the
+    There are three ways to use it. The first example reads FILE, an input of LAMMPS or LIGGGHTS or a model of MuJoCo,
+    and prints a row for each contact. With --epsilon it prints the lines to write instead.
+
+    The second example starts from the eps that you want: the table has the number that the
     program's manual tells you to write, the eps that this number gives, the reason, and the number to write instead.
     Without a time step these eps are exact, and every digit is proven. With --time-step the program's own steps are
     computed. Contact may begin anywhere in a step: the result is the mean of eps and its range, and the number to write
     instead gives your eps on average. As text, three formulas of each program are printed: those whose eps differ most.
 
-    The second example, with --speed, starts from the parameters of your file, set by --set. Other parameters have the
+    The third example, with --speed, starts from the parameters of your file, set by --set. Other parameters have the
     program's defaults. --force replaces the program by a formula with numbers, x, v, + - * / **, min, max, abs, sqrt,
     exp, where(x < 1e-3, ..., ...) and the cubic step(x, x0, h0, x1, h1). With --epsilon the number to write for that
     eps is printed, too. These eps are sampled, not proven.
@@ -73,20 +117,29 @@ def audit(
     The contact time is without damping: `viscopade epsilon` prints it for a material with A = 0. Plain numbers are in
     SI units.
     """
-    of_audit = {"--contact-time": contact_time, "--step-error": step_error, "--all": whole}
-    of_contact = {"--speed": own["speed"], "--set": own["settings"] or None, "--force": own["force"]}
-    typed = [flag for flag, value in of_contact.items() if value is not None]
+    of_formulas = {"--contact-time": contact_time, "--step-error": step_error, "--all": whole}
+    of_contact = {"--speed": own["speed"], "--set": own["settings"], "--force": own["force"]}
+    typed = [flag for flag, value in of_contact.items() if value not in _NOTHING]
+    if isinstance(simulator, Path):
+        more = {"--set": own.pop("settings")} | {
+            f"--{name}": own.pop(name) for name in ("force", "mass", "scheme", "end")
+        }
+        _refuse("with a file", of_formulas | more)
+        show_deck(simulator, epsilon, time_step, style, **own)
+        return
+    _refuse("without a file", {"--variable": own.pop("variable")})
     if typed:
-        _refuse(f"with {' and '.join(typed)}", of_audit)
+        _refuse(f"with {' and '.join(typed)}", of_formulas)
         show_contact(simulator, epsilon, time_step, style, **own)
     else:
-        _refuse("without --speed", {f"--{name}": own[name] for name in ("mass", "radius", "gravity", "scheme", "end")})
+        names = ("mass", "radius", "density", "gravity", "scheme", "end")
+        _refuse("without --speed", {f"--{name}": own[name] for name in names})
         show_formulas(simulator, epsilon, time_step, contact_time, step_error, whole, style)
 
 
 def _refuse(where: str, options: Mapping[str, object]) -> None:
     for flag, value in options.items():
-        if value not in (None, False):
+        if value not in _NOTHING:
             raise click.UsageError(f"{flag} is given {where}: expected one of both")
 
 

@@ -18,15 +18,18 @@ if TYPE_CHECKING:
     from viscopade.collision.contact import SampledCollision
     from viscopade.simulators.native import Delivery, Native
 
-_BETWEEN = "a number > 0 and < 1"
-_QUANTITIES = {
+_WITH_LINES = ("lammps", "liggghts")
+_COMMANDS = (["pair_coeff"], ["pair_style"], ["fix"])  # of a line that may be pasted
+BETWEEN = "a number > 0 and < 1"
+QUANTITIES = {
     "speed": Quantity("speed", " > 0"),
     "mass": Quantity("mass", " > 0"),
     "radius": Quantity("length", " > 0"),
+    "density": Quantity("density", " > 0"),
     "gravity": Quantity("acceleration", " >= 0"),
     "time-step": Quantity("time", " > 0"),
 }
-"""Options of --set and --force; where a program's numbers have no units, their units are refused."""
+"""Options of numbers; where a program's numbers have no units, their units are refused."""
 
 
 def show_contact(
@@ -39,32 +42,66 @@ def show_contact(
     force: str | None,
     scheme: str | None,
     end: End | None,
+    radius: Sequence[str],
+    density: Sequence[str],
     **quantities: str | None,
 ) -> None:
     """Print the eps of the contact in a user's file, or with any force."""
+    from viscopade.simulators.lammps_deck import line_settings
     from viscopade.simulators.native import FileUnits, Impact, delivery, without_effect
     from viscopade.simulators.own_law import FEWEST_STEPS
     from viscopade.simulators.setup import SI
 
     title, version, native = _native(simulator, force, end)
-    given = _given([*settings, *([] if scheme is None else [f"{native.integrator}={scheme}"])])
-    unsized = native.units(native.values(given)).unsized
-    numbers: dict[str, Any] = {}
-    for name, text in {**quantities, "time-step": time_step}.items():
-        number = None if text is None else _QUANTITIES[name].decimal(text, f"--{name}")
-        if number != text and unsized:
-            raise click.UsageError(f"--{name} has a unit, and {unsized}")
-        numbers["step" if name == "time-step" else name] = None if number is None else float(number)
+
+    # A pasted line of LAMMPS or LIGGGHTS sets several parameters.
+    pasted = [text for text in settings if simulator in _WITH_LINES and text.split()[:1] in _COMMANDS]
+    words = [text for text in settings if text not in pasted]
+    words += [] if scheme is None else [f"{native.integrator}={scheme}"]
+    of_lines = [f"{name}={value}" for text in pasted for name, value in line_settings(text).items()]
+    texts = named("--set", [*words, *of_lines], "solref=-2500 -100")
+
+    # Numbers in SI units. With a density, the radius is that of the spheres, which have masses.
+    sized: list[str] = []
+    single = {"radius": radius, "density": density}
+    for option, values in single.items():
+        if len(values) > 1:
+            raise click.UsageError(f"--{option} is given {len(values)} times: expected once")
+    numbers = {
+        name: None if text is None else si_number(name, text, sized)
+        for name, text in {**quantities, "time-step": time_step}.items()
+    }
+    if density:
+        if numbers["mass"] is not None or not radius:
+            raise click.UsageError("--density is given: expected --radius, the radius of the spheres, and no --mass")
+        has_wall = any(text.split()[0] == "fix" for text in pasted)
+        numbers["mass"], numbers["radius"] = _effective_values(radius[0], density[0], has_wall, sized)
+    else:
+        numbers["radius"] = si_number("radius", radius[0], sized) if radius else None
     if numbers["speed"] is None:
         raise click.UsageError("--speed is missing: expected the impact speed")
-    numbers["gravity"] = numbers["gravity"] or 0.0
+    units_are_assumed = pasted and sized and "units" in native.known and "units" not in texts
+    if units_are_assumed:
+        texts["units"] = "si"
+    unsized = native.units(native.values(texts)).unsized
+    if sized and unsized:
+        raise click.UsageError(f"--{sized[0]} has a unit, and {unsized}")
     wanted = None
     if epsilon is not None:
-        wanted = float(arguments.exact_number("--epsilon", epsilon, _BETWEEN, lambda e: 0 < e < 1))
-    for useless in without_effect(native, given, Impact(**numbers)):
-        option = f"--set {useless}" if useless in given else f"--{useless}"
+        wanted = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
+    impact = Impact(
+        numbers["speed"], numbers["mass"], numbers["radius"], numbers["gravity"] or 0.0, numbers["time-step"]
+    )
+    for useless in without_effect(native, texts, impact):
+        # The mass depends on the radius of spheres; a pasted line is whole.
+        if (useless == "radius" and density) or f"{useless}={texts.get(useless)}" in of_lines:
+            continue
+        option = f"--set {useless}" if useless in texts else "--density" if density else f"--{useless}"
         raise click.UsageError(f"{option} has no effect on this contact: expected a command without it")
-    found = delivery(native, given, Impact(**numbers), wanted)
+    found = delivery(native, texts, impact, wanted)
+    if units_are_assumed:
+        text = f"units is not set, and taken to be si because --{sized[0]} has a unit: --set units=…"
+        found = replace(found, warnings=(*found.warnings, text))
     default = None if simulator is None or time_step else simulator_of(simulator).default_step
     steps = found.collision.duration / default if default and found.units == FileUnits() else FEWEST_STEPS
     if steps < FEWEST_STEPS:
@@ -87,12 +124,40 @@ def show_contact(
     errors = {name: error if error < math.inf else None for name, error in collision.errors.items()}
     more = {"status": collision.status, "units": {"length": units.length, "time": units.time}, "errors": errors}
     if style == "text":
-        _say_contact(title, found, native, epsilon, numbers["speed"])
+        bodies = f"effective mass {impact.mass:.6g} kg, effective radius {impact.radius:.6g} m" if density else ""
+        _say_contact(title, found, native, epsilon, impact.speed, bodies)
     else:
         fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})
         row = ["" if value is None else value for value in fields.values()]
         mixed = {name: each._asdict() for name, each in found.values.mixed.items()}
         show(style, [*fields], [row], fields | more | {"mixed": mixed, "warnings": [*found.warnings]})
+
+
+def si_number(option: str, text: str, sized: list[str]) -> float:
+    """Return the number of an option in SI units; if the text has a unit, the option is added to `sized`."""
+    decimal = QUANTITIES[option].decimal(text.strip(), f"--{option}")
+    sized.extend([option] * (decimal != text.strip()))
+    return float(decimal)
+
+
+def _effective_values(radius: str, density: str, has_wall: bool, sized: list[str]) -> tuple[float | None, float | None]:
+    """Return effective mass and radius of two spheres, or of one and a wall."""
+    from viscopade.simulators.native import effective
+
+    parts = [part.strip() for part in radius.split(",")]
+    if parts[-1] == "wall":
+        parts, has_wall = parts[:-1], True
+    densities = [si_number("density", part, sized) for part in density.split(",")]
+    radii = [si_number("radius", part, sized) for part in parts]
+    if not 0 < len(densities) <= len(radii) <= 2 - has_wall:
+        one = "one sphere" if has_wall else 'one sphere, or two, such as "1 mm, 2 mm", or "1 mm, wall"'
+        raise click.UsageError(f"--radius is {radius!r} and --density {density!r}: expected those of {one}")
+    if not has_wall and len(radii) == 1:
+        radii *= 2  # equal spheres
+    densities *= len(radii) if len(densities) == 1 else 1
+    # m = 4/3 pi R^3 rho
+    masses = [4 / 3 * math.pi * r**3 * rho for r, rho in zip(radii, densities, strict=True)]
+    return effective(masses), effective(radii)
 
 
 def _native(simulator: str | None, force: str | None, end: End | None) -> tuple[str, str, Native]:
@@ -112,24 +177,24 @@ def _native(simulator: str | None, force: str | None, end: End | None) -> tuple[
     return program.title, program.version, program.native
 
 
-def _given(settings: Sequence[str]) -> dict[str, str]:
-    """Return the texts of parameters by name."""
-    found: dict[str, str] = {}
-    for text in settings:
+def named(option: str, texts: Sequence[str], example: str) -> dict[str, str]:
+    """Return the values of NAME=VALUE by name."""
+    values: dict[str, str] = {}
+    for text in texts:
         name, equals, value = map(str.strip, text.partition("="))
         if not equals:
-            raise click.UsageError(f'--set is {text!r}: expected NAME=VALUE, such as "solref=-2500 -100"')
-        if name in found:
+            raise click.UsageError(f'{option} is {text!r}: expected NAME=VALUE, such as "{example}"')
+        if name in values:
             raise click.UsageError(f"{name} is set twice: expected once")
-        found[name] = value
-    return found
+        values[name] = value
+    return values
 
 
 def _words(values: Mapping[str, str]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in values.items())
 
 
-def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | None, speed: float) -> None:
+def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | None, speed: float, bodies: str) -> None:
     """Print a collision in sentences."""
     collision, units, stepped = found.collision, found.units, found.stepped
 
@@ -149,7 +214,7 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
         say(f"depth {collision.depth:.4g} {units.length}{duration if collision.parts else ''}")
     used = {name: value for name, value in found.values.items() if name != native.integrator}
     if used:
-        say(f"for {_words(native.written(used))}")
+        say(f"for {', '.join(filter(None, (_words(native.written(used)), bodies)))}")
     for name, mixed in found.values.mixed.items():
         say(mixed.sentence(name))
     others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]

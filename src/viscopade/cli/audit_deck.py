@@ -1,0 +1,215 @@
+"""The part of `viscopade audit` that prints the eps of all contacts of a file: a deck."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from viscopade import arguments, files
+from viscopade.cli.audit_contact import BETWEEN, named, si_number
+from viscopade.cli.console import say, show
+
+if TYPE_CHECKING:
+    from viscopade.simulators.deck import Deck, Line
+    from viscopade.simulators.deck_rows import Row
+
+DECKS = "an input of LAMMPS or LIGGGHTS, or a model of MuJoCo"
+
+
+def show_deck(
+    file: Path,
+    epsilon: str | None,
+    time_step: str | None,
+    style: str,
+    *,
+    variable: Sequence[str],
+    radius: Sequence[str],
+    density: Sequence[str],
+    **quantities: str | None,
+) -> None:
+    """Print a row for each contact of a file."""
+    from viscopade.simulators.deck import Run, Said
+    from viscopade.simulators.deck_rows import rows
+    from viscopade.simulators.native import Impact
+
+    # Options with numbers become SI units; those with a unit are refused where the units of the file have no size.
+    sized: list[str] = []
+
+    radii: dict[str, tuple[float, ...]] = {}
+    for name, text in named("--radius", radius, "1=0.25mm:1mm").items():
+        radii[name] = tuple(si_number("radius", part, sized) for part in text.split(":"))
+        if len(radii[name]) > 2 or radii[name][0] > radii[name][-1]:
+            raise click.UsageError(f"--radius is {name}={text}: expected one radius, or the least and the largest")
+    densities = {
+        name: si_number("density", text, sized) for name, text in named("--density", density, "1=2500").items()
+    }
+    said = Said(named("--variable", variable, "n=5"), radii, densities)
+    texts = {**quantities, "time-step": time_step}
+    si = {name: None if text is None else si_number(name, text, sized) for name, text in texts.items()}
+    wanted = None
+    if epsilon is not None:
+        wanted = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
+
+    # A model of MuJoCo is XML; no command of LAMMPS begins as XML does.
+    is_xml = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
+    read = import_module(f"viscopade.simulators.{'mujoco_model' if is_xml else 'lammps_deck'}").read
+    deck: Deck = read(file, said)
+    if deck.missing:
+        raise click.UsageError(f"{file} does not say {'; '.join(deck.missing)}")
+    if deck.units.unsized and sized:
+        raise click.UsageError(f"--{sized[0]} has a unit, and {deck.units.unsized}")
+
+    # An option without which the file says the same has no effect.
+    for option, field in (("variable", "variables"), ("radius", "radii"), ("density", "densities")):
+        values: Mapping[str, Any] = getattr(said, field)
+        for name in values:
+            others: dict[str, Any] = {field: {other: values[other] for other in values if other != name}}
+            try:
+                fewer = read(file, replace(said, **others))
+            except ValueError:  # the file cannot be read without it
+                continue
+            if fewer.runs == deck.runs and not fewer.missing:
+                raise click.UsageError(f"--{option} {name}=… has no effect on a contact of {file}: leave it out")
+    if si["gravity"] is not None and not any(contact.falls for run in deck.runs for contact in run.contacts):
+        raise click.UsageError(f"--gravity has no effect: {file} has no contact with a wall or the ground")
+
+    # Step and gravity of an option replace those of all runs.
+    impact = Impact(si["speed"] or 1.0, gravity=si["gravity"] or 0.0, step=si["time-step"]).in_units(deck.units)
+    runs = (
+        Run(run.line, impact.step or run.step, run.gravity if si["gravity"] is None else impact.gravity, run.contacts)
+        for run in deck.runs
+    )
+    deck = replace(deck, runs=tuple(runs))
+    table = rows(deck, impact.speed, wanted)
+    if not table:
+        raise click.UsageError(f"{file} has no contact of spheres: expected {DECKS}")
+    if style == "text":
+        _say_deck(deck, table, epsilon, "" if si["speed"] else ", as --speed is not given")
+        return
+    units = deck.units
+    contacts = [_fields(row) for row in table]
+    whole = {
+        "file": str(file),
+        "program": deck.program.name,
+        "units": {"length": units.length, "mass": units.mass, "time": units.time},
+        "speed": impact.speed,
+        "contacts": contacts,
+        "unread": [_line_fields(line) for line in deck.unread],
+        "warnings": [*dict.fromkeys([*deck.warnings, *(text for row in table for text in row.answer.warnings)])],
+    }
+    show(style, [*contacts[0]], [[_cell(value) for value in fields.values()] for fields in contacts], whole)
+
+
+def _fields(row: Row) -> dict[str, Any]:
+    """Return a row as JSON has it; numbers are in the units of the file."""
+    run, contact, answer = row.run, row.contact, row.answer
+    collision, falling, instead = answer.collision, answer.falling, answer.instead
+    return {
+        "name": contact.name,
+        "line": _line_fields(contact.line),
+        "run": None if run.line is None else _line_fields(run.line),
+        "pairs": contact.count,
+        "radius": list(row.radii),
+        "mass": row.impact.mass,
+        "delivered": None if collision is None else collision.epsilon,
+        "least": None if collision is None else collision.least,
+        "largest": None if collision is None else collision.largest,
+        "falling": None if falling is None else falling.epsilon,
+        "gravity": run.gravity,
+        "g_t_c_over_v": row.g_t_c_over_v,
+        "step": run.step,
+        "steps": row.steps,
+        "instead": None if instead is None else list(contact.rewritten(instead)),
+        "reason": answer.reason,
+        "marks": list(contact.marks),
+        "warnings": list(answer.warnings),
+    }
+
+
+def _line_fields(line: Line) -> dict[str, Any]:
+    return {"file": str(line.file), "number": line.number or None, "text": line.text}
+
+
+def _cell(value: Any) -> object:
+    """Return a value of JSON as CSV has it: a line as file:number, a list in lines."""
+    if isinstance(value, dict):
+        return f"{value['file']}:{value['number'] or ''}"
+    return "\n".join(map(str, value)) if isinstance(value, list) else "" if value is None else value
+
+
+def _say_deck(deck: Deck, table: Sequence[Row], epsilon: str | None, speed_source: str) -> None:
+    """Print what was read, a table for each run, and each remark and warning once."""
+    units, speed = deck.units, table[0].impact.speed
+    pairs = {contact.name: contact.count for run in deck.runs for contact in run.contacts}
+    counts = {"run": len(deck.runs), "pair": sum(pairs.values()), "contact": len(pairs)}
+    if counts["pair"] == counts["contact"]:
+        del counts["pair"]
+    words = ", ".join(f"{count} {name}{'s' * (count > 1)}" for name, count in counts.items())
+    say(
+        f"{deck.file}: {deck.program.title} in {units.length}, {units.mass} and {units.time}; {words}; eps at "
+        f"{speed:.6g} {units.speed}{speed_source}, sampled"
+    )
+
+    # A table for each run.
+    numbered = [*enumerate(table, 1)]
+    for run in deck.runs:
+        cells = [_columns(i, row, deck) for i, row in numbered if row.run is run]
+        heads = [head for head in (cells[0] if cells else ()) if any(row[head] for row in cells)]
+        step = "no time step" if run.step is None else f"time step {run.step:.4g} {units.time}"
+        title = f"{step}, gravity {run.gravity:.4g} {units.speed}/{units.time}"
+        if run.line is not None:
+            title = f"{run.line.text}, line {_place(run.line, deck)}: {title}"
+        if cells:
+            show("text", heads, [[row[head] for head in heads] for row in cells], {}, title)
+
+    # Remarks and lines that several rows have are printed once.
+    remarks: dict[str, list[int]] = {}
+    replacements: dict[tuple[str, ...], list[int]] = {}
+    for i, row in numbered:
+        reason = [f"no number: {row.answer.reason}"] if row.answer.reason else []
+        for text in (*reason, *row.contact.marks, *(f"Warning: {text}" for text in row.answer.warnings)):
+            remarks.setdefault(text, []).append(i)
+        if row.answer.instead is not None:
+            replacements.setdefault(row.contact.rewritten(row.answer.instead), []).append(i)
+    for text, numbers in remarks.items():
+        say(f"{_rows(numbers)}: {text}.")
+    for text in deck.warnings:
+        say(f"Warning: {text}.")
+    for lines, numbers in replacements.items():
+        say(f"for eps = {epsilon} in {_rows(numbers)} write")
+        click.echo("\n".join(f"    {line}" for line in lines))
+    if deck.unread:
+        say(f"not read: {', '.join(f'{line.text.split()[0]} (line {_place(line, deck)})' for line in deck.unread)}")
+
+
+def _rows(numbers: Sequence[int]) -> str:
+    return f"row{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+
+
+def _place(line: Line, deck: Deck) -> str:
+    """Return the number of a line, after the name of its file if this is an included one."""
+    return f"{line.number or ''}" if line.file == deck.file else f"{line.file.name}:{line.number}"
+
+
+def _columns(i: int, row: Row, deck: Deck) -> dict[str, str]:
+    """Return the cells of a row, with the heads of their columns as keys."""
+    collision, falling, units = row.answer.collision, row.answer.falling, deck.units
+    phases = None if row.impact.step is None else collision
+    return {
+        "row": str(i),
+        "contact": row.contact.name + (f" ({row.contact.count} pairs)" if row.contact.count > 1 else ""),
+        "line": _place(row.contact.line, deck),
+        f"radius ({units.length})": ", ".join(f"{radius:.4g}" for radius in row.radii),
+        f"effective mass ({units.mass})": "" if row.impact.mass is None else f"{row.impact.mass:.4g}",
+        "eps": "none" if collision is None else f"{collision.epsilon:.4f}",
+        "from": "" if phases is None else f"{phases.least:.4f}",
+        "to": "" if phases is None else f"{phases.largest:.4f}",
+        "with weight": "" if falling is None else f"{falling.epsilon:.4f}",
+        "g t_c/v": "" if row.g_t_c_over_v is None else f"{row.g_t_c_over_v:.2g}",
+        "contact in steps": "" if row.steps is None else f"{row.steps:.3g}",
+    }
