@@ -115,7 +115,7 @@ def test_what_is_written_instead_delivers_the_wanted_eps(solref, gravity, step):
     instead = delivered("mujoco", {"solref": solref}, 3.0, epsilon=0.5, **given).instead
     found = delivered("mujoco", instead, 3.0, **given)
     assert found.collision.epsilon == pytest.approx(0.5, abs=1e-6)
-    assert (found.values["solref"][0] > 0) == (solref[0] != "-")
+    assert (found.values["solref"][0][0] > 0) == (solref[0] != "-")
 
 
 def test_a_short_timeconst_counts_as_two_steps():
@@ -573,7 +573,7 @@ def test_stiff_contacts_of_drake_are_warned_of():
         ({"solref": ""}, "solref is ''"),
         ({"friction": "1 1 1 1"}, "friction is '1 1 1 1': expected"),
         ({"friction": "-1"}, "friction is '-1': expected"),
-        ({"condim": "2"}, "condim is '2': expected 1, 3, 4, 6"),
+        ({"condim": "2"}, "condim is '2': expected 1, 3, 4 or 6"),
         ({"integrator": "Verlet"}, "integrator is 'Verlet': expected Euler, RK4, implicit, implicitfast"),
         ({"solref": "-0.0 -1"}, "solref is '-0.0 -1'"),
     ],

@@ -122,7 +122,12 @@ def show_contact(
         "source": ", ".join(filter(None, (native.source, version))),
     }
     errors = {name: error if error < math.inf else None for name, error in collision.errors.items()}
-    more = {"status": collision.status, "units": {"length": units.length, "time": units.time}, "errors": errors}
+    more: dict[str, Any] = {
+        "status": collision.status,
+        "units": {"length": units.length, "time": units.time},
+        "errors": errors,
+        "mixing": native.mixing(found.values) or None,
+    }
     if style == "text":
         bodies = f"effective mass {impact.mass:.6g} kg, effective radius {impact.radius:.6g} m" if density else ""
         _say_contact(title, found, native, epsilon, impact.speed, bodies)
@@ -217,6 +222,9 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
         say(f"for {', '.join(filter(None, (_words(native.written(used)), bodies)))}")
     for name, mixed in found.values.mixed.items():
         say(mixed.sentence(name))
+    mixing = native.mixing(found.values)
+    if mixing:
+        say(f"{mixing}.")
     others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]
     say(f"integrator: {found.scheme if stepped else 'infinitely fine steps'}; there are {', '.join(others)}")
     if found.instead is not None:

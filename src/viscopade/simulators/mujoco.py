@@ -13,6 +13,7 @@ Read in src/engine of MuJoCo 3.12.1 (google-deepmind/mujoco at commit a725507):
   with (1 - d')/d' = q (1 - d)/d, q = mu^2 (1 + mu^2)/(impratio (condim - 1)); q = 1 in the elliptic cone and without
   friction. The force per mass is max(0, d' (g + B x' + d K x)): d' multiplies a part of the weight as well (g).
 - `timeconst` counts as two time steps at least (flag `refsafe`).
+- `mj_contactParam` of engine_collision_driver.c mixes the numbers of two geoms (`mixed` below).
 
 `mj_defaultOption` of engine_init.c has a time step of 0.002. `mj_Euler` and `mj_implicit` kick with the force at the
 start of a step and then drift, which is semi-implicit Euler's method: implicitfast takes no derivative of contact
@@ -22,8 +23,8 @@ forces. `mj_RungeKutta` is the classical method.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 from mpmath import mp
@@ -47,6 +48,7 @@ def _direct(name: str, scheme: Scheme) -> DampingFormula:
 _LONGEST = 10.0  # timeconst, in s, that is meant as one
 _LEAST, _LARGEST = 1e-4, 0.9999  # impedance, and its midpoint: mjMINIMP and mjMAXIMP
 _LEAST_FRICTION = 1e-5  # mjMINMU
+_LEAST_SOLMIX = 1e-15  # mjMINVAL
 
 
 def impedance(solimp: tuple[float, ...], x: FloatArray) -> FloatArray:
@@ -61,9 +63,66 @@ def impedance(solimp: tuple[float, ...], x: FloatArray) -> FloatArray:
     return np.asarray(first + (last - first) * np.where(part <= midpoint, rising, falling))
 
 
-def stiffness_and_damping(values: Values, impact: Impact) -> tuple[float, float]:
-    """Return stiffness and damping of `solref`, per mass, in either form."""
-    one, other = values["solref"]
+class Surface(NamedTuple):
+    """What a geom says of its contacts, or what a contact has of both geoms; fields as in MJCF."""
+
+    priority: float
+    solmix: float
+    condim: float
+    solref: tuple[float, ...]
+    solimp: tuple[float, ...]
+    friction: tuple[float, ...]
+
+
+def mixed(first: Surface, second: Surface) -> tuple[Surface, str]:
+    """Return what a contact has of both geoms, and the rule in words ("" for equal ones), as `mj_contactParam` does."""
+    if first == second:
+        return first, ""
+    if first.priority != second.priority:
+        return max(first, second, key=lambda surface: surface.priority), "those of the geom with the higher priority"
+
+    # Weights of the means: solmix_1/(solmix_1 + solmix_2) and the rest; 1/2 if both are 0.
+    weights = [solmix if solmix >= _LEAST_SOLMIX else 0.0 for solmix in (first.solmix, second.solmix)]
+    share = weights[0] / sum(weights) if any(weights) else 0.5
+
+    def mean(one: tuple[float, ...], other: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(share * a + (1 - share) * b for a, b in zip(one, other, strict=True))
+
+    def extreme(choice: Callable[..., float], one: tuple[float, ...], other: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(map(choice, one, other))
+
+    # Stiffness and damping, which are negative in the file, have no mean: the larger one of each counts.
+    times = first.solref[0] > 0 and second.solref[0] > 0
+    contact = Surface(
+        first.priority,
+        first.solmix,
+        max(first.condim, second.condim),
+        mean(first.solref, second.solref) if times else extreme(min, first.solref, second.solref),
+        mean(first.solimp, second.solimp),
+        extreme(max, first.friction, second.friction),
+    )
+    averaged = "solref and solimp" if times else "solimp"
+    least = "" if times else ", minimum of solref, as not both are positive"
+    return contact, f"mean of {averaged} with the weights solmix{least}, maximum of friction and condim"
+
+
+def _in_contact(values: Values) -> tuple[Surface, str]:
+    """Return what a contact has of both geoms, and the rule."""
+    first, second = (Surface(*(values[name][geom] for name in Surface._fields)) for geom in (0, 1))
+    return mixed(first, second)
+
+
+def _mixing(values: Values) -> str:
+    contact, rule = _in_contact(values)
+    parameters = (parameter for parameter in NATIVE.parameters if parameter.name in ("solref", "solimp", "condim"))
+    texts = (f"{each.name} = {each.written((getattr(contact, each.name),) * 2)}" for each in parameters)
+    friction = f"friction = {contact.friction[0]:.8g}"
+    return f"The contact has {', '.join(texts)}, {friction}: {rule}" if rule else ""
+
+
+def stiffness_and_damping(solref: tuple[float, ...], values: Values, impact: Impact) -> tuple[float, float]:
+    """Return stiffness and damping of the `solref` of a contact, per mass, in either form."""
+    one, other = solref
     if one <= 0:
         return -one, -other
     if values["refsafe"] == "enable" and impact.step is not None:
@@ -73,15 +132,15 @@ def stiffness_and_damping(values: Values, impact: Impact) -> tuple[float, float]
 
 def _contact(values: Values, impact: Impact) -> Contact:
     """Return the contact per effective mass."""
-    stiffness, damping = stiffness_and_damping(values, impact)
-    solimp, g = values["solimp"], impact.gravity
-    width, edges = min(max(solimp[1], _LEAST), _LARGEST), int(values["condim"]) - 1
-    mu, q = max(values["friction"][0], _LEAST_FRICTION), 1.0
+    surface, g = _in_contact(values)[0], impact.gravity
+    stiffness, damping = stiffness_and_damping(surface.solref, values, impact)
+    width, edges = min(max(surface.solimp[1], _LEAST), _LARGEST), int(surface.condim) - 1
+    mu, q = max(surface.friction[0], _LEAST_FRICTION), 1.0
     if edges and values["cone"] == "pyramidal":
         q = mu**2 * (1 + mu**2) / (values["impratio"] * edges)
 
     def force(x: FloatArray, v: FloatArray) -> FloatArray:
-        d = impedance(solimp, x)
+        d = impedance(surface.solimp, x)
         shared = d / (d + q * (1 - d))
         return np.asarray(shared * (g + damping / width * v + d * stiffness / width**2 * x))
 
@@ -89,13 +148,15 @@ def _contact(values: Values, impact: Impact) -> Contact:
 
 
 def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
-    """Return the `solref` of the same stiffness with the damping c sqrt(stiffness)."""
-    root = math.sqrt(stiffness_and_damping(values, impact)[0])
-    return {"solref": (2 / (c * root), c / 2) if values["solref"][0] > 0 else (-(root**2), -c * root)}
+    """Return the `solref` of both geoms, of the same stiffness with the damping c sqrt(stiffness)."""
+    contact, _ = _in_contact(values)
+    root = math.sqrt(stiffness_and_damping(contact.solref, values, impact)[0])
+    solref = (2 / (c * root), c / 2) if contact.solref[0] > 0 else (-(root**2), -c * root)
+    return {"solref": (solref, solref)}
 
 
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
-    timeconst, ratio = values["solref"]
+    timeconst, ratio = _in_contact(values)[0].solref
     if timeconst > _LONGEST:
         yield (
             f"Positive numbers are timeconst, {timeconst:g} s, and dampratio; for stiffness and damping write "
@@ -113,15 +174,25 @@ NATIVE = Native(
             accepted="timeconst (in s) and dampratio > 0, or -stiffness (in 1/s^2) and -damping (in 1/s) <= 0",
             allowed=lambda pair: min(pair) > 0 or (max(pair) <= 0 and pair[0] < 0),
             most=2,
+            both=True,
         ),
         Parameter(
             "solimp",
             default="0.9 0.95 0.001 0.5 2",
             accepted="d_0, d_width, width (a length), midpoint and power, numbers >= 0",
             most=5,
+            both=True,
         ),
-        Parameter("friction", default="1 0.005 0.0001", accepted="sliding, torsion and rolling, numbers >= 0", most=3),
-        Parameter("condim", default="3", words=("1", "3", "4", "6")),
+        Parameter(
+            "friction",
+            default="1 0.005 0.0001",
+            accepted="sliding, torsion and rolling, numbers >= 0",
+            most=3,
+            both=True,
+        ),
+        Parameter("condim", "", "3", "1, 3, 4 or 6", lambda pair: {*pair} <= {1, 3, 4, 6}, both=True),
+        Parameter("priority", "", "0", "an integer", lambda pair: all(x == round(x) for x in pair), both=True),
+        Parameter("solmix", default="1", both=True),
         Parameter("cone", default="pyramidal", words=("pyramidal", "elliptic")),
         Parameter("impratio", default="1", accepted="a number > 0", allowed=lambda ratio: ratio[0] > 0),
         Parameter("refsafe", default="enable", words=("enable", "disable")),
@@ -132,6 +203,7 @@ NATIVE = Native(
     integrator="integrator",
     damped=_damped,
     warnings=_warnings,
+    mixing=_mixing,
 )
 
 _USE = """\

@@ -60,7 +60,8 @@ class Parameter:
     most : int
         How many numbers it has at most; those that are not given are those of the default.
     both : bool
-        Whether each of both bodies has a number; a single one is that of both.
+        Whether each of both bodies has a number; a single one is that of both. If a body has several numbers, a comma
+        stands between those of both bodies, "0.02 1, 0.01 0.5", and the value is a tuple of two tuples.
     words : tuple of str
         The accepted words, if it has no numbers.
     least_written : float or None
@@ -85,7 +86,12 @@ class Parameter:
         """Name, unit, accepted values and default, for a list of parameters."""
         unit = " or ".join((self.unit, *(f"{other} with {name}" for name, other in self.other_units.items())))
         what = "|".join(self.words) if self.words else self.accepted + (f", {unit}" if unit else "")
-        what += ", one for both bodies or two" if self.both else ""
+        if self.both:
+            what += (
+                ", one for both bodies or two"
+                if self.most == 1
+                else ", of both bodies, or of each with a comma between"
+            )
         return f"{self.name} ({what}{'' if self.default is None else f'; default {self.default}'})"
 
     def value(self, text: str) -> Any:
@@ -101,6 +107,14 @@ class Parameter:
             if text not in self.words:
                 raise ValueError(f"{self.name} is {text!r}: expected {', '.join(self.words)}")
             return text
+        if self.both and self.most > 1:
+            bodies = text.split(",")
+            # "0.02, 1" may be two numbers of one body, or one number of each of two.
+            if len(bodies) > 2 or (len(bodies) == 2 and max(len(body.split()) for body in bodies) == 1):
+                separated = "numbers apart by spaces, and at most one comma, between both bodies"
+                raise ValueError(f"{self.name} is {text!r}: expected {separated}")
+            first, *second = (replace(self, both=False).value(body) for body in bodies)
+            return (first, *second) if second else (first, first)
         numbers = self._numbers(text)
         if numbers is None or not all(map(math.isfinite, numbers)) or not self.allowed(numbers):
             unit = f", in {self.unit}" if self.unit else ""
@@ -111,7 +125,10 @@ class Parameter:
         """Return a value as a file has it, the number of both bodies once."""
         if not isinstance(value, tuple):
             return value if isinstance(value, str) else f"{value:.8g}"
-        return " ".join(f"{number:.8g}" for number in ({*value} if self.both and len({*value}) == 1 else value))
+        different = {*value} if self.both and len({*value}) == 1 else value
+        if self.both and self.most > 1:
+            return ", ".join(replace(self, both=False).written(body) for body in different)
+        return " ".join(f"{number:.8g}" for number in different)
 
     def _numbers(self, text: str) -> tuple[float, ...] | None:
         """Return numbers apart by spaces or commas, or by commas if they have units; None if they are none."""
@@ -434,6 +451,9 @@ class Native:
         From the values and an impact to sentences, without their full stops.
     units : callable
         From the values to the units of the file.
+    mixing : callable
+        From the values to a sentence, without its full stop, on what the program makes of two bodies with different
+        values, and by which rule; "" if they are equal.
     """
 
     parameters: tuple[Parameter, ...]
@@ -446,6 +466,7 @@ class Native:
     altered: Callable[[Contact, Values], Contact] = lambda contact, values: contact
     warnings: Callable[[Values, Impact], Iterable[str]] = lambda values, impact: ()
     units: Callable[[Values], FileUnits] = lambda values: FileUnits()
+    mixing: Callable[[Values], str] = lambda values: ""
 
     def contact(self, values: Values, impact: Impact) -> Contact | Impulse:
         """Return the collision that the program makes of values."""
