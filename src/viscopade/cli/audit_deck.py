@@ -147,6 +147,8 @@ def _say_deck(deck: Deck, table: Sequence[Row], epsilon: str | None, speed_sourc
     units, speed = deck.units, table[0].impact.speed
     pairs = {contact.name: contact.count for run in deck.runs for contact in run.contacts}
     counts = {"run": len(deck.runs), "pair": sum(pairs.values()), "contact": len(pairs)}
+    if deck.runs[0].line is None:
+        del counts["run"]
     if counts["pair"] == counts["contact"]:
         del counts["pair"]
     words = ", ".join(f"{count} {name}{'s' * (count > 1)}" for name, count in counts.items())
@@ -161,27 +163,29 @@ def _say_deck(deck: Deck, table: Sequence[Row], epsilon: str | None, speed_sourc
         cells = [_columns(i, row, deck) for i, row in numbered if row.run is run]
         heads = [head for head in (cells[0] if cells else ()) if any(row[head] for row in cells)]
         step = "no time step" if run.step is None else f"time step {run.step:.4g} {units.time}"
-        title = f"{step}, gravity {run.gravity:.4g} {units.speed}/{units.time}"
+        title = f"{step}, gravity {run.gravity:.4g} {units.length}/{units.time}^2"
         if run.line is not None:
             title = f"{run.line.text}, line {_place(run.line, deck)}: {title}"
         if cells:
             show("text", heads, [[row[head] for head in heads] for row in cells], {}, title)
 
-    # Remarks and lines that several rows have are printed once.
-    remarks: dict[str, list[int]] = {}
-    replacements: dict[tuple[str, ...], list[int]] = {}
+    # Remarks, warnings and lines that several rows have are printed once.
+    sentences: dict[tuple[str, str], list[int]] = {}
+    replacements: dict[tuple[str, tuple[str, ...]], list[int]] = {}
     for i, row in numbered:
-        reason = [f"no number: {row.answer.reason}"] if row.answer.reason else []
-        for text in (*reason, *row.contact.marks, *(f"Warning: {text}" for text in row.answer.warnings)):
-            remarks.setdefault(text, []).append(i)
+        reasons = [f"no number: {row.answer.reason}"] if row.answer.reason else []
+        kinds = {"": (*reasons, *row.contact.marks), "Warning, ": row.answer.warnings}
+        for key in ((kind, text) for kind, texts in kinds.items() for text in texts):
+            sentences.setdefault(key, []).append(i)
         if row.answer.instead is not None:
-            replacements.setdefault(row.contact.rewritten(row.answer.instead), []).append(i)
-    for text, numbers in remarks.items():
-        say(f"{_rows(numbers)}: {text}.")
+            weight = " with weight" if row.impact.gravity else ""
+            replacements.setdefault((weight, row.contact.rewritten(row.answer.instead)), []).append(i)
+    for (kind, text), numbers in sentences.items():
+        say(f"{kind}{_rows(numbers)}: {text}.")
     for text in deck.warnings:
         say(f"Warning: {text}.")
-    for lines, numbers in replacements.items():
-        say(f"for eps = {epsilon} in {_rows(numbers)} write")
+    for (weight, lines), numbers in replacements.items():
+        say(f"for eps = {epsilon}{weight} in {_rows(numbers)} write")
         click.echo("\n".join(f"    {line}" for line in lines))
     if deck.unread:
         say(f"not read: {', '.join(f'{line.text.split()[0]} (line {_place(line, deck)})' for line in deck.unread)}")
