@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -64,16 +64,21 @@ def show_deck(
     if deck.units.unsized and sized:
         raise click.UsageError(f"--{sized[0]} has a unit, and {deck.units.unsized}")
 
-    # An option without which the file says the same has no effect.
+    # An option has no effect if the file says the same with another value.
+    changed: dict[str, Callable[[Any], Any]] = {
+        "variable": lambda text: f"1{text}",
+        "radius": lambda sizes: tuple(2 * size for size in sizes),
+        "density": lambda value: 2 * value,
+    }
     for option, field in (("variable", "variables"), ("radius", "radii"), ("density", "densities")):
         values: Mapping[str, Any] = getattr(said, field)
-        for name in values:
-            others: dict[str, Any] = {field: {other: values[other] for other in values if other != name}}
+        for name, value in values.items():
+            others: dict[str, Any] = {field: {**values, name: changed[option](value)}}
             try:
-                fewer = read(file, replace(said, **others))
-            except ValueError:  # the file cannot be read without it
-                continue
-            if fewer.runs == deck.runs and not fewer.missing:
+                has_effect = read(file, replace(said, **others)).runs != deck.runs
+            except ValueError:
+                has_effect = True
+            if not has_effect:
                 raise click.UsageError(f"--{option} {name}=… has no effect on a contact of {file}: leave it out")
     if si["gravity"] is not None and not any(contact.falls for run in deck.runs for contact in run.contacts):
         raise click.UsageError(f"--gravity has no effect: {file} has no contact with a wall or the ground")
@@ -177,9 +182,9 @@ def _say_deck(deck: Deck, table: Sequence[Row], epsilon: str | None, speed_sourc
         kinds = {"": (*reasons, *row.contact.marks), "Warning, ": row.answer.warnings}
         for key in ((kind, text) for kind, texts in kinds.items() for text in texts):
             sentences.setdefault(key, []).append(i)
-        if row.answer.instead is not None:
-            weight = " with weight" if row.impact.gravity else ""
-            replacements.setdefault((weight, row.contact.rewritten(row.answer.instead)), []).append(i)
+        lines = row.contact.rewritten(row.answer.instead) if row.answer.instead else ()
+        if lines:
+            replacements.setdefault((" with weight" if row.impact.gravity else "", lines), []).append(i)
     for (kind, text), numbers in sentences.items():
         say(f"{kind}{_rows(numbers)}: {text}.")
     for text in deck.warnings:
@@ -209,11 +214,11 @@ def _columns(i: int, row: Row, deck: Deck) -> dict[str, str]:
         "contact": row.contact.name + (f" ({row.contact.count} pairs)" if row.contact.count > 1 else ""),
         "line": _place(row.contact.line, deck),
         f"radius ({units.length})": ", ".join(f"{radius:.4g}" for radius in row.radii),
-        f"effective mass ({units.mass})": "" if row.impact.mass is None else f"{row.impact.mass:.4g}",
+        f"m_eff ({units.mass})": "" if row.impact.mass is None else f"{row.impact.mass:.4g}",
         "eps": "none" if collision is None else f"{collision.epsilon:.4f}",
         "from": "" if phases is None else f"{phases.least:.4f}",
         "to": "" if phases is None else f"{phases.largest:.4f}",
         "with weight": "" if falling is None else f"{falling.epsilon:.4f}",
         "g t_c/v": "" if row.g_t_c_over_v is None else f"{row.g_t_c_over_v:.2g}",
-        "contact in steps": "" if row.steps is None else f"{row.steps:.3g}",
+        "t_c/step": "" if row.steps is None else f"{row.steps:.3g}",
     }

@@ -1,0 +1,296 @@
+"""The command `viscopade audit FILE`, and pasted lines."""
+
+import csv
+import io
+import json
+import math
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from viscopade.cli.main import command
+from viscopade.simulators import simulator_of
+from viscopade.simulators.deck import Deck, DeckContact, Line, Run, Size
+from viscopade.simulators.native import FileUnits
+
+PLAIN = FileUnits("sigma", "m", "tau", unsized="units is lj: expected a plain number, or --set units=si")
+
+
+def run(*words):
+    return CliRunner().invoke(command, ["audit", *words])
+
+
+def text_of(*words):
+    return " ".join(run(*words).output.split())
+
+
+def hooke(e, units="si"):
+    damping = {"damping": "coeff_restitution", "limit_damping": "yes"}
+    return {"normal": "hooke", "coefficients": f"1e5 {e}", "units": units} | damping
+
+
+@pytest.fixture
+def deck(tmp_path, monkeypatch):
+    """A file, and what a reader makes of it: types 1 and 2, type 2 and a wall; the pair changes in a later run.
+
+    The radius of type 2, and the variable e, come from options.
+    """
+    file = tmp_path / "in.box"
+    file.write_text("units si\n")
+    changes = {}
+
+    def read(path, said):
+        def line(number, text):
+            return Line(path, number, text)
+
+        def pair(number, e):
+            def lines(texts):
+                return (f"pair_coeff 1 2 hooke {texts['coefficients']}",)
+
+            name = "type 1 - type 2"
+            return DeckContact(name, line(number, "pair_coeff"), hooke(e, units), sizes, marks=mixed, rewritten=lines)
+
+        units, mixed = changes.get("units", "si"), ("mixed from 1 1 and 2 2",)
+        small, large = Size(1e-3, 1e-5), Size(said.radii.get("2", (2e-3,))[-1], 8e-5)
+        sizes = ((small, small), (small, large))
+        wall = DeckContact(
+            "type 1 - wall", Line(Path("in.wall"), 2, "fix"), hooke(0.5, units), ((large, None),), falls=True
+        )
+        jkr = DeckContact("type 1 - type 3", line(5, "pair_coeff"), {}, (), reason="jkr is not computed here")
+        first = Run(line(8, "run 10"), 2e-6, 9.81, (pair(4, said.variables.get("e", "0.5")), wall, jkr))
+        second = Run(line(12, "run 20"), 2e-6, 9.81, (pair(11, "0.9"), wall, jkr))
+        unread = (line(3, "thermo 10"), line(7, "dump 1 all"))
+        file_units = {"si": FileUnits(), "lj": PLAIN}[units]
+        missing = changes.get("missing", ())
+        return Deck(simulator_of("lammps"), path, file_units, (first, second), missing, unread, ("bonds are not read",))
+
+    monkeypatch.setattr("viscopade.simulators.lammps_deck.read", read, raising=False)
+    return str(file), changes
+
+
+def eps_of(asked):
+    """Design 2.9, nu = 2: exp(-pi zeta/w) is asked for, and exp(-zeta (pi - 2 asin zeta)/w) is delivered."""
+    zeta = -math.log(asked) / math.hypot(math.pi, math.log(asked))
+    return math.exp(-zeta * (math.pi - 2 * math.asin(zeta)) / math.sqrt(1 - zeta**2))
+
+
+def test_a_table_for_each_run(deck):
+    """In the later run the wall is the same, and the contact without a number is, too."""
+    text = run(deck[0]).output
+    flat = " ".join(text.split())
+    assert "in.box: LAMMPS in m, kg and s; 2 runs, 3 contacts; eps at 1 m/s, as --speed is not given, sampled" in flat
+    first, second = text.split("run 10, line 8: time step 2e-06 s, gravity 9.81 m/s^2")[1].split(
+        "run 20, line 12: time"
+    )
+    assert re.findall(r"^ (\d)  ", first, re.MULTILINE) == ["1", "2", "3", "4"]
+    assert re.findall(r"^ *(\d)  ", second, re.MULTILINE) == ["5", "6"]
+    assert "g t_c/v" in first
+    assert "g t_c/v" not in second
+    for sentence in (
+        "row 4: no number: jkr is not computed here.",
+        "rows 1, 2, 5, 6: mixed from 1 1 and 2 2.",
+        "Warning: bonds are not read. not read: thermo (line 3), dump (line 7)",
+    ):
+        assert sentence in flat
+
+
+def test_json(deck):
+    whole = json.loads(run(deck[0], "--format", "json", "--speed", "2 m/s", "--time-step", "1 ns").output)
+    assert [whole[key] for key in ("file", "program", "speed", "units")] == [
+        *(deck[0], "lammps", 2.0),
+        {"length": "m", "mass": "kg", "time": "s"},
+    ]
+    assert [line["number"] for line in whole["unread"]] == [3, 7]
+    # 1 ns is less than 1/5000 of a contact: as good as no step.
+    assert whole["warnings"][0] == "bonds are not read"
+    assert all("infinitely many" in text for text in whole["warnings"][1:])
+    small, large, wall, jkr, *later = whole["contacts"]
+    assert (small["name"], small["line"]["number"], small["run"]["text"]) == ("type 1 - type 2", 4, "run 10")
+    assert (small["radius"], large["radius"], wall["radius"]) == ([1e-3, 1e-3], [1e-3, 2e-3], [2e-3])
+    assert (small["mass"], large["mass"], wall["mass"]) == pytest.approx((5e-6, 80e-6 / 9, 8e-5))
+    assert [row["delivered"] for row in (small, large, wall, *later)] == pytest.approx(
+        [eps_of(0.5)] * 3 + [eps_of(0.9)] * 2
+    )
+    # The loss of a linear contact grows by the factor 1 + 0.405 g t_c/v, to first order: design 2.11.
+    assert wall["g_t_c_over_v"] == pytest.approx(9.81 * math.pi * math.sqrt(8e-5 / 1e5) / 2, rel=1e-6)
+    assert small["g_t_c_over_v"] is None
+    assert (1 - wall["falling"]) / (1 - wall["delivered"]) == pytest.approx(1 + 0.405 * wall["g_t_c_over_v"], rel=1e-4)
+    assert (jkr["delivered"], jkr["reason"], jkr["run"]["number"]) == (None, "jkr is not computed here", 8)
+    assert [row["run"]["number"] for row in later] == [12, 12]
+    assert small["steps"] == pytest.approx(math.pi * math.sqrt(5e-6 / 1e5) / 1e-9)
+
+
+def test_csv_has_the_same_rows(deck):
+    rows = json.loads(run(deck[0], "--format", "json").output)["contacts"]
+    table = list(csv.DictReader(io.StringIO(run(deck[0], "--format", "csv").output)))
+    assert [[*row] for row in table] == [[*row] for row in rows]
+    for key in ("name", "delivered", "least", "largest", "falling", "mass", "steps", "reason"):
+        assert [row[key] for row in table] == ["" if row[key] is None else str(row[key]) for row in rows]
+    assert (table[2]["line"], table[2]["radius"], table[0]["radius"]) == ("in.wall:2", "0.002", "0.001\n0.001")
+
+
+def test_lines_to_write_instead(deck):
+    """At no time step the number to write is the e with eps_of(e) = 0.6."""
+    words = (deck[0], "--epsilon", "0.6", "--time-step", "1 ns")
+    row, *_ = json.loads(run(*words, "--format", "json").output)["contacts"]
+    (line,) = row["instead"]
+    assert eps_of(float(line.split()[-1])) == pytest.approx(0.6, abs=1e-7)
+    assert f"for eps = 0.6 in rows 1, 2, 5, 6 write\n    {line}\n" in run(*words).output
+
+
+def test_numbers_of_options(deck):
+    def rows(*words):
+        return json.loads(run(deck[0], *words, "--format", "json").output)["contacts"]
+
+    assert rows("--radius", "2=2 mm") == rows()  # a number that the file has
+    assert rows("--radius", "2=1mm:3 mm")[1]["radius"] == [1e-3, 3e-3]
+    assert rows("--variable", "e=0.7", "--time-step", "1 ns")[0]["delivered"] == pytest.approx(eps_of(0.7))
+    fine, heavy = rows("--gravity", "0")[2], rows("--gravity", "98.1 m/s^2")[2]
+    assert (fine["falling"], fine["g_t_c_over_v"]) == (None, None)
+    assert heavy["g_t_c_over_v"] == pytest.approx(10 * rows()[2]["g_t_c_over_v"], rel=1e-9)
+
+
+def test_units_without_a_size(deck):
+    file, changes = deck
+    changes["units"] = "lj"
+    whole = json.loads(run(file, "--format", "json").output)
+    assert whole["speed"] == 1
+    assert "eps at 1 sigma/tau, as --speed is not given" in text_of(file)
+    refused = run(file, "--speed", "1 m/s")
+    assert refused.exit_code == 2
+    assert "--speed has a unit, and units is lj: expected a plain number" in " ".join(refused.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--density 3=2500", "--density 3=… has no effect on a contact of"),
+        ("--radius 2=2mm --radius 3=1", "--radius 3=… has no effect"),
+        ("--variable n=3", "--variable n=… has no effect"),
+        ("--density 2500", "--density is '2500': expected NAME=VALUE, such as \"1=2500\""),
+        ("--density 1=-2", "--density is '-2': expected a density > 0"),
+        ("--density 1=2500 --density 1=2500", "1 is set twice"),
+        ("--radius 2=3:2", "--radius is 2=3:2: expected one radius, or the least and the largest"),
+        ("--radius 2=1:2:3", "expected one radius, or the least and the largest"),
+        ("--radius 2=1kg", "--radius is '1kg': expected a length > 0"),
+        ("--speed 0", "--speed is '0': expected a speed > 0"),
+        ("--epsilon 1", "epsilon is '1': expected a number > 0 and < 1"),
+        ("--set solref=1", "--set is given with a file: expected one of both"),
+        ("--mass 1", "--mass is given with a file: expected one of both"),
+        ("--all", "--all is given with a file"),
+        ("--scheme verlet", "--scheme is given with a file"),
+    ],
+)
+def test_refusals(deck, words, message):
+    refused = run(deck[0], *shlex.split(words))
+    assert refused.exit_code in (1, 2)
+    assert message in (refused.stderr or str(refused.exception)).replace("\n", " ")
+
+
+def test_all_that_is_missing_is_one_message(deck):
+    file, changes = deck
+    changes["missing"] = ("the density of type 1 (--density 1=2500)", "the radius of type 2 (--radius 2=1mm)")
+    message = "does not say the density of type 1 (--density 1=2500); the radius of type 2 (--radius 2=1mm)"
+    assert message in " ".join(run(file).stderr.split())
+
+
+def test_gravity_needs_a_wall(deck, monkeypatch):
+    settings, size = hooke(0.5), Size(1e-3, 1e-5)
+    free = DeckContact("type 1 - type 1", Line(Path("in.x"), 1, ""), settings, ((size, size),))
+    whole = Deck(simulator_of("lammps"), Path("in.x"), FileUnits(), (Run(None, None, 0.0, (free,)),))
+    monkeypatch.setattr("viscopade.simulators.lammps_deck.read", lambda path, said: whole)
+    assert "--gravity has no effect: " in run(deck[0], "--gravity", "9.81").stderr
+    assert "no time step, gravity 0 m/s^2" in run(deck[0]).output
+
+
+# --- pasted lines -----------------------------------------------------------------------------------------------------
+
+MATERIAL = "hertz/material 1e6 0.8 0.4 tangential linear_nohistory 1 0.5 damping coeff_restitution limit_damping"
+LINE = f"pair_coeff 1 1 {MATERIAL}"
+WALL = f"fix 1 all wall/gran granular {MATERIAL} zplane 0 NULL"
+
+
+@pytest.mark.parametrize(
+    ("line", "radius", "density", "mass", "effective_radius"),
+    [  # m = 4/3 pi R^3 rho, in units of pi 1e-6 kg; x y/(x + y)
+        (LINE, "1 mm", "3000", 2, 0.5e-3),
+        (LINE, "1 mm, 2 mm", "3000", 4 * 32 / 36, 2e-3 / 3),
+        (LINE, "1 mm, 2 mm", "3000, 1500", 4 * 16 / 20, 2e-3 / 3),
+        (LINE, "1 mm, wall", "3000", 4, 1e-3),
+        (WALL, "1 mm", "3 g/cm^3", 4, 1e-3),
+    ],
+)
+def test_a_pasted_line_with_bodies(line, radius, density, mass, effective_radius):
+    words = ("--set", line, "--speed", "1", "--format", "json", "--time-step", "2 us")
+    bodies = json.loads(run("lammps", *words, "--radius", radius, "--density", density).output)
+    effective = ("--mass", repr(mass * math.pi * 1e-6), "--radius", repr(effective_radius), "--set", "units=si")
+    names = ("normal=hertz/material", "coefficients=1e6 0.8 0.4", "damping=coeff_restitution", "limit_damping=yes")
+    settings = [word for name in names for word in ("--set", name)]
+    other = json.loads(run("lammps", *settings, *words[2:], *effective).output)
+    assert bodies["delivered"] == pytest.approx(other["delivered"], rel=1e-6)
+    assert bodies["duration"] == pytest.approx(other["duration"], rel=1e-6)
+    assert "units is not set, and taken to be si because" in bodies["warnings"][-1]
+
+
+def test_bodies_of_other_programs():
+    """Hertz in Kratos or YADE; a linear contact lasts pi sqrt(m_eff/k) without damping."""
+    words = (
+        "newton",
+        "--set",
+        "ke=1e5",
+        "--set",
+        "kd=0",
+        "--radius",
+        "1 cm, wall",
+        "--density",
+        "1000",
+        "--speed",
+        "1",
+    )
+    duration = json.loads(run(*words, "--format", "json").output)["duration"]
+    assert duration == pytest.approx(math.pi * math.sqrt(4 / 3 * math.pi * 1e-3 / 1e5), rel=1e-6)
+    assert "effective mass 0.00418879 kg, effective radius 0.01 m" in text_of(*words)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (f"--set '{LINE}' --radius 1mm --density 2500 --mass 1 --speed 1", "--density is given: expected --radius"),
+        (
+            f"--set '{LINE}' --density 2500 --speed 1",
+            "--density is given: expected --radius, the radius of the spheres",
+        ),
+        (f"--set '{LINE}' --radius 1,2,3 --density 2500 --speed 1", "expected those of one sphere, or two"),
+        (f"--set '{WALL}' --radius 1,2 --density 2500 --speed 1", "expected those of one sphere"),
+        (f"--set '{LINE}' --radius 1 --density 2500,2,2 --speed 1", "expected those of one sphere, or two"),
+        (f"--set '{LINE}' --radius 1 --radius 2 --density 1 --speed 1", "--radius is given 2 times: expected once"),
+        (f"--set '{LINE}' --radius 'wall, 1' --density 1 --speed 1", "--radius is 'wall': expected a length > 0"),
+        (f"--set '{LINE}' --set damping=velocity --radius 1 --mass 1 --speed 1", "damping is set twice"),
+        (f"--set '{LINE}' --set units=lj --radius 1mm --density 1 --speed 1", "--radius has a unit, and units is lj"),
+        ("--set 'pair_coeff 1 1' --speed 1", "expected pair_coeff"),
+        ("--set 'pair_coeff 1 1 jkr 1e6 0.1 0.3 10' --speed 1", "jkr"),
+        ("--set 'fix' --speed 1", "is no line of a contact"),
+    ],
+)
+def test_pasted_lines_that_are_refused(words, message):
+    refused = run("lammps", *shlex.split(words))
+    assert refused.exit_code in (1, 2)
+    assert message in (refused.stderr or str(refused.exception)).replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("mujoco --radius 1 --density 2500 --speed 1", "--density has no effect on this contact"),
+        ("mujoco --variable x=1", "--variable is given without a file"),
+        ("mujoco --density 2500", "--density is given without --speed"),
+        (f"mujoco --set '{LINE}' --speed 1", "expected NAME=VALUE"),
+    ],
+)
+def test_options_that_need_another_command(words, message):
+    refused = run(*shlex.split(words))
+    assert refused.exit_code in (1, 2)
+    assert message in (refused.stderr or str(refused.exception)).replace("\n", " ")
