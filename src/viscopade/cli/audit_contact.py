@@ -129,7 +129,9 @@ def show_contact(
         "mixing": native.mixing(found.values) or None,
     }
     if style == "text":
-        bodies = f"effective mass {impact.mass:.6g} kg, effective radius {impact.radius:.6g} m" if density else ""
+        hit, bodies = impact.in_units(units), ""
+        if density:
+            bodies = f"effective mass {hit.mass:.6g} {units.mass}, effective radius {hit.radius:.6g} {units.length}"
         _say_contact(title, found, native, epsilon, impact.speed, bodies)
     else:
         fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -18,6 +19,16 @@ if TYPE_CHECKING:
     from viscopade.simulators.deck import Deck, Line
     from viscopade.simulators.deck_rows import Row
 
+_NUMBERS = (
+    *(
+        ("eps", "delivered", ".4f"),
+        ("from", "least", ".4f"),
+        ("to", "largest", ".4f"),
+        ("with weight", "falling", ".4f"),
+    ),
+    *(("g t_c/v", "g_t_c_over_v", ".2g"), ("t_c/step", "steps", ".3g")),
+)
+"""Columns of numbers, each with its name in JSON and its format."""
 DECKS = "an input of LAMMPS or LIGGGHTS, or a model of MuJoCo"
 
 
@@ -65,21 +76,18 @@ def show_deck(
         raise click.UsageError(f"--{sized[0]} has a unit, and {deck.units.unsized}")
 
     # An option has no effect if the file says the same with another value.
-    changed: dict[str, Callable[[Any], Any]] = {
-        "variable": lambda text: f"1{text}",
-        "radius": lambda sizes: tuple(2 * size for size in sizes),
-        "density": lambda value: 2 * value,
-    }
-    for option, field in (("variable", "variables"), ("radius", "radii"), ("density", "densities")):
-        values: Mapping[str, Any] = getattr(said, field)
+    others: tuple[tuple[str, str, Callable[[Any], Any]], ...] = (
+        ("variable", "variables", lambda text: f"1{text}"),
+        ("radius", "radii", lambda sizes: tuple(2 * size for size in sizes)),
+        ("density", "densities", lambda value: 2 * value),
+    )
+    for option, field, other in others:
+        values: dict[str, Any] = {**getattr(said, field)}
         for name, value in values.items():
-            others: dict[str, Any] = {field: {**values, name: changed[option](value)}}
-            try:
-                has_effect = read(file, replace(said, **others)).runs != deck.runs
-            except ValueError:
-                has_effect = True
-            if not has_effect:
-                raise click.UsageError(f"--{option} {name}=… has no effect on a contact of {file}: leave it out")
+            changed: Any = {field: values | {name: other(value)}}
+            with suppress(ValueError):  # a value that the file refuses has an effect
+                if read(file, replace(said, **changed)).runs == deck.runs:
+                    raise click.UsageError(f"--{option} {name}=… has no effect on a contact of {file}: leave it out")
     if si["gravity"] is not None and not any(contact.falls for run in deck.runs for contact in run.contacts):
         raise click.UsageError(f"--gravity has no effect: {file} has no contact with a wall or the ground")
 
@@ -113,18 +121,18 @@ def show_deck(
 def _fields(row: Row) -> dict[str, Any]:
     """Return a row as JSON has it; numbers are in the units of the file."""
     run, contact, answer = row.run, row.contact, row.answer
-    collision, falling, instead = answer.collision, answer.falling, answer.instead
+    collision, instead = answer.collision, answer.instead
     return {
         "name": contact.name,
         "line": _line_fields(contact.line),
-        "run": None if run.line is None else _line_fields(run.line),
+        "run": run.line and _line_fields(run.line),
         "pairs": contact.count,
         "radius": list(row.radii),
         "mass": row.impact.mass,
-        "delivered": None if collision is None else collision.epsilon,
-        "least": None if collision is None else collision.least,
-        "largest": None if collision is None else collision.largest,
-        "falling": None if falling is None else falling.epsilon,
+        "delivered": collision and collision.epsilon,
+        "least": collision and collision.least,
+        "largest": collision and collision.largest,
+        "falling": answer.falling and answer.falling.epsilon,
         "gravity": run.gravity,
         "g_t_c_over_v": row.g_t_c_over_v,
         "step": run.step,
@@ -207,18 +215,13 @@ def _place(line: Line, deck: Deck) -> str:
 
 def _columns(i: int, row: Row, deck: Deck) -> dict[str, str]:
     """Return the cells of a row, with the heads of their columns as keys."""
-    collision, falling, units = row.answer.collision, row.answer.falling, deck.units
-    phases = None if row.impact.step is None else collision
+    fields, contact, units = _fields(row), row.contact, deck.units
+    if row.impact.step is None:  # then there is no range over phases
+        fields |= {"least": None, "largest": None}
     return {
         "row": str(i),
-        "contact": row.contact.name + (f" ({row.contact.count} pairs)" if row.contact.count > 1 else ""),
-        "line": _place(row.contact.line, deck),
+        "contact": contact.name + (f" ({contact.count} pairs)" if contact.count > 1 else ""),
+        "line": _place(contact.line, deck),
         f"radius ({units.length})": ", ".join(f"{radius:.4g}" for radius in row.radii),
         f"m_eff ({units.mass})": "" if row.impact.mass is None else f"{row.impact.mass:.4g}",
-        "eps": "none" if collision is None else f"{collision.epsilon:.4f}",
-        "from": "" if phases is None else f"{phases.least:.4f}",
-        "to": "" if phases is None else f"{phases.largest:.4f}",
-        "with weight": "" if falling is None else f"{falling.epsilon:.4f}",
-        "g t_c/v": "" if row.g_t_c_over_v is None else f"{row.g_t_c_over_v:.2g}",
-        "t_c/step": "" if row.steps is None else f"{row.steps:.3g}",
-    }
+    } | {head: "" if fields[key] is None else f"{fields[key]:{figures}}" for head, key, figures in _NUMBERS}
