@@ -549,9 +549,11 @@ def mixed(first: GranularLine, second: GranularLine, types: tuple[str, str]) -> 
         if one != ("none",):
             models[keyword] = (one[0], *means)
     if models["normal"][0] == "hertz/material":
-        E, nu = zip(*(map(float, line.models["normal"][1::2]) for line in (first, second)), strict=True)
+        # 1/E_eff is the sum of (1 - nu^2)/E, and E = 2 (1 - nu^2) E_eff of equal materials.
+        materials = [tuple(map(float, line.models["normal"][1::2])) for line in (first, second)]
+        E_eff = 1 / sum((1 - nu**2) / E for E, nu in materials)
         _, _, eta, nu_mixed = models["normal"]
-        E_mixed = 2 * (1 - float(nu_mixed) ** 2) * native.effective_modulus(E, nu)
+        E_mixed = 2 * (1 - float(nu_mixed) ** 2) * E_eff
         models["normal"] = ("hertz/material", _number(E_mixed), eta, nu_mixed)
     limit = ("limit_damping",) if "limit_damping" in first.tail + second.tail else ()
     return GranularLine((first.head[0], *types, *first.head[3:]), models, limit)
