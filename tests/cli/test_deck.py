@@ -145,7 +145,6 @@ def test_numbers_of_options(deck):
     def rows(*words):
         return json.loads(run(deck[0], *words, "--format", "json").output)["contacts"]
 
-    assert rows("--radius", "2=2 mm") == rows()  # a number that the file has
     assert rows("--radius", "2=1mm:3 mm")[1]["radius"] == [1e-3, 3e-3]
     assert rows("--variable", "e=0.7", "--time-step", "1 ns")[0]["delivered"] == pytest.approx(eps_of(0.7))
     fine, heavy = rows("--gravity", "0")[2], rows("--gravity", "98.1 m/s^2")[2]
@@ -167,9 +166,6 @@ def test_units_without_a_size(deck):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("--density 3=2500", "--density 3=… has no effect on a contact of"),
-        ("--radius 2=2mm --radius 3=1", "--radius 3=… has no effect"),
-        ("--variable n=3", "--variable n=… has no effect"),
         ("--density 2500", "--density is '2500': expected NAME=VALUE, such as \"1=2500\""),
         ("--density 1=-2", "--density is '-2': expected a density > 0"),
         ("--density 1=2500 --density 1=2500", "1 is set twice"),

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -75,19 +74,6 @@ def show_deck(
     if deck.units.unsized and sized:
         raise click.UsageError(f"--{sized[0]} has a unit, and {deck.units.unsized}")
 
-    # An option has no effect if the file says the same with another value.
-    others: tuple[tuple[str, str, Callable[[Any], Any]], ...] = (
-        ("variable", "variables", lambda text: f"1{text}"),
-        ("radius", "radii", lambda sizes: tuple(2 * size for size in sizes)),
-        ("density", "densities", lambda value: 2 * value),
-    )
-    for option, field, other in others:
-        values: dict[str, Any] = {**getattr(said, field)}
-        for name, value in values.items():
-            changed: Any = {field: values | {name: other(value)}}
-            with suppress(ValueError):  # a value that the file refuses has an effect
-                if read(file, replace(said, **changed)).runs == deck.runs:
-                    raise click.UsageError(f"--{option} {name}=… has no effect on a contact of {file}: leave it out")
     if si["gravity"] is not None and not any(contact.falls for run in deck.runs for contact in run.contacts):
         raise click.UsageError(f"--gravity has no effect: {file} has no contact with a wall or the ground")
 
