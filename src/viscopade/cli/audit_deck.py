@@ -23,7 +23,7 @@ _NUMBERS = (
         ("eps", "delivered", ".4f"),
         ("from", "least", ".4f"),
         ("to", "largest", ".4f"),
-        ("with weight", "falling", ".4f"),
+        ("falling", "falling", ".4f"),
     ),
     *(("g t_c/v", "g_t_c_over_v", ".2g"), ("t_c/step", "steps", ".3g")),
 )
