@@ -204,7 +204,7 @@ def test_a_spreadsheet_that_takes_too_long_is_refused(monkeypatch):
 
 def test_without_a_limit_of_memory_files_are_smaller(monkeypatch):
     pytest.importorskip("python_calamine")
-    monkeypatch.setattr(spreadsheet, "LIMITED", False)
+    monkeypatch.setattr(files, "LIMITED", False)
     assert len(read.recording([(xlsx(CELLS), "a.xlsx")]).points) == 1
     with pytest.raises(ValueError, match=r"a\.xlsx: the content is too long: expected at most 16777216 bytes"):
         read.recording([(xlsx(CELLS, f"<sst><si><t>{'x' * 20_000_000}</t></si></sst>"), "a.xlsx")])

@@ -1,10 +1,18 @@
-"""Reader of files from other people: their size and nesting are checked before they are parsed."""
+"""Reader of files from other people: their size and nesting are checked before they are parsed.
+
+Parsers of other packages, which a small file may fill the memory of or crash, run in a process with limits.
+"""
 
 from __future__ import annotations
 
 import io
+import json
 import lzma
+import os
 import re
+import subprocess
+import sys
+import tempfile
 import tomllib
 import zipfile
 import zlib
@@ -17,6 +25,20 @@ MOST_CELLS = 1 << 23  # cells in all sheets of a file, empty ones included
 MOST_MEMBERS = 1000  # members of an archive, and sheets of a spreadsheet
 LONGEST_TOML = 1 << 20  # bytes; the parser takes about 1 s for 1 MB
 DEEPEST = 8  # nested tables and lists; parts of a dotted key
+
+LIMITED = sys.platform == "linux" and not getattr(sys, "frozen", False)
+"""Whether a process has a limit of memory. A frozen program has no process of its own."""
+_PROCESS = """
+import json, runpy, sys
+file, request, memory, sys.path[:] = json.loads(sys.argv[1])
+if memory is not None:
+    import resource
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    resource.setrlimit(resource.RLIMIT_AS, (memory if hard == resource.RLIM_INFINITY else min(memory, hard), hard))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+sys.argv = [file, json.dumps(request)]
+runpy.run_path(file, run_name="__main__")
+"""
 
 # A string without an end extends to the end of the text, so that no character is searched twice.
 _STRING_OR_COMMENT = re.compile(
@@ -99,3 +121,47 @@ def toml(text: bytes | str, source: str) -> dict[str, Any]:
         raise ValueError(f"{source}: the text is not TOML: {error}") from None
     except ValueError:
         raise ValueError(f"{source}: the text is not TOML: a number has too many digits") from None
+
+
+def printed_by(module: str, request: object, content: bytes, memory: int, seconds: float, smaller: str) -> bytes:
+    """Return what a module prints if it runs as a program, in a process of its own and in an empty folder.
+
+    Parameters
+    ----------
+    module : str
+        Its `__file__`.
+    request : object
+        The program's only argument, as JSON.
+    content : bytes
+        Its standard input.
+    memory, seconds : int, float
+        Limits: bytes of the address space, on Linux, and the duration.
+    smaller : str
+        What to expect instead if a limit is exceeded.
+
+    Raises
+    ------
+    ValueError
+        If the process exceeds a limit, crashes or fails; with the last line of its error.
+    """
+    words = [sys.executable, "-I", "-c", _PROCESS, json.dumps([module, request, memory if LIMITED else None, sys.path])]
+    threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")  # each takes address space
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            run = subprocess.run(
+                words,
+                cwd=folder,
+                env={**os.environ, **threads},
+                input=content,
+                capture_output=True,
+                timeout=seconds,
+                check=False,
+            )
+    except subprocess.TimeoutExpired:
+        raise ValueError(f"it takes more than {seconds} s: expected {smaller}") from None
+    message = run.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+    if run.returncode < 0 or "MemoryError" in message or "bad_alloc" in message:
+        raise ValueError(f"its parser crashes or needs more than {memory} bytes of memory: expected {smaller}")
+    if run.returncode:
+        raise ValueError(message.partition(": ")[2] or message)
+    return run.stdout

@@ -92,7 +92,7 @@ def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
             raise ValueError(f"{source}: the content is not {suffix.upper()}: expected a file of the type in its name")
         return [_csv(content, source, "", layout_of)]
     require("fit", "python_calamine")
-    largest = files.LONGEST if spreadsheet.LIMITED else _ELSEWHERE
+    largest = files.LONGEST if files.LIMITED else _ELSEWHERE
     files.require_size(source, len(content), largest)
     if content.startswith(_ZIP):
         files.require_size(source, sum(map(len, files.members(content, source).values())), largest)

@@ -2,18 +2,15 @@
 
 A file of a few bytes may describe a table that fills the memory, or one that takes hours: a cell far from the others, a
 repeated row, a shared text. So the process has limits of time and, on Linux, of memory. This file as a program, with
-the limits and the search path as JSON, reads a spreadsheet from standard input and prints its sheets as JSON.
+the largest numbers as JSON, reads a spreadsheet from standard input and prints its sheets as JSON.
 """
 
 import io
 import json
-import subprocess
 import sys
 
 MEMORY, SECONDS = 1 << 30, 30
 """Limits of the process: bytes of its address space, and its duration."""
-LIMITED = sys.platform == "linux" and not getattr(sys, "frozen", False)
-"""Whether the process has a limit of memory. A frozen program has no process of its own."""
 
 Row = tuple[int, list[str | float]]
 """Number of a row in its sheet, and its cells."""
@@ -33,19 +30,12 @@ def worksheets(content: bytes, cells: int, characters: int) -> list[tuple[str, l
     ValueError
         If the file is no spreadsheet, or is too large.
     """
+    from viscopade import files  # which the process does not need
+
     if getattr(sys, "frozen", False):
         return sheets_of(content, cells, characters)
-    words = [sys.executable, "-I", __file__, json.dumps([cells, characters, sys.path])]
-    try:
-        run = subprocess.run(words, input=content, capture_output=True, timeout=SECONDS, check=False)
-    except subprocess.TimeoutExpired:
-        raise ValueError(f"it takes more than {SECONDS} s: expected smaller tables") from None
-    said = run.stderr.decode(errors="replace").strip().rpartition("\n")[2]
-    if run.returncode < 0 or "MemoryError" in said:
-        raise ValueError(f"it needs more than {MEMORY} bytes of memory: expected smaller tables")
-    if run.returncode:
-        raise ValueError(said.partition(": ")[2] or said)
-    return [(name, rows) for name, rows in json.loads(run.stdout)]
+    printed = files.printed_by(__file__, [cells, characters], content, MEMORY, SECONDS, "smaller tables")
+    return [(name, rows) for name, rows in json.loads(printed)]
 
 
 def sheets_of(content: bytes, cells: int, characters: int) -> list[tuple[str, list[Row]]]:
@@ -72,11 +62,4 @@ def sheets_of(content: bytes, cells: int, characters: int) -> list[tuple[str, li
 
 
 if __name__ == "__main__":
-    if LIMITED:
-        import resource
-
-        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard), hard))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    *most, sys.path[:] = json.loads(sys.argv[1])
-    json.dump(sheets_of(sys.stdin.buffer.read(), *most), sys.stdout)
+    json.dump(sheets_of(sys.stdin.buffer.read(), *json.loads(sys.argv[1])), sys.stdout)
