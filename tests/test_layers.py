@@ -36,6 +36,7 @@ TOUCH_FILES = {
     "viscopade.cli.writer",
     "viscopade.files",
     "viscopade.simulators.deck",
+    "viscopade.simulators.lammps_deck",
     "viscopade.shipped",
     "viscopade.kernels.write.runners",
     "viscopade.scene.check",

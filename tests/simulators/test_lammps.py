@@ -199,10 +199,10 @@ def program():
     need("lammps")
 
 
-@pytest.mark.parametrize("style", lammps._DEFAULT_STEPS)
+@pytest.mark.parametrize("style", lammps.DEFAULT_STEPS)
 def test_the_default_time_step(program, style):
     printed = simulators.lammps(f'units {style}\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\nprint "step $(dt)"\n')
-    assert float(re.search(r"^step (\S+)", printed, re.MULTILINE)[1]) == lammps._DEFAULT_STEPS[style]
+    assert float(re.search(r"^step (\S+)", printed, re.MULTILINE)[1]) == lammps.DEFAULT_STEPS[style]
 
 
 SCRIPT = """\

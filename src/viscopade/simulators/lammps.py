@@ -77,7 +77,7 @@ _LAW = f"{_FRICTIONLESS} damping viscoelastic limit_damping"
 STYLE = f"hertz/material {{E}} {{eta_n0}} {{nu}} {_LAW}"
 """The words after the types in pair_coeff, and after `granular` in fix wall/gran, with `HertzMaterial` in braces."""
 _WALL = f'fix wall all wall/gran granular {STYLE} zplane 0.0 NULL  # for "zplane 0.0 NULL" put your wall'
-_DEFAULT_STEPS = {"lj": 0.005, "si": 1e-8, "cgs": 1e-8, "micro": 2.0, "nano": 0.00045}
+DEFAULT_STEPS = {"lj": 0.005, "si": 1e-8, "cgs": 1e-8, "micro": 2.0, "nano": 0.00045}
 """Time steps of scripts without `timestep`, by units (the manual's page on timestep; the tests ask the program)."""
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
 
@@ -223,7 +223,7 @@ def _values(setup: Setup) -> dict[str, Any]:
         return line(sphere, wall, f"fix {name}_type{{0}} {group} wall/gran granular {{style}} ${{{{{name}}}}}")
 
     steps, style = time_step(setup), _STYLES.get((setup.units.length, setup.units.mass, setup.units.time))
-    default = _DEFAULT_STEPS[style or "lj"]
+    default = DEFAULT_STEPS[style or "lj"]
     return {
         **steps,
         "default": f"{default:g}",
@@ -342,7 +342,7 @@ def tsuji_fit(e: Any) -> Any:
 
 _SCALED_ETA = "eta_n0 (m_eff/k_n)^(3/5) (R_eff v)^(1/5)"
 _WRITTEN = "`k_n` is `4/3 E_eff` for hertz/material. `eta_n0` is as `viscopade simulators lammps` writes it"
-_UNITS = {
+UNITS = {
     "lj": native.FileUnits("sigma", "m", "tau", unsized="units is lj: expected a plain number, or --set units=si"),
     "si": native.FileUnits(),
     "cgs": native.FileUnits("cm", "g", "s", 1e-2, 1e-3),
@@ -422,7 +422,7 @@ _SUBMODELS: Mapping[str, Mapping[str, int]] = {
     "heat": {"none": 0, "radius": 1, "area": 1},
 }
 """Models by keyword, and how many coefficients each has."""
-_WALL_SHAPES = ("xplane", "yplane", "zplane", "zcylinder", "region")
+WALL_SHAPES = ("xplane", "yplane", "zplane", "zcylinder", "region")
 
 
 class OtherModel(ValueError):
@@ -504,7 +504,7 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
         raise ValueError(f"{name} has {len(rest) - 1} numbers: expected {count}")
     models, tail = {"normal": tuple(rest[: count + 1])}, []
     rest = rest[count + 1 :]
-    while rest and rest[0] not in _WALL_SHAPES:
+    while rest and rest[0] not in WALL_SHAPES:
         keyword, *rest = rest
         if keyword == "limit_damping":
             tail.append(keyword)
@@ -519,7 +519,7 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
             rest = rest[count:]
         else:
             accepted = "limit_damping" if is_classic else f"{', '.join(_SUBMODELS)}, limit_damping, cutoff"
-            raise ValueError(f"{keyword!r} is not known after {name}: expected {accepted}, {', '.join(_WALL_SHAPES)}")
+            raise ValueError(f"{keyword!r} is not known after {name}: expected {accepted}, {', '.join(WALL_SHAPES)}")
     line = GranularLine(tuple(words[:first]), models, (*tail, *rest))
     for number in line.coefficients:
         arguments.exact_number(f"a coefficient of {name}", number, "a number >= 0", lambda x: 0 <= x < 10**300)
@@ -559,6 +559,76 @@ def mixed(first: GranularLine, second: GranularLine, types: tuple[str, str]) -> 
     return GranularLine((first.head[0], *types, *first.head[3:]), models, limit)
 
 
+Ends = tuple[tuple[float | None, float | None], ...]
+"""Radius and density of a sphere, or of the smallest and the largest; None for what a file does not say."""
+
+
+def poured_spheres(words: Sequence[str], number: Callable[[str], float]) -> list[Ends]:
+    """Return the sizes of a line `fix … pour`: diam one D, diam range LOW HIGH, diam poly N D1 P1 …, dens LOW HIGH.
+
+    Old lines have diam LOW HIGH.
+    """
+    place = words.index("diam") + 1 if "diam" in words else 0
+    kind = words[place] if place else ""
+    diameters = [(1.0, 1.0)]
+    if kind == "poly":
+        count = int(number(words[place + 1]))
+        diameters = [(number(word), number(word)) for word in words[place + 2 : place + 2 + 2 * count : 2]]
+    elif kind:
+        place += kind in ("one", "range")
+        low = number(words[place])
+        diameters = [(low, low if kind == "one" else number(words[place + 1]))]
+    place = words.index("dens") + 1 if "dens" in words else 0
+    densities = (number(words[place]), number(words[place + 1])) if place else (1.0, 1.0)
+    return [((low / 2, densities[0]), (high / 2, densities[1])) for low, high in diameters]
+
+
+def data_spheres(text: str) -> tuple[int, dict[int, dict[tuple[float, float], None]]]:
+    """Return the number of types in a file of read_data, and by type the radii and densities of its spheres."""
+    types, section = 0, ""
+    spheres: dict[int, dict[tuple[float, float], None]] = {}
+    for row in text.split("\n"):
+        part = row.split(None, 5)
+        if part and part[0][0].isalpha():
+            section = part[0]
+        elif part[1:4] == ["atom", "types"] and not section:
+            types = int(part[0])
+        elif section == "Atoms" and part and not part[0].startswith("#"):
+            radius, density = float(part[2]) / 2, float(part[3])
+            if radius > 0:  # others touch nothing
+                spheres.setdefault(int(part[1]), {})[radius, density] = None
+    return types, spheres
+
+
+def wall_curvature(
+    shape: Sequence[str], regions: Mapping[str, Sequence[str]], number: Callable[[str], float], is_scaled: bool
+) -> float | None:
+    """Return the radius of a wall, < 0 if it is hollow, 0 for a plane; None for one that is not computed here.
+
+    With it R_eff is R R_wall/(R + R_wall) (`GranularModel::check_contact`). A cylinder has twice its radius
+    (`FixWallGran`, `RegCylinder::surface_interior`), a sphere its own.
+
+    Parameters
+    ----------
+    shape : sequence of str
+        The words of the wall, such as zplane 0 NULL.
+    regions : mapping of str to sequence of str
+        Words of each region from its style on.
+    number : callable
+    is_scaled : bool
+        Whether there is a lattice, which scales regions without `units box`.
+    """
+    if shape[0] != "region":
+        return -2 * number(shape[1]) if shape[0] == "zcylinder" else 0.0
+    words = regions.get(shape[1], ("",))
+    if words[0] in ("block", "plane", "prism"):
+        return 0.0
+    factor = {"cylinder": 2, "sphere": 1}.get(words[0])
+    if factor is None or (is_scaled and "box" not in words):
+        return None
+    return factor * number(words[4]) * (1 if "out" in words else -1)
+
+
 _NATIVE = native.Native(
     (
         native.Parameter("normal", words=("hooke", "hertz", "hertz/material")),
@@ -572,7 +642,7 @@ _NATIVE = native.Native(
             "damping", default="viscoelastic", words=("velocity", "mass_velocity", "viscoelastic", *_OF_EPSILON)
         ),
         native.Parameter("limit_damping", default="no", words=("no", "yes")),
-        native.Parameter("units", default="lj", words=tuple(_UNITS)),
+        native.Parameter("units", default="lj", words=tuple(UNITS)),
     ),
     _force,
     _SOURCE,
@@ -580,7 +650,7 @@ _NATIVE = native.Native(
     integrator="run_style",
     damped=_damped,
     warnings=_warnings,
-    units=lambda values: _UNITS[values["units"]],
+    units=lambda values: UNITS[values["units"]],
 )
 
 SIMULATOR = Simulator(
@@ -631,5 +701,5 @@ SIMULATOR = Simulator(
     texts={"lammps": InputFile("#", _USE, _CODE, _values)},
     lines={"pair": f"pair_coeff 1 1 {STYLE}", "wall": _WALL},
     native=_NATIVE,
-    default_step=_DEFAULT_STEPS["si"],
+    default_step=DEFAULT_STEPS["si"],
 )

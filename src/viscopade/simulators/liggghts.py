@@ -50,7 +50,7 @@ from viscopade.simulators.input_file import (
     size_lines,
     time_step,
 )
-from viscopade.simulators.lammps import OtherModel
+from viscopade.simulators.lammps import Ends, OtherModel
 from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_lines
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.simulator import InputFile, Simulator
@@ -167,7 +167,12 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     return native.power_of(formula, values[_E], k, mass)
 
 
-_COMPUTED = ("hertz", "hooke", "hertz/stiffness")
+PROPERTIES = {
+    "hertz": ("youngsModulus", "poissonsRatio", _E),
+    "hooke": ("youngsModulus", "poissonsRatio", _E, "characteristicVelocity"),
+    "hertz/stiffness": ("kn", "gamman"),
+}
+"""Properties of materials by normal model."""
 
 
 class ModelLine(NamedTuple):
@@ -193,7 +198,7 @@ class ModelLine(NamedTuple):
         OtherModel
             If the contact is not computed here.
         """
-        others = [f"model {self.model}"] if self.model not in _COMPUTED else []
+        others = [f"model {self.model}"] if self.model not in PROPERTIES else []
         harmless_words = {"cohesion": ("off",), "surface": ("default",), "viscous": ("off",)}
         for name, words in harmless_words.items():
             others += [f"{name} {word}" for word in [self.options.get(name, words[0])] if word not in words]
@@ -212,10 +217,77 @@ def model_line(words: Sequence[str], first: int) -> ModelLine:
         cohesive = words[first + 2 : first + 3] == ["1"]
         return ModelLine(model, {"cohesion": "sjkr" if cohesive else "off"})
     if len(words) < first + 2:
-        raise ValueError(f"the model is missing: expected {', '.join(_COMPUTED)}")
+        raise ValueError(f"the model is missing: expected {', '.join(PROPERTIES)}")
     names = "tangential", "cohesion", "surface", "rolling_friction", "limitForce", "viscous"
     rest = words[first + 2 :]
     return ModelLine(words[first + 1], {name: rest[i + 1] for i, name in enumerate(rest[:-1]) if name in names})
+
+
+Property = Sequence[str]
+"""Words of a line `fix … property/global NAME KIND …`."""
+
+
+def _places(words: Property, types: tuple[int, int]) -> list[int]:
+    """Return where a property has the numbers of two types: one number of the pair, or one of each."""
+    kind = words[5].removeprefix("per")
+    if kind == "atomtype":
+        return [5 + number for number in types]
+    return [6 + int(words[6]) * (types[0] - 1) + types[1]] if kind == "atomtypepair" else [6]
+
+
+def _size(name: str, units: native.FileUnits) -> float:
+    """Return the SI size of the unit that a property has in a file."""
+    pressure = units.kilograms / units.metres / units.seconds**2
+    sizes = {"youngsModulus": pressure, "kn": pressure, "gamman": 1 / units.metres / units.seconds}
+    return (sizes | {"characteristicVelocity": units.metres / units.seconds}).get(name, 1.0)
+
+
+def material(
+    model: str,
+    types: tuple[int, int],
+    properties: Mapping[str, Property],
+    number: Callable[[str], float],
+    units: native.FileUnits,
+) -> dict[str, str]:
+    """Return the properties of two types that a normal model has, in SI units.
+
+    Raises
+    ------
+    OtherModel
+        If one is missing: LIGGGHTS does not start.
+    """
+    texts = {}
+    for name in PROPERTIES[model]:
+        words = properties.get(name, ())
+        try:
+            numbers = [number(words[place]) * _size(name, units) for place in _places(words, types)]
+        except IndexError:
+            raise OtherModel(f"types {types[0]} and {types[1]} have no property/global {name}") from None
+        texts[name] = " ".join(map(program_number, numbers))
+    return texts
+
+
+def with_property(words: Property, text: str, types: tuple[int, int], units: native.FileUnits) -> str:
+    """Return the line of a property with another number, in SI units, for two types in both orders."""
+    numbers = [*words]
+    for place in (*_places(words, types), *_places(words, types[::-1])):
+        numbers[place] = f"{float(text) / _size(words[4], units):.8g}"
+    return " ".join(numbers)
+
+
+def template_spheres(words: Sequence[str], number: Callable[[str], float]) -> Ends:
+    """Return the sizes of a line `fix … particletemplate/sphere`; None for other distributions than these two.
+
+    They are `radius constant R`, `radius uniform LOW HIGH`, and the same for `density`.
+    """
+
+    def ends(name: str) -> list[float | None]:
+        place = words.index(name) + 1 if name in words else len(words)
+        count = {"constant": 1, "uniform": 2}.get("".join(words[place : place + 1]), 0)
+        return [number(word) for word in words[place + 1 : place + 1 + count]] or [None]
+
+    radii, densities = ends("radius"), ends("density")
+    return (radii[0], densities[0]), (radii[-1], densities[-1])
 
 
 _NATIVE = native.Native(
