@@ -37,6 +37,7 @@ TOUCH_FILES = {
     "viscopade.files",
     "viscopade.simulators.deck",
     "viscopade.simulators.lammps_deck",
+    "viscopade.simulators.mujoco_model",
     "viscopade.shipped",
     "viscopade.kernels.write.runners",
     "viscopade.scene.check",

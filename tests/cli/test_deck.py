@@ -67,7 +67,7 @@ def deck(tmp_path, monkeypatch):
         missing = changes.get("missing", ())
         return Deck(simulator_of("lammps"), path, file_units, (first, second), missing, unread, ("bonds are not read",))
 
-    monkeypatch.setattr("viscopade.simulators.lammps_deck.read", read, raising=False)
+    monkeypatch.setattr("viscopade.simulators.lammps_deck.read", read)
     return str(file), changes
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +42,7 @@ def show_deck(
     **quantities: str | None,
 ) -> None:
     """Print a row for each contact of a file."""
+    from viscopade.simulators import lammps_deck, mujoco_model
     from viscopade.simulators.deck import Run, Said
     from viscopade.simulators.deck_rows import rows
     from viscopade.simulators.native import Impact
@@ -67,8 +67,7 @@ def show_deck(
 
     # A model of MuJoCo is XML; no command of LAMMPS begins as XML does.
     is_xml = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
-    read = import_module(f"viscopade.simulators.{'mujoco_model' if is_xml else 'lammps_deck'}").read
-    deck: Deck = read(file, said)
+    deck = mujoco_model.read(file, said) if is_xml else lammps_deck.read(file, said)
     if deck.missing:
         raise click.UsageError(f"{file} does not say {'; '.join(deck.missing)}")
     if deck.units.unsized and sized:

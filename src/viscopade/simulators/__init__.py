@@ -14,8 +14,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "audit",
+    "deck",
+    "deck_rows",
     "formula",
     "input_file",
+    "lammps_deck",
+    "mujoco_model",
     "native",
     "own_law",
     "setup",
