@@ -202,6 +202,70 @@ def test_gravity_needs_a_wall(deck, monkeypatch):
     assert "no time step, gravity 0 m/s^2" in run(deck[0]).output
 
 
+# --- both readers -----------------------------------------------------------------------------------------------------
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def test_an_input_of_lammps():
+    """Without a step eps is that of design 2.9, whatever the sizes; LAMMPS mixes to the geometric mean."""
+    words = (str(EXAMPLES / "in.hopper"), "--time-step", "1 ns", "--format", "json")
+    rows = json.loads(run(*words).output)["contacts"]
+    asked = {"type 1 - type 1": 0.6, "type 1 - type 2": math.sqrt(0.54), "type 2 - type 2": 0.9}
+    walls = dict.fromkeys(("type 1 - wall floor", "type 2 - wall floor"), 0.6)
+    assert {row["name"]: row["delivered"] for row in rows} == pytest.approx(
+        {name: eps_of(e) for name, e in (asked | walls).items()}, rel=1e-6
+    )
+    assert [row["falling"] is not None for row in rows] == [False, False, False, True, True]
+    assert rows[-1]["mass"] == pytest.approx(4 / 3 * math.pi * 1.5e-3**3 * 7800)
+
+
+def test_a_model_of_mujoco():
+    pytest.importorskip("mujoco")
+    text = text_of(str(EXAMPLES / "balls.xml"))
+    assert "MuJoCo in m, kg and s; 6 pairs, 5 contacts; eps at 1 m/s" in text
+    assert "time step 0.002 s, gravity 9.81 m/s^2" in text
+    assert "rubber - foam (2 pairs)" in text
+
+
+INPUT = """\
+units si
+atom_style sphere
+region box block 0 1 0 1 0 1
+create_box 2 box
+pair_style granular
+pair_coeff * * hooke ${k} 0.5 tangential linear_nohistory 1 0.5 damping coeff_restitution
+fix 1 all nve/sphere
+timestep 1e-6
+run 1
+"""
+
+
+def test_all_that_an_input_lacks_is_one_message(tmp_path):
+    file = tmp_path / "in.two"
+    file.write_text(INPUT)
+    message = " ".join(run(str(file), "--variable", "k=1e5").stderr.split())
+    for option in ("--radius 1=", "--radius 2=", "--density 1=", "--density 2="):
+        assert option in message
+    sizes = [word for i in (1, 2) for word in ("--radius", f"{i}=1mm", "--density", f"{i}=2500")]
+    rows = json.loads(run(str(file), "--variable", "k=1e5", *sizes, "--format", "json").output)["contacts"]
+    assert [row["mass"] for row in rows] == pytest.approx([2 / 3 * math.pi * 1e-9 * 2500] * 3)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--density 3=1", "no type 3: expected 1, 2"),
+        ("--radius x=1mm", "no type x"),
+        ("--variable n=3", "no variable n"),
+    ],
+)
+def test_names_that_a_file_does_not_have(words, message):
+    refused = run(str(EXAMPLES / "in.hopper"), *shlex.split(words))
+    assert refused.exit_code in (1, 2)
+    assert message in (refused.stderr or str(refused.exception))
+
+
 # --- pasted lines -----------------------------------------------------------------------------------------------------
 
 MATERIAL = "hertz/material 1e6 0.8 0.4 tangential linear_nohistory 1 0.5 damping coeff_restitution limit_damping"

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from viscopade.simulators import simulator_of
 from viscopade.simulators.deck import Deck, DeckContact, Line, Run, Size
-from viscopade.simulators.deck_rows import rows
+from viscopade.simulators.deck_rows import contact_rows
 from viscopade.simulators.native import FileUnits
 
 LINE = Line(Path("in.x"), 7, "pair_coeff 1 1 ...")
@@ -34,7 +34,7 @@ BEAD, BALL = Size(1e-3, 1e-5), Size(2e-3, 8e-5)
 
 def test_a_linear_contact_of_two_spheres():
     """Design 2.9, nu = 2: asked for by exp(-pi zeta/w) = 0.5, delivered exp(-zeta (pi - 2 asin zeta)/w)."""
-    (row,) = rows(deck(run(contact(HOOKE | SI, (BEAD, BALL)))), 1.0)
+    (row,) = contact_rows(deck(run(contact(HOOKE | SI, (BEAD, BALL)))), 1.0)
     zeta = math.log(2) / math.hypot(math.pi, math.log(2))
     eps = math.exp(-zeta * (math.pi - 2 * math.asin(zeta)) / math.sqrt(1 - zeta**2))
     mass = 1e-5 * 8e-5 / 9e-5
@@ -48,7 +48,7 @@ def test_weight_and_time_steps_at_a_wall():
     k, c, m, g, v, step = 1e5, 1.0, 8e-5, 9.81, 0.02, 1e-5
     settings = SI | {"normal": "hooke", "coefficients": f"{k} {c}", "damping": "velocity", "limit_damping": "yes"}
     wall = contact(settings, (BALL, None), falls=True)
-    (fine,), (stepped,) = (rows(deck(run(wall, gravity=g, step=h)), v) for h in (None, step))
+    (fine,), (stepped,) = (contact_rows(deck(run(wall, gravity=g, step=h)), v) for h in (None, step))
 
     def acceleration(x, rate):
         return -max(0.0, k * x + c * rate) / m * (x > 0)
@@ -83,8 +83,8 @@ def test_numbers_are_in_the_units_of_the_file():
     si = contact(HOOKE | SI, (BEAD, None), falls=True)
     # 1 N/m = 1000 dyn/cm; 10 us, 1 mm, 1e-5 kg
     cgs = contact(HOOKE | {"units": "cgs", "coefficients": "1e8 0.5"}, (Size(0.1, 0.01), None), falls=True)
-    (one,) = rows(deck(run(si, step=1e-5, gravity=9.81)), 0.1)
-    (other,) = rows(deck(run(cgs, step=1e-5, gravity=981), units=CGS), 10.0)
+    (one,) = contact_rows(deck(run(si, step=1e-5, gravity=9.81)), 0.1)
+    (other,) = contact_rows(deck(run(cgs, step=1e-5, gravity=981), units=CGS), 10.0)
     assert other.answer.falling.epsilon == pytest.approx(one.answer.falling.epsilon, rel=1e-9)
     assert (other.steps, other.g_t_c_over_v) == pytest.approx((one.steps, one.g_t_c_over_v))
     assert (other.impact.mass, other.radii) == (0.01, (0.1,))
@@ -92,7 +92,7 @@ def test_numbers_are_in_the_units_of_the_file():
     steel = {"model": "hertz", "youngsModulus": "1e7", "poissonsRatio": "0.3", "coefficientRestitution": "0.5"}
     kinds = (BEAD, FileUnits(), 1e-5, 1.0), (Size(0.1, 0.01), CGS, 1e-5, 100.0)
     first, second = (
-        rows(deck(run(contact(steel, (size, size)), step=step), units=units, program="liggghts"), v)[0]
+        contact_rows(deck(run(contact(steel, (size, size)), step=step), units=units, program="liggghts"), v)[0]
         for size, units, step, v in kinds
     )
     assert second.steps == pytest.approx(first.steps)
@@ -101,17 +101,17 @@ def test_numbers_are_in_the_units_of_the_file():
 
 def test_sizes_that_do_not_matter_are_one_row():
     solref = contact({"solref": "-2500 -20"}, (BEAD, BEAD), (BEAD, BALL), (BALL, BALL), name="a - b", count=12)
-    (row,) = rows(deck(run(solref), program="mujoco"), 1.0)
+    (row,) = contact_rows(deck(run(solref), program="mujoco"), 1.0)
     assert (row.radii, row.impact.mass, row.contact.count) == ((), None, 12)
     # coeff_restitution: eps does not depend on the mass, but the duration does.
     three = contact(HOOKE | SI, (BEAD, BEAD), (BEAD, BALL), (BALL, BALL))
-    assert [row.radii for row in rows(deck(run(three)), 1.0)] == [(1e-3, 1e-3), (1e-3, 2e-3), (2e-3, 2e-3)]
+    assert [row.radii for row in contact_rows(deck(run(three)), 1.0)] == [(1e-3, 1e-3), (1e-3, 2e-3), (2e-3, 2e-3)]
 
 
 def test_what_to_write_instead():
     """Design 2.9, nu = 2: the number e whose exp(-pi zeta/w) = e gives eps = 0.5 with the end "force"."""
     lines = contact(HOOKE | SI, (BEAD, BEAD), rewritten=lambda texts: (f"pair_coeff 1 1 {texts['coefficients']}",))
-    (row,) = rows(deck(run(lines)), 1.0, 0.5)
+    (row,) = contact_rows(deck(run(lines)), 1.0, 0.5)
     e = float(row.contact.rewritten(row.answer.instead)[0].split()[-1])
     zeta = -math.log(e) / math.hypot(math.pi, math.log(e))
     assert math.exp(-zeta * (math.pi - 2 * math.asin(zeta)) / math.sqrt(1 - zeta**2)) == pytest.approx(0.5, abs=1e-7)
@@ -121,7 +121,7 @@ def test_later_runs_have_the_rows_that_differ():
     pair, wall = contact(HOOKE | SI, (BEAD, BEAD)), contact(HOOKE | SI, (BEAD, None), name="type 1 - wall", falls=True)
     other = contact(HOOKE | SI | {"coefficients": "1e5 0.9"}, (BEAD, BEAD))
     runs = run(pair, wall), run(pair, wall, gravity=9.81), run(other, wall, gravity=9.81), run(pair, wall, step=1e-6)
-    shown = [(runs.index(row.run), row.contact.name) for row in rows(deck(*runs), 1.0)]
+    shown = [(runs.index(row.run), row.contact.name) for row in contact_rows(deck(*runs), 1.0)]
     both = ["type 1 - type 1", "type 1 - wall"]
     assert shown == [(0, both[0]), (0, both[1]), (1, both[1]), (2, both[0]), (3, both[0]), (3, both[1])]
 
@@ -129,7 +129,7 @@ def test_later_runs_have_the_rows_that_differ():
 def test_a_contact_without_a_number_leaves_the_others():
     bad = contact(HOOKE | SI | {"damping": "none"}, (BEAD, BEAD), (BEAD, BALL), name="bad")
     jkr = contact({}, (BEAD, BEAD), (BALL, BALL), name="jkr", reason="jkr is not computed")
-    first, second, third = rows(deck(run(jkr, bad, contact(HOOKE | SI, (BEAD, BEAD)))), 1.0)
+    first, second, third = contact_rows(deck(run(jkr, bad, contact(HOOKE | SI, (BEAD, BEAD)))), 1.0)
     assert (first.answer.reason, first.answer.collision) == ("jkr is not computed", None)
     assert second.answer.reason.startswith("damping is 'none': expected velocity")
     assert third.answer.collision is not None

@@ -40,7 +40,7 @@ class _SimulatorOrFile(OneOf):
 
 @click.command(
     epilog=examples(
-        "viscopade audit examples/in.hopper --epsilon 0.6",
+        "viscopade audit examples/in.hopper --speed 1",
         "viscopade audit mujoco --epsilon 0.5",
         'viscopade audit mujoco --set "solref=-2500 -100" --speed 1 --time-step 0.003',
     )

@@ -59,7 +59,7 @@ def show_contact(
     words = [text for text in settings if text not in pasted]
     words += [] if scheme is None else [f"{native.integrator}={scheme}"]
     of_lines = [f"{name}={value}" for text in pasted for name, value in line_settings(text).items()]
-    texts = named("--set", [*words, *of_lines], "solref=-2500 -100")
+    texts = values_by_name("--set", [*words, *of_lines], "solref=-2500 -100")
 
     # Numbers in SI units. With a density, the radius is that of the spheres, which have masses.
     sized: list[str] = []
@@ -184,7 +184,7 @@ def _native(simulator: str | None, force: str | None, end: End | None) -> tuple[
     return program.title, program.version, program.native
 
 
-def named(option: str, texts: Sequence[str], example: str) -> dict[str, str]:
+def values_by_name(option: str, texts: Sequence[str], example: str) -> dict[str, str]:
     """Return the values of NAME=VALUE by name."""
     values: dict[str, str] = {}
     for text in texts:

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from viscopade import arguments, files
-from viscopade.cli.audit_contact import BETWEEN, named, si_number
+from viscopade.cli.audit_contact import BETWEEN, si_number, values_by_name
 from viscopade.cli.console import say, show
 
 if TYPE_CHECKING:
     from viscopade.simulators.deck import Deck, Line
-    from viscopade.simulators.deck_rows import Row
+    from viscopade.simulators.deck_rows import DeckRow
 
 _NUMBERS = (
     *(
@@ -44,21 +44,21 @@ def show_deck(
     """Print a row for each contact of a file."""
     from viscopade.simulators import lammps_deck, mujoco_model
     from viscopade.simulators.deck import Run, Said
-    from viscopade.simulators.deck_rows import rows
+    from viscopade.simulators.deck_rows import contact_rows
     from viscopade.simulators.native import Impact
 
     # Options with numbers become SI units; those with a unit are refused where the units of the file have no size.
     sized: list[str] = []
 
     radii: dict[str, tuple[float, ...]] = {}
-    for name, text in named("--radius", radius, "1=0.25mm:1mm").items():
+    for name, text in values_by_name("--radius", radius, "1=0.25mm:1mm").items():
         radii[name] = tuple(si_number("radius", part, sized) for part in text.split(":"))
         if len(radii[name]) > 2 or radii[name][0] > radii[name][-1]:
             raise click.UsageError(f"--radius is {name}={text}: expected one radius, or the least and the largest")
     densities = {
-        name: si_number("density", text, sized) for name, text in named("--density", density, "1=2500").items()
+        name: si_number("density", text, sized) for name, text in values_by_name("--density", density, "1=2500").items()
     }
-    said = Said(named("--variable", variable, "n=5"), radii, densities)
+    said = Said(values_by_name("--variable", variable, "n=5"), radii, densities)
     texts = {**quantities, "time-step": time_step}
     si = {name: None if text is None else si_number(name, text, sized) for name, text in texts.items()}
     wanted = None
@@ -83,7 +83,7 @@ def show_deck(
         for run in deck.runs
     )
     deck = replace(deck, runs=tuple(runs))
-    table = rows(deck, impact.speed, wanted)
+    table = contact_rows(deck, impact.speed, wanted)
     if not table:
         raise click.UsageError(f"{file} has no contact of spheres: expected {DECKS}")
     if style == "text":
@@ -103,7 +103,7 @@ def show_deck(
     show(style, [*contacts[0]], [[_cell(value) for value in fields.values()] for fields in contacts], whole)
 
 
-def _fields(row: Row) -> dict[str, Any]:
+def _fields(row: DeckRow) -> dict[str, Any]:
     """Return a row as JSON has it; numbers are in the units of the file."""
     run, contact, answer = row.run, row.contact, row.answer
     collision, instead = answer.collision, answer.instead
@@ -140,7 +140,7 @@ def _cell(value: Any) -> object:
     return "\n".join(map(str, value)) if isinstance(value, list) else "" if value is None else value
 
 
-def _say_deck(deck: Deck, table: Sequence[Row], epsilon: str | None, speed_source: str) -> None:
+def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_source: str) -> None:
     """Print what was read, a table for each run, and each remark and warning once."""
     units, speed = deck.units, table[0].impact.speed
     pairs = {contact.name: contact.count for run in deck.runs for contact in run.contacts}
@@ -198,7 +198,7 @@ def _place(line: Line, deck: Deck) -> str:
     return f"{line.number or ''}" if line.file == deck.file else f"{line.file.name}:{line.number}"
 
 
-def _columns(i: int, row: Row, deck: Deck) -> dict[str, str]:
+def _columns(i: int, row: DeckRow, deck: Deck) -> dict[str, str]:
     """Return the cells of a row, with the heads of their columns as keys."""
     fields, contact, units = _fields(row), row.contact, deck.units
     if row.impact.step is None:  # then there is no range over phases

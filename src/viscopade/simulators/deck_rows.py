@@ -40,7 +40,7 @@ class Answer(NamedTuple):
     reason: str = ""
 
 
-class Row(NamedTuple):
+class DeckRow(NamedTuple):
     """Two sizes of a contact in a run, and what they give; all numbers are in the units of the file.
 
     Attributes
@@ -73,7 +73,7 @@ class Row(NamedTuple):
         return None if time is None or not gravity else gravity * time / self.impact.speed
 
 
-def rows(deck: Deck, speed: float, epsilon: float | None = None) -> list[Row]:
+def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list[DeckRow]:
     """Return the rows of the first run, and of each later run those that differ from the run before it.
 
     Parameters
@@ -115,7 +115,7 @@ def rows(deck: Deck, speed: float, epsilon: float | None = None) -> list[Row]:
         for contact in run.contacts
         for sizes in (nothing if contact.reason else contact.sizes or nothing)
     ]
-    tables: list[dict[object, Row]] = [{} for _ in deck.runs]
+    tables: list[dict[object, DeckRow]] = [{} for _ in deck.runs]
     for k in track(range(len(pairs)), "contacts"):
         i, contact, sizes = pairs[k]
         run, settings = deck.runs[i], (*sorted(contact.settings.items()),)
@@ -130,8 +130,8 @@ def rows(deck: Deck, speed: float, epsilon: float | None = None) -> list[Row]:
         except ValueError as error:
             impact, result = replace(impact, mass=None, radius=None), Answer(reason=str(error))
         radii = () if impact.mass is impact.radius is None else [size.radius for size in bodies]
-        row = Row(run, contact, tuple(radius for radius in radii if radius is not None), impact, result)
+        row = DeckRow(run, contact, tuple(radius for radius in radii if radius is not None), impact, result)
         # Sizes on which eps does not depend make one row.
         tables[i].setdefault((contact.name, settings, row.radii, impact, result.reason), row)
-    last: list[dict[object, Row]] = [{}, *tables]
+    last: list[dict[object, DeckRow]] = [{}, *tables]
     return [row for before, table in zip(last, tables, strict=False) for key, row in table.items() if key not in before]
