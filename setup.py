@@ -32,7 +32,7 @@ class BuildNative(build_ext):
 SHIPPED = {
     "include": ("exports/*.h", "exports/*.cuh"),
     "share/cmake/viscopade": ("cmake/*.cmake",),
-    "examples": ("examples/*.toml", "examples/*.csv"),
+    "examples": ("examples/*.toml", "examples/*.csv", "examples/in.*", "examples/*.xml"),
 }
 
 

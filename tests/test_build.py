@@ -44,10 +44,11 @@ def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_pa
     """And the flags of its user do not change results."""
     extensions = wheel(source, tmp_path, CFLAGS="-Ofast -ffp-contract=fast")
     headers = {f"include/{file.name}" for kind in ("*.h", "*.cuh") for file in (ROOT / "exports").glob(kind)}
-    scenes = {f"examples/{file.name}" for kind in ("*.toml", "*.csv") for file in (ROOT / "examples").glob(kind)}
+    kinds = ("*.toml", "*.csv", "in.*", "*.xml")
+    examples = {f"examples/{file.name}" for kind in kinds for file in (ROOT / "examples").glob(kind)}
     cmake = {f"share/cmake/viscopade/{file.name}" for file in (ROOT / "cmake").glob("*.cmake")}
-    shipped = {*headers, *scenes, *cmake, "share/pkgconfig/viscopade.pc"}
-    assert min(map(len, (headers, scenes, cmake))) > 0
+    shipped = {*headers, *examples, *cmake, "share/pkgconfig/viscopade.pc"}
+    assert min(map(len, (headers, examples, cmake))) > 0
     assert files_in(tmp_path / "installed" / "viscopade") == files_in(PACKAGE) | shipped
     lab = files_in(ROOT / "src" / "viscopade_lab") - {"data/decks.csv"}  # which is for tests
     assert files_in(tmp_path / "installed" / "viscopade_lab") == lab
