@@ -193,6 +193,15 @@ def test_all_that_is_missing_is_one_message(deck):
     assert message in " ".join(run(file).stderr.split())
 
 
+def test_a_file_without_a_number_is_refused(deck):
+    """m v^2 is beyond double precision; each reason stands once."""
+    refused = run(deck[0], "--speed", "1e200")
+    assert refused.exit_code == 2
+    message = " ".join(refused.stderr.split())
+    assert "has no contact with a number: speed is 1e+200" in message
+    assert message.count("jkr is not computed here") == 1
+
+
 def test_gravity_needs_a_wall(deck, monkeypatch):
     settings, size = hooke(0.5), Size(1e-3, 1e-5)
     free = DeckContact("type 1 - type 1", Line(Path("in.x"), 1, ""), settings, ((size, size),))

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from viscopade.simulators import simulator_of
 from viscopade.simulators.deck import Deck, DeckContact, Line, Run, Size
 from viscopade.simulators.deck_rows import contact_rows
-from viscopade.simulators.native import FileUnits
+from viscopade.simulators.native import FileUnits, delivery
 
 LINE = Line(Path("in.x"), 7, "pair_coeff 1 1 ...")
 HOOKE = {"normal": "hooke", "coefficients": "1e5 0.5", "damping": "coeff_restitution", "limit_damping": "yes"}
@@ -129,7 +129,24 @@ def test_later_runs_have_the_rows_that_differ():
 def test_a_contact_without_a_number_leaves_the_others():
     bad = contact(HOOKE | SI | {"damping": "none"}, (BEAD, BEAD), (BEAD, BALL), name="bad")
     jkr = contact({}, (BEAD, BEAD), (BALL, BALL), name="jkr", reason="jkr is not computed")
-    first, second, third = contact_rows(deck(run(jkr, bad, contact(HOOKE | SI, (BEAD, BEAD)))), 1.0)
+    good = contact(HOOKE | SI, (BEAD, BEAD))
+    # The later run has another time step, which makes a difference to the third contact only.
+    first, second, third, later = contact_rows(deck(run(jkr, bad, good), run(jkr, bad, good, step=1e-6)), 1.0)
     assert (first.answer.reason, first.answer.collision) == ("jkr is not computed", None)
     assert second.answer.reason.startswith("damping is 'none': expected velocity")
     assert third.answer.collision is not None
+    assert (later.contact, later.steps) == (good, pytest.approx(math.pi * math.sqrt(5e-6 / 1e5) / 1e-6))
+
+
+def test_equal_collisions_are_computed_once(monkeypatch):
+    """Four pairs, in two runs whose gravity does not matter to them."""
+    computed = []
+
+    def counted(*arguments, **options):
+        computed.append(arguments)
+        return delivery(*arguments, **options)
+
+    monkeypatch.setattr("viscopade.simulators.deck_rows.delivery", counted)
+    pairs = [contact(HOOKE | SI, (BALL, BALL), name=name) for name in ("1 - 1", "1 - 2", "2 - 1", "2 - 2")]
+    assert len(contact_rows(deck(run(*pairs), run(*pairs, gravity=9.81)), 1.0)) == 4
+    assert len(computed) == 1

@@ -47,7 +47,7 @@ class _SimulatorOrFile(OneOf):
 )
 @click.argument("simulator", required=False, type=_SimulatorOrFile(SIMULATORS), metavar="[SIMULATOR|FILE]")
 @click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
-@click.option("--time-step", help="Time step: a multiple of the undamped contact time; with --speed a time.")
+@click.option("--time-step", help="Time step: a multiple of the undamped contact time; with --speed or FILE a time.")
 @click.option(
     "--contact-time", type=Quantity("time", " > 0"), help="Undamped contact time, for a --time-step with a unit."
 )
@@ -57,7 +57,8 @@ class _SimulatorOrFile(OneOf):
     "settings",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Parameter in your file; repeatable. A wrong NAME prints all names and defaults.",
+    help="Parameter in your file, or a line of LAMMPS or LIGGGHTS; repeatable. A wrong NAME prints all names and "
+    "defaults.",
 )
 @click.option("--force", metavar="FORMULA", help="Force as a function of the compression x and its rate v.")
 @click.option(
@@ -79,7 +80,11 @@ class _SimulatorOrFile(OneOf):
 @click.option(
     "--variable", multiple=True, metavar="NAME=VALUE", help="Variable of a FILE, as LAMMPS's -var; repeatable."
 )
-@click.option("--gravity", metavar="QUANTITY", help="Include the weight of a body that falls on a plane.")
+@click.option(
+    "--gravity",
+    metavar="QUANTITY",
+    help="Include the weight of a body that falls on a plane; for FILE, instead of its gravity.",
+)
 @click.option("--scheme", help="Integrator; a wrong name prints the list.  [default: that of the program]")
 @click.option(
     "--end",

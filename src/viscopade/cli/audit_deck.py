@@ -84,8 +84,9 @@ def show_deck(
     )
     deck = replace(deck, runs=tuple(runs))
     table = contact_rows(deck, impact.speed, wanted)
-    if not table:
-        raise click.UsageError(f"{file} has no contact of spheres: expected {DECKS}")
+    if all(row.answer.collision is None for row in table):
+        reasons = "; ".join(dict.fromkeys(row.answer.reason for row in table)) or f"expected {DECKS}"
+        raise click.UsageError(f"{file} has no contact with a number: {reasons}")
     if style == "text":
         _say_deck(deck, table, epsilon, "" if si["speed"] else ", as --speed is not given")
         return
@@ -165,7 +166,8 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
         if run.line is not None:
             title = f"{run.line.text}, line {_place(run.line, deck)}: {title}"
         if cells:
-            show("text", heads, [[row[head] for head in heads] for row in cells], {}, title)
+            say(title)
+            show("text", heads, [[row[head] for head in heads] for row in cells], {})
 
     # Remarks, warnings and lines that several rows have are printed once.
     sentences: dict[tuple[str, str], list[int]] = {}

@@ -128,7 +128,7 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
             impact = effective_values(settings, impact)
             result = answer(settings, impact)
         except ValueError as error:
-            impact, result = replace(impact, mass=None, radius=None), Answer(reason=str(error))
+            impact, result = Impact(speed), Answer(reason=str(error))
         radii = () if impact.mass is impact.radius is None else [size.radius for size in bodies]
         row = DeckRow(run, contact, tuple(radius for radius in radii if radius is not None), impact, result)
         # Sizes on which eps does not depend make one row.
