@@ -15,6 +15,7 @@ MuJoCo itself compiles the model, in a process of its own. Read in src/engine/en
   engine_core_constraint.c: with the flag `override` all contacts have o_solref, o_solimp, o_friction and o_margin.
 - `getMargin`, `mj_setContact` and `mj_referenceConstraint`: the margins of both geoms add. The force depends on
   margin - distance, so contact begins earlier, with the same eps. A gap adds contacts without a force.
+- `mj_instantiateContact`: a contact that no degree of freedom moves has no force.
 - `getsolparam`: a solref with one positive number is replaced by 0.02 1.
 
 The force per effective mass is that of free bodies whose centres lie on the normal. A geom for which this does not hold
@@ -112,19 +113,21 @@ def read(path: Path, said: Said) -> Deck:
     for (settings, falls, marks, reason), names, place, masses, count, rule in facts["rows"]:
         first, second = (Size(None, mass) if mass else None for mass in masses)
         assert first is not None
-        write = partial(_lines, names, bool(facts["override"]))
+        write = partial(_lines, dict(settings), names, bool(facts["override"]))
         name, sizes = (
             " - ".join(name if isinstance(name, str) else f"geom {name}" for name in names[0]),
             ((first, second),),
         )
-        marks = (*([f"mixed: {rule}"] if rule else []), *marks)
+        marks = (*([rule] if rule else []), *marks)
         contacts.append(DeckContact(name, line(*place), dict(settings), sizes, falls, count, reason, marks, write))
     run = Run(None, facts["step"], facts["gravity"], tuple(contacts))
     unread = tuple(Line(path, number, tag) for tag, number in facts["unread"].items())
     return Deck(SIMULATOR, path, FileUnits(), (run,), (), unread, tuple(facts["warnings"]))
 
 
-def _lines(names: list[tuple[Any, Any]], override: bool, instead: Mapping[str, str]) -> tuple[str, ...]:
+def _lines(
+    settings: Mapping[str, str], names: list[tuple[Any, Any]], override: bool, instead: Mapping[str, str]
+) -> tuple[str, ...]:
     """Return what gives the contacts of pairs of geoms other values, as lines of the model."""
     values = {f"o_{name}" if override else name: text for name, text in instead.items()}
     changed = " ".join(f'{name}="{text}"' for name, text in values.items())
@@ -132,6 +135,10 @@ def _lines(names: list[tuple[Any, Any]], override: bool, instead: Mapping[str, s
         return (f"<option {changed}/>",)
     if len(names) > _WRITTEN or not all(isinstance(name, str) for pair in names for name in pair):
         return (f"<geom {changed}/> <!-- both geoms of each pair -->",)
+    # A pair has no numbers of its geoms; it has friction in two directions of sliding, and of rolling.
+    sliding, torsion, rolling = settings["friction"].split()
+    changed += f' solimp="{settings["solimp"]}" condim="{settings["condim"]}"'
+    changed += f' friction="{sliding} {sliding} {torsion} {rolling} {rolling}"'
     return tuple(f"<pair geom1={quoteattr(i)} geom2={quoteattr(j)} {changed}/>" for i, j in names)
 
 
@@ -141,7 +148,7 @@ def facts_of(file: str) -> dict[str, Any]:
 
     # Lines where elements begin are known before the model is compiled, and are in the order of its arrays then.
     spec = mujoco.MjSpec.from_file(file)
-    spec.memory = 1 << 20
+    spec.memory = -1  # as much as contacts of the model need
     model = spec.compile()
     parts = {"geom": spec.geoms, "pair": spec.pairs, "equality": spec.equalities, "tendon": spec.tendons}
     parts |= {"actuator": spec.actuators, "flex": spec.flexes, "plugin": spec.plugins}
@@ -242,7 +249,7 @@ def _touching(model: Any, flags: set[str], kinds: list[Kind]) -> Iterator[tuple[
     partners = defaultdict(list)
     for k, (i, j) in enumerate(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)):
         partners[min(i, j)].append(max(i, j))
-        if moves[i] or moves[j]:
+        if weld[i] != weld[j] and (moves[i] or moves[j]):  # else no force acts
             yield i, [j], k
     for i in range(model.ngeom):
         j = np.arange(i + 1, model.ngeom)
@@ -259,6 +266,7 @@ def _touching(model: Any, flags: set[str], kinds: list[Kind]) -> Iterator[tuple[
 def _state(model: Any, flags: set[str], first: Kind, second: Kind, k: int | None) -> tuple[State, str]:
     """Return what a contact has, and the rule by which two geoms are mixed; k is the index of a `<pair>`."""
     option, (surface, rule) = model.opt, mixed(first.surface, second.surface)
+    rule = rule and f"mixed: {rule}"
     # The geom with the higher priority decides on adhesion, too.
     adhesion = sum(kind.adhesion for kind in (first, second) if kind.surface.priority == surface.priority)
     margin = first.margin + second.margin
@@ -273,6 +281,7 @@ def _state(model: Any, flags: set[str], first: Kind, second: Kind, k: int | None
     if "mjENBL_OVERRIDE" in flags:
         numbers = (option.o_solref.tolist(), option.o_solimp.tolist(), option.o_friction[[0, 2, 3]].tolist())
         surface, margin = Surface(0, 0, surface.condim, *map(tuple, numbers)), option.o_margin
+        rule = "o_solref, o_solimp and o_friction replace those of all contacts (flag override)"
     marks = [*dict.fromkeys(kind.mark for kind in (first, second) if kind.mark)]
     if (surface.solref[0] > 0) != (surface.solref[1] > 0):
         surface = surface._replace(solref=(0.02, 1.0))
