@@ -749,17 +749,22 @@ def newton_epsilons(deck: Deck) -> Iterator[float]:
     radius, named = 0.1, deck.named
     builder = newton.ModelBuilder(gravity=(0.0, 0.0, -deck.gravity))
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
-    words = {name: float(named[name]) for name in ("ke", "kd", "kf", "mu", "restitution") if name in named}
-    shape = newton.ModelBuilder.ShapeConfig(**words, density=0)
+
+    def shape(side: str) -> Any:
+        """Return the configuration of the ball's shape, "A", or of the ground's, "B"."""
+        names = ("ke", "kd", "kf", "mu", "restitution")
+        words = {name: float(named[key]) for name in names for key in (name, f"{name}_{side}") if key in named}
+        return newton.ModelBuilder.ShapeConfig(**words, density=0)
+
     for i, (height, velocity) in enumerate(deck.starts):
         body = builder.add_body(
             xform=((float(i), 0.0, radius + height), (0.0, 0.0, 0.0, 1.0)),
             mass=deck.mass,
             inertia=np.eye(3, dtype=np.float32) * 0.4 * deck.mass * radius**2,
         )
-        builder.add_shape_sphere(body, radius=radius, cfg=shape)
+        builder.add_shape_sphere(body, radius=radius, cfg=shape("A"))
         builder.joint_qd[-6:] = [0, 0, velocity, 0, 0, 0]
-    builder.add_ground_plane(cfg=shape)
+    builder.add_ground_plane(cfg=shape("B"))
     model = builder.finalize(device="cpu")
     now, then = model.state(), model.state()
     newton.eval_fk(model, model.joint_q, model.joint_qd, now)
@@ -795,6 +800,14 @@ def newton_decks() -> Iterator[Deck]:
     """Yield the cases of Newton."""
     for kd, step, gravity, speed in itertools.product(("1e3", "378"), (1e-4, 1e-3), (0.0, EARTH), (1.0, 0.3)):
         yield Deck("newton", "SolverSemiImplicit", f"ke=1e5; kd={kd}", 1.0, speed, gravity, step, 0.01, 64)
+    shapes = "ke_A=5e4; ke_B=1.5e5; kd_A=500; kd_B=256"
+    for gravity in (0.0, EARTH):
+        yield Deck("newton", "SolverSemiImplicit", shapes, 1.0, 1.0, gravity, 1e-4, 0.01, 64)
+        text = "restitution_A=0.9; restitution_B=0.3; enable_restitution=True"
+        yield Deck("newton", "SolverXPBD", text, 1.0, 1.0, gravity, 1e-3, 0.01, 16)
+        for own in ("True", "False"):
+            text = f"ke_A=7672; ke_B=2e4; kd_A=100; kd_B=40; mu_A=0.3; mu_B=0.5; use_mujoco_contacts={own}"
+            yield Deck("newton", "SolverMuJoCo", text, 3.0, 1.0, gravity, 1e-4, 0.04, 16)
     for on, speed, restitution in itertools.product(("True", "False"), (1.0, 0.1, 0.021, 0.019, 0.01), ("0.5", "0.9")):
         text = f"restitution={restitution}; enable_restitution={on}"
         yield Deck("newton", "SolverXPBD", text, 1.0, speed, EARTH, 1e-3, 0.01, 16)
@@ -865,6 +878,10 @@ def drake_decks() -> Iterator[Deck]:
     for relaxation, step, speed, gravity in itertools.product(("0.0025", "0.1"), (1e-3, 1e-4), SPEEDS, (0.0, EARTH)):
         text = form.format("4e4", "4e4", 1, 1, relaxation, relaxation)
         yield Deck("drake", "sap", text, 2.0, speed, gravity, step, 0.035)
+    # Two materials in time steps.
+    two = form.format("3e4", "6e4", 2, "0.5", "0.002", "0.003")
+    for scheme, gravity in itertools.product(("lagged", "similar", "tamsi", "sap"), (0.0, EARTH)):
+        yield Deck("drake", scheme, two, 2.0, 1.0, gravity, 1e-3, 0.035)
 
 
 # --- OpenSim ----------------------------------------------------------------------------------------------------------
