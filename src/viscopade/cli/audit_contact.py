@@ -136,8 +136,8 @@ def show_contact(
     else:
         fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})
         row = ["" if value is None else value for value in fields.values()]
-        mixed = {name: each._asdict() for name, each in found.values.mixed.items()}
-        show(style, [*fields], [row], fields | more | {"mixed": mixed, "warnings": [*found.warnings]})
+        rules = {name: mixed._asdict() for name, mixed in found.values.mixed.items()}
+        show(style, [*fields], [row], fields | more | {"mixed": rules, "warnings": [*found.warnings]})
 
 
 def si_number(option: str, text: str, sized: list[str]) -> float:

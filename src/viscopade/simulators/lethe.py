@@ -8,9 +8,8 @@ Read in chaos-polymtl/lethe at commit 0092035, include/dem/particle_particle_con
 particle_wall_contact_force.h (at commit 72f6c69), is the like: beta = ln e/sqrt(ln^2 e + pi^2), in constants of five
 digits, with the effective mass, at a wall that of the particle.
 
-- `linear`: the dashpot 2 |beta| sqrt(m k), and a spring of the contact time that Hertz' contact has at 1 m/s,
-  k = 16/15 sqrt(R) E (15/16 m v_c^2/(sqrt(R) E))^(1/5) with v_c = 1 (some older versions: the present speed); it may
-  pull.
+- `linear`: the dashpot 2 |beta| sqrt(m k), and a spring whose contact is as deep as Hertz' at v_c = 1 m/s (some older
+  versions: at the present speed), k = 16/15 sqrt(R) E (15/16 m v_c^2/(sqrt(R) E))^(1/5); it may pull.
 - `nonlinear` of walls, and `hertz`, `hertz_mindlin_limit_overlap`, `hertz_mindlin_limit_force` of particles, which
   differ along the surface: Hertz' spring, and the dashpot sqrt(10/3) |beta| sqrt(2 E sqrt(R x) m), which is Tsuji's
   with kappa = sqrt(5) |beta|; it may pull.

@@ -260,7 +260,7 @@ def within_one_percent(en: Any) -> Any:
 
 _BODIES = {"sphere": (2, 2), "wall": (1, 1), "facet": (1, 2)}
 """Radii of a sphere and of what it hits as the program counts them, in effective radii; of spheres that are alike."""
-_RADII = {other: one * second / (one + second) for other, (one, second) in _BODIES.items()}
+_RADII = {other: first * second / (first + second) for other, (first, second) in _BODIES.items()}
 """What the program takes for the effective radius, in units of it."""
 
 
