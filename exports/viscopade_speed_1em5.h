@@ -148,14 +148,6 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #ifndef VISCOPADE_OPAQUE
 #define VISCOPADE_OPAQUE(index) __asm__("" : "+r"(index))
 #endif
-/* Rows of two numbers are gathered on processors with AVX-512 BF16 (Sapphire Rapids, Zen 4, and later): faster there. */
-#ifndef VISCOPADE_OPAQUE_OF_TWO
-#if defined(__AVX512BF16__)
-#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
-#else
-#define VISCOPADE_OPAQUE_OF_TWO(index) VISCOPADE_OPAQUE(index)
-#endif
-#endif
 #define VISCOPADE_READ_SOON(address) __builtin_prefetch(address, 0)
 #define VISCOPADE_WRITE_SOON(address) __builtin_prefetch(address, 1)
 #else
@@ -163,7 +155,6 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #define VISCOPADE_SELDOM VISCOPADE_INLINE
 #define VISCOPADE_EXPECT(condition) (condition)
 #define VISCOPADE_OPAQUE(index) ((void)0)
-#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
 #define VISCOPADE_READ_SOON(address) ((void)(address))
 #define VISCOPADE_WRITE_SOON(address) ((void)(address))
 #endif
@@ -211,6 +202,29 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #define VISCOPADE_AHEAD_WITH_FEW !VISCOPADE_ON_ZEN_4
 #endif
 
+/*
+ * Whether array functions choose their instruction set when they run: if the command line optimises and names no set with AVX. Not
+ * on Windows, where GCC does not align vectors of 256 bits on the stack.
+ */
+#ifndef VISCOPADE_CHOICE
+#if defined(__x86_64__) && defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__) && !defined(__AVX__) && \
+    __STDC_HOSTED__ && !defined(_WIN32) && !defined(__EDG__) && !defined(__INTEL_COMPILER) && !defined(__CUDACC__)
+#define VISCOPADE_CHOICE 1
+#else
+#define VISCOPADE_CHOICE 0
+#endif
+#endif
+
+/* Rows of two numbers are gathered on processors with AVX-512 BF16 (Sapphire Rapids, Zen 4, and later): faster there. */
+#ifndef VISCOPADE_GATHER_TWO
+#if defined(__AVX512BF16__)
+#define VISCOPADE_GATHER_TWO 1
+#else
+#define VISCOPADE_GATHER_TWO 0
+#endif
+#endif
+#define VISCOPADE_GATHERED(numbers, set) ((numbers) <= 2 && (VISCOPADE_GATHER_TWO || (set) == VISCOPADE_AVX512))
+
 /* Whether vectors hold four numbers, or two. */
 #ifndef VISCOPADE_BY_FOUR
 #if defined(__AVX__)
@@ -219,6 +233,9 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #define VISCOPADE_BY_FOUR 0
 #endif
 #endif
+
+/* Instruction sets of array functions: that of the command line, and those that are chosen. */
+enum { VISCOPADE_COMPILED, VISCOPADE_AVX2, VISCOPADE_AVX512 };
 
 /* Vectors of numbers chosen from two others; older versions of GCC have __builtin_shuffle. */
 #if defined(__has_builtin)
@@ -241,7 +258,7 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 
 /* The first two numbers of four rows, stored as parts of two columns. A load that takes numbers from several stores would wait for them. */
 VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
-    double *column1)
+    double *column1, int set)
 {
 #if defined(VISCOPADE_JOINED)
     typedef double viscopade_two __attribute__((vector_size(16)));
@@ -251,8 +268,7 @@ VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, 
     memcpy(&b, row1, sizeof b);
     memcpy(&c, row2, sizeof c);
     memcpy(&d, row3, sizeof d);
-    {
-#if VISCOPADE_BY_FOUR
+    if (VISCOPADE_BY_FOUR || set != VISCOPADE_COMPILED) {
         typedef double viscopade_four __attribute__((vector_size(32)));
         typedef long long viscopade_places __attribute__((vector_size(32), unused));
         const viscopade_four even = VISCOPADE_JOINED(a, c), odd = VISCOPADE_JOINED(b, d);
@@ -260,7 +276,7 @@ VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, 
 
         memcpy(column0, &first, sizeof first);
         memcpy(column1, &second, sizeof second);
-#else
+    } else {
         typedef long long viscopade_places __attribute__((vector_size(16), unused));
         const viscopade_two first = VISCOPADE_TWO(a, b, 0, 2), second = VISCOPADE_TWO(a, b, 1, 3);
         const viscopade_two third = VISCOPADE_TWO(c, d, 0, 2), fourth = VISCOPADE_TWO(c, d, 1, 3);
@@ -269,9 +285,9 @@ VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, 
         memcpy(column1, &second, sizeof second);
         memcpy(column0 + 2, &third, sizeof third);
         memcpy(column1 + 2, &fourth, sizeof fourth);
-#endif
     }
 #else
+    (void)set;
     column0[0] = row0[0];
     column0[1] = row1[0];
     column0[2] = row2[0];
@@ -282,6 +298,57 @@ VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, 
     column1[3] = row3[1];
 #endif
 }
+
+/*
+ * An array function, whose body has a constant `set`: compiled for the command line's set and, if there is a choice, for others, of
+ * which it calls the best that the processor has. Before the C library is ready, that is the first. All give the same bits, as no
+ * products and sums are contracted: AVX2 has no instructions for that, and with AVX-512 GCC (from 11 on) is told so. Clang gains
+ * nothing by AVX-512, nor do processors without BF16, whose gathers are slow.
+ */
+#if VISCOPADE_CHOICE && !defined(__clang__) && __GNUC__ >= 11
+#define VISCOPADE_WITH_AVX512(name, parameters, body) \
+    VISCOPADE_INLINE __attribute__((target("avx512f,avx512vl,avx512bw,avx512dq"), optimize("O3", "fp-contract=off"), flatten)) \
+    void name##_avx512 parameters \
+    { \
+        const int set = VISCOPADE_AVX512; \
+        body; \
+    }
+#define VISCOPADE_IF_AVX512(call) \
+    if (__builtin_cpu_supports("avx512bf16") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") && \
+        __builtin_cpu_supports("avx512dq")) { \
+        call; \
+        return; \
+    }
+#else
+#define VISCOPADE_WITH_AVX512(name, parameters, body)
+#define VISCOPADE_IF_AVX512(call)
+#endif
+#if VISCOPADE_CHOICE
+#define VISCOPADE_ARRAYS(name, parameters, arguments, body) \
+    VISCOPADE_WITH_AVX512(name, parameters, body) \
+    VISCOPADE_INLINE __attribute__((target("avx2"), flatten)) void name##_avx2 parameters \
+    { \
+        const int set = VISCOPADE_AVX2; \
+        body; \
+    } \
+    VISCOPADE_INLINE void name parameters \
+    { \
+        const int set = VISCOPADE_COMPILED; \
+        VISCOPADE_IF_AVX512(name##_avx512 arguments) \
+        if (__builtin_cpu_supports("avx2")) { \
+            name##_avx2 arguments; \
+            return; \
+        } \
+        body; \
+    }
+#else
+#define VISCOPADE_ARRAYS(name, parameters, arguments, body) \
+    VISCOPADE_INLINE void name parameters \
+    { \
+        const int set = VISCOPADE_COMPILED; \
+        body; \
+    }
+#endif
 
 enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 
@@ -460,7 +527,8 @@ VISCOPADE_KERNEL(0x8014a09e)
  *
  * out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once. The results equal
  * the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
- * Clang make vector instructions of them at -O3, for the machine that -march names.
+ * Clang make vector instructions of them at -O3, for the machine that -march names. Without -march on x86-64, -O2 is enough: the
+ * functions choose AVX2 or AVX-512 when they run (VISCOPADE_CHOICE).
  */
 
 VISCOPADE_HEXADECIMAL
@@ -8744,7 +8812,7 @@ VISCOPADE_ALWAYS double viscopade_one_1em5(double speed, double beta, int what)
  * 32 speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_ALWAYS void viscopade_block_1em5(const double *speed, const double *beta, int each, double *out, int what)
+VISCOPADE_ALWAYS void viscopade_block_1em5(const double *speed, const double *beta, int each, double *out, int what, int set)
 {
     uint64_t place[32];
     float c[32][2];
@@ -8769,7 +8837,9 @@ VISCOPADE_ALWAYS void viscopade_block_1em5(const double *speed, const double *be
     for (i = 0; i < 32; ++i) {
         uint64_t index = place[i] >> 46;
 
-        VISCOPADE_OPAQUE_OF_TWO(index);
+        if (!VISCOPADE_GATHERED(2, set)) {
+            VISCOPADE_OPAQUE(index);
+        }
         memcpy(c[i], viscopade_table_1em5[index], sizeof c[i]);
     }
 #if defined(__clang__)
@@ -8784,7 +8854,7 @@ VISCOPADE_ALWAYS void viscopade_block_1em5(const double *speed, const double *be
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] belongs to speed i. */
 VISCOPADE_ALWAYS void viscopade_many_1em5(size_t n, const double *speed, const int *pair, const double *beta, int each,
-    double *out, int what)
+    double *out, int what, int set)
 {
     double of_pair[32];
     const size_t whole = n - n % 32;
@@ -8798,10 +8868,12 @@ VISCOPADE_ALWAYS void viscopade_many_1em5(size_t n, const double *speed, const i
         for (i = 0; pair != NULL && i < 32; ++i) {
             int at = pair[start + i];
 
-            VISCOPADE_OPAQUE_OF_TWO(at);
+            if (!VISCOPADE_GATHERED(2, set)) {
+                VISCOPADE_OPAQUE(at);
+            }
             of_pair[i] = beta[at];
         }
-        viscopade_block_1em5(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
+        viscopade_block_1em5(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what, set);
     }
     for (i = whole; i < n; ++i) {
         const double b = beta[pair != NULL ? VISCOPADE_AS(size_t, pair[i]) : each ? i : 0];
@@ -8815,63 +8887,45 @@ VISCOPADE_INLINE double viscopade_restitution_1em5(double speed, double beta)
     return viscopade_one_1em5(speed, beta, VISCOPADE_EPSILON);
 }
 
-VISCOPADE_INLINE void viscopade_restitution_array_1em5(size_t n, const double *speed, double beta, double *out)
-{
-    viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
-}
+VISCOPADE_ARRAYS(viscopade_restitution_array_1em5, (size_t n, const double *speed, double beta, double *out),
+    (n, speed, beta, out), viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON, set))
 
-VISCOPADE_INLINE void viscopade_restitution_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
-    double *out)
-{
-    viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
-}
+VISCOPADE_ARRAYS(viscopade_restitution_by_pair_1em5,
+    (size_t n, const double *speed, const int *pair, const double *beta, double *out),
+    (n, speed, pair, beta, out), viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON, set))
 
-VISCOPADE_INLINE void viscopade_restitution_each_1em5(size_t n, const double *speed, const double *beta, double *out)
-{
-    viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
-}
+VISCOPADE_ARRAYS(viscopade_restitution_each_1em5, (size_t n, const double *speed, const double *beta, double *out),
+    (n, speed, beta, out), viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON, set))
 
 VISCOPADE_INLINE double viscopade_rebound_1em5(double speed, double beta)
 {
     return viscopade_one_1em5(speed, beta, VISCOPADE_REBOUND);
 }
 
-VISCOPADE_INLINE void viscopade_rebound_array_1em5(size_t n, const double *speed, double beta, double *out)
-{
-    viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
-}
+VISCOPADE_ARRAYS(viscopade_rebound_array_1em5, (size_t n, const double *speed, double beta, double *out),
+    (n, speed, beta, out), viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND, set))
 
-VISCOPADE_INLINE void viscopade_rebound_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
-    double *out)
-{
-    viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
-}
+VISCOPADE_ARRAYS(viscopade_rebound_by_pair_1em5,
+    (size_t n, const double *speed, const int *pair, const double *beta, double *out),
+    (n, speed, pair, beta, out), viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND, set))
 
-VISCOPADE_INLINE void viscopade_rebound_each_1em5(size_t n, const double *speed, const double *beta, double *out)
-{
-    viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
-}
+VISCOPADE_ARRAYS(viscopade_rebound_each_1em5, (size_t n, const double *speed, const double *beta, double *out),
+    (n, speed, beta, out), viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND, set))
 
 VISCOPADE_INLINE double viscopade_dissipation_1em5(double speed, double beta)
 {
     return viscopade_one_1em5(speed, beta, VISCOPADE_DISSIPATION);
 }
 
-VISCOPADE_INLINE void viscopade_dissipation_array_1em5(size_t n, const double *speed, double beta, double *out)
-{
-    viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
-}
+VISCOPADE_ARRAYS(viscopade_dissipation_array_1em5, (size_t n, const double *speed, double beta, double *out),
+    (n, speed, beta, out), viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION, set))
 
-VISCOPADE_INLINE void viscopade_dissipation_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
-    double *out)
-{
-    viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
-}
+VISCOPADE_ARRAYS(viscopade_dissipation_by_pair_1em5,
+    (size_t n, const double *speed, const int *pair, const double *beta, double *out),
+    (n, speed, pair, beta, out), viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION, set))
 
-VISCOPADE_INLINE void viscopade_dissipation_each_1em5(size_t n, const double *speed, const double *beta, double *out)
-{
-    viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
-}
+VISCOPADE_ARRAYS(viscopade_dissipation_each_1em5, (size_t n, const double *speed, const double *beta, double *out),
+    (n, speed, beta, out), viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION, set))
 
 /* beta^5, by which the speed is multiplied. */
 VISCOPADE_ALWAYS float viscopade_scale_1em5f(float beta)
@@ -8957,7 +9011,7 @@ VISCOPADE_ALWAYS float viscopade_one_1em5f(float speed, float beta, int what)
  * 32 speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_ALWAYS void viscopade_block_1em5f(const float *speed, const float *beta, int each, float *out, int what)
+VISCOPADE_ALWAYS void viscopade_block_1em5f(const float *speed, const float *beta, int each, float *out, int what, int set)
 {
     uint32_t place[32];
     float c[32][2];
@@ -8982,7 +9036,9 @@ VISCOPADE_ALWAYS void viscopade_block_1em5f(const float *speed, const float *bet
     for (i = 0; i < 32; ++i) {
         uint32_t index = place[i] >> 17;
 
-        VISCOPADE_OPAQUE_OF_TWO(index);
+        if (!VISCOPADE_GATHERED(2, set)) {
+            VISCOPADE_OPAQUE(index);
+        }
         memcpy(c[i], viscopade_table_1em5[index], sizeof c[i]);
     }
 #if defined(__clang__)
@@ -8997,7 +9053,7 @@ VISCOPADE_ALWAYS void viscopade_block_1em5f(const float *speed, const float *bet
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] belongs to speed i. */
 VISCOPADE_ALWAYS void viscopade_many_1em5f(size_t n, const float *speed, const int *pair, const float *beta, int each,
-    float *out, int what)
+    float *out, int what, int set)
 {
     float of_pair[32];
     const size_t whole = n - n % 32;
@@ -9011,10 +9067,12 @@ VISCOPADE_ALWAYS void viscopade_many_1em5f(size_t n, const float *speed, const i
         for (i = 0; pair != NULL && i < 32; ++i) {
             int at = pair[start + i];
 
-            VISCOPADE_OPAQUE_OF_TWO(at);
+            if (!VISCOPADE_GATHERED(2, set)) {
+                VISCOPADE_OPAQUE(at);
+            }
             of_pair[i] = beta[at];
         }
-        viscopade_block_1em5f(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
+        viscopade_block_1em5f(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what, set);
     }
     for (i = whole; i < n; ++i) {
         const float b = beta[pair != NULL ? VISCOPADE_AS(size_t, pair[i]) : each ? i : 0];
@@ -9028,63 +9086,45 @@ VISCOPADE_INLINE float viscopade_restitution_1em5f(float speed, float beta)
     return viscopade_one_1em5f(speed, beta, VISCOPADE_EPSILON);
 }
 
-VISCOPADE_INLINE void viscopade_restitution_array_1em5f(size_t n, const float *speed, float beta, float *out)
-{
-    viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
-}
+VISCOPADE_ARRAYS(viscopade_restitution_array_1em5f, (size_t n, const float *speed, float beta, float *out),
+    (n, speed, beta, out), viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON, set))
 
-VISCOPADE_INLINE void viscopade_restitution_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
-    float *out)
-{
-    viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
-}
+VISCOPADE_ARRAYS(viscopade_restitution_by_pair_1em5f,
+    (size_t n, const float *speed, const int *pair, const float *beta, float *out),
+    (n, speed, pair, beta, out), viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON, set))
 
-VISCOPADE_INLINE void viscopade_restitution_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
-{
-    viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
-}
+VISCOPADE_ARRAYS(viscopade_restitution_each_1em5f, (size_t n, const float *speed, const float *beta, float *out),
+    (n, speed, beta, out), viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON, set))
 
 VISCOPADE_INLINE float viscopade_rebound_1em5f(float speed, float beta)
 {
     return viscopade_one_1em5f(speed, beta, VISCOPADE_REBOUND);
 }
 
-VISCOPADE_INLINE void viscopade_rebound_array_1em5f(size_t n, const float *speed, float beta, float *out)
-{
-    viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
-}
+VISCOPADE_ARRAYS(viscopade_rebound_array_1em5f, (size_t n, const float *speed, float beta, float *out),
+    (n, speed, beta, out), viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND, set))
 
-VISCOPADE_INLINE void viscopade_rebound_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
-    float *out)
-{
-    viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
-}
+VISCOPADE_ARRAYS(viscopade_rebound_by_pair_1em5f,
+    (size_t n, const float *speed, const int *pair, const float *beta, float *out),
+    (n, speed, pair, beta, out), viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND, set))
 
-VISCOPADE_INLINE void viscopade_rebound_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
-{
-    viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
-}
+VISCOPADE_ARRAYS(viscopade_rebound_each_1em5f, (size_t n, const float *speed, const float *beta, float *out),
+    (n, speed, beta, out), viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND, set))
 
 VISCOPADE_INLINE float viscopade_dissipation_1em5f(float speed, float beta)
 {
     return viscopade_one_1em5f(speed, beta, VISCOPADE_DISSIPATION);
 }
 
-VISCOPADE_INLINE void viscopade_dissipation_array_1em5f(size_t n, const float *speed, float beta, float *out)
-{
-    viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
-}
+VISCOPADE_ARRAYS(viscopade_dissipation_array_1em5f, (size_t n, const float *speed, float beta, float *out),
+    (n, speed, beta, out), viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION, set))
 
-VISCOPADE_INLINE void viscopade_dissipation_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
-    float *out)
-{
-    viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
-}
+VISCOPADE_ARRAYS(viscopade_dissipation_by_pair_1em5f,
+    (size_t n, const float *speed, const int *pair, const float *beta, float *out),
+    (n, speed, pair, beta, out), viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION, set))
 
-VISCOPADE_INLINE void viscopade_dissipation_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
-{
-    viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
-}
+VISCOPADE_ARRAYS(viscopade_dissipation_each_1em5f, (size_t n, const float *speed, const float *beta, float *out),
+    (n, speed, beta, out), viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION, set))
 
 VISCOPADE_KERNEL_END
 

@@ -20,6 +20,7 @@
 
 #if (defined(__GNUC__) || defined(__clang__)) && (defined(__x86_64__) || defined(__i386__))
 #define WITH_TARGETS 1
+#define VISCOPADE_CHOICE 0 /* it is made below */
 #define VISCOPADE_BY_FOUR 1 /* by the sets with AVX; without, functions for arrays would be slow, and are not called */
 #else
 #define WITH_TARGETS 0

@@ -268,6 +268,31 @@ def test_arrays_by_other_shuffles(tmp_path, without, four, flags):
         assert same(functions("each", function, values, beta), functions("single", function, values, beta))
 
 
+HIDDEN = {"avx512": (), "avx2": ("avx512bf16",), "compiled": ("avx512bf16", "avx2")}
+"""What a processor must not have, so that array functions choose an instruction set."""
+
+
+@pytest.mark.parametrize("maker", ["cc", "clang"])
+@pytest.mark.parametrize("hidden", HIDDEN.values(), ids=HIDDEN)
+@pytest.mark.parametrize(
+    "tier", [daily.chosen(catalogue.TIERS), *(pytest.param(tier, marks=slow) for tier in catalogue.TIERS)]
+)
+def test_arrays_by_every_instruction_set_that_is_chosen(tmp_path, tier, hidden, maker):
+    """The bits of single calls, which have no fused operations, though the compiler may contract products and sums."""
+    text = header(tier).text
+    for name in hidden:
+        assert f'__builtin_cpu_supports("{name}")' in text
+        text = text.replace(f'__builtin_cpu_supports("{name}")', "0")
+    functions = Functions(tmp_path, Header(text, tier), compiler("c11", maker, ("-O2", *FUSED)))
+    for form, function in itertools.product(FORMS, FUNCTIONS):
+        values, beta = batch(tier, form, np.random.default_rng(11), 1999, 0.01)
+        single = functions("single", function, values, beta)
+        assert same(functions("each", function, values, beta), single)
+        assert same(functions("by_pair", function, values, beta, np.arange(1999, dtype=np.intc)), single)
+        single = functions("single", function, values, np.full_like(beta, 1.3))
+        assert same(functions("array", function, values, FORMS[form](1.3)), single)
+
+
 # --- -ffast-math, and subnormal numbers set to 0 ----------------------------------------------------------------------
 
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import itertools
+import platform
 import re
 import shutil
 import subprocess
@@ -152,6 +153,29 @@ def test_first_and_last_loop_are_vectorised(tmp_path, target, tier):
             assert any(kind in name and function in name for name in gathering), found
     else:  # beta[pair[i]] may be gathered; rows are not
         assert all(number == 0 or "by_pair" in name for name, number in found.items()), found
+
+
+# By GCC and Clang for any x86-64: registers of the instruction sets that array functions choose from.
+CHOSEN = {"gcc": {"avx2": "ymm", "avx512": "zmm"}, "clang": {"avx2": "ymm"}}
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="only functions for x86-64 choose")
+@pytest.mark.parametrize("maker", CHOSEN)
+@pytest.mark.parametrize(
+    "tier", [daily.chosen(catalogue.TIERS), *(pytest.param(tier, marks=slow) for tier in catalogue.TIERS)]
+)
+def test_functions_that_are_chosen_have_long_vectors(tmp_path, tier, maker):
+    """They do with plain -O2, and are not there if the command line names AVX."""
+    named, found = re.compile(r"viscopade_\w+_(avx2|avx512)[.\w]*:"), Counter()
+    _, assembly = compiled(tmp_path, header(tier), Target(maker, ("-march=x86-64", "-O2"), 32))
+    for function in re.split(r"\n(?=\w+[.\w]*:)", assembly):
+        chosen = named.match(function)
+        if chosen:
+            found[chosen[1]] += bool(re.search(rf"\tvmulp[sd]\t.*%{CHOSEN[maker][chosen[1]]}", function))
+    functions = len(ARRAYS) * len(FUNCTIONS) * len(FORMS)
+    assert found == dict.fromkeys(CHOSEN[maker], functions)
+    _, assembly = compiled(tmp_path, header(tier), Target(maker, ("-mavx2", "-O2"), 32))
+    assert not re.search(named, assembly)
 
 
 # --- undefined behaviour ----------------------------------------------------------------------------------------------

@@ -18,14 +18,6 @@
 #ifndef VISCOPADE_OPAQUE
 #define VISCOPADE_OPAQUE(index) __asm__("" : "+r"(index))
 #endif
-/* Rows of two numbers are gathered on processors with AVX-512 BF16 (Sapphire Rapids, Zen 4, and later): faster there. */
-#ifndef VISCOPADE_OPAQUE_OF_TWO
-#if defined(__AVX512BF16__)
-#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
-#else
-#define VISCOPADE_OPAQUE_OF_TWO(index) VISCOPADE_OPAQUE(index)
-#endif
-#endif
 #define VISCOPADE_READ_SOON(address) __builtin_prefetch(address, 0)
 #define VISCOPADE_WRITE_SOON(address) __builtin_prefetch(address, 1)
 #else
@@ -33,7 +25,6 @@
 #define VISCOPADE_SELDOM VISCOPADE_INLINE
 #define VISCOPADE_EXPECT(condition) (condition)
 #define VISCOPADE_OPAQUE(index) ((void)0)
-#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
 #define VISCOPADE_READ_SOON(address) ((void)(address))
 #define VISCOPADE_WRITE_SOON(address) ((void)(address))
 #endif
@@ -81,6 +72,29 @@
 #define VISCOPADE_AHEAD_WITH_FEW !VISCOPADE_ON_ZEN_4
 #endif
 
+/*
+ * Whether array functions choose their instruction set when they run: if the command line optimises and names no set with AVX. Not
+ * on Windows, where GCC does not align vectors of 256 bits on the stack.
+ */
+#ifndef VISCOPADE_CHOICE
+#if defined(__x86_64__) && defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__) && !defined(__AVX__) && \
+    __STDC_HOSTED__ && !defined(_WIN32) && !defined(__EDG__) && !defined(__INTEL_COMPILER) && !defined(__CUDACC__)
+#define VISCOPADE_CHOICE 1
+#else
+#define VISCOPADE_CHOICE 0
+#endif
+#endif
+
+/* Rows of two numbers are gathered on processors with AVX-512 BF16 (Sapphire Rapids, Zen 4, and later): faster there. */
+#ifndef VISCOPADE_GATHER_TWO
+#if defined(__AVX512BF16__)
+#define VISCOPADE_GATHER_TWO 1
+#else
+#define VISCOPADE_GATHER_TWO 0
+#endif
+#endif
+#define VISCOPADE_GATHERED(numbers, set) ((numbers) <= 2 && (VISCOPADE_GATHER_TWO || (set) == VISCOPADE_AVX512))
+
 /* Whether vectors hold four numbers, or two. */
 #ifndef VISCOPADE_BY_FOUR
 #if defined(__AVX__)
@@ -89,6 +103,9 @@
 #define VISCOPADE_BY_FOUR 0
 #endif
 #endif
+
+/* Instruction sets of array functions: that of the command line, and those that are chosen. */
+enum { VISCOPADE_COMPILED, VISCOPADE_AVX2, VISCOPADE_AVX512 };
 
 /* Vectors of numbers chosen from two others; older versions of GCC have __builtin_shuffle. */
 #if defined(__has_builtin)
@@ -111,7 +128,7 @@
 
 /* The first two numbers of four rows, stored as parts of two columns. A load that takes numbers from several stores would wait for them. */
 VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
-    double *column1)
+    double *column1, int set)
 {
 #if defined(VISCOPADE_JOINED)
     typedef double viscopade_two __attribute__((vector_size(16)));
@@ -121,8 +138,7 @@ VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, 
     memcpy(&b, row1, sizeof b);
     memcpy(&c, row2, sizeof c);
     memcpy(&d, row3, sizeof d);
-    {
-#if VISCOPADE_BY_FOUR
+    if (VISCOPADE_BY_FOUR || set != VISCOPADE_COMPILED) {
         typedef double viscopade_four __attribute__((vector_size(32)));
         typedef long long viscopade_places __attribute__((vector_size(32), unused));
         const viscopade_four even = VISCOPADE_JOINED(a, c), odd = VISCOPADE_JOINED(b, d);
@@ -130,7 +146,7 @@ VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, 
 
         memcpy(column0, &first, sizeof first);
         memcpy(column1, &second, sizeof second);
-#else
+    } else {
         typedef long long viscopade_places __attribute__((vector_size(16), unused));
         const viscopade_two first = VISCOPADE_TWO(a, b, 0, 2), second = VISCOPADE_TWO(a, b, 1, 3);
         const viscopade_two third = VISCOPADE_TWO(c, d, 0, 2), fourth = VISCOPADE_TWO(c, d, 1, 3);
@@ -139,9 +155,9 @@ VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, 
         memcpy(column1, &second, sizeof second);
         memcpy(column0 + 2, &third, sizeof third);
         memcpy(column1 + 2, &fourth, sizeof fourth);
-#endif
     }
 #else
+    (void)set;
     column0[0] = row0[0];
     column0[1] = row1[0];
     column0[2] = row2[0];
@@ -152,6 +168,57 @@ VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, 
     column1[3] = row3[1];
 #endif
 }
+
+/*
+ * An array function, whose body has a constant `set`: compiled for the command line's set and, if there is a choice, for others, of
+ * which it calls the best that the processor has. Before the C library is ready, that is the first. All give the same bits, as no
+ * products and sums are contracted: AVX2 has no instructions for that, and with AVX-512 GCC (from 11 on) is told so. Clang gains
+ * nothing by AVX-512, nor do processors without BF16, whose gathers are slow.
+ */
+#if VISCOPADE_CHOICE && !defined(__clang__) && __GNUC__ >= 11
+#define VISCOPADE_WITH_AVX512(name, parameters, body) \
+    VISCOPADE_INLINE __attribute__((target("avx512f,avx512vl,avx512bw,avx512dq"), optimize("O3", "fp-contract=off"), flatten)) \
+    void name##_avx512 parameters \
+    { \
+        const int set = VISCOPADE_AVX512; \
+        body; \
+    }
+#define VISCOPADE_IF_AVX512(call) \
+    if (__builtin_cpu_supports("avx512bf16") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") && \
+        __builtin_cpu_supports("avx512dq")) { \
+        call; \
+        return; \
+    }
+#else
+#define VISCOPADE_WITH_AVX512(name, parameters, body)
+#define VISCOPADE_IF_AVX512(call)
+#endif
+#if VISCOPADE_CHOICE
+#define VISCOPADE_ARRAYS(name, parameters, arguments, body) \
+    VISCOPADE_WITH_AVX512(name, parameters, body) \
+    VISCOPADE_INLINE __attribute__((target("avx2"), flatten)) void name##_avx2 parameters \
+    { \
+        const int set = VISCOPADE_AVX2; \
+        body; \
+    } \
+    VISCOPADE_INLINE void name parameters \
+    { \
+        const int set = VISCOPADE_COMPILED; \
+        VISCOPADE_IF_AVX512(name##_avx512 arguments) \
+        if (__builtin_cpu_supports("avx2")) { \
+            name##_avx2 arguments; \
+            return; \
+        } \
+        body; \
+    }
+#else
+#define VISCOPADE_ARRAYS(name, parameters, arguments, body) \
+    VISCOPADE_INLINE void name parameters \
+    { \
+        const int set = VISCOPADE_COMPILED; \
+        body; \
+    }
+#endif
 
 enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 
@@ -172,7 +239,8 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
  *
  * out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once. The results equal
  * the single calls (bit for bit without -ffast-math, if the compiler contracts products and sums alike). GCC and
- * Clang make vector instructions of them at -O3, for the machine that -march names.
+ * Clang make vector instructions of them at -O3, for the machine that -march names. Without -march on x86-64, -O2 is enough: the
+ * functions choose AVX2 or AVX-512 when they run (VISCOPADE_CHOICE).
  */
 
 /* == type == */
@@ -251,7 +319,7 @@ VISCOPADE_ALWAYS REAL viscopade_one_NAME(REAL speed, REAL beta, int what)
  * BLOCK speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_ALWAYS void viscopade_block_NAME(const REAL *speed, const REAL *beta, int each, REAL *out, int what)
+VISCOPADE_ALWAYS void viscopade_block_NAME(const REAL *speed, const REAL *beta, int each, REAL *out, int what, int set)
 {
     WORD place[BLOCK];
     LOADED
@@ -282,7 +350,7 @@ VISCOPADE_ALWAYS void viscopade_block_NAME(const REAL *speed, const REAL *beta, 
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] belongs to speed i. */
 VISCOPADE_ALWAYS void viscopade_many_NAME(size_t n, const REAL *speed, const int *pair, const REAL *beta, int each,
-    REAL *out, int what)
+    REAL *out, int what, int set)
 {
     REAL of_pair[BLOCK];
     const size_t whole = n - n % BLOCK;
@@ -296,10 +364,12 @@ VISCOPADE_ALWAYS void viscopade_many_NAME(size_t n, const REAL *speed, const int
         for (i = 0; pair != NULL && i < BLOCK; ++i) {
             int at = pair[start + i];
 
-            OPAQUE(at);
+            if (!VISCOPADE_GATHERED(WIDTH, set)) {
+                VISCOPADE_OPAQUE(at);
+            }
             of_pair[i] = beta[at];
         }
-        viscopade_block_NAME(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
+        viscopade_block_NAME(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what, set);
     }
     for (i = whole; i < n; ++i) {
         const REAL b = beta[pair != NULL ? VISCOPADE_AS(size_t, pair[i]) : each ? i : 0];
@@ -324,7 +394,9 @@ VISCOPADE_INDEPENDENT_BY_FOUR
 for (i = 0; i < BLOCK; ++i) {
     WORD index = INDEX_0;
 
-    OPAQUE(index);
+    if (!VISCOPADE_GATHERED(WIDTH, set)) {
+        VISCOPADE_OPAQUE(index);
+    }
     memcpy(c[i], viscopade_table_KERNEL[index], sizeof c[i]);
 }
 #if defined(__clang__)
@@ -339,27 +411,21 @@ VISCOPADE_INLINE REAL viscopade_FUNCTION_NAME(REAL speed, REAL beta)
     return ONE;
 }
 
-VISCOPADE_INLINE VECTORS void viscopade_FUNCTION_array_NAME(size_t n, const REAL *speed, REAL beta, REAL *out)
-{
-    viscopade_many_NAME(n, speed, NULL, &beta, 0, out, VISCOPADE_WHAT);
-}
+VECTORS VISCOPADE_ARRAYS(viscopade_FUNCTION_array_NAME, (size_t n, const REAL *speed, REAL beta, REAL *out),
+    (n, speed, beta, out), viscopade_many_NAME(n, speed, NULL, &beta, 0, out, VISCOPADE_WHAT, set))
 
-VISCOPADE_INLINE VECTORS void viscopade_FUNCTION_by_pair_NAME(size_t n, const REAL *speed, const int *pair, const REAL *beta,
-    REAL *out)
-{
-    viscopade_many_NAME(n, speed, pair, beta, 1, out, VISCOPADE_WHAT);
-}
+VECTORS VISCOPADE_ARRAYS(viscopade_FUNCTION_by_pair_NAME,
+    (size_t n, const REAL *speed, const int *pair, const REAL *beta, REAL *out),
+    (n, speed, pair, beta, out), viscopade_many_NAME(n, speed, pair, beta, 1, out, VISCOPADE_WHAT, set))
 
-VISCOPADE_INLINE VECTORS void viscopade_FUNCTION_each_NAME(size_t n, const REAL *speed, const REAL *beta, REAL *out)
-{
-    viscopade_many_NAME(n, speed, NULL, beta, 1, out, VISCOPADE_WHAT);
-}
+VECTORS VISCOPADE_ARRAYS(viscopade_FUNCTION_each_NAME, (size_t n, const REAL *speed, const REAL *beta, REAL *out),
+    (n, speed, beta, out), viscopade_many_NAME(n, speed, NULL, beta, 1, out, VISCOPADE_WHAT, set))
 
 /* == float by double == */
 
 /* Type float: computed in type double, and rounded. */
 VISCOPADE_ALWAYS void viscopade_many_NAME(size_t n, const float *speed, const int *pair, const float *beta, int each, float *out,
-    int what)
+    int what, int set)
 {
     double speeds[BLOCK], betas[BLOCK], results[BLOCK];
     const size_t whole = n - n % BLOCK;
@@ -373,7 +439,7 @@ VISCOPADE_ALWAYS void viscopade_many_NAME(size_t n, const float *speed, const in
         for (i = 0; each && i < BLOCK; ++i) {
             betas[i] = VISCOPADE_AS(double, beta[pair != NULL ? VISCOPADE_AS(size_t, pair[start + i]) : start + i]);
         }
-        viscopade_block_KERNEL(speeds, betas, each, results, what);
+        viscopade_block_KERNEL(speeds, betas, each, results, what, set);
         for (i = 0; i < BLOCK; ++i) {
             out[start + i] = VISCOPADE_AS(float, results[i]);
         }

@@ -69,7 +69,7 @@ def functions_text(kernel: Kernel, language: Language, rows: str) -> str:
         for function, what in FUNCTIONS.items():
             text = _replaced(parts["function"].replace("FUNCTION", function), words)
             found.append(text.replace("VISCOPADE_WHAT", f"VISCOPADE_{what}"))
-    return "\n\n".join(found).replace("INLINE  void", "INLINE void")
+    return "\n\n".join(found).replace("\n VISCOPADE_ARRAYS", "\nVISCOPADE_ARRAYS")
 
 
 def _facts(kernel: Kernel) -> dict[str, str]:
@@ -112,14 +112,14 @@ def _of_table(kernel: Kernel, table: Table) -> dict[str, str]:
     """Return the words of a table."""
     width = len(table.rows[0])
     rows = [", ".join(f"row{k} + {n}" if n else f"row{k}" for k in range(4)) for n in range(0, width, 2)]
-    columns = (f"viscopade_columns({four}, c[{2 * k}] + i, c[{2 * k + 1}] + i);" for k, four in enumerate(rows))
+    columns = (f"viscopade_columns({four}, c[{2 * k}] + i, c[{2 * k + 1}] + i, set);" for k, four in enumerate(rows))
     return {
         "KERNEL": kernel.name,
         "NUMBER": table.form,
         "BLOCK": str(BLOCK),
         "AHEAD": str(AHEAD),
         "COLUMNS": "\n".join(columns),
-        "OPAQUE": "VISCOPADE_OPAQUE" + "_OF_TWO" * (width <= _TWO),
+        "WIDTH": str(width),
         "VECTORS": "VISCOPADE_VECTORS" * (width > _TWO),
         "PREFETCH": "VISCOPADE_AHEAD_WITH_FEW" if width <= _FEW else "1",
     }
