@@ -1,6 +1,6 @@
 """Input files for programs: the one writer, and what the comment at their beginning says.
 
-It says what the file is for, the numbers of each contact, errors of eps over its speeds, and the time step.
+It says what the file is for, what all contacts have in common, then tables of the types and of the contacts.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from viscopade.collision.contact import Contact
 from viscopade.collision.spheres import Pair
 from viscopade.generated import WIDTH, harmless, marker_lines, written_template, xml_comment
 from viscopade.simulators import simulator_with
-from viscopade.simulators.setup import NamedContact, Setup, Units
+from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Comment, InputFile, OwnLaw
 from viscopade.theory.law import VISCOELASTIC
 
@@ -30,10 +30,18 @@ PHASES = (0.0, 0.25, 0.5, 0.75)
 """Where in a step contact begins: errors of time steps are the largest over these."""
 LONG = 10
 """Times the stated time step, from which on a program's own default one is too long: 10 steps in a contact."""
-LARGE = 0.01
-"""Relative error of eps over the sizes from which on texts warn."""
+WAY_OUT = "`classes = N` in the radius of the scene makes N types and divides the error by about N"
+"""What to do in programs whose types have one size."""
 SPEEDS = 13  # at which errors are computed
 _ROUNDING = 1e-13
+_TABLE = 120  # widest line of a table
+_LEGEND = (
+    "Contacts: the speeds are the slowest, the typical and the fastest, with the exact eps without weight; the fastest "
+    "contact lasts so long. In parentheses: how far off one eps is over the speeds and sizes."
+)
+
+Row = Mapping[tuple[str, str], str]
+"""A row of a table: texts by the name and the unit of their columns, the row's own name first."""
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
 _PATIENCE = 20  # a collision that takes so many times as long as it should does not end
 _FRAMES: Mapping[Comment, tuple[str, str, str]] = {
@@ -76,20 +84,29 @@ def render(target: str, setup: Setup, command: str, **options: str) -> str:
     file = simulator_with(target).texts[target]
     assert isinstance(file, InputFile)
     values = {"setup": setup, "units": setup.units, "command": command, **file.values(setup, **options)}
-    return written(file, command, values["setup"].opening, values)
+    contacts = values["contacts"]
+    opening = [*values["setup"].opening, *size_warning(contacts, file.way_out)]
+    tables = *table(values.get("types", [])), *_wrapped(_LEGEND), *table([contact["row"] for contact in contacts])
+    return written(file, command, opening, values, tables=tables)
 
 
-def written(file: InputFile | OwnLaw, command: str, opening: Sequence[str], values: Mapping[str, Any]) -> str:
-    """Return the text of a file."""
+def written(
+    file: InputFile | OwnLaw,
+    command: str,
+    opening: Sequence[str],
+    values: Mapping[str, Any],
+    facts: Sequence[str] = (),
+    tables: Sequence[str] = (),
+) -> str:
+    """Return the text of a file; `facts` are lines on its contacts that are wrapped, those of `tables` are not."""
     before, mark, after = _FRAMES[file.comment]
     use, code = (written_template(text).render(values, number=program_number) for text in (file.use, file.code))
-    facts = [text for contact in values["contacts"] for text in contact["lines"]]
     if file.comment == "<!--":  # sentences name an option without its hyphens, which a comment of XML cannot have
         use, *facts = (_OPTION.sub("the option ", text) for text in (use, *facts))
     parts: list[list[str]] = [
         [line for text in opening for line in _wrapped(text)],
         [*_paragraphs(use)][:-1],
-        [line for text in facts for line in _wrapped(text)],
+        [*(line for text in facts for line in _wrapped(text)), *tables],
     ]
     if file.comment == "<!--":  # a comment of XML has no "--", but a processing instruction may
         before = f"<?{harmless(command).replace('?>', '? >')}?>\n{before}"
@@ -160,7 +177,7 @@ def _peak(values: FloatArray) -> float:
 
 
 def size_errors(contact: NamedContact, program: Callable[[Pair], Pair]) -> list[SpeedErrors]:
-    """Return the errors for typical and for extreme sizes, of a program with the viscoelastic law.
+    """Return the errors for typical and for extreme sizes, if there are any, of a program with the viscoelastic law.
 
     Parameters
     ----------
@@ -169,7 +186,7 @@ def size_errors(contact: NamedContact, program: Callable[[Pair], Pair]) -> list[
         From a pair to the pair with the A that it has in the program.
     """
     speeds = np.geomspace(contact.slowest, contact.fastest, SPEEDS if contact.slowest < contact.fastest else 1)
-    pairs = (contact.pair, *contact.extremes)
+    pairs = (contact.pair, *contact.extremes) if contact.extremes else ()
     return [speed_errors(np.asarray(program(pair).epsilon(speeds) / pair.epsilon(speeds) - 1)) for pair in pairs]
 
 
@@ -198,18 +215,46 @@ def error_lines(found: Sequence[SpeedErrors]) -> Iterator[str]:
         yield f"  {label}relative error of eps: {slow} at the slowest, {fast} at the fastest speed{between}"
 
 
-def size_lines(contact: NamedContact, program: Callable[[Pair], Pair], way_out: str) -> Iterator[str]:
-    """Yield lines on the errors for typical and for extreme sizes, and a warning with a way out if they are large."""
-    errors = size_errors(contact, program)
-    yield from error_lines(errors)
-    if max(each.largest for each in errors) > LARGE:
-        yield f"  Warning: over the sizes and speeds eps is off by {in_percent(errors)} of the right one; {way_out}"
+def size_warning(contacts: Sequence[Mapping[str, Any]], way_out: str) -> Iterator[str]:
+    """Yield a warning about the contact whose eps is most off at the ends of its sizes, if sizes are distributed."""
+    spread = [contact for contact in contacts if contact["errors"]]
+    if spread:
+        worst = max(spread, key=lambda contact: max(error.largest for error in contact["errors"]))
+        where = worst["name"] + (", the worst contact" if len(spread) > 1 else "")
+        yield f"Warning: at the ends of the sizes eps is off by {in_percent(worst['errors'])} ({where}); {way_out}."
+
+
+def table(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield the lines of a table; what all rows have in common stands once, before it."""
+    if not rows:
+        return
+    label, *others = dict.fromkeys(column for row in rows for column in row)
+    common = [column for column in others if len({row.get(column) for row in rows}) == 1]
+    if common:
+        subject = f"Each {label[0]}" if len(rows) > 1 else f"{label[0].capitalize()} {rows[0][label]}"
+        facts = "; ".join(f"{name} {rows[0][name, unit]} {unit}".rstrip() for name, unit in common)
+        yield from _wrapped(f"{subject}: {facts}")
+
+    # The other columns, in as many parts below one another as the width of the lines demands.
+    columns = [column for column in others if column not in common]
+    cells = {
+        (name, unit): [f"{name} ({unit})" if unit else name, *(row.get((name, unit), "") for row in rows)]
+        for name, unit in (label, *columns)
+    }
+    width = {column: max(map(len, texts)) + 2 for column, texts in cells.items()}
+    while columns:
+        part = [label, columns.pop(0)]
+        while columns and sum(width[column] for column in (*part, columns[0])) <= _TABLE:
+            part.append(columns.pop(0))
+        for line in zip(*(cells[column] for column in part), strict=True):
+            texts = (text.ljust(width[column]) for text, column in zip(line, part, strict=True))
+            yield f"  {''.join(texts)}".rstrip()
 
 
 def in_percent(errors: Sequence[SpeedErrors]) -> str:
-    """Return the least and the greatest of several errors, such as "-21 % to +47 %"."""
-    least, greatest = min(each.least for each in errors), max(each.greatest for each in errors)
-    return f"{100 * least:+.0f} % to {100 * greatest:+.0f} %"
+    """Return the least and the greatest of several errors, such as "-21.3 to +47 %"."""
+    ends = min(error.least for error in errors), max(error.greatest for error in errors)
+    return " to ".join(dict.fromkeys("0" if abs(end) < _ROUNDING else f"{100 * end:+.3g}" for end in ends)) + " %"
 
 
 def _signed(error: float) -> str:
@@ -217,20 +262,56 @@ def _signed(error: float) -> str:
     return "0" if abs(error) < _ROUNDING else f"{error:+.2e}"
 
 
-def described(contact: NamedContact, units: Units, *more: str, **values: Any) -> dict[str, Any]:
-    """Return a contact for templates: with lines on its numbers, speeds and eps, more lines, and other values."""
-    pair = contact.pair
-    speeds = (contact.slowest, contact.typical, contact.fastest)
-    lines = [
-        f"{contact.name}: m_eff {pair.m_eff:.6g} {units.mass}, R_eff {pair.R_eff:.6g} {units.length},",
-        f"  E_eff {pair.E_eff:.6g} {units.mass}/({units.length} {units.time}^2), A {pair.A:.6g} {units.time}, "
-        f"beta {pair.beta:.6g} {units.beta}",
-        f"  speeds (slowest, typical, fastest): {', '.join(f'{v:.6g}' for v in speeds)} {units.speed}",
-        f"  exact eps at them, without weight: {', '.join(f'{pair.epsilon(v):.8f}' for v in speeds)}",
-        f"  the fastest contact lasts {pair.contact_time(contact.fastest):.6g} {units.time}",
-        *more,
-    ]
-    return {"name": contact.name, "contact": contact, "pair": pair, "lines": lines, **values}
+def described(
+    contact: NamedContact, setup: Setup, errors: Sequence[SpeedErrors] = (), row: Row | None = None, **values: Any
+) -> dict[str, Any]:
+    """Return a contact for templates.
+
+    Parameters
+    ----------
+    contact : NamedContact
+    setup : Setup
+        The contact is one of its contacts.
+    errors : sequence of SpeedErrors
+        Those of the program's viscoelastic law over the sizes; empty if it has none.
+    row : mapping, optional
+        More columns of the table.
+    **values
+        What the template of the code has.
+    """
+    pair, units = contact.pair, setup.units
+    varied = contact.slowest < contact.fastest
+    speeds = (contact.slowest, contact.typical, contact.fastest) if varied else (contact.typical,)
+    columns = {
+        ("contact", ""): contact.name,
+        ("m_eff", units.mass): f"{pair.m_eff:.6g}",
+        ("R_eff", units.length): f"{pair.R_eff:.6g}",
+        ("E_eff", f"{units.mass}/({units.length} {units.time}^2)"): f"{pair.E_eff:.6g}",
+        ("A", units.time): f"{pair.A:.6g}",
+        ("beta", units.beta): f"{pair.beta:.6g}",
+        ("speeds", units.speed): " ".join(f"{speed:.6g}" for speed in speeds),
+        ("exact eps at them", ""): " ".join(f"{float(pair.epsilon(speed)):.7g}" for speed in speeds),
+        ("lasts", units.time): f"{pair.contact_time(contact.fastest):.6g}",
+    }
+    if errors:
+        columns["eps off by sizes", ""] = in_percent(errors)
+    if contact.falls and setup.weighty:
+        columns["eps with weight", ""] = " ".join(f"{eps:.4f}" for eps in contact.falling.epsilon(speeds))
+    return {"name": contact.name, "contact": contact, "errors": errors, "row": columns | {**(row or {})}, **values}
+
+
+def type_rows(setup: Setup, kind: str, labels: Mapping[str, str]) -> list[Row]:
+    """Return the table of a program's types, materials or species: their radii, and the class of each."""
+    units, rows = setup.units, list[Row]()
+    for name, label in labels.items():
+        body, (low, high) = setup.bodies[name], setup.radii.get(name, (None, None))
+        row = {(kind, ""): harmless(label)}
+        if not body.is_wall:
+            row["R", units.length], row["m", units.mass] = f"{body.radius:.10g}", f"{body.mass:.10g}"
+        if low is not None:
+            row["for radii", units.length] = f"{low:.10g} to {high:.10g}"
+        rows.append(row)
+    return rows
 
 
 def shortest_contact(setup: Setup) -> float:

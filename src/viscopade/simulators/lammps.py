@@ -37,8 +37,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations_with_replacement
 from typing import Any, NamedTuple
 
 from mpmath import mp
@@ -60,14 +61,16 @@ from viscopade.simulators.formula import (
 )
 from viscopade.simulators.input_file import (
     LONG,
+    WAY_OUT,
+    Row,
     damping_per_mass,
     described,
-    in_percent,
     same_damping_per_mass,
-    size_lines,
+    size_errors,
     time_step,
+    type_rows,
 )
-from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted
+from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 from viscopade.theory.law import Law
@@ -148,43 +151,14 @@ def _common_poisson_ratio(first: Sphere, second: Sphere) -> float:
     return 1 - 1 / (share / (1 - first.poisson_ratio) + (1 - share) / (1 - second.poisson_ratio))
 
 
-@dataclass(frozen=True)
-class ConstantRestitution:
-    """The line with `damping coeff_restitution`, which has one eps for all sizes and speeds.
-
-    Attributes
-    ----------
-    number : float
-        The coefficient that gives the wanted eps at the typical speed.
-    range : str
-        Errors of its eps over the sizes and speeds, such as "-21 % to +47 %"; "" with weight.
-    """
-
-    number: float
-    range: str
-
-    def style(self, line: HertzMaterial) -> str:
-        """Return the words of the viscoelastic line with this damping."""
-        return replace(line, eta_n0=self.number).style.replace("damping viscoelastic", "damping coeff_restitution")
-
-
-def _constant_restitution(contact: NamedContact, setup: Setup) -> ConstantRestitution | None:
-    """Return the line with a constant eps; None if it cannot have this eps."""
+def _constant_restitution(contact: NamedContact, setup: Setup) -> Row:
+    """Return the column with the number of `damping coeff_restitution`, which has one eps for all sizes and speeds."""
     formula, wanted = SIMULATOR.formula("hertz, coeff_restitution, limit_damping"), Wanted.of(contact, setup.weighty)
     try:
         constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
     except ValueError:
-        return None
-    return ConstantRestitution(constant.parameter, "" if wanted.with_weight else in_percent(constant.errors()))
-
-
-def _way_out(constant: ConstantRestitution | None) -> str:
-    """Return what to do if one line is not right for all sizes."""
-    types = "make types of fewer sizes"
-    if constant is None:
-        return types
-    off = f", whose eps is off by {constant.range}" if constant.range else ""
-    return f"{types}, or take the line with a constant eps, which stands as a comment below{off}"
+        return {("coeff_restitution", ""): "none has this eps"}
+    return constant_row(constant, "coeff_restitution")
 
 
 def _number(x: float) -> str:
@@ -199,57 +173,47 @@ def _values(setup: Setup) -> dict[str, Any]:
     """
     spheres, walls = setup.spheres, [name for name, body in setup.bodies.items() if body.is_wall]
     variables = {wall: f"wall{number}_" + re.sub(r"[^A-Za-z0-9]", "_", wall) for number, wall in enumerate(walls, 1)}
-    types = {name: number for number, name in enumerate(spheres, 1)}
-    pairs, meant = setup.pairs(), {frozenset((each.first, each.second)): each for each in setup.contacts}
-    constants = {both: _constant_restitution(contact, setup) for both, contact in meant.items() if contact.extremes}
+    types, pairs = {name: number for number, name in enumerate(spheres, 1)}, setup.pairs()
 
-    def line(first: str, second: str, words: str) -> dict[str, str]:
-        both = frozenset((first, second))
-        numbers, constant = hertz_material(pairs[both]), constants.get(both)
-        about = f"{harmless(first)} and {harmless(second)}; the same law: hertz {_number(numbers.k_n)} "
-        unmeant = "" if both in meant else ". Not among the contacts that are meant to occur"
-        styles = [numbers.style, *(() if constant is None else (constant.style(numbers),))]
-        command, *instead = (words.format(types.get(first), types.get(second), style=style) for style in styles)
-        return {
-            "about": f"{about}{_number(numbers.eta_n0)}{unmeant}",
-            "command": command,
-            "instead": "".join(instead),
-            "range": "" if constant is None else constant.range,
-        }
+    def line(first: str, second: str) -> str:
+        style = f"{hertz_material(pairs[frozenset((first, second))]).style}"
+        if second in types:
+            command = f"pair_coeff {types[first]} {types[second]} {style}"
+        else:
+            group = "all" if len(spheres) == 1 else f"viscopade_type{types[first]}"
+            fix = f"fix {variables[second]}_type{types[first]} {group} wall/gran granular"
+            command = f"{fix} {style} ${{{variables[second]}}}"
+        return f"{command}  # {harmless(f'{first}-{second}')}"
 
-    def wall_line(sphere: str, wall: str) -> dict[str, str]:
-        group = "all" if len(spheres) == 1 else "viscopade_type{0}"
-        name = variables[wall]
-        return line(sphere, wall, f"fix {name}_type{{0}} {group} wall/gran granular {{style}} ${{{{{name}}}}}")
-
+    # The lines of contacts that are meant to occur stand before the others.
+    meant = {frozenset((contact.first, contact.second)) for contact in setup.contacts}
+    of_types = list(combinations_with_replacement(spheres, 2))
+    of_walls = [(sphere, wall) for wall in walls for sphere in spheres]
+    lines = {
+        f"{kind}{name}": [line(*pair) for pair in some if (frozenset(pair) in meant) == (not kind)]
+        for name, some in (("lines", of_types), ("wall_lines", of_walls))
+        for kind in ("", "other_")
+    }
     steps, style = time_step(setup), _STYLES.get((setup.units.length, setup.units.mass, setup.units.time))
     default = DEFAULT_STEPS[style or "lj"]
     return {
         **steps,
+        **lines,
         "default": f"{default:g}",
         "is_long": default > LONG * float(steps["timestep"]),
         "contacts": [
             described(
                 contact,
-                setup.units,
-                *size_lines(contact, same_damping_per_mass(contact.pair), _way_out(constants.get(both))),
+                setup,
+                size_errors(contact, same_damping_per_mass(contact.pair)),
+                _constant_restitution(contact, setup),
             )
-            for both, contact in meant.items()
+            for contact in setup.contacts
         ],
         "units_style": style,
-        "types": [
-            f"{number}  {harmless(name)}: R = {setup.bodies[name].radius:.10g} {setup.units.length}, "
-            f"m = {setup.bodies[name].mass:.10g} {setup.units.mass}"
-            for name, number in types.items()
-        ],
+        "types": type_rows(setup, "type", {name: f"{number} {name}" for name, number in types.items()}),
         "walls": {harmless(wall): name for wall, name in variables.items()},
         "groups": list(types.values()) if len(spheres) > 1 and walls else [],
-        "lines": [
-            line(first, second, "pair_coeff {0} {1} {style}")
-            for i, first in enumerate(spheres)
-            for second in spheres[i:]
-        ],
-        "wall_lines": [wall_line(sphere, wall) for wall in walls for sphere in spheres],
     }
 
 
@@ -261,67 +225,59 @@ Units: {{ units.length }}, {{ units.mass }}, {{ units.time }}.
 LAMMPS has no units style for these: units lj takes numbers as they are.
 {% endif %}
 
-Atom types:
-{% for type in types %}
-  {{ type }}
-{% endfor %}
-
-Law, along the line of centres, with the compression d and its rate d':
-    F = 4/3 E_eff sqrt(R_eff) d^(3/2) + eta_n0 m_eff sqrt(R_eff d) d',    E_eff = E/(2 (1 - nu^2)),
-which is the viscoelastic force with the dissipative constant A if eta_n0 = 2 A E_eff/m_eff. Each line has E and
-nu of one material; two bodies of it are as stiff as this pair, also in tangential direction ("mindlin NULL ...").
-Contact ends when the force vanishes (x'' = 0), not when d returns to 0. This is what limit_damping does: without it the
-force becomes attractive, and eps is smaller.
-
-Sizes: eta_n0 holds m_eff, so a line is right for the radii and masses above. Other sizes of the same types have A in
-proportion to their m_eff; to be more exact, make a type of each class of sizes. Every pair of types has its line, as
-the mean that LAMMPS would take for a missing one is not this law.
-
-Tangential forces: there are none here (LAMMPS refuses "tangential none", so it is linear_nohistory with both numbers
-0). To have them replace these words, for example, for the friction coefficient 0.5, by
-    tangential mindlin NULL 1.0 0.5
-
 {{ time_step }}
 {{ "Warning: w" if is_long else "W" }}rite "timestep {{ timestep }}": a script without timestep has {{ default }} {{
 units.time }}.
+
+Law of hertz/material E eta_n0 nu, with the compression d and its rate d':
+    F = 4/3 E_eff sqrt(R_eff) d^(3/2) + eta_n0 m_eff sqrt(R_eff d) d',    E_eff = E/(2 (1 - nu^2)),
+which is the viscoelastic force, as eta_n0 = 2 A E_eff/m_eff (hertz k_n eta_n0 with k_n = 4/3 E_eff is the same).
+E and nu are of one material; two bodies of it are as stiff as the pair, also in tangential direction.
+With limit_damping contact ends when the force vanishes (x'' = 0); without it the force attracts, and eps is smaller.
+eta_n0 holds the m_eff of the types' R: A of other sizes is in proportion to m_eff.
+
+Keep a line for every pair of
+types, as the mean that LAMMPS would take is not this law.
+For friction replace "linear_nohistory 0.0 0.0", for example for a coefficient of 0.5 by "mindlin NULL 1.0 0.5".
+For one eps at all speeds and sizes{{ " (without weight)" if setup.weighty }} put coeff_restitution, below, in place of
+eta_n0, and write damping coeff_restitution.
 """
 
 _CODE = """\
 
 pair_style granular
 {% for line in lines %}
-
-# {{ line.about }}
-{{ line.command }}
-{% if line.instead %}
-# Instead, one eps for all speeds and sizes{{ " (off by " ~ line.range ~ ")" if line.range }}:
-# {{ line.instead }}
-{% endif %}
+{{ line }}
 {% endfor %}
+{% if other_lines %}
+# Not among the contacts that are meant to occur:
+{% for line in other_lines %}
+{{ line }}
+{% endfor %}
+{% endif %}
 {% if walls %}
 
-# Walls. You set the position of each wall: define its variable before this file is included (the
-# definitions here are ignored then), as "zplane lo hi" (xplane, yplane; NULL for a side that is open)
-# or as "region ID" with fix wall/gran/region in place of wall/gran.
-{% if groups %}
-# A wall acts on the group of a type. Atoms that are created after this are in none, and fall through walls: pour each
-# type into its group, "fix ID viscopade_type1 pour N 1 ...", not into all; after create_atoms repeat the group lines.
-{% endif %}
+# You set the position of a wall: define its variable before this file is included (that here is ignored then), as
+# "zplane lo hi" (xplane, yplane; NULL is an open side), or as "region ID" with wall/gran/region for wall/gran.
 {% for wall, variable in walls.items() %}
 variable {{ variable }} index "zplane 0.0 NULL"  # {{ wall }}
 {% endfor %}
+{% if groups %}
+# A wall acts on the group of a type, which has the atoms of now. Later atoms fall through: pour each type into its
+# group, "fix ID viscopade_type1 pour N 1 ...", not into all; after create_atoms repeat the group lines.
+{% endif %}
 {% for number in groups %}
 group viscopade_type{{ number }} type {{ number }}
 {% endfor %}
 {% for line in wall_lines %}
-
-# {{ line.about }}
-{{ line.command }}
-{% if line.instead %}
-# Instead, one eps for all speeds and sizes{{ " (off by " ~ line.range ~ ")" if line.range }}:
-# {{ line.instead }}
-{% endif %}
+{{ line }}
 {% endfor %}
+{% if other_wall_lines %}
+# Not among the contacts that are meant to occur:
+{% for line in other_wall_lines %}
+{{ line }}
+{% endfor %}
+{% endif %}
 {% endif %}
 """
 
@@ -698,7 +654,7 @@ SIMULATOR = Simulator(
             parameter=_SCALED_ETA,
         ),
     ),
-    texts={"lammps": InputFile("#", _USE, _CODE, _values)},
+    texts={"lammps": InputFile("#", _USE, _CODE, _values, f"{WAY_OUT}, or take coeff_restitution")},
     lines={"pair": f"pair_coeff 1 1 {STYLE}", "wall": _WALL},
     native=_NATIVE,
     default_step=DEFAULT_STEPS["si"],

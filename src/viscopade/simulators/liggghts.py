@@ -30,7 +30,6 @@ from typing import Any, NamedTuple
 
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair
-from viscopade.generated import harmless
 from viscopade.simulators import native
 from viscopade.simulators.formula import (
     LINEAR,
@@ -43,20 +42,22 @@ from viscopade.simulators.formula import (
     viscoelastic_formula,
 )
 from viscopade.simulators.input_file import (
+    WAY_OUT,
+    Row,
     damping_per_mass,
     described,
     program_number,
     same_damping_per_mass,
-    size_lines,
+    size_errors,
     time_step,
+    type_rows,
 )
 from viscopade.simulators.lammps import Ends, OtherModel
-from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_lines
+from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, best_row, constant_row
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 
 _LEAST_COEFFICIENT = "0.05"
-_WAY_OUT = "make types of fewer sizes, or take the usual law above"
 
 
 def _shear_modulus(pair: Pair) -> float:
@@ -75,13 +76,14 @@ def _values(setup: Setup) -> dict[str, Any]:
         rows = (" ".join(program_number(values.get(frozenset((a, b)), 0)) for b in names) for a in names)
         return " &\n    ".join([str(len(names)), *rows])
 
+    switch, usual = _usual_law(setup)
     return {
         **time_step(setup),
         "contacts": [
-            described(contact, setup.units, *size_lines(contact, same_damping_per_mass(contact.pair), _WAY_OUT))
-            for contact in setup.contacts
+            described(contact, setup, size_errors(contact, same_damping_per_mass(contact.pair)), row)
+            for contact, row in zip(setup.contacts, usual, strict=True)
         ],
-        "types": ", ".join(f"{number} = {harmless(name)}" for number, name in enumerate(names, 1)),
+        "types": type_rows(setup, "type", {name: f"{number} {name}" for number, name in enumerate(names, 1)}),
         "all_meet": len(setup.contacts) == len(names) * (len(names) + 1) // 2,
         "properties": {
             "kn": matrix(lambda pair: 4 / 3 * pair.E_eff),
@@ -89,13 +91,16 @@ def _values(setup: Setup) -> dict[str, Any]:
             "kt": matrix(lambda pair: 8 * _shear_modulus(pair)),
             "gammat": matrix(lambda pair: 0),
         },
-        "usual": _usual_law(setup),
+        "usual": switch,
     }
 
 
-def _usual_law(setup: Setup) -> list[str]:
-    """Return lines on the model `hertz`, with `limitForce on` if all contacts can have it, as they share the switch."""
-    why, weight = "", " (without weight)" if setup.weighty else ""
+def _usual_law(setup: Setup) -> tuple[str, list[Row]]:
+    """Return a sentence on the model `hertz` and a column of each contact.
+
+    All contacts share the switch `limitForce`. It is off if one of them cannot have its eps with it.
+    """
+    weight = " (without weight)" if setup.weighty else ""
     for name, switch in (("hertz, limitForce on", "on"), ("hertz", "off")):
         try:
             contacts = [
@@ -105,23 +110,23 @@ def _usual_law(setup: Setup) -> list[str]:
                 for each in setup.contacts
             ]
         except ValueError as error:
-            why = str(error)
+            reason = str(error)
             continue
-        lines = [f"The usual law, hertz with {_E} and limitForce {switch}, has one eps for all speeds{weight}:"]
-        for contact in contacts:
-            lines += [f"  {contact.wanted.name}:", *(f"  {line}" for line in constant_lines(contact, _E))]
-        return lines
-    return [f"The usual law, hertz with {_E}, cannot have this eps: {why}."]
+        rows: list[Row] = [{**constant_row(contact, _E), **best_row(contact, _E)} for contact in contacts]
+        words = f"The usual law, hertz with {_E} below and limitForce {switch}, has one eps for all speeds{weight}."
+        return words, rows
+    return f"The usual law, hertz with {_E}, cannot have this eps: {reason}.", [{} for _ in setup.contacts]
 
 
 _USE = """\
 LIGGGHTS: material and contact law. Include this file after create_box and before any fix wall/gran. Numbers are in
 {{ units.length }}, {{ units.mass }}, {{ units.time }}: use "units si", which converts nothing.
-Types: {{ types }}.
+
+{{ time_step }}
 
 Law: hertz/stiffness, F = sqrt(R_eff d) (kn d + m_eff gamman v_n), clipped at 0 by limitForce on. With kn = 4/3 E_eff
-and gamman = 2 A E_eff/m_eff it is the viscoelastic law; contact ends when the force vanishes. The value of gamman
-belongs to the effective mass of its contact: other sizes need types of their own.
+and gamman = 2 A E_eff/m_eff it is the viscoelastic law; contact ends when the force vanishes. gamman holds the m_eff
+of the types' R: A of other sizes is in proportion to m_eff.
 {% if not all_meet %}
 Pairs of types without a contact below have the values of their bodies; two walls have 0.
 {% endif %}
@@ -129,14 +134,10 @@ Pairs of types without a contact below have the values of their bodies; two wall
 Without kt and gammat the program does not start, though "tangential off" does not use them. For friction write
 "tangential history" and give coefficientFriction; kt is Mindlin's 8 G_eff.
 
+{{ usual }}
+
 Walls, for instance one of type N (limitForce comes last there):
     fix wall all wall/gran model hertz/stiffness tangential off primitive type N zplane 0 limitForce on
-
-{{ time_step }}
-
-{% for line in usual %}
-{{ line }}
-{% endfor %}
 """
 
 _CODE = """\
@@ -335,6 +336,6 @@ SIMULATOR = Simulator(
             "hertz/stiffness", _STIFFNESS, f"{_WRITTEN}, without its limitForce.", "return", parameter=_SCALED_GAMMAN
         ),
     ),
-    texts={"liggghts": InputFile("#", _USE, _CODE, _values)},
+    texts={"liggghts": InputFile("#", _USE, _CODE, _values, f"{WAY_OUT}, or take the usual law")},
     native=_NATIVE,
 )

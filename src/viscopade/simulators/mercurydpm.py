@@ -52,8 +52,8 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_formula,
 )
-from viscopade.simulators.input_file import described, time_step
-from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_lines
+from viscopade.simulators.input_file import Row, described, time_step, type_rows
+from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, best_row, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 
@@ -80,7 +80,8 @@ def _values(setup: Setup) -> dict[str, Any]:
 
     return {
         **time_step(setup),
-        "contacts": [described(contact, setup.units, *_older_versions(contact, setup)) for contact in setup.contacts],
+        "contacts": [described(contact, setup, row=_older_versions(contact, setup)) for contact in setup.contacts],
+        "types": type_rows(setup, "species", names),
         "species": [own(name) for name in setup.bodies],
         "mixed": [
             (names[contact.first], names[contact.second], contact.pair)
@@ -90,20 +91,13 @@ def _values(setup: Setup) -> dict[str, Any]:
     }
 
 
-def _older_versions(contact: NamedContact, setup: Setup) -> list[str]:
-    """Return lines on the species that all versions have."""
+def _older_versions(contact: NamedContact, setup: Setup) -> Row:
+    """Return the columns on the species that all versions have."""
     formula = SIMULATOR.formula(_SPECIES["HertzianViscoelastic"])
     wanted = Wanted.of(contact, setup.weighty)
     constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
-    return [
-        "  error of eps: none except for that of the time step",
-        "  older versions have HertzianViscoelasticSpecies: one eps for all speeds"
-        f"{' (without weight)' if setup.weighty else ''}, the force may attract",
-        *(
-            f"  {line}"
-            for line in constant_lines(constant, "setDissipation", lambda e: float(formula.kappa(mp.mpf(e))))
-        ),
-    ]
+    named = constant, "setDissipation", lambda e: float(formula.kappa(mp.mpf(e)))
+    return {**constant_row(*named), **best_row(*named)}
 
 
 def identifiers(names: list[str]) -> dict[str, str]:
@@ -128,11 +122,15 @@ _USE = """\
 MercuryDPM 1.0: viscopade::addSpecies(speciesHandler) adds the species below, in this order.
 Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
 
+{{ time_step }} Write setTimeStep({{ timestep }}).
+
 Law: HertzianBSHPViscoelasticSpecies,
     F = max(0, k d + 3/2 A k v_n) with k = 4/3 E_eff sqrt(R_eff d).
-It is the viscoelastic law, for all sizes; contact ends when the force vanishes.
+It is the viscoelastic law, for all sizes; contact ends when the force vanishes. There is no error of eps except for
+that of the time step.
 
-{{ time_step }} Write setTimeStep({{ timestep }}).
+Older versions have HertzianViscoelasticSpecies: with setDissipation below it has one eps for
+all speeds{{ " (without weight)" if setup.weighty }}, and the force may attract.
 """
 
 _CODE = """\
@@ -157,18 +155,20 @@ inline Species addSpecies(SpeciesHandler& handler)
 {
     Species species{};
     HertzianBSHPViscoelasticSpecies one;
+    const auto set = [](HertzianBSHPViscoelasticSpecies& some, double modulus, double dissipation) {
+        some.setEffectiveElasticModulus(modulus);
+        some.setDissipation(dissipation);
+    };
 {% for name, body, modulus, dissipation in species %}
 {% if not body.is_wall %}
     one.setDensity({{ number(body.density) }});
 {% endif %}
-    one.setEffectiveElasticModulus({{ number(modulus) }});
-    one.setDissipation({{ number(dissipation) }});
+    set(one, {{ number(modulus) }}, {{ number(dissipation) }});
     species.{{ name }} = handler.copyAndAddObject(one);
 {% endfor %}
 {% for first, second, pair in mixed %}
-    auto* mixed{{ loop.index }} = handler.getMixedObject(species.{{ first }}, species.{{ second }});
-    mixed{{ loop.index }}->setEffectiveElasticModulus({{ number(pair.E_eff) }});
-    mixed{{ loop.index }}->setDissipation({{ number(pair.A) }});
+    set(*handler.getMixedObject(species.{{ first }}, species.{{ second }}), {{ number(pair.E_eff) }}, {{
+number(pair.A) }});
 {% endfor %}
     return species;
 }

@@ -41,7 +41,16 @@ from viscopade.simulators.formula import (
     stepped_collision,
     wanted_kappa,
 )
-from viscopade.simulators.input_file import SPEEDS, SpeedErrors, error_lines, program_number, speed_errors, written
+from viscopade.simulators.input_file import (
+    SPEEDS,
+    Row,
+    SpeedErrors,
+    error_lines,
+    in_percent,
+    program_number,
+    speed_errors,
+    written,
+)
 from viscopade.simulators.setup import NO_WEIGHT, SI, NamedContact, Units
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import VISCOELASTIC, Law
@@ -148,7 +157,7 @@ class Wanted:
             contact.fastest,
             pair.m_eff,
             float(pair.contact_time(contact.typical)),
-            tuple(size.beta for size in contact.extremes),
+            tuple(size.beta for size in (contact.extremes[:1] + contact.extremes[-1:])),
             contact.gravity if contact.falls else 0.0,
             None if spheres is None else float(spheres.epsilon([contact.typical])[0]),
             spheres=spheres,
@@ -666,20 +675,25 @@ def best_line(contact: OwnLawContact, name: str, number: Callable[[float], float
         yield f"  the largest error is smallest, {best[1]:.2e}, with {name} {number(best[0]):.6g}"
 
 
-def constant_lines(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
-    """Yield lines on a contact whose law has one eps for all speeds: the number for it, and its errors."""
-    written = program_number(number(contact.parameter))
-    if contact.wanted.with_weight is None:
-        light = ", without weight" if contact.wanted.gravity else ""
-        yield (
-            f"  {name} {written} gives eps = {program_number(contact.epsilon)}, the exact one at the typical speed"
-            f"{light}"
-        )
-        yield from error_lines(contact.errors())
-        yield from best_line(contact, name, number)
-    else:
-        yield f"  {name} {written} gives eps = {contact.epsilon:.6g} with weight, as wanted, at the typical speed"
-        yield from weighed_lines(contact)
+def constant_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Row:
+    """Return columns on a contact whose law has one eps for all speeds: the number for the one at the typical speed.
+
+    The range of errors over the speeds and sizes stands behind it.
+    """
+    wanted, written = contact.wanted, program_number(number(contact.parameter))
+    if wanted.with_weight is not None:
+        speeds = dict.fromkeys((wanted.slowest, wanted.typical, wanted.fastest))
+        return {
+            (name, ""): written,
+            (f"{name}: eps with weight", ""): " ".join(map("{:.4f}".format, map(contact.delivered, speeds))),
+        }
+    return {(name, ""): f"{written} ({in_percent(contact.errors())})"}
+
+
+def best_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Row:
+    """Return a column with the number whose largest error is smallest; none with weight, or at one speed."""
+    best = None if contact.wanted.with_weight is not None else contact.balanced()
+    return {} if best is None else {(f"best {name}", ""): f"{number(best[0]):.6g} ({100 * best[1]:.3g} %)"}
 
 
 def weighed_lines(contact: OwnLawContact) -> Iterator[str]:
@@ -734,7 +748,7 @@ def render_own_law(
     simulator = simulator_with(target)
     own = simulator.texts[target]
     assert isinstance(own, OwnLaw)
-    contacts = []
+    contacts = list[dict[str, Any]]()
     for each in wanted:
         formula = simulator.formula(own.formula)
         given = softness or Softness()
@@ -759,7 +773,12 @@ def render_own_law(
                 own.number: program_number(_number(contact, own, contact.parameter)),
             }
         )
-    return written(own, command, opening, {"contacts": contacts, "units": units, "time_step": time_step})
+    # A line that all contacts have stands once.
+    first, *others = (contact["lines"] for contact in contacts)
+    common = [line for line in first if others and all(line in lines for lines in others)]
+    facts = [line for contact in contacts for line in contact["lines"] if line not in common]
+    facts += ["In all contacts:", *common] if common else []
+    return written(own, command, opening, {"contacts": contacts, "units": units, "time_step": time_step}, facts)
 
 
 def _number(contact: OwnLawContact, own: OwnLaw, parameter: float) -> float:
@@ -775,9 +794,10 @@ def _facts(contact: OwnLawContact, own: OwnLaw, units: Units) -> Iterator[str]:
     wanted, law = contact.wanted, contact.formula.law
     of = "without weight" if wanted.with_weight is None else "of a body that falls on a plane"
     yield (
-        f"{wanted.name}: eps = {contact.epsilon:.6g} at {wanted.typical:.6g} {units.speed} {of}; the law is "
-        f"{law.equation}, kappa = {contact.kappa:.10g}, and contact ends where the force vanishes"
+        f"{wanted.name}: eps = {contact.epsilon:.6g} at {wanted.typical:.6g} {units.speed} {of}, kappa = "
+        f"{contact.kappa:.10g}"
     )
+    yield f"  the law is {law.equation}, and contact ends where the force vanishes"
     if wanted.with_weight is not None:
         yield from weighed_lines(contact)
     elif wanted.slowest < wanted.fastest:
@@ -877,10 +897,8 @@ def _on_steps(contact: OwnLawContact, simulator: Simulator, units: Units, step_e
         yield "  the longest time step is not known, as nothing says how long contact lasts"
     if longest is not None:
         light = "" if contact.wanted.with_weight is None else ", without weight"
-        yield (
-            f"  Time steps up to {longest:.4g} {units.time} change eps by at most {100 * step_error:g} %"
-            f"{light}. For a longer step, give --time-step: viscopade then adapts the damping."
-        )
+        yield (f"  Time steps up to {longest:.4g} {units.time} change eps by at most {100 * step_error:g} %{light}")
+        yield "  For a longer step, give --time-step: viscopade then adapts the damping"
     if default is not None and longest is not None and default > longest:
         yield from default_step_warning(contact, simulator.title, default, units)
 

@@ -43,7 +43,7 @@ from viscopade.kernels.write.file import file_text
 from viscopade.kernels.write.languages import language as language_of
 from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, DampingFormula, force_end_kappa, viscoelastic_formula
-from viscopade.simulators.input_file import described, same_beta, size_lines
+from viscopade.simulators.input_file import described, same_beta, size_errors
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 
@@ -105,13 +105,12 @@ def _values(setup: Setup, tier: str = "1e-5") -> dict[str, Any]:
         pair = contact.pair
         numbers = {"beta": pair.beta, "m_eff": pair.m_eff, "R_eff": pair.R_eff}
         exact = {f"{name}_c": DOUBLE.hexadecimal(value) for name, value in numbers.items()}
-        errors = "  with one beta for all sizes:", *size_lines(contact, same_beta(pair), "use the resolve function")
-        lines = (
-            f"  functions: viscopade_callback_{symbol}, viscopade_resolve_{symbol}",
-            *(errors if contact.extremes else ()),
+        errors, row = (
+            size_errors(contact, same_beta(pair)),
+            {("functions", ""): f"viscopade_callback_{symbol} viscopade_resolve_{symbol}"},
         )
         found.append(
-            described(contact, setup.units, *lines, symbol=symbol, quoted=repr(contact.name), **numbers, **exact)
+            described(contact, setup, errors, row, symbol=symbol, quoted=repr(contact.name), **numbers, **exact)
         )
     return {
         "contacts": found,
@@ -459,8 +458,8 @@ SIMULATOR = Simulator(
         ),
     ),
     texts={
-        "rebound-c": InputFile("/*", _USE_C, _CODE_C, _values),
-        "rebound-python": InputFile("#", _USE_PYTHON, _CODE_PYTHON, _values),
+        "rebound-c": InputFile("/*", _USE_C, _CODE_C, _values, "use the resolve function"),
+        "rebound-python": InputFile("#", _USE_PYTHON, _CODE_PYTHON, _values, "use the resolve function"),
     },
     walls=False,
     native=_NATIVE,

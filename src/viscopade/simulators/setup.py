@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.collision.weight import EARTH, FallingContact, falling
@@ -55,7 +55,7 @@ class NamedContact:
     slowest, typical, fastest : float
         Impact speeds.
     extremes : tuple of Pair
-        The same bodies with the least and the largest v* at a speed, if their sizes are distributed; else empty.
+        The same bodies at the ends of their sizes, from the least to the largest v* at a speed; empty for one size.
     gravity : float
         Acceleration of a body that falls.
 
@@ -116,9 +116,11 @@ class Setup:
     warnings : tuple of str
         Sentences on assumptions of the model that the contacts violate, without their full stops.
     notes : tuple of str
-        Sentences on the uncertainty of the damping, without their full stops.
+        Sentences on the uncertainty of the damping and on classes of sizes, without their full stops.
     weighty : bool
         Whether gravity was asked for: then eps at the typical speed is that of a body that falls.
+    radii : mapping of str to pair of float
+        The least and the largest radius of bodies whose sizes are distributed.
 
     Raises
     ------
@@ -133,6 +135,7 @@ class Setup:
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     weighty: bool = False
+    radii: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.contacts:
@@ -150,9 +153,16 @@ class Setup:
 
     @property
     def opening(self) -> list[str]:
-        """The heading, and what weight does in viscoelastic contacts."""
-        found = [line for contact in self.contacts for line in weight_lines(contact, self.units, self.weighty)]
-        return [*self.heading, *(found or [f"{NO_WEIGHT}."])]
+        """The heading, and what weight does in the viscoelastic contact on which it acts most."""
+        falls = [contact for contact in self.contacts if contact.falls]
+        if not falls:
+            return [*self.heading, f"{NO_WEIGHT}."]
+        contact = max(falls, key=lambda contact: contact.falling.share(contact.slowest))
+        speeds = contact.slowest, contact.fastest
+        note, fall = contact.falling.sentences(*speeds, self.units.speed, self.weighty)
+        name = f"{contact.name}, on which weight acts most" if len(falls) > 1 else contact.name
+        warning = "" if self.weighty else "Warning: "
+        return [*self.heading, f"{name}: {note}.", *([] if fall is None else [f"{warning}{contact.name}: {fall}."])]
 
     def pairs(self) -> dict[frozenset[str], Pair]:
         """Return the pair of every two bodies that can meet, by their names; of contacts those that they have."""
@@ -163,19 +173,6 @@ class Setup:
     def spheres(self) -> list[str]:
         """Names of the spheres."""
         return [name for name, body in self.bodies.items() if not body.is_wall]
-
-
-def weight_lines(contact: NamedContact, units: Units = SI, given: bool = False) -> list[str]:
-    """Return sentences on the weight of a body that falls on a wall; none for two spheres."""
-    if not contact.falls:
-        return []
-    note, fall = contact.falling.sentences(contact.slowest, contact.fastest, units.speed, given)
-    warning = "" if given else "Warning: "
-    found = [f"{contact.name}: {note}.", *([] if fall is None else [f"{warning}{contact.name}: {fall}."])]
-    if given:
-        (epsilon,) = contact.falling.epsilon([contact.typical])
-        found.append(f"{contact.name}: at {contact.typical:.6g} {units.speed}, with weight: eps = {epsilon:.4f}.")
-    return found
 
 
 def of_pair(

@@ -27,13 +27,16 @@ class InputFile:
     values : callable
         From a `Setup` and options to what both templates have: "contacts", which are `input_file.described`, and other
         values. Besides these they have `setup`, `units`, `command` and the function `number`. A "setup" among the
-        values is that of the program, where its contacts are not those of the bodies.
+        values is that of the program, where its contacts are not those of the bodies. "types" are the rows of a table.
+    way_out : str
+        What to do if eps is off for some sizes.
     """
 
     comment: Comment
     use: str
     code: str
     values: Callable[..., Mapping[str, Any]]
+    way_out: str = ""
 
 
 @dataclass(frozen=True)

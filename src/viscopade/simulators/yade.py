@@ -69,14 +69,12 @@ from viscopade.simulators.formula import (
     thornton_kappa,
     tsuji_kappa,
 )
-from viscopade.simulators.input_file import described, program_number, same_beta, size_lines, time_step
-from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_lines, weighed_lines
+from viscopade.simulators.input_file import WAY_OUT, described, same_beta, size_errors, time_step, type_rows
+from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, best_row, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.paper import TABLE
-
-_WAY_OUT = "make materials of fewer sizes, or use viscoelastic()"
 
 
 def betan(epsilon: Any) -> Any:
@@ -103,29 +101,26 @@ def _values(setup: Setup) -> dict[str, Any]:
     for real, contact in zip(setup.contacts, own.contacts, strict=True):
         pair, vn, wanted = contact.pair, contact.typical, Wanted.of(real, setup.weighty)
         # The program's contact at a wall lasts longer than that of the bodies, so the weight acts longer.
-        weighty = wanted.with_weight is not None
         constant, viscoelastic = (
             OwnLawContact(SIMULATOR.formula(f"MindlinPhys, {name}"), wanted, Softness(pair.rho), units=setup.units)
             for name in ("betan", "en and vn")
         )
-        en = printed_pade(pair.v_star(vn))
-        lines = [
-            "  constant eps:" if not weighty else f"  constant eps ({without_weight(constant)}):",
-            *(f"  {line}" for line in constant_lines(constant, "betan")),
-            f"  viscoelastic: en {program_number(en)} with vn {program_number(vn)} gives the exact beta",
-            "    (en is the printed [3/6] at the exact v*, which the program inverts; eps would leave its error)",
-        ]
-        if weighty:
-            facets = " and ".join(f"{at_facets(body).epsilon([vn])[0]:.4f}" for body in (constant, viscoelastic))
-            lines += weighed_lines(viscoelastic)
-            lines.append(f"  with weight at a Facet (2/3 R) eps = {facets}")
-        else:
-            lines += (f"  {line}" for line in size_lines(real, same_beta(real.pair), _WAY_OUT))
-        if contact.falls:
-            lines.append("  R_eff, A, times and weight are those at a Wall, where the program takes R/2 for R_eff")
-        numbers = {"betan": constant.parameter, "en": en, "vn": vn, "A": pair.A}
-        contacts.append(described(contact, setup.units, *lines, **numbers))
-    return {**time_step(own), "setup": own, "contacts": contacts}
+        row = {**constant_row(constant, "betan"), **best_row(constant, "betan")}
+        if wanted.with_weight is not None:
+            light, stays = constant.delivered(vn, falls=False), constant.falling and constant.falling.sticking_speed
+            facets = (f"{at_facets(body).epsilon([vn])[0]:.4f}" for body in (constant, viscoelastic))
+            row["betan: eps without weight", ""] = f"{light:.6f}"
+            if stays is not None:
+                row["betan: stays down below", setup.units.speed] = f"{stays:.3g}"
+            row["with weight at a Facet (2/3 R): eps of betan, of en", ""] = " ".join(facets)
+        numbers = {"betan": constant.parameter, "en": printed_pade(pair.v_star(vn)), "vn": vn, "A": pair.A}
+        contacts.append(described(contact, own, size_errors(real, same_beta(real.pair)), row, **numbers))
+    return {
+        **time_step(own),
+        "setup": own,
+        "contacts": contacts,
+        "types": type_rows(setup, "material", {name: name for name in setup.bodies}),
+    }
 
 
 def in_program(contact: NamedContact, weighty: bool) -> NamedContact:
@@ -147,14 +142,6 @@ def in_program(contact: NamedContact, weighty: bool) -> NamedContact:
     return replace(contact, pair=pair, extremes=tuple(map(halved, contact.extremes)))
 
 
-def without_weight(contact: OwnLawContact) -> str:
-    """Return words on eps without weight, and on the speed below which a body that falls stays down."""
-    assert contact.falling is not None
-    speed = contact.falling.sticking_speed
-    stays = "" if speed is None else f"; with weight a body stays down below {speed:.3g} {contact.units.speed}"
-    return f"{contact.delivered(contact.wanted.typical, falls=False):.6f} without weight{stays}"
-
-
 def at_facets(contact: OwnLawContact) -> FallingContact:
     """Return the contact at a wall with the R_eff of a facet; times are in proportion to R_eff^(-1/5)."""
     assert contact.falling is not None
@@ -170,26 +157,32 @@ Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}. Contact e
 clips it at 0.
 
 {{ time_step }} That is for en and vn; with viscoelastic() the error is larger, as its kn is a step old.
+
+After 2023.02a the law is viscoelastic: en is the printed [3/6] at the exact v*, which the program inverts; eps itself
+would leave its error. A pair of materials has one beta. Older versions have one eps for all speeds, by betan.
+{% if contacts | selectattr("contact.falls") | list %}
+R_eff, A, times and weight of a contact with a wall are those at a Wall, where the program takes R/2 for R_eff.
+{% endif %}
 """
 
 _CODE = '''\
 
 materials = {
 {% for name, body in setup.bodies.items() %}
-    {{ name | string }}: O.materials.append(
-        FrictMat(young={{ number(body.young_modulus) }}, poisson={{ number(body.poisson_ratio) }},{{
-"" if body.is_wall else " density=" ~ number(body.density) ~ "," }} frictionAngle=0)
-    ),
+    {{ name | string }}: FrictMat(young={{ number(body.young_modulus) }}, poisson={{ number(body.poisson_ratio) }},{{
+"" if body.is_wall else " density=" ~ number(body.density) ~ "," }} frictionAngle=0),
 {% endfor %}
 }
-# A pair of materials that is not listed is refused when it meets.
-{% for name in ("betan", "en", "vn", "A") %}
-{{ name }} = {
+materials = {name: O.materials.append(material) for name, material in materials.items()}
+
+# (betan, en, vn, A) of each pair of materials. A pair that is not listed is refused when it meets.
+pairs = {
 {% for each in contacts %}
-    ({{ each.contact.first | string }}, {{ each.contact.second | string }}): {{ number(each[name]) }},
+    ({{ each.contact.first | string }}, {{ each.contact.second | string }}): ({{ number(each.betan) }}, {{
+number(each.en) }}, {{ number(each.vn) }}, {{ number(each.A) }}),
 {% endfor %}
 }
-{% endfor %}
+betan, en, vn, A = ({pair: numbers[i] for pair, numbers in pairs.items()} for i in range(4))
 
 
 def matches(values):
@@ -394,7 +387,7 @@ SIMULATOR = Simulator(
             ),
         ),
     ),
-    texts={"yade": InputFile("#", _USE, _CODE, _values)},
+    texts={"yade": InputFile("#", _USE, _CODE, _values, f"{WAY_OUT}, or use viscoelastic()")},
     lines={
         "pair": "FrictMat(young={young}, poisson={poisson}, density={density}, frictionAngle=0)\n"
         "Ip2_FrictMat_FrictMat_MindlinPhys(en={en}, vn={speed})  # versions after 2023.02a"
