@@ -26,7 +26,7 @@ from viscopade.cli.console import (
 )
 from viscopade.cli.generate import read_scene
 from viscopade.kernels.catalogue import TIERS
-from viscopade.simulators import OWN_LAW, SIMULATORS, TARGETS, simulator_with
+from viscopade.simulators import OWN_LAW, SIMULATORS, TARGETS, TYPED, simulator_with
 
 if TYPE_CHECKING:
     from viscopade.scene.description import Scene
@@ -110,7 +110,7 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
         raise click.UsageError(
             f"--tier is given for {target}, which computes the force: expected rebound-c or rebound-python"
         )
-    found = _given(file, options.pop("gravity") or None, **options)
+    found = _given(file, options.pop("gravity") or None, classes=target in TYPED, **options)
     if target in OWN_LAW:
         text = _own_law_text(target, found, words, given)
     elif found.setup is not None:
@@ -139,6 +139,7 @@ class _Given:
 def _given(
     file: Path | None,
     gravity: float | None,
+    classes: bool,
     epsilon: float | None,
     speed: float | None,
     speeds: tuple[float, float] | None,
@@ -156,7 +157,7 @@ def _given(
                 "a scene and a material are given: expected either a scene or a material with --speed"
             )
         scene = read_scene(file)
-        return _Given(setup(scene, gravity), scene)
+        return _Given(setup(scene, gravity, classes=classes), scene)
     if (epsilon is None) == (constant is None):
         given = "neither" if constant is None else "both"
         raise click.UsageError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import combinations_with_replacement, pairwise, product
 from typing import Literal
 
 from viscopade.collision.spheres import Pair, Sphere
@@ -16,6 +17,8 @@ from viscopade.simulators.setup import SI, Units
 FormatName = Literal["double", "float"]
 Use = Literal["scalar", "batch"]
 Argument = Literal["speed", "v_star"]
+MOST_TYPES = 64
+"""Bodies and classes of sizes; the number of contacts, each with numbers of its own, grows with the square."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +48,12 @@ class Material:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Radii of a kind of body: the least, the typical and the largest."""
+    """Radii of a kind of body: the least, the typical and the largest; and the number of their classes."""
 
     least: float
     typical: float
     largest: float
+    classes: int = 1
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -60,6 +64,19 @@ class Sizes:
     def spread(self) -> bool:
         """Whether the radii differ."""
         return self.least < self.largest
+
+    def divided(self) -> list[Sizes]:
+        """Return the classes of sizes, from the smallest on; one class has all sizes.
+
+        The ends of all classes have one ratio q, and the geometric mean of its ends is typical of a class. A program
+        whose damping holds the effective mass of typical bodies is off by a power of m_eff: at most q^(3/2) up and
+        down, in each class. No other division has a smaller largest ratio.
+        """
+        if self.classes == 1:
+            return [self]
+        shares = (i / self.classes for i in range(1, self.classes))
+        ends = [self.least, *(self.least ** (1 - t) * self.largest**t for t in shares), self.largest]
+        return [Sizes(low, geometric_mean(low, high), high) for low, high in pairwise(ends)]
 
 
 @dataclass(frozen=True)
@@ -258,6 +275,31 @@ class Scene:
         spheres = [self.sphere(name, r) for name, r in zip((meeting.first, meeting.second), radii, strict=True)]
         pair, constant = Pair(*spheres), meeting.dissipative_constant
         return pair if constant is None else pair.damped(constant)
+
+    def by_classes(self) -> Scene:
+        """Return the scene with a body, NAME_1 and so on, for each class of sizes, and with a meeting of each pair."""
+        parts: dict[str, dict[str, Body]] = {}
+        for name, body in self.bodies.items():
+            if body.sizes is None or body.sizes.classes == 1:
+                parts[name] = {name: body}
+            else:
+                classes = enumerate(body.sizes.divided(), 1)
+                parts[name] = {f"{name}_{number}": Body(body.material, sizes) for number, sizes in classes}
+                for taken in parts[name].keys() & self.bodies.keys():
+                    raise ValueError(
+                        f"{self.source}: body.{taken} has the name of a class of body.{name}: expected another name"
+                    )
+        bodies = {name: body for part in parts.values() for name, body in part.items()}
+        if len(bodies) > max(MOST_TYPES, len(self.bodies)):
+            raise ValueError(f"{self.source}: classes make {len(bodies)} types: expected at most {MOST_TYPES}")
+
+        # Two bodies of one kind meet in each pair of classes once. A of a contact is that of all its classes.
+        meetings = []
+        for meeting in self.meetings:
+            first, second = parts[meeting.first], parts[meeting.second]
+            pairs = combinations_with_replacement(first, 2) if first is second else product(first, second)
+            meetings += [replace(meeting, first=a, second=b) for a, b in pairs]
+        return replace(self, bodies=bodies, meetings=tuple(meetings))
 
     def relative_error(self, meeting: Meeting) -> float | None:
         """Return the relative standard error of a pair's A, or None if none is known.

@@ -40,19 +40,29 @@ class Encounter:
     meeting : Meeting
     pair : Pair
         The pair with typical radii.
-    weakest, strongest : Pair
-        The pairs with the radii that give the smallest and the largest v* at a speed.
+    sizes : tuple of Pair
+        The pairs with the radii at the ends of both ranges, and those with the smallest and the largest v* at a speed,
+        in the order of v*.
     """
 
     meeting: Meeting
     pair: Pair
-    weakest: Pair
-    strongest: Pair
+    sizes: tuple[Pair, ...]
 
     @property
     def name(self) -> str:
         """Names of both bodies."""
         return self.meeting.name
+
+    @property
+    def weakest(self) -> Pair:
+        """The pair with the smallest v* at a speed."""
+        return self.sizes[0]
+
+    @property
+    def strongest(self) -> Pair:
+        """The pair with the largest v* at a speed."""
+        return self.sizes[-1]
 
     @property
     def speeds(self) -> Speeds:
@@ -85,7 +95,7 @@ class Encounter:
     def contact(self) -> NamedContact:
         """Return the contact for simulators."""
         slowest, fastest = self.speeds.slowest, self.speeds.fastest
-        extremes = () if self.weakest == self.strongest else (self.weakest, self.strongest)
+        extremes = () if len(self.sizes) == 1 else self.sizes
         known = self.meeting.known_at
         at = self.speeds.typical if known is None else min(max(known, slowest), fastest)
         return NamedContact(self.meeting.first, self.meeting.second, self.pair, slowest, at, fastest, extremes)
@@ -112,15 +122,10 @@ def encounters(scene: Scene) -> list[Encounter]:
 def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
     try:
         pair = scene.pair(meeting)
-        pairs = [scene.pair(meeting, radii) for radii in _extreme_radii(scene, meeting)]
+        pairs = {scene.pair(meeting, radii) for radii in _extreme_radii(scene, meeting)}
     except ValueError as error:
         raise ValueError(f"{scene.source}: {meeting.name}: {error}") from None
-    found = Encounter(
-        meeting,
-        pair,
-        min(pairs, key=lambda p: p.beta),
-        max(pairs, key=lambda p: p.beta),
-    )
+    found = Encounter(meeting, pair, tuple(sorted(pairs, key=lambda p: (p.beta, p.m_eff, p.first.radius))))
     low, high = found.v_star
     if not 1e-30 <= low <= high <= 1e30:
         raise ValueError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from itertools import chain, combinations_with_replacement, product
 from statistics import NormalDist
 from typing import TypeVar, cast, get_args
@@ -33,6 +34,7 @@ from viscopade.scene.units import Scale
 from viscopade.simulators.setup import Units
 
 MOST_BODIES = 40
+MOST_CLASSES = 16
 TAIL = 1e-6  # default probability of a tail
 POISSON = "a number > -1 and <= 0.5"
 SAME = 0.01  # relative difference up to which two values of A agree
@@ -208,37 +210,49 @@ def _body(node: Node, materials: Mapping[str, Material]) -> Body:
 
 
 def _sizes(node: Node) -> Sizes:
-    """Return the radii: one, a range, or a distribution without its tails."""
+    """Return the radii: one, or those of a range or of a distribution without its tails, in classes."""
     if not isinstance(node.value, Mapping):
         radius = quantity(node, "length")
         return Sizes(radius, radius, radius)
     if node.has("min") or node.has("max"):
-        node.only("min", "max", "typical")
+        node.only("min", "max", "typical", "classes")
         least, largest = (_required(node, name, "length") for name in ("min", "max"))
         typical = _optional(node, "typical", "length")
         middle = geometric_mean(least, largest) if typical is None else typical
         if not least <= middle <= largest:
             raise node.refuse("min <= typical <= max")
-        return Sizes(least, middle, largest)
-    if node.has("mean"):
-        node.only("mean", "deviation", "tail")
+        sizes = Sizes(least, middle, largest)
+    elif node.has("mean"):
+        node.only("mean", "deviation", "tail", "classes")
         mean = _required(node, "mean", "length")
         reach = quantity(node.need("deviation", words("length", zero=True)), "length", zero=True) * _quantile(node)
         if reach >= mean:
             raise node["deviation"].refuse(
                 "a smaller deviation: the smallest radius, mean - deviation times quantile, must be > 0"
             )
-        return Sizes(mean - reach, mean, mean + reach)
-    if not node.has("median"):
+        sizes = Sizes(mean - reach, mean, mean + reach)
+    elif node.has("median"):
+        node.only("median", "geometric_deviation", "tail", "classes")
+        median, accepted = _required(node, "median", "length"), "a number from 1 to 100"
+        deviation = node.need("geometric_deviation", accepted).within(accepted, lambda g: 1 <= g <= 100)
+        reach = deviation ** _quantile(node)
+        sizes = Sizes(median / reach, median, median * reach)
+        if not 0 < sizes.least <= sizes.largest < math.inf:
+            raise node.refuse("radii in the range of double precision")
+    else:
         raise node.refuse("a length, or one of {min, max}, {mean, deviation}, {median, geometric_deviation}")
-    node.only("median", "geometric_deviation", "tail")
-    median, accepted = _required(node, "median", "length"), "a number from 1 to 100"
-    deviation = node.need("geometric_deviation", accepted).within(accepted, lambda g: 1 <= g <= 100)
-    reach = deviation ** _quantile(node)
-    found = Sizes(median / reach, median, median * reach)
-    if not 0 < found.least <= found.largest < math.inf:
-        raise node.refuse("radii in the range of double precision")
-    return found
+    return replace(sizes, classes=_classes(node, sizes))
+
+
+def _classes(node: Node, sizes: Sizes) -> int:
+    part = node.get("classes")
+    if part is None:
+        return 1
+    accepted = f"an integer from 1 to {MOST_CLASSES}"
+    number = part.within(accepted, lambda n: isinstance(n, int) and 1 <= n <= MOST_CLASSES)
+    if number > 1 and not sizes.spread:
+        raise part.refuse("1 for a single radius")
+    return int(number)
 
 
 def _quantile(node: Node) -> float:

@@ -69,15 +69,33 @@ def weight(encounter: Encounter) -> tuple[str, str | None] | None:
     return f"{encounter.name}: {note}", f"{encounter.name}: {warning}" if share >= COUNTS else None
 
 
-def setup(scene: Scene, gravity: float | None = None) -> Setup:
-    """Return bodies and contacts for simulators, in the scene's units, and the warnings; gravity is in SI units."""
+def setup(scene: Scene, gravity: float | None = None, *, classes: bool = False) -> Setup:
+    """Return bodies and contacts for simulators, in the scene's units, and the warnings.
+
+    Parameters
+    ----------
+    scene : Scene
+    gravity : float, optional
+        In SI units.
+    classes : bool
+        Whether each class of sizes becomes a body. Warnings and notes are those of all sizes together in any case.
+    """
     met, scale, g = encounters(scene), scene.scale, EARTH if gravity is None else gravity
+    typed = scene.by_classes() if classes else scene
+    divisions = (
+        f"{name}_1 to {name}_{body.sizes.classes} are the classes of sizes of {name}: the ends of each have one ratio, "
+        "and R is their geometric mean"
+        for name, body in scene.bodies.items()
+        if classes and body.sizes is not None and body.sizes.classes > 1
+    )
+    sizes = {name: body.sizes for name, body in typed.bodies.items() if body.sizes is not None and body.sizes.spread}
     return Setup(
         scene.title,
-        {name: scale.sphere(scene.sphere(name)) for name in scene.bodies},
-        tuple(scale.contact(replace(encounter.contact(), gravity=g)) for encounter in met),
+        {name: scale.sphere(typed.sphere(name)) for name in typed.bodies},
+        tuple(scale.contact(replace(encounter.contact(), gravity=g)) for encounter in encounters(typed)),
         scene.units,
         tuple(text for encounter in met for text in warnings(scene, encounter)),
-        tuple(text for encounter in met for text in notes(scene, encounter)),
+        (*(text for encounter in met for text in notes(scene, encounter)), *divisions),
         gravity is not None,
+        {name: (size.least / scale.length, size.largest / scale.length) for name, size in sizes.items()},
     )

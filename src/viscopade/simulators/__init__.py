@@ -51,6 +51,8 @@ SIMULATORS: Mapping[str, tuple[str, ...]] = {
 TARGETS = tuple(target for own in SIMULATORS.values() for target in own)
 OWN_LAW = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
 """Targets whose contacts have a law of their own; those of the others are viscoelastic."""
+TYPED = ("lammps", "liggghts", "yade", "mercurydpm")
+"""Targets whose bodies are types, materials or species: one for each class of sizes."""
 
 
 def simulator_of(name: str) -> Simulator:
