@@ -549,7 +549,7 @@ def test_what_is_no_force(force, step):
         (lambda: Contact(lambda x, v: x, mass=-1), "mass is -1.*a finite number > 0"),
         (lambda: Contact(lambda x, v: x, mass=math.inf), "mass is inf"),
         (lambda: Contact(lambda x, v: x, load=math.nan), "load is nan.*a finite number"),
-        (lambda: Contact(lambda x, v: x, end="late"), "end is 'late'.*'force' or 'return'"),
+        (lambda: Contact(lambda x, v: x, end="late"), "end is 'late'.*'force', 'return' or 'break'"),
         (lambda: Contact(lambda x, v: x).collide(0), "speed is 0.*a finite number > 0"),
         (lambda: Contact(lambda x, v: x).collide(1e-200), "speed is 1e-200, mass is 1: expected m v"),
         (lambda: Contact(lambda x, v: x, mass=1e-100).collide(1e200), r"speed is 1e\+200, mass is 1e-100: expected"),

@@ -5,8 +5,9 @@ The compression x and its rate v obey
     m dv/dt = load - F(x, v),    dx/dt = v,    x(0) = 0,  v(0) = the speed of impact,
 
 where F acts while x > 0. With the end "force" the contact never pulls: the force is max(F, 0), and it may act again
-until the bodies are back at x = 0. With the end "return" F may pull until x = 0. The coefficient of restitution eps is
-the speed at which the bodies are back at x = 0, over the speed of impact.
+until the bodies are back at x = 0. With the end "return" F may pull until x = 0. With the end "break" bodies adhere: a
+neck that has formed where contact begins pulls at x < 0, too, until it breaks. The coefficient of restitution eps is
+the speed at which the bodies are back at x = 0, or where contact begins, over the speed of impact.
 
 A power law (`viscopade.Law`) is one kind of force. Every number here is sampled: computed in floating point, with an
 estimate of its error, not proven.
@@ -19,7 +20,8 @@ which is smooth at x = 0 for forces in powers of x^(1/4), Hertz's and Tsuji's am
 Gauss's collocation method of order 40 solves it in pieces (Hairer, Norsett, Wanner, Solving Ordinary Differential
 Equations I, section II.7). Pieces end where the motion turns back, where the force vanishes or acts again, and at
 x = 0, so that a force with a kink there is smooth in every piece. The difference from a second solution, of order 32
-and with other pieces, estimates the error.
+and with other pieces, estimates the error. Where a neck breaks at x_b < 0, s is (x - x_b)^(1/4), because the force of
+a neck may have a root there, as that of JKR has.
 
 With a time step a program's own map is iterated, from many phases, because contact begins anywhere in a step. As a
 function of the phase, eps is smooth in pieces. The range over all phases includes both ends of a step as limits. More
@@ -32,17 +34,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from viscopade.arguments import integer, refusal, without_unit
 from viscopade.arrays import checked
 from viscopade.arrays.checked import Accepted, FloatArray
-from viscopade.collision.schemes import SCHEMES, SEMI_IMPLICIT, Rebounds, Scheme, rebounds
-from viscopade.theory.law import ENDS, End, Law, law_of
+from viscopade.collision.schemes import IMPLICIT, SCHEMES, SEMI_IMPLICIT, Rebounds, Scheme, rebounds
+from viscopade.theory.law import ENDS, Law, law_of
 
 __all__ = [
     "PHASES",
@@ -53,9 +55,11 @@ __all__ = [
     "phase_range",
     "resolving_factor",
     "root",
+    "sticking_speed",
 ]
 
 Force = Callable[[FloatArray, FloatArray], ArrayLike]
+ContactEnd = Literal["force", "return", "break"]
 
 PHASES = np.arange(0.5, 64) / 64
 """Phases, which are parts of a step at which contact begins, of a mean: the midpoints of 64 equal parts."""
@@ -88,12 +92,16 @@ _FAR = 10  # lengths, and in s, that is 10^4 lengths: bodies that come so far ar
 _NUDGE = 1e-7  # for derivatives of the force
 _EDGE = 1e-3  # share of the part of a piece without nodes
 _PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
+_NECK = 10.0  # lengths, up to which a neck whose breaking a function says is followed
+_QUADRATURE = 60  # nodes for the energy of a neck
+_SPEED_RATIO, _WIDEST_SPEED = 4.0, 1e6  # ratio of successive speeds in the search for the slowest one, and its range
 _NEAR, _WIDEST = 0.1, 10  # search for a damping factor: a step of a factor of e^0.1, which is doubled 10 times
 _BEYOND = 1.1  # first step of that search, over the step to where the damping factor should be
 _CLOSE = 1e-13  # relative error of a damping factor
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _FINITE = Accepted("a finite number", lambda x: abs(x) < math.inf)
+_NEGATIVE = Accepted("a finite number < 0, or a function of compression and rate", lambda x: (x < 0) & (x > -math.inf))
 _RESTITUTION = Accepted("a number > 0 and < 1", lambda x: (x > 0) & (x < 1))
 PHASE = Accepted("a number from 0 to 1", lambda x: (x >= 0) & (x <= 1))
 
@@ -113,7 +121,7 @@ class SampledCollision:
         Time from first contact to the last moment at which the force acts; infinite for bodies that do not part.
     parts : bool
         Whether the bodies part, with a time step in at least one phase. They do not part if the motion turns back
-        before x = 0, or creeps at less than 1e-12 of the speed of impact.
+        before x = 0, or before their neck breaks, or creeps at less than 1e-12 of the speed of impact.
     errors : dict of str to float
         An estimate of the absolute error of each of these numbers.
     status : str
@@ -147,12 +155,19 @@ class Contact:
     load : float
         Constant force that presses the bodies together, such as the weight of a body that falls on a plane.
     end : str
-        "force": the force never pulls, it is max(F, 0). "return": it may pull until x = 0.
+        "force": the force never pulls, it is max(F, 0). "return": it may pull until x = 0. "break": it may pull until
+        the neck breaks; then it is defined at compressions x < 0, too.
+    begin : float
+        With the end "break", the compression at which contact forms; eps compares speeds there.
+    break_at : float or callable
+        With the end "break", the compression < 0 at which the neck breaks, or a function of compression and rate that
+        is positive while a neck holds; it counts from the turning point on.
 
     Raises
     ------
     TypeError, ValueError
-        If the force is not callable, a number is not finite, the mass is not positive, or the end is not known.
+        If the force is not callable, a number is not finite, the mass is not positive, the end is not known, or a neck
+        breaks where it cannot.
 
     Examples
     --------
@@ -162,20 +177,38 @@ class Contact:
     >>> found = contact.collide(1.0)
     >>> f"{found.epsilon:.6f} {found.depth:.6e} m, {found.status}"
     '0.522597 2.400827e-03 m, sampled'
+
+    The same spring with a neck, which pulls until it has 0.2 mm:
+
+    >>> contact = Contact(lambda x, v: 1e5 * x, mass=1.0, end="break", break_at=-2e-4)
+    >>> f"{contact.collide(0.1).epsilon:.6f} {contact.neck_energy:.3g} J"
+    '0.774597 0.002 J'
     """
 
     force: Force
     mass: float = 1.0
     load: float = 0.0
-    end: End = "force"
+    end: ContactEnd = "force"
+    begin: float = 0.0
+    break_at: float | Force | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.force):
             raise TypeError(refusal("force", self.force, "a function of compression and rate"))
         object.__setattr__(self, "mass", checked.number("mass", self.mass, _POSITIVE))
         object.__setattr__(self, "load", checked.number("load", self.load, _FINITE))
-        if str(self.end) not in ENDS:
-            raise ValueError(refusal("end", self.end, "'force' or 'return'"))
+        if str(self.end) not in (*ENDS, "break"):
+            raise ValueError(refusal("end", self.end, "'force', 'return' or 'break'"))
+        object.__setattr__(self, "begin", checked.number("begin", self.begin, _FINITE))
+        if (self.break_at is None) != (self.end != "break") or (self.begin and self.break_at is None):
+            accepted = "begin and break_at with the end 'break', and break_at always with it"
+            raise ValueError(
+                f"end is {self.end!r}, begin {self.begin:g}, break_at {self.break_at}: expected {accepted}"
+            )
+        if self.break_at is not None and not callable(self.break_at):
+            object.__setattr__(self, "break_at", checked.number("break_at", self.break_at, _NEGATIVE))
+            if self.begin < self.floor:
+                raise ValueError(f"begin is {self.begin:g}: expected at least break_at, {self.floor:g}")
 
     @classmethod
     def of_law(cls, law: Law | str, kappa: ArrayLike, load: float = 0.0) -> Contact:
@@ -229,8 +262,8 @@ class Contact:
         if step is None:
             return _without_steps(self, v)
         h = checked.number("step", step, _POSITIVE) / integer("substeps", substeps, 1, _SUBSTEPS)
-        length = _length(self, v)
-        shortest = math.pi * length / _fastest(self, v, length) / _STEPS
+        length, fastest = _scales(self, v)
+        shortest = math.pi * length / fastest / _STEPS
         if h < shortest:
             raise ValueError(
                 f"step is {h:g}: expected a number >= {shortest:.3g}, that is {_STEPS} steps in a contact, or no step"
@@ -240,6 +273,8 @@ class Contact:
             raise ValueError("phases is empty: expected at least one number from 0 to 1")
         if not isinstance(scheme, Scheme):
             raise TypeError(refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
+        if self.end == "break" and scheme is IMPLICIT:  # its equations are solved for forces that push at x > 0
+            raise ValueError("scheme is implicit Euler, and the contact has a neck: expected an explicit scheme")
         with np.errstate(over="ignore", invalid="ignore"):
             longest = _PATIENCE * math.pi * length / v
             found = self.rebounds(v, h, begins, scheme, longest)
@@ -275,39 +310,73 @@ class Contact:
         """
         elastic = replace(self, force=lambda x, v: self.force(x, 0 * v), load=0.0)
         found = elastic.collide(speed)
-        low, high = 0.0, found.depth
+        low, high = self.begin, found.depth
         for _ in range(_ZOOMS):
             x = np.linspace(low, high, 65)
             i = max(int(np.argmax(elastic.forces(x, 0 * x) != 0)), 1)
             low, high = float(x[i - 1]), float(x[i])
-        return found.duration - low / speed
+        return found.duration - (low - self.begin) / speed
+
+    @property
+    def floor(self) -> float:
+        """Compression from which on the force may act: where a neck breaks, -inf if a function says that, or 0."""
+        return 0.0 if self.break_at is None else -math.inf if callable(self.break_at) else self.break_at
+
+    def touches(self, x: FloatArray, v: FloatArray, formed: Any) -> NDArray[np.bool_]:
+        """Return whether the force acts at compressions and rates; `formed` says where it acted a moment before."""
+        if self.break_at is None:
+            return x > 0
+        holds = self.neck(x, v) > 0 if callable(self.break_at) else x > self.break_at
+        return np.asarray((x > self.begin) | (formed & holds))
+
+    def neck(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the values of the function `break_at`."""
+        assert callable(self.break_at)
+        return _values(self.break_at, "break_at", x, v)
+
+    @property
+    def neck_energy(self) -> float:
+        """Energy that bodies lose in the neck if nothing is damped: its work, from the break to where contact begins.
+
+        Raises
+        ------
+        ValueError
+            If a function says when the neck breaks: then the energy depends on the motion.
+        """
+        if self.floor == -math.inf:
+            raise ValueError("break_at is a function: expected a compression, for the energy of the neck")
+        nodes, weights = legendre.leggauss(_QUADRATURE)
+        energy = 0.0
+        # In each part x = low + width u^4: the force may have a root at the break, and a kink at x = 0.
+        for low, high in ((self.floor, min(self.begin, 0.0)), (0.0, max(self.begin, 0.0))):
+            u, width = (nodes + 1) / 2, high - low
+            pull = -self.forces(low + width * u**4, np.zeros_like(u))
+            energy += float(weights / 2 @ (4 * u**3 * width * pull))
+        return energy
+
+    def sticking_speed(self, near: float) -> float | None:
+        """Return the speed below which the bodies do not part, to 1e-4; None if none is found around the speed `near`.
+
+        It is sought within a factor of a million to either side.
+        """
+        return sticking_speed(lambda speed: self.collide(near * speed).parts, near)
 
     def softened(self, factor: float) -> Contact:
         """Return the contact whose motion without a load is the same, but `factor` times as long and as deep."""
-        return replace(self, force=lambda x, v: np.asarray(self.force(x / factor, v)) / factor)
+        neck: Any = self.break_at
+        scaled = (lambda x, v: neck(x / factor, v)) if callable(neck) else None if neck is None else neck * factor
+        force = lambda x, v: np.asarray(self.force(x / factor, v)) / factor  # noqa: E731
+        return replace(self, force=force, begin=self.begin * factor, break_at=scaled)
 
     def forces(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Return the force at compressions and rates in double precision.
-
-        The user's function gets copies, because it may change its arguments.
 
         Raises
         ------
         ValueError
             If the force is not real, or has another shape.
         """
-        force = self.force(np.array(x), np.array(v))
-        if type(force) is np.ndarray and force.dtype == float and force.shape == np.shape(x):
-            return force  # as almost all are: the checks below take as long as a simple force
-        force = without_unit("force", force)
-        try:
-            numbers = np.asarray(force)
-            if numbers.dtype.kind not in "biufO" or numbers.dtype == np.float16:  # such as complex numbers
-                raise TypeError
-            return np.broadcast_to(numbers.astype(float), np.shape(x))
-        except (TypeError, ValueError, OverflowError):  # such as 10**400
-            expected = "a real number in single or double precision for each compression"
-            raise ValueError(refusal("the force", force, expected)) from None
+        return _values(self.force, "the force", x, v)
 
     def rebounds(
         self,
@@ -333,13 +402,29 @@ class Contact:
         h, begin = np.broadcast_arrays(np.asarray(step, float), np.asarray(phase, float))
         g, pushes = self.load / self.mass, self.end == "force"
         if longest is None:
-            longest = _PATIENCE * math.pi * _length(self, speed) / speed
+            longest = _PATIENCE * math.pi * _scales(self, speed).length / speed
 
-        def acceleration(x: FloatArray, v: FloatArray) -> FloatArray:
-            force = self.forces(np.maximum(x, 0), v) / self.mass
-            return g - np.where(x > 0, np.maximum(force, 0) if pushes else force, 0)
+        def acceleration(x: FloatArray, v: FloatArray, formed: NDArray[np.bool_]) -> FloatArray:
+            force = self.forces(np.maximum(x, self.floor), v) / self.mass
+            return g - np.where(self.touches(x, v, formed), np.maximum(force, 0) if pushes else force, 0)
 
-        return rebounds(scheme, acceleration, g, speed, h, begin, longest)
+        return rebounds(scheme, acceleration, self.touches, self.begin, g, speed, h, begin, longest)
+
+
+def _values(function: Force, name: str, x: FloatArray, v: FloatArray) -> FloatArray:
+    """Return the values of a user's function; it gets copies, because it may change its arguments."""
+    force = function(np.array(x), np.array(v))
+    if type(force) is np.ndarray and force.dtype == float and force.shape == np.shape(x):
+        return force  # as almost all are: the checks below take as long as a simple force
+    force = without_unit("force", force)
+    try:
+        numbers = np.asarray(force)
+        if numbers.dtype.kind not in "biufO" or numbers.dtype == np.float16:  # such as complex numbers
+            raise TypeError
+        return np.broadcast_to(numbers.astype(float), np.shape(x))
+    except (TypeError, ValueError, OverflowError):  # such as 10**400
+        expected = "a real number in single or double precision for each compression"
+        raise ValueError(refusal(name, force, expected)) from None
 
 
 def damping_factor(
@@ -434,6 +519,31 @@ def root(
         least = error / 2 / abs(b - a)
         t = min(max(t, least), 1 - least)
     return b if fb == 0 or abs(fb) < abs(fa) else a
+
+
+def sticking_speed(parts: Callable[[float], bool], near: float, error: float = 1e-4) -> float | None:
+    """Return the speed below which bodies do not part, with a relative error; None if none is found.
+
+    Parameters
+    ----------
+    parts : callable
+        Whether bodies part at a speed, which is a multiple of `near`.
+    near : float
+        Start of the search, which extends over a factor of a million to either side.
+    error : float
+        Relative error.
+    """
+    fast, slow = 1.0, 1 / _SPEED_RATIO
+    while parts(slow) and slow > 1 / _WIDEST_SPEED:
+        fast, slow = slow, slow / _SPEED_RATIO
+    while not parts(fast) and fast < _WIDEST_SPEED:
+        slow, fast = fast, fast * _SPEED_RATIO
+    if not 1 / _WIDEST_SPEED < fast < _WIDEST_SPEED:
+        return None
+    while fast > (1 + error) * slow:
+        between = math.sqrt(slow * fast)
+        slow, fast = (slow, between) if parts(between) else (between, fast)
+    return near * fast
 
 
 def resolving_factor(
@@ -563,7 +673,7 @@ class _Piece(NamedTuple):
 
 
 class _Event(NamedTuple):
-    """A turn, a turn back or the end of the motion, or a zero of the force: its place in a piece, with bounds."""
+    """A turn, a turn back or the end of the motion, a zero of the force or of x: its place in a piece, with bounds."""
 
     part: float
     low: float
@@ -571,12 +681,24 @@ class _Event(NamedTuple):
     name: str
 
 
-class _Motion:
-    """The motion of a contact in the variables s and sigma, in units in which the largest speed is about 1."""
+class _Phase(NamedTuple):
+    """Whether the force acts, whether the bodies approach, and whether x is above 0."""
 
-    def __init__(self, contact: Contact, speed: float, length: float, nodes: int, tolerance: float) -> None:
-        self.length, self.contact = length, contact
-        self.speed = _fastest(contact, speed, length)
+    acts: bool
+    approaches: bool
+    above: bool
+
+
+class _Motion:
+    """The motion of a contact in the variables s and sigma, in units in which the largest speed is about 1.
+
+    The compression is s^4 + floor, where the neck breaks at the floor, or at last there if a function says when.
+    """
+
+    def __init__(self, contact: Contact, speed: float, scales: _Scales, nodes: int, tolerance: float) -> None:
+        self.contact, (self.length, self.speed) = contact, scales
+        self.floor = -_NECK if callable(contact.break_at) else contact.floor / self.length
+        self.begin = contact.begin / self.length
         self.unit, self.start = contact.mass * self.speed**2 / self.length, speed / self.speed
         self.load, self.pushes = contact.load / self.unit, contact.end == "force"
         # In single precision the force has noise, so nothing can be solved to more digits.
@@ -586,7 +708,7 @@ class _Motion:
         self.rate_error = _RATE_ERROR * coarser
 
     def force(self, s: FloatArray, v: FloatArray) -> FloatArray:
-        return self.contact.forces(self.length * s**4, self.speed * v) / self.unit
+        return self.contact.forces(self.length * (s**4 + self.floor), self.speed * v) / self.unit
 
     def force_at(self, s: float, v: float) -> float:
         return float(self.force(np.array([s]), np.array([v]))[0])
@@ -601,19 +723,20 @@ class _Motion:
 
     def collide(self) -> tuple[float, float, float, float]:
         """Return eps (0 if the bodies do not part), depth, duration and the sum of the errors of all pieces."""
-        s, v, time, error, h = 0.0, self.start, 0.0, 0.0, 0.25
-        acts, approaches, depth, acted = not self.pushes or self.force_at(1e-3, v) >= 0, True, 0.0, 0.0
+        first = s = (self.begin - self.floor) ** 0.25
+        v, time, error, h, depth, acted = self.start, 0.0, 0.0, 0.25, 0.0, 0.0
+        phase = _Phase(not self.pushes or self.force_at(1e-3, v) >= 0, True, self.begin >= 0)
         power, creep = 1 / len(self.rule.nodes), max(_CREEP * self.start, 10 * self.solved)
         for _ in range(_PIECES):
-            piece = self.piece(s, v, h, acts)
-            event = self.event(piece, s, v, acts, approaches)
+            piece = self.piece(s, v, h, phase.acts)
+            event = self.event(piece, s, v, phase)
             if event and event.name == "turns back" and (piece.error <= self.tolerance or h <= _SHORTEST):
                 return 0.0, depth, math.inf, error / self.start
             for _ in range(3):  # there may be an earlier event
                 if not event or event.name == "turns back":
                     break
-                piece, h = self.landed(event, s, v, h, acts)
-                earlier = self.event(piece, s, v, acts, approaches)
+                piece, h = self.landed(event, s, v, h, phase)
+                earlier = self.event(piece, s, v, phase)
                 if not earlier or earlier.name == event.name:
                     break
                 event = earlier
@@ -624,26 +747,34 @@ class _Motion:
             if not piece.error < 1:
                 break
             s, v, time, error = float(piece.s[-1]), float(piece.v[-1]), time + piece.time, error + piece.error
-            if s > _FAR:
+            if s > _FAR + first:
                 raise _never_stops(self.contact, self.start * self.speed)
-            depth = max(depth, s**4)
-            if acts and self.force(piece.s, piece.v).any():  # the force may be 0 up to some compression
+            depth = max(depth, s**4 + self.floor)
+            if phase.acts and self.force(piece.s, piece.v).any():  # the force may be 0 up to some compression
                 acted = time
             if event and event.name == "end":
-                return -v / self.start, depth, acted, error / self.start
+                # With a load, v^2/2 - load x is constant from here to where contact begins.
+                square = v * v - 2 * self.load * (s**4 + self.floor - self.begin)
+                return math.sqrt(max(square, 0.0)) / self.start, depth, acted, error / self.start
+            if event and event.name == "far":
+                break
             if event and event.name == "turn":
-                v, approaches = 0.0, False
+                v, phase = 0.0, phase._replace(approaches=False)
                 # A force that acts in the approach only does not push bodies apart: they stay at the turning point.
-                if self.rate(s, -creep, acts) >= 0:
+                if self.rate(s, -creep, phase.acts) >= 0:
                     return 0.0, depth, math.inf, error / self.start
             elif event and event.name == "force":
-                acts = not acts
-            rate = self.rate(s, v, acts)
-            if abs(v) < creep and (s * abs(rate) < creep or (v * rate < 0 and not approaches)):
+                phase = phase._replace(acts=not phase.acts)
+            elif event and event.name == "level":
+                phase = phase._replace(above=not phase.above)
+            rate = self.rate(s, v, phase.acts)
+            if abs(v) < creep and (s * abs(rate) < creep or (v * rate < 0 and not phase.approaches)):
                 return 0.0, depth, math.inf, error / self.start
             truncated = max(piece.error - self.rounded, self.rounded / 1000)  # rounding does not fall with the length
             h *= min(4.0, max(0.3, 0.8 * (self.tolerance / truncated) ** power))
-        where = f"compression {self.length * s**4:.4g} and rate {self.speed * v:.4g}"
+        where = f"compression {self.length * (s**4 + self.floor):.4g} and rate {self.speed * v:.4g}"
+        if event and event.name == "far":
+            raise ValueError(f"break_at is still > 0 at {where}: expected a function that is 0 where a neck breaks")
         raise ValueError(f"the force cannot be integrated at {where}: expected a finite force, without noise")
 
     def piece(self, s: float, v: float, h: float, acts: bool) -> _Piece:
@@ -676,41 +807,59 @@ class _Motion:
         end = float(s + h * (weights @ at)), float(v + h * (weights @ rate))
         return _Piece(np.append(path, end[0]), np.append(at, end[1]), h * float(weights @ (4 * path**3)), error)
 
-    def event(self, piece: _Piece, s: float, v: float, acts: bool, approaches: bool) -> _Event | None:
+    def quantity(self, name: str, s: Any, v: Any, phase: _Phase) -> Any:
+        """Return what falls below 0 where an event happens, at numbers or arrays."""
+        if name == "force":
+            return (1 if phase.acts else -1) * self.force(s, v)
+        if name == "level":
+            return (1 if phase.above else -1) * (s - (-self.floor) ** 0.25)
+        if name == "end" and callable(self.contact.break_at):
+            return self.contact.neck(self.length * (s**4 + self.floor), self.speed * v)
+        return {"turn": v, "turns back": -v}.get(name, s)
+
+    def event(self, piece: _Piece, s: float, v: float, phase: _Phase) -> _Event | None:
         """Return the first event in a piece from s and v."""
-        watched = {"turn": (v, piece.v)} if approaches else {"end": (s, piece.s), "turns back": (-v, -piece.v)}
-        if self.pushes:
-            sign = 1 if acts else -1
-            start = abs(self.force_at(s, v))
-            watched["force"] = start, sign * self.force(piece.s, piece.v) + self.noise(piece.s, piece.v)
-        places, found = np.append(self.rule.nodes, 1), []
-        for name, (start, values) in watched.items():
+        names = ["turn"] if phase.approaches else ["end", "turns back"]
+        names += ["force"] if self.pushes else ["level"] if self.floor else []
+        names += ["far"] if callable(self.contact.break_at) else []
+        places, events = np.append(self.rule.nodes, 1), []
+        start_s, start_v = np.array([s]), np.array([v])
+        for name in names:
+            values = self.quantity(name, piece.s, piece.v, phase)
+            if name == "force":
+                values = values + self.noise(piece.s, piece.v)
             if (values < 0).any():
                 i = int(np.argmax(values < 0))
-                low, value = (float(places[i - 1]), values[i - 1]) if i else (0.0, start)
+                low, value = float(places[i - 1]), values[i - 1]
+                if not i:
+                    low, value = 0.0, abs(float(self.quantity(name, start_s, start_v, phase)[0]))
                 high = float(places[i])
-                found.append(_Event(low + (high - low) * float(value / (value - values[i])), low, high, name))
-        return min(found, default=None)
+                events.append(_Event(low + (high - low) * float(value / (value - values[i])), low, high, name))
+        return min(events, default=None)
 
-    def landed(self, event: _Event, s: float, v: float, h: float, acts: bool) -> tuple[_Piece, float]:
+    def landed(self, event: _Event, s: float, v: float, h: float, phase: _Phase) -> tuple[_Piece, float]:
         """Return the piece from s and v that ends with an event of the piece of length h, and its own length."""
         low, high, h = event.low * h, event.high * h, event.part * h
+        acts, computed = phase.acts, event.name == "force" or (event.name == "end" and callable(self.contact.break_at))
         for _ in range(_LANDING):
             piece = self.piece(s, v, h, acts)
-            at_s, at_v = float(piece.s[-1]), float(piece.v[-1])
-            rate, close = self.rate(at_s, at_v, acts), self.solved / 10
-            value, slope = (at_v, rate) if event.name == "turn" else (at_s, at_v)
+            at_s, at_v = piece.s[-1:], piece.v[-1:]
+            value, close = float(self.quantity(event.name, at_s, at_v, phase)[0]), self.solved / 10
+            rate = self.rate(float(at_s[0]), float(at_v[0]), acts)
+            if computed:
+                ahead = self.quantity(event.name, at_s + self.nudge * at_v, at_v + self.nudge * rate, phase)
+                slope = (float(ahead[0]) - value) / self.nudge
+            else:
+                slope = rate if event.name == "turn" else float(at_v[0])
+                slope = -slope if event.name == "level" and not phase.above else slope
             if event.name == "force":
-                sign = 1 if acts else -1
-                value = sign * self.force_at(at_s, at_v)
-                slope = (sign * self.force_at(at_s + self.nudge * at_v, at_v + self.nudge * rate) - value) / self.nudge
-                close = float(self.noise(piece.s[-1:], piece.v[-1:])[0])
+                close = float(self.noise(at_s, at_v)[0])
             low, high = (h, high) if value > 0 else (low, h)
             move = -value / slope if slope else math.inf
             if abs(move) < self.solved * max(h, 1) or abs(value) < close:
                 return piece, h
             if high - low < self.solved * max(h, 1):
-                if event.name != "force":  # s and v do not jump: the longer piece was wrong
+                if not computed:  # s and v do not jump: the longer piece was wrong
                     break
                 h = max(low, self.solved)  # the force jumps: this piece ends in front of the jump
                 return self.piece(s, v, h, acts), h
@@ -718,10 +867,18 @@ class _Motion:
         return (piece if abs(move) < _CREEP * max(h, 1) else piece._replace(error=math.inf)), h
 
 
-def _length(contact: Contact, speed: float) -> float:
+class _Scales(NamedTuple):
+    """Units of a collision: its compression, and the largest speed, roughly."""
+
+    length: float
+    speed: float
+
+
+def _scales(contact: Contact, speed: float) -> _Scales:
     """Return the compression at which the work of the force, at rate 0 or else at the speed of impact, stops bodies.
 
-    It is the unit of length of a collision; 1e-3 of the largest energy is exact enough.
+    It is the unit of length of a collision; 1e-3 of the largest energy is exact enough. The largest speed is that of
+    bodies that the load accelerates over this length, and a force that pulls.
     """
     energy = contact.mass * speed * speed / 2
     if not (0 < speed * speed < math.inf and 0 < 2 * energy < math.inf):
@@ -729,14 +886,16 @@ def _length(contact: Contact, speed: float) -> float:
             f"speed is {speed:g}, mass is {contact.mass:g}: expected m v^2 in the range of double precision"
         )
     for rate in (0.0, speed):
-        x = np.concatenate(([0.0], np.logspace(-40, 40, 8001)))
+        x = contact.begin + np.concatenate(([0.0], np.logspace(-40, 40, 8001)))
         for _ in range(_HALVINGS):
             with np.errstate(all="ignore"):
                 force = contact.forces(x, np.full(len(x), rate))
                 force = np.maximum(force, 0) if contact.end == "force" else force
+                width, finite = np.diff(x), np.where(np.isfinite(force), force, 0)
+                pull = np.maximum.accumulate(np.maximum(-np.cumsum((finite[1:] + finite[:-1]) / 2 * width), 0))
                 force = np.where(np.isfinite(force), force - contact.load, 0)
-                width, scale = np.diff(x), energy + max(contact.load, 0) * x[1:]
                 work = np.cumsum((force[1:] + force[:-1]) / 2 * width)
+                scale = energy + max(contact.load, 0) * x[1:] + pull
                 most = np.cumsum(np.maximum(force[1:], force[:-1]) * width)
                 doubt = np.abs(np.diff(force)) * width
 
@@ -747,7 +906,10 @@ def _length(contact: Contact, speed: float) -> float:
                 break
             x = np.sort(np.concatenate((x, (x[1:] - width / 2)[halved])))
         if (work >= energy).any():
-            return float(x[1 + np.argmax(work >= energy)])
+            last = int(np.argmax(work >= energy))
+            length, pulled = float(x[1 + last] - contact.begin), float(pull[last])
+            square = speed**2 + max(contact.load, 0) / contact.mass * length + 2 * pulled / contact.mass
+            return _Scales(length, math.sqrt(square))
     raise _never_stops(contact, speed)
 
 
@@ -755,16 +917,11 @@ def _never_stops(contact: Contact, speed: float) -> ValueError:
     return ValueError(f"the force does not stop a body of mass {contact.mass:g} at speed {speed:g}: {_EXPECTED}")
 
 
-def _fastest(contact: Contact, speed: float, length: float) -> float:
-    """Return roughly the largest speed of a body that the load accelerates over a length."""
-    return math.sqrt(speed**2 + max(contact.load, 0) / contact.mass * length)
-
-
 def _without_steps(contact: Contact, speed: float) -> SampledCollision:
     """Return the collision without a time step: the finer of two solutions, with their differences as errors."""
     with np.errstate(all="ignore"):  # overflow in steps that are too long
-        length = _length(contact, speed)
-        motions = [_Motion(contact, speed, length, *method) for method in _METHODS]
+        scales = _scales(contact, speed)
+        motions = [_Motion(contact, speed, scales, *method) for method in _METHODS]
         fine, coarse = (motion.collide() for motion in motions)
     motion, names = motions[0], ("epsilon", "depth", "duration")
     units = 1.0, motion.length, motion.length / motion.speed

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from viscopade.arrays.checked import FloatArray
 
 Acceleration = Callable[[FloatArray, FloatArray], FloatArray]
+Touching = NDArray[np.bool_]
 State = tuple[FloatArray, FloatArray, FloatArray]
 
 _SECANTS, _SOLVED = 60, 4e-15  # largest number of secants that solve an implicit step, and its error
@@ -165,19 +166,30 @@ def _flies(acceleration: Acceleration, g: float, x: FloatArray, v: FloatArray) -
     places = np.multiply.outer(_PATH, x)
     squares = v * v - 2 * g * (x - places)
     free = (squares > 0) & (acceleration(places, -np.sqrt(np.maximum(squares, 0))) == g)
-    return np.asarray((x <= 0) | free.all(0))
+    return np.asarray(free.all(0))
 
 
 def rebounds(
-    scheme: Scheme, acceleration: Acceleration, g: float, speed: float, h: FloatArray, phase: FloatArray, longest: float
+    scheme: Scheme,
+    contact_acceleration: Callable[[FloatArray, FloatArray, Touching], FloatArray],
+    touches: Callable[[FloatArray, FloatArray, Touching], Touching],
+    begin: float,
+    g: float,
+    speed: float,
+    h: FloatArray,
+    phase: FloatArray,
+    longest: float,
 ) -> Rebounds:
     """Return the collisions of a map; arrays have one shape.
 
     Parameters
     ----------
     scheme : Scheme
-    acceleration : callable
-        A function of x and v; it is g for x <= 0.
+    contact_acceleration, touches : callable
+        Functions of x, v and whether the force acted after the step before: the acceleration, which is g where the
+        force does not act, and whether it acts.
+    begin : float
+        Compression at which contact begins.
     g : float
         Acceleration in free flight, towards the contact.
     speed : float
@@ -189,16 +201,20 @@ def rebounds(
     """
     # Free flight before first contact lasts for `flight`. Under a load, a body has been at rest speed/g before.
     flight = phase * h if g <= 0 else np.minimum(phase * h, speed / g)
-    x, v = -flight * speed + g / 2 * flight**2, speed - g * flight + scheme.lead * g * h
+    x, v = begin - flight * speed + g / 2 * flight**2, speed - g * flight + scheme.lead * g * h
     epsilon, deepest, depth = np.zeros_like(h), np.zeros_like(h), np.zeros_like(h)
-    duration, touches = np.full_like(h, math.inf), np.ones(h.shape, bool)
-    turns, stays = np.zeros(h.shape, int), np.zeros(h.shape, bool)
+    duration, together = np.full_like(h, math.inf), np.ones(h.shape, bool)
+    turns, stays, formed = np.zeros(h.shape, int), np.zeros(h.shape, bool), np.zeros(h.shape, bool)
+
+    def acceleration(x: FloatArray, v: FloatArray) -> FloatArray:
+        return contact_acceleration(x, v, formed)
+
     approach = bool(v.min() >= _CREEP * speed)
     with np.errstate(over="ignore", invalid="ignore"):  # steps that are far too long
         for i in range(1, math.ceil(longest / float(h.min())) + _FEWEST_STEPS):
             v_last = v
             x, v, newest = scheme.step(x, v, h, acceleration)
-            deepest = np.maximum(deepest, x)
+            deepest, formed = np.maximum(deepest, x), touches(x, v, formed)
 
             # While all bodies approach, none turns back, creeps or leaves.
             approached, approach = approach, bool(v.min() >= _CREEP * speed)
@@ -209,15 +225,17 @@ def rebounds(
             turns += v_last * v < 0
             stays |= (turns > _TURNS) | (np.maximum(np.abs(v_last), np.abs(v)) < _CREEP * speed)
 
-            # Bodies have left where only the load acts, up to x = 0. From there v^2/2 - g x is constant, and eps is the
-            # speed at x = 0; v of the end of the step lacks the lead of the scheme.
-            left = touches & ~stays & (newest == g) & (v < 0)
+            # Bodies have left where only the load acts, up to x = 0; where there is a neck, they leave when it breaks.
+            # From there v^2/2 - g x is constant, and eps is the speed where contact begins; v of the end of the step
+            # lacks the lead of the scheme.
+            left = together & ~stays & (newest == g) & (v < 0)
             if left.any():
-                left &= _flies(acceleration, g, x, v)
+                left &= ~formed | ((x > 0) & _flies(acceleration, g, x, v))
                 at_end = v - scheme.lead * g * h
-                epsilon = np.where(left, np.sqrt(np.maximum(at_end * at_end - 2 * g * x, 0)) / speed, epsilon)
+                square = at_end * at_end - 2 * g * (x - begin)
+                epsilon = np.where(left, np.sqrt(np.maximum(square, 0)) / speed, epsilon)
                 depth, duration = np.where(left, deepest, depth), np.where(left, i * h - flight, duration)
-                touches &= ~left
-            if not (touches & ~stays).any():
+                together &= ~left
+            if not (together & ~stays).any():
                 break
-    return Rebounds(epsilon, np.where(touches, deepest, depth), duration)
+    return Rebounds(epsilon, np.where(together, deepest, depth), duration)

@@ -18,16 +18,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision.contact import Contact, damping_factor
+from viscopade.collision.contact import Contact, damping_factor, sticking_speed
 from viscopade.collision.spheres import Pair
 from viscopade.theory.law import VISCOELASTIC, Law
 
 EARTH = 9.81
 """Default acceleration of a body that falls, in m/s^2."""
 COUNTS = 0.02  # g t_c/v from which on texts warn
-_FACTOR = 4.0  # ratio of successive speeds in the search for a sticking speed
-_WIDEST = 1e6  # end of that search, in units of the speed at which G is 1
-_CLOSE = 1e-4  # relative error of a sticking speed, which is printed with three digits
 
 
 def loss_slope(law: Law) -> float:
@@ -173,17 +170,7 @@ def _sticking(law: Law, kappa: float, carried: float) -> float | None:
         load = speed ** (-2 * a / (a + 1))
         return loaded(law, kappa * speed ** float(2 * law.c), load, carried).collide().parts
 
-    fast, slow = 1.0, 1 / _FACTOR
-    while parts(slow) and slow > 1 / _WIDEST:
-        fast, slow = slow, slow / _FACTOR
-    while not parts(fast) and fast < _WIDEST:
-        slow, fast = fast, fast * _FACTOR
-    if not 1 / _WIDEST < fast < _WIDEST:
-        return None
-    while fast > (1 + _CLOSE) * slow:
-        between = math.sqrt(slow * fast)
-        slow, fast = (slow, between) if parts(between) else (between, fast)
-    return fast
+    return sticking_speed(parts, 1.0)
 
 
 def _and(numbers: Iterable[float], figures: str) -> str:
