@@ -163,8 +163,8 @@ def _in_si(text: str, unit: str) -> float | None:
     return None if value is None else float(value)
 
 
-def decimal_in(text: str, unit: str) -> Decimal | None:
-    """Return a number with a unit in another unit, exactly, or None."""
+def decimal_in(text: str, unit: str | None) -> Decimal | None:
+    """Return a number with a unit in another unit, exactly, or None; without another one in SI base units."""
     match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None or not _UNIT.fullmatch(match[2].strip().removeprefix("1/")):  # such as 1/s^2
         return None
@@ -177,10 +177,11 @@ def decimal_in(text: str, unit: str) -> Decimal | None:
 
 
 @lru_cache(maxsize=256)
-def _size_of_unit(name: str, unit: str) -> Decimal:
-    """Return a unit in terms of another one."""
+def _size_of_unit(name: str, unit: str | None) -> Decimal:
+    """Return a unit in terms of another one, or of SI base units."""
     registry = _registry()
-    size = float(registry.Quantity(1.0, registry.Unit(name)).to(unit).magnitude)
+    one = registry.Quantity(1.0, registry.Unit(name))
+    size = float((one.to_base_units() if unit is None else one.to(unit)).magnitude)
     if not 0 < size < math.inf:
         raise ValueError(f"{name} is not a positive number of {unit}")
     # Pint multiplies in double precision: 1 g/cm^3 is 1000 kg/m^3, not the neighbour.

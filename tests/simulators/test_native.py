@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from mpmath import mp
+from scipy.integrate import solve_ivp
 
 from viscopade.collision.contact import PHASES
 from viscopade.collision.schemes import SEMI_IMPLICIT
@@ -639,7 +640,7 @@ def test_wrong_formulas_get_one_line(formula):
     with pytest.raises(ValueError) as error:
         force(formula)
     assert str(error.value).startswith("force has ")
-    assert "expected numbers, x, v, + - * / **" in str(error.value)
+    assert "expected numbers, x, v, names of --constant, + - * / **" in str(error.value)
     assert "\n" not in str(error.value)
 
 
@@ -705,3 +706,47 @@ def test_a_typed_force_is_a_contact():
     assert found.collision.epsilon == pytest.approx(np.exp(-zeta / w * np.arctan2(w, zeta)), abs=1e-9)
     assert found.instead is None
     assert "nothing to write instead" in found.warnings[-1]
+
+
+IMPACT = "max(0, 1e5*x**1.5 + step(x, 0, 0, 1e-4, c)*v)"
+
+
+def impact_of_adams(x, v, c):
+    """Return the force of an IMPACT with stiffness 1e5, exponent 1.5, and damping from 0 to 0.1 mm."""
+    part = min(max(x, 0) / 1e-4, 1)
+    return max(0, 1e5 * max(x, 0) ** 1.5 + c * (3 * part**2 - 2 * part**3) * v)
+
+
+@pytest.mark.parametrize("wanted", [0.9, 0.5, 0.1])
+@pytest.mark.parametrize("constant", ["c=1e4", "c = 0.01 kN s/mm", "c=0"])
+def test_the_damping_of_an_impact_gives_the_wanted_eps(wanted, constant):
+    """SciPy's integration of a body of 1 kg at 1 m/s, up to where x = 0 again."""
+    found = delivered(typed(IMPACT, "force", [constant], "c"), {}, mass=1.0, epsilon=wanted)
+    c = float(found.instead["c"])
+    parts = lambda t, y: y[0] + 1e-15 * (t == 0)  # noqa: E731
+    parts.terminal, parts.direction = True, -1
+    motion = solve_ivp(
+        lambda t, y: (y[1], -impact_of_adams(*y, c)), (0, 1), (0, 1), "Radau", events=parts, rtol=1e-9, atol=1e-12
+    )
+    assert -motion.y_events[0][0][1] == pytest.approx(wanted, abs=2e-7)
+
+
+def test_constants_are_in_si_units():
+    """10 kN s/mm is 1e7 N s/m, 3 N/cm^(3/2) is 3000 N/m^(3/2)."""
+    native = typed("k*x**1.5 + c*v", "force", ["c=10 kN s/mm", "k = 3 N/cm^(3/2)"])
+    assert native.values({}) == {"c": 1e7, "k": pytest.approx(3000), "scheme": "semi-implicit-euler"}
+
+
+@pytest.mark.parametrize(
+    ("formula", "wanted", "said"),
+    [
+        ("1e5*x + max(k*v, -5)", 1e-4, None),  # damping of the approach alone has no least eps
+        ("k*x + 100*v", 0.9, "No damping gives 0.9: epsilon rises from"),
+        ("k*x + 100*v", 0.3, "No damping gives 0.3: epsilon rises from"),
+        ("1e5*x + 100*v + min(k, 10)*max(v, 0)", 0.3, "expected at least 0.6"),
+    ],
+)
+def test_a_constant_that_gives_no_such_eps(formula, wanted, said):
+    found = delivered(typed(formula, "force", ["k=1e5"], "k"), {}, mass=1.0, epsilon=wanted)
+    assert (found.instead is None) == (said is not None)
+    assert said is None or said in found.warnings[-1]

@@ -62,6 +62,14 @@ class _SimulatorOrFile(OneOf):
 )
 @click.option("--force", metavar="FORMULA", help="Force as a function of the compression x and its rate v.")
 @click.option(
+    "--constant",
+    "constants",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Constant in --force, with a unit or in SI units; repeatable.",
+)
+@click.option("--vary", metavar="NAME", help="Constant in --force that is the damping, which --epsilon finds.")
+@click.option(
     "--speed", metavar="QUANTITY", help="Impact speed, for FILE, --set and --force.  [default for FILE: 1 m/s]"
 )
 @click.option("--mass", metavar="QUANTITY", help="Effective mass, m1 m2/(m1 + m2).")
@@ -116,8 +124,9 @@ def audit(
 
     The third example, with --speed, starts from the parameters of your file, set by --set. Other parameters have the
     program's defaults. --force replaces the program by a formula with numbers, x, v, + - * / **, min, max, abs, sqrt,
-    exp, where(x < 1e-3, ..., ...) and the cubic step(x, x0, h0, x1, h1). With --epsilon the number to write for that
-    eps is printed, too. These eps are sampled, not proven.
+    exp, where(x < 1e-3, ..., ...), the cubic step(x, x0, h0, x1, h1) and names of constants. With --epsilon the number
+    to write for that eps is printed, too; of a force it is the constant that --vary names. These eps are sampled, not
+    proven.
 
     The contact time is without damping: `viscopade epsilon` prints it for a material with A = 0. Plain numbers are in
     SI units.
@@ -126,8 +135,8 @@ def audit(
     of_contact = {"--speed": own["speed"], "--set": own["settings"], "--force": own["force"]}
     typed = [flag for flag, value in of_contact.items() if value not in _NOTHING]
     if isinstance(simulator, Path):
-        more = {"--set": own.pop("settings")} | {
-            f"--{name}": own.pop(name) for name in ("force", "mass", "scheme", "end")
+        more = {"--set": own.pop("settings"), "--constant": own.pop("constants")} | {
+            f"--{name}": own.pop(name) for name in ("force", "vary", "mass", "scheme", "end")
         }
         _refuse("with a file", of_formulas | more)
         show_deck(simulator, epsilon, time_step, style, **own)
@@ -137,8 +146,8 @@ def audit(
         _refuse(f"with {' and '.join(typed)}", of_formulas)
         show_contact(simulator, epsilon, time_step, style, **own)
     else:
-        names = ("mass", "radius", "density", "gravity", "scheme", "end")
-        _refuse("without --speed", {f"--{name}": own[name] for name in names})
+        names = ("constants", "vary", "mass", "radius", "density", "gravity", "scheme", "end")
+        _refuse("without --speed", {f"--{name.removesuffix('s')}": own[name] for name in names})
         show_formulas(simulator, epsilon, time_step, contact_time, step_error, whole, style)
 
 

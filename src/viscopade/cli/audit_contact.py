@@ -44,6 +44,8 @@ def show_contact(
     end: End | None,
     radius: Sequence[str],
     density: Sequence[str],
+    constants: Sequence[str],
+    vary: str | None,
     **quantities: str | None,
 ) -> None:
     """Print the eps of the contact in a user's file, or with any force."""
@@ -52,7 +54,7 @@ def show_contact(
     from viscopade.simulators.own_law import FEWEST_STEPS
     from viscopade.simulators.setup import SI
 
-    title, version, native = _native(simulator, force, end)
+    title, version, native = _native(simulator, force, end, constants, vary)
 
     # A pasted line of LAMMPS or LIGGGHTS sets several parameters.
     pasted = [text for text in settings if simulator in _WITH_LINES and text.split()[:1] in _COMMANDS]
@@ -87,6 +89,10 @@ def show_contact(
     if sized and unsized:
         raise click.UsageError(f"--{sized[0]} has a unit, and {unsized}")
     wanted = None
+    if epsilon is not None and force is not None and vary is None:
+        raise click.UsageError(
+            "--epsilon is given with --force: expected --vary NAME, the --constant that is the damping"
+        )
     if epsilon is not None:
         wanted = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
     impact = Impact(
@@ -167,16 +173,19 @@ def _effective_values(radius: str, density: str, has_wall: bool, sized: list[str
     return effective(masses), effective(radii)
 
 
-def _native(simulator: str | None, force: str | None, end: End | None) -> tuple[str, str, Native]:
+def _native(
+    simulator: str | None, force: str | None, end: End | None, constants: Sequence[str], vary: str | None
+) -> tuple[str, str, Native]:
     """Return the name, the version and the contact of a simulator, or of a force."""
     if (simulator is None) == (force is None):
         raise click.UsageError("expected either a simulator, such as mujoco, or --force")
     if force is not None:
         from viscopade.simulators.typed_force import native
 
-        return "", "", native(force, end or "force")
-    if end is not None:
-        raise click.UsageError("--end is given for a simulator, which has its own: expected --force with it")
+        return "", "", native(force, end or "force", constants, vary)
+    for flag, value in {"--end": end, "--constant": constants, "--vary": vary}.items():
+        if value:
+            raise click.UsageError(f"{flag} is given for a simulator, which has its own: expected --force with it")
     program = simulator_of(str(simulator))
     if program.native is None:
         with_one = ", ".join(each.name for each in simulators() if each.native is not None)

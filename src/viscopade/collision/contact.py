@@ -483,14 +483,22 @@ def damping_factor(
     if widths[0] < _CLOSE:
         return near
     for width in widths:
-        if first > 0:
-            a, low, b = b, high, b + width
-            high = excess(b)
-        else:
-            b, high, a = a, low, a - width
-            low = excess(a)
+        try:
+            if first > 0:
+                a, low, b = b, high, b + width
+                high = excess(b)
+            else:
+                b, high, a = a, low, a - width
+                low = excess(a)
+        except ValueError:  # so far from the start, a contact is no longer computed
+            break
         if low >= 0 >= high:
             return math.exp(root(excess, (a, low), (b, high), _CLOSE))
+    # The search ended where it began, although eps changes on the way: then eps grows with c.
+    if max(tried) > tried[0] == min(tried) if first > 0 else min(tried) < tried[0] == max(tried):
+        raise ValueError(
+            f"epsilon rises from {min(tried):.4g} to {max(tried):.4g} as the damping factor grows: expected it to fall"
+        )
     reached = f"at least {min(tried):.4g}" if first > 0 else f"at most {max(tried):.4g}"
     raise ValueError(f"epsilon is {wanted:g}: expected {reached}, which this kind of damping can reach")
 

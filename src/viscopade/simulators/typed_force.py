@@ -1,22 +1,27 @@
-"""A force that is typed as a formula of x, the compression, and v, its rate, such as "1e5*x + 1e3*max(v, 0)".
+"""A force that is typed as a formula of x, the compression, and v, its rate, such as "1e5*x + c*max(v, 0)".
 
-Python's own parser reads it, and only what is listed here is computed: nothing of it runs as Python code.
+Python's own parser reads it, and only what is listed here is computed: nothing of it runs as Python code. Other names
+are constants, such as "c = 1 kN s/m".
 """
 
 from __future__ import annotations
 
 import ast
+import keyword
 import operator
+import re
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from viscopade import arguments, quantity
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SCHEMES
-from viscopade.simulators.native import Impact, Native, Values
+from viscopade.simulators.native import Impact, Native, Parameter, Values
 from viscopade.theory.law import End
 
 _Function = Callable[[FloatArray, FloatArray], Any]
@@ -24,8 +29,8 @@ _Function = Callable[[FloatArray, FloatArray], Any]
 _LONGEST, _DEEPEST = 2000, 50
 _PLACES = np.logspace(-9, 0, 91)  # over the depth, where a force may pull
 _ACCEPTED = (
-    "numbers, x, v, + - * / **, min, max, abs, sqrt, exp, where(x < 1e-3, A, B) and step(x, x0, h0, x1, h1), "
-    f"up to {_LONGEST} characters and {_DEEPEST} levels"
+    "numbers, x, v, names of --constant, + - * / **, min, max, abs, sqrt, exp, where(x < 1e-3, A, B) and "
+    f"step(x, x0, h0, x1, h1), up to {_LONGEST} characters and {_DEEPEST} levels"
 )
 
 
@@ -70,10 +75,14 @@ _FUNCTIONS: dict[str, tuple[range, Callable[..., Any]]] = {
     "step": (range(5, 6), _step),
 }
 """By name, how many arguments it takes, and what it computes."""
+_NAME = re.compile("[A-Za-z_][A-Za-z_0-9]{0,39}")
+_RESERVED = ("x", "v", "scheme", *_FUNCTIONS)  # "scheme" is the integrator of `Native`
+_NUMBER = "a number, or a quantity with a unit such as 10 kN s/m"
+_NO_CONSTANTS: Mapping[str, float] = MappingProxyType({})
 
 
-def force(formula: str) -> _Function:
-    """Return the force F(x, v) of NumPy arrays that a formula says.
+def force(formula: str, constants: Mapping[str, float] = _NO_CONSTANTS) -> _Function:
+    """Return the force F(x, v) of NumPy arrays that a formula says, with the values of its constants by name.
 
     Raises
     ------
@@ -85,15 +94,7 @@ def force(formula: str) -> _Function:
     >>> force("1e5*x + 1e3*max(v, 0)")(np.array([1e-3, 1e-3]), np.array([0.5, -0.5]))
     array([600., 100.])
     """
-    if len(formula) > _LONGEST:
-        raise ValueError(f"force has {len(formula)} characters: expected {_ACCEPTED}")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of numbers that touch a word
-            tree = ast.parse(formula.strip(), mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise _refusal(formula, formula) from None
-    function = _function(formula, tree, 0)
+    function = _function(formula, _tree(formula), constants, 0)
 
     def computed(x: FloatArray, v: FloatArray) -> FloatArray:
         with np.errstate(all="ignore"):  # of values that are not finite, which the contact refuses
@@ -102,11 +103,25 @@ def force(formula: str) -> _Function:
     return computed
 
 
-def _function(formula: str, node: ast.expr, depth: int, condition: bool = False) -> _Function:
+def _tree(formula: str) -> ast.expr:
+    """Return the syntax tree of a formula."""
+    if len(formula) > _LONGEST:
+        raise ValueError(f"force has {len(formula)} characters: expected {_ACCEPTED}")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of numbers that touch a word
+            return ast.parse(formula.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise _refusal(formula, formula) from None
+
+
+def _function(
+    formula: str, node: ast.expr, constants: Mapping[str, float], depth: int, condition: bool = False
+) -> _Function:
     """Return the function of x and v that a part of a formula says."""
 
     def inside(part: ast.expr, condition: bool = False) -> _Function:
-        return _function(formula, part, depth + 1, condition)
+        return _function(formula, part, constants, depth + 1, condition)
 
     if depth > _DEEPEST:
         raise _refusal(formula, formula)
@@ -123,6 +138,9 @@ def _function(formula: str, node: ast.expr, depth: int, condition: bool = False)
         return lambda x, v: number
     if isinstance(node, ast.Name) and node.id in ("x", "v"):
         return (lambda x, v: x) if node.id == "x" else (lambda x, v: v)
+    if isinstance(node, ast.Name) and node.id in constants:
+        constant = np.float64(constants[node.id])
+        return lambda x, v: constant
     if isinstance(node, ast.UnaryOp) and type(node.op) in _UNARY:
         of, inner = _UNARY[type(node.op)], inside(node.operand)
         return lambda x, v: of(inner(x, v))
@@ -144,21 +162,84 @@ def _refusal(formula: str, part: ast.expr | str) -> ValueError:
     return ValueError(f"force has {text if len(text) < 60 else text[:60] + '…'!r}: expected {_ACCEPTED}")
 
 
-def native(formula: str, end: End) -> Native:
-    """Return the contact that has the force of a formula."""
-    typed = force(formula)
+def constants_of(formula: str, settings: Sequence[str]) -> dict[str, float]:
+    """Return the constants of a formula in SI units, from texts such as "c=1e4" and "c = 10 kN s/m".
+
+    Raises
+    ------
+    ValueError
+        If a text is no constant, or the formula has none of this name.
+    """
+    used = {node.id for node in ast.walk(_tree(formula)) if isinstance(node, ast.Name)}
+    constants: dict[str, float] = {}
+    for setting in settings:
+        name, _, text = map(str.strip, setting.partition("="))
+        if not _NAME.fullmatch(name) or name in _RESERVED or keyword.iskeyword(name):
+            raise ValueError(
+                f"constant is {setting!r}: expected NAME=VALUE, such as c=1e4, with a NAME of letters, digits and _, "
+                f"other than {', '.join(_RESERVED)}"
+            )
+        if name in constants:
+            raise ValueError(f"constant {name} is given twice: expected once")
+        if name not in used:
+            raise ValueError(f"constant {name} is not in the force {formula.strip()!r}: expected a formula with it")
+        # A plain number is in SI units; one with a unit is converted.
+        size = quantity.decimal_in(text, None)
+        number = text if size is None else str(size)
+        constants[name] = float(
+            arguments.exact_number(f"constant {name}", number, _NUMBER, lambda number: abs(number) < 10**300)
+        )
+    return constants
+
+
+def native(formula: str, end: End, settings: Sequence[str] = (), damping: str | None = None) -> Native:
+    """Return the contact that has the force of a formula.
+
+    Parameters
+    ----------
+    formula : str
+    end : "force" or "return"
+    settings : sequence of str
+        The formula's constants, such as "c=1e4".
+    damping : str, optional
+        Name of the constant that is varied for a wanted eps.
+
+    Raises
+    ------
+    ValueError
+        If the formula or a constant is not accepted.
+    """
+    constants = constants_of(formula, settings)
+    force(formula, constants)
+    if damping is not None and damping not in constants:
+        raise ValueError(
+            f"vary is {damping!r}: expected the name of a --constant{': '[: bool(constants) * 2]}{', '.join(constants)}"
+        )
+
+    def typed(values: Values) -> _Function:
+        return force(formula, {name: values[name] for name in constants})
 
     def contact(values: Values, impact: Impact) -> Contact:
-        return Contact(typed, impact.effective_mass, impact.effective_mass * impact.gravity, end)
+        return Contact(typed(values), impact.effective_mass, impact.effective_mass * impact.gravity, end)
+
+    def damped(values: Values, factor: float, impact: Impact) -> dict[str, float]:
+        """Return a multiple of the constant, which keeps its sign; of 1 if it is 0."""
+        return {str(damping): factor * (constants[str(damping)] or 1.0)}
 
     def warnings(values: Values, impact: Impact) -> Iterator[str]:
         if end == "force":
             depth = contact(values, impact).collide(impact.speed, step=impact.step, phases=[0.5]).depth
             # Attraction of bodies at rest, or on the approach, is no effect of damping: it is adhesion.
-            x = depth * _PLACES
-            pulls = np.minimum(typed(x, np.zeros_like(x)), typed(x, np.full_like(x, impact.speed))) < 0
+            x, force_at = depth * _PLACES, typed(values)
+            pulls = np.minimum(force_at(x, np.zeros_like(x)), force_at(x, np.full_like(x, impact.speed))) < 0
             if pulls.any():
                 where = f"The force pulls at a compression of {x[pulls][-1]:.2g} m"
                 yield f'{where}, which the end "force" cuts off: --end return'
 
-    return Native((), contact, "", schemes=SCHEMES, warnings=warnings)
+    parameters = tuple(
+        Parameter(name, default=repr(number), accepted="a number", allowed=lambda numbers: True)
+        for name, number in constants.items()
+    )
+    return Native(
+        parameters, contact, "", schemes=SCHEMES, damped=None if damping is None else damped, warnings=warnings
+    )
