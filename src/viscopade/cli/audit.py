@@ -146,8 +146,8 @@ def audit(
         _refuse(f"with {' and '.join(typed)}", of_formulas)
         show_contact(simulator, epsilon, time_step, style, **own)
     else:
-        names = ("constants", "vary", "mass", "radius", "density", "gravity", "scheme", "end")
-        _refuse("without --speed", {f"--{name.removesuffix('s')}": own[name] for name in names})
+        names = ("vary", "mass", "radius", "density", "gravity", "scheme", "end")
+        _refuse("without --speed", {"--constant": own["constants"]} | {f"--{name}": own[name] for name in names})
         show_formulas(simulator, epsilon, time_step, contact_time, step_error, whole, style)
 
 
