@@ -16,7 +16,7 @@ from viscopade.theory.law import End
 
 if TYPE_CHECKING:
     from viscopade.collision.contact import SampledCollision
-    from viscopade.simulators.native import Delivery, Native
+    from viscopade.simulators.native import Delivery, Impact, Native
 
 _WITH_LINES = ("lammps", "liggghts")
 _COMMANDS = (["pair_coeff"], ["pair_style"], ["fix"])  # of a line that may be pasted
@@ -50,7 +50,7 @@ def show_contact(
 ) -> None:
     """Print the eps of the contact in a user's file, or with any force."""
     from viscopade.simulators.lammps_deck import line_settings
-    from viscopade.simulators.native import FileUnits, Impact, delivery, without_effect
+    from viscopade.simulators.native import FileUnits, delivery, without_effect
     from viscopade.simulators.own_law import FEWEST_STEPS
     from viscopade.simulators.setup import SI
 
@@ -63,25 +63,8 @@ def show_contact(
     of_lines = [f"{name}={value}" for text in pasted for name, value in line_settings(text).items()]
     texts = values_by_name("--set", [*words, *of_lines], "solref=-2500 -100")
 
-    # Numbers in SI units. With a density, the radius is that of the spheres, which have masses.
-    sized: list[str] = []
-    single = {"radius": radius, "density": density}
-    for option, values in single.items():
-        if len(values) > 1:
-            raise click.UsageError(f"--{option} is given {len(values)} times: expected once")
-    numbers = {
-        name: None if text is None else si_number(name, text, sized)
-        for name, text in {**quantities, "time-step": time_step}.items()
-    }
-    if density:
-        if numbers["mass"] is not None or not radius:
-            raise click.UsageError("--density is given: expected --radius, the radius of the spheres, and no --mass")
-        has_wall = any(text.split()[0] == "fix" for text in pasted)
-        numbers["mass"], numbers["radius"] = _effective_values(radius[0], density[0], has_wall, sized)
-    else:
-        numbers["radius"] = si_number("radius", radius[0], sized) if radius else None
-    if numbers["speed"] is None:
-        raise click.UsageError("--speed is missing: expected the impact speed")
+    has_wall = any(text.split()[0] == "fix" for text in pasted)
+    impact, sized = _impact(radius, density, has_wall, **quantities, **{"time-step": time_step})
     units_are_assumed = pasted and sized and "units" in native.known and "units" not in texts
     if units_are_assumed:
         texts["units"] = "si"
@@ -95,9 +78,6 @@ def show_contact(
         )
     if epsilon is not None:
         wanted = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
-    impact = Impact(
-        numbers["speed"], numbers["mass"], numbers["radius"], numbers["gravity"] or 0.0, numbers["time-step"]
-    )
     for useless in without_effect(native, texts, impact):
         # The mass depends on the radius of spheres; a pasted line is whole.
         if (useless == "radius" and density) or f"{useless}={texts.get(useless)}" in of_lines:
@@ -153,24 +133,41 @@ def si_number(option: str, text: str, sized: list[str]) -> float:
     return float(decimal)
 
 
-def _effective_values(radius: str, density: str, has_wall: bool, sized: list[str]) -> tuple[float | None, float | None]:
-    """Return effective mass and radius of two spheres, or of one and a wall."""
-    from viscopade.simulators.native import effective
+def _impact(
+    radius: Sequence[str], density: Sequence[str], has_wall: bool, **quantities: str | None
+) -> tuple[Impact, list[str]]:
+    """Return the impact that options describe, in SI units, and the options that have a unit.
 
-    parts = [part.strip() for part in radius.split(",")]
-    if parts[-1] == "wall":
-        parts, has_wall = parts[:-1], True
-    densities = [si_number("density", part, sized) for part in density.split(",")]
-    radii = [si_number("radius", part, sized) for part in parts]
-    if not 0 < len(densities) <= len(radii) <= 2 - has_wall:
-        one = "one sphere" if has_wall else 'one sphere, or two, such as "1 mm, 2 mm", or "1 mm, wall"'
-        raise click.UsageError(f"--radius is {radius!r} and --density {density!r}: expected those of {one}")
-    if not has_wall and len(radii) == 1:
-        radii *= 2  # equal spheres
-    densities *= len(radii) if len(densities) == 1 else 1
-    # m = 4/3 pi R^3 rho
-    masses = [4 / 3 * math.pi * r**3 * rho for r, rho in zip(radii, densities, strict=True)]
-    return effective(masses), effective(radii)
+    With a density, the radius is that of two spheres, or of one at a wall, and says their masses.
+    """
+    from viscopade.simulators.native import Impact, effective
+
+    sized: list[str] = []
+    si = {name: None if text is None else si_number(name, text, sized) for name, text in quantities.items()}
+    if si["speed"] is None:
+        raise click.UsageError("--speed is missing: expected the impact speed")
+    for option, texts in (("radius", radius), ("density", density)):
+        if len(texts) > 1:
+            raise click.UsageError(f"--{option} is given {len(texts)} times: expected once")
+    if not density:
+        effective_mass = si["mass"]
+        effective_radius = si_number("radius", radius[0], sized) if radius else None
+    elif si["mass"] is not None or not radius:
+        raise click.UsageError("--density is given: expected --radius, the radius of the spheres, and no --mass")
+    else:
+        parts = [part.strip() for part in radius[0].split(",")]
+        if parts[-1] == "wall":
+            parts, has_wall = parts[:-1], True
+        radii = [si_number("radius", part, sized) for part in parts]
+        densities = [si_number("density", part, sized) for part in density[0].split(",")]
+        if not 0 < len(densities) <= len(radii) <= 2 - has_wall:
+            spheres = "one sphere" if has_wall else 'one sphere, or two, such as "1 mm, 2 mm", or "1 mm, wall"'
+            raise click.UsageError(f"--radius is {radius[0]!r}, --density {density[0]!r}: expected those of {spheres}")
+        # A single number is that of both spheres; m = 4/3 pi R^3 rho.
+        radii, densities = ((numbers * 2)[: 2 - has_wall] for numbers in (radii, densities))
+        masses = [4 / 3 * math.pi * r**3 * rho for r, rho in zip(radii, densities, strict=True)]
+        effective_mass, effective_radius = effective(masses), effective(radii)
+    return Impact(si["speed"], effective_mass, effective_radius, si["gravity"] or 0.0, si["time-step"]), sized
 
 
 def _native(
