@@ -229,9 +229,11 @@ def test_an_input_of_lammps():
     assert rows[-1]["mass"] == pytest.approx(4 / 3 * math.pi * 1.5e-3**3 * 7800)
 
 
-def test_a_model_of_mujoco():
+def test_a_model_of_mujoco(tmp_path):
     pytest.importorskip("mujoco")
-    text = text_of(str(EXAMPLES / "balls.xml"))
+    file = tmp_path / "marked.xml"  # with a mark of the byte order
+    file.write_bytes(b"\xef\xbb\xbf\n" + (EXAMPLES / "balls.xml").read_bytes())
+    text = text_of(str(file))
     assert "MuJoCo in m, kg and s; 6 pairs, 5 contacts; eps at 1 m/s" in text
     assert "time step 0.002 s, gravity 9.81 m/s^2" in text
     assert "rubber - foam (2 pairs)" in text
@@ -248,6 +250,13 @@ fix 1 all nve/sphere
 timestep 1e-6
 run 1
 """
+
+
+def test_the_name_of_a_simulator_is_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mujoco").touch()
+    assert run("mujoco", "--epsilon", "0.5").output.startswith("eps = 0.5 is asked for")
+    assert "mujoco has no contact" in str(run("./mujoco").exception)
 
 
 def test_all_that_an_input_lacks_is_one_message(tmp_path):
