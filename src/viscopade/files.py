@@ -37,7 +37,10 @@ if memory is not None:
     resource.setrlimit(resource.RLIMIT_AS, (memory if hard == resource.RLIM_INFINITY else min(memory, hard), hard))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 sys.argv = [file, json.dumps(request)]
-runpy.run_path(file, run_name="__main__")
+try:
+    runpy.run_path(file, run_name="__main__")
+except Exception as error:
+    sys.exit(f"{type(error).__name__}: {' '.join(str(error).split())}")
 """
 
 # A string without an end extends to the end of the text, so that no character is searched twice.
@@ -142,7 +145,7 @@ def printed_by(module: str, request: object, content: bytes, memory: int, second
     Raises
     ------
     ValueError
-        If the process exceeds a limit, crashes or fails; with the last line of its error.
+        If the process exceeds a limit, crashes or fails; with the message of its exception in one line.
     """
     words = [sys.executable, "-I", "-c", _PROCESS, json.dumps([module, request, memory if LIMITED else None, sys.path])]
     threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")  # each takes address space
@@ -163,5 +166,5 @@ def printed_by(module: str, request: object, content: bytes, memory: int, second
     if run.returncode < 0 or "MemoryError" in message or "bad_alloc" in message:
         raise ValueError(f"its parser crashes or needs more than {memory} bytes of memory: expected {smaller}")
     if run.returncode:
-        raise ValueError(message.partition(": ")[2] or message)
+        raise ValueError(message.partition(": ")[2] or message)  # without the name of the exception
     return run.stdout

@@ -131,7 +131,7 @@ def test_each_pair_of_five_geoms_in_a_run(tmp_path, phase):
             assert 0.05 < measured < 0.95
 
 
-@pytest.mark.parametrize("scheme", ["Euler", "RK4", "implicit", "implicitfast"])
+@pytest.mark.parametrize("scheme", ["RK4", "implicitfast"])
 @pytest.mark.parametrize(
     ("changed", "marks"),
     [
@@ -295,7 +295,13 @@ def test_marks_and_weight(tmp_path, world, marks, falls):
         ("", "", FLOOR + BALL.replace("<geom", '<geom adhesion="1"'), "", "adhesion pulls, which is not computed"),
         ('integrator="discrete"', "", FLOOR + BALL, "", "integrator is 'discrete': expected Euler, RK4"),
         ("", '<flag diagexact="enable"/>', FLOOR + BALL, "", "the flag diagexact changes the pyramidal cone"),
-        ("", "", FLOOR + BALL, '<contact><pair geom1="a" geom2="f" solref="0 -9"/></contact>', "solref is '0.0 -9.0'"),
+        (
+            "",
+            "",
+            FLOOR + BALL,
+            '<contact><pair geom1="a" geom2="f" solref="0 -9"/></contact>',
+            "solref is '0 -9': expected timeconst",
+        ),
     ],
 )
 def test_contacts_without_a_number(tmp_path, option, flag, world, more, reason):
@@ -347,7 +353,7 @@ HOSTILE = {
     "many bodies": (BODY.format("", "", MANY.format(10_000_000), ""), "expected a smaller model"),
     "long": ("<mujoco>" + "<!-- -->\n" * 1_000_000 + "</mujoco>", None),
     "memory": ('<mujoco><size memory="1000G"/></mujoco>', None),
-    "no contacts": ('<mujoco><option><flag contact="disable"/></option></mujoco>', "disables all contacts"),
+    "no contacts": ('<mujoco><option><flag contact="disable"/></option></mujoco>', "disable all contacts"),
 }
 
 

@@ -27,7 +27,7 @@ from __future__ import annotations
 import json
 import sys
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -43,8 +43,10 @@ from viscopade.simulators.native import FileUnits
 
 MEMORY, SECONDS = 1 << 32, 60
 """Limits of the process that compiles: bytes of its address space, and its duration."""
+_ARENA = 1 << 28  # bytes for contacts, of which a model may ask for more than there are
 _MOST_GEOMS, _MOST_ROWS = 5000, 1000  # pairs of geoms are compared one by one; each row takes about 0.1 s
-_WRITTEN = 50  # pairs of geoms, up to which each has a line to write instead
+_MOST_LINES = 50  # to write instead for one row
+_LONGEST_LINE = 200  # characters of a line of the model that are kept; all of a model may stand in one
 
 
 class Kind(NamedTuple):
@@ -72,12 +74,13 @@ class Kind(NamedTuple):
 
 
 class State(NamedTuple):
-    """What is equal in all contacts of a row; fields as those of `DeckContact`."""
+    """What is equal in all contacts of a row; `element` is a `<pair>` but for its geoms and solref."""
 
     settings: tuple[tuple[str, str], ...]
     falls: bool
     marks: tuple[str, ...]
     reason: str
+    element: str
 
 
 def read(path: Path, said: Said) -> Deck:
@@ -104,105 +107,87 @@ def read(path: Path, said: Said) -> Deck:
         raise ValueError(f"MuJoCo cannot read {path}: {error}") from None
     facts = json.loads(next(line for line in printed.splitlines() if line.startswith(b"{")))
 
-    def line(tag: str, number: int) -> Line:
-        """Return where an element begins; number 0 if it stands in another file, of which MuJoCo keeps no number."""
-        source = text[number - 1].strip() if 0 < number <= len(text) else ""
-        return Line(path, number, source) if f"<{tag}" in source else Line(path, 0, f"<{tag}>")
-
     contacts = []
-    for (settings, falls, marks, reason), names, place, masses, count, rule in facts["rows"]:
-        first, second = (Size(None, mass) if mass else None for mass in masses)
-        assert first is not None
-        write = partial(_lines, dict(settings), names, bool(facts["override"]))
-        name, sizes = (
-            " - ".join(name if isinstance(name, str) else f"geom {name}" for name in names[0]),
-            ((first, second),),
-        )
-        marks = (*([rule] if rule else []), *marks)
-        contacts.append(DeckContact(name, line(*place), dict(settings), sizes, falls, count, reason, marks, write))
+    for (settings, falls, marks, reason, _), name, (tag, number), (mass, other), rule, count, lines in facts["rows"]:
+        # A geom of an included file has no line, or one of that file.
+        source = text[number - 1].strip()[:_LONGEST_LINE] if 0 < number <= len(text) else ""
+        line = Line(path, number, source) if f"<{tag}" in source else Line(path, 0, f"<{tag}>")
+        sizes = ((Size(None, mass), Size(None, other) if other else None),)
+        marks = tuple(filter(None, (rule, *marks)))
+        write = partial(_written, lines, facts["prefix"])
+        contacts.append(DeckContact(name, line, dict(settings), sizes, falls, count, reason, marks, write))
     run = Run(None, facts["step"], facts["gravity"], tuple(contacts))
     unread = tuple(Line(path, number, tag) for tag, number in facts["unread"].items())
     return Deck(SIMULATOR, path, FileUnits(), (run,), (), unread, tuple(facts["warnings"]))
 
 
-def _lines(
-    settings: Mapping[str, str], names: list[tuple[Any, Any]], override: bool, instead: Mapping[str, str]
-) -> tuple[str, ...]:
-    """Return what gives the contacts of pairs of geoms other values, as lines of the model."""
-    values = {f"o_{name}" if override else name: text for name, text in instead.items()}
-    changed = " ".join(f'{name}="{text}"' for name, text in values.items())
-    if override:
-        return (f"<option {changed}/>",)
-    if len(names) > _WRITTEN or not all(isinstance(name, str) for pair in names for name in pair):
-        return (f"<geom {changed}/> <!-- both geoms of each pair -->",)
-    # A pair has no numbers of its geoms; it has friction in two directions of sliding, and of rolling.
-    sliding, torsion, rolling = settings["friction"].split()
-    changed += f' solimp="{settings["solimp"]}" condim="{settings["condim"]}"'
-    changed += f' friction="{sliding} {sliding} {torsion} {rolling} {rolling}"'
-    return tuple(f"<pair geom1={quoteattr(i)} geom2={quoteattr(j)} {changed}/>" for i, j in names)
+def _written(elements: Sequence[str], prefix: str, instead: Mapping[str, str]) -> tuple[str, ...]:
+    """Return elements of the model with other values of parameters."""
+    changed = " ".join(f'{prefix}{name}="{text}"' for name, text in instead.items())
+    return tuple(f"{element} {changed}/>" for element in elements)
 
 
 def facts_of(file: str) -> dict[str, Any]:
     """Return what MuJoCo makes of a model, as JSON has it."""
     import mujoco
 
-    # Lines where elements begin are known before the model is compiled, and are in the order of its arrays then.
     spec = mujoco.MjSpec.from_file(file)
-    spec.memory = -1  # as much as contacts of the model need
+    spec.memory = _ARENA
     model = spec.compile()
-    parts = {"geom": spec.geoms, "pair": spec.pairs, "equality": spec.equalities, "tendon": spec.tendons}
-    parts |= {"actuator": spec.actuators, "flex": spec.flexes, "plugin": spec.plugins}
-    numbers = {
-        tag: [int("0" + "".join(filter(str.isdigit, part.info))) for part in sorted(some, key=lambda part: part.id)]
-        for tag, some in parts.items()
-    }
-    option, flags = model.opt, set()
-    for bits, value in ((mujoco.mjtDisableBit, model.opt.disableflags), (mujoco.mjtEnableBit, model.opt.enableflags)):
-        flags |= {name for name, bit in bits.__members__.items() if value & int(bit)}
-    for name in ("mjDSBL_CONTACT", "mjDSBL_CONSTRAINT"):
-        if name in flags:
-            raise ValueError(f"the flag {name[7:].lower()} disables all contacts")
+    data, option = mujoco.MjData(model), model.opt
+    mujoco.mj_kinematics(model, data)
+    flags = {name for name, bit in mujoco.mjtDisableBit.__members__.items() if option.disableflags & int(bit)}
+    flags |= {name for name, bit in mujoco.mjtEnableBit.__members__.items() if option.enableflags & int(bit)}
+    if flags & {"mjDSBL_CONTACT", "mjDSBL_CONSTRAINT"}:
+        raise ValueError("its flags disable all contacts: expected the flags contact and constraint")
     if model.ngeom > _MOST_GEOMS:
         raise ValueError(f"it has {model.ngeom} geoms: expected at most {_MOST_GEOMS}")
     gravity = np.zeros(3) if "mjDSBL_GRAVITY" in flags else option.gravity
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
+
+    # "line 12" where an element begins, in the order of the arrays of the model.
+    parts = {"geom": spec.geoms, "pair": spec.pairs, "equality": spec.equalities, "tendon": spec.tendons}
+    parts |= {"actuator": spec.actuators, "flex": spec.flexes, "plugin": spec.plugins}
+    numbers = {
+        tag: [int("0" + part.info.removeprefix("line ")) for part in sorted(parts[tag], key=lambda part: part.id)]
+        for tag in parts
+    }
 
     # Pairs of geoms with equal contacts make a row.
-    kinds = [_kind(model, data, gravity, i) for i in range(model.ngeom)]
-    weld = model.body_weldid[model.geom_bodyid]
+    kinds = [_kind(model, data, gravity, geom) for geom in range(model.ngeom)]
     rows: dict[State, list[Any]] = {}
     for i, partners, k in _touching(model, flags, kinds):
         state, rule = _state(model, flags, kinds[i], kinds[partners[0]], k)
-        # A body that moves is the first of both.
+        # The first geom of both moves.
         pairs = [(i, j) if kinds[i].moves else (j, i) for j in partners]
-        masses = [float(model.body_subtreemass[weld[geom]]) if kinds[geom].moves else None for geom in pairs[0]]
         place = ("geom", numbers["geom"][pairs[0][0]]) if k is None else ("pair", numbers["pair"][k])
-        row = rows.setdefault(state, [state, [], place, masses, 0, rule])
-        row[1] += [
-            tuple(model.geom(geom).name or geom for geom in pair) for pair in pairs[: _WRITTEN + 1 - len(row[1])]
-        ]
-        row[4] += len(pairs)
+        mass = model.body_subtreemass[model.body_weldid[model.geom_bodyid]]
+        masses = [float(mass[geom]) if kinds[geom].moves else None for geom in pairs[0]]
+        name = " - ".join(model.geom(geom).name or f"geom {geom}" for geom in pairs[0])
+        row = rows.setdefault(state, [state, name, place, masses, rule, 0, []])
+        row[-2] += len(pairs)
+        for pair in pairs[: _MOST_LINES + 1 - len(row[-1])]:
+            first, second = (quoteattr(model.geom(geom).name) for geom in pair)
+            row[-1].append(f"<pair geom1={first} geom2={second} {state.element}")
         if len(rows) > _MOST_ROWS:
             raise ValueError(f"it has more than {_MOST_ROWS} different contacts: expected fewer")
+    for row in rows.values():
+        if "mjENBL_OVERRIDE" in flags:
+            row[-1] = ["<option"]
+        elif len(row[-1]) > _MOST_LINES or any('=""' in line for line in row[-1]):  # a pair needs names
+            row[-1] = ["<geom"]
+    warnings = {
+        "Equality constraints tie bodies together, which changes eps": model.neq,
+        "Density and viscosity of the medium change eps": option.density or option.viscosity,
+        "gravcomp carries bodies: eps with weight has their whole weight": model.body_gravcomp.any(),
+        "Speculative contacts change eps if a body moves by its size in a step": "mjENBL_SPECULATIVE" in flags,
+    }
     return {
         "rows": [*rows.values()],
-        "override": "mjENBL_OVERRIDE" in flags,
+        "prefix": "o_" if "mjENBL_OVERRIDE" in flags else "",
         "step": option.timestep,
         "gravity": float(np.linalg.norm(gravity)),
-        "unread": {tag: some[0] for tag, some in numbers.items() if some and tag not in ("geom", "pair")},
-        "warnings": [
-            sentence
-            for sentence, condition in {
-                "Contacts of flexes are not computed": model.nflex,
-                "Equality constraints tie bodies together, which changes eps": model.neq,
-                "Density and viscosity of the medium change eps": option.density or option.viscosity,
-                "gravcomp carries bodies: eps with weight has their whole weight": model.body_gravcomp.any(),
-                "Speculative contacts change eps where a body moves by its own size in a step": "mjENBL_SPECULATIVE"
-                in flags,
-            }.items()
-            if condition
-        ],
+        "unread": {tag: lines[0] for tag, lines in numbers.items() if lines and tag not in ("geom", "pair")},
+        "warnings": [sentence for sentence, holds in warnings.items() if holds],
     }
 
 
@@ -217,13 +202,11 @@ def _kind(model: Any, data: Any, gravity: Any, geom: int) -> Kind:
         joint, dof = model.body_jntadr[body], model.body_dofadr[body]
         free = model.body_jntnum[body] == 1 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
         # Armature, damping and friction of a free joint act on the body as well.
-        forces = [
-            force[dof : dof + 3].any() for force in (model.dof_armature, model.dof_damping, model.dof_frictionloss)
-        ]
-        off = np.linalg.norm(model.geom_pos[geom] - model.body_ipos[body]) > 1e-9 * model.geom_size[geom][0]
-        if not free or any(forces) or model.body_subtreemass[body] != model.body_mass[body]:
+        forces = model.dof_armature + model.dof_damping + model.dof_frictionloss
+        distance = np.linalg.norm(model.geom_pos[geom] - model.body_ipos[body])
+        if not free or forces[dof : dof + 3].any() or model.body_subtreemass[body] != model.body_mass[body]:
             mark = "a geom on a jointed body"
-        elif shape != "mjGEOM_SPHERE" or off:
+        elif shape != "mjGEOM_SPHERE" or distance > 1e-9 * model.geom_size[geom][0]:
             mark = "a geom that is no sphere around the centre of mass"
     elif shape == "mjGEOM_PLANE":
         # The part of the weight that presses on a plane is that along its normal, the third column of the matrix.
@@ -264,51 +247,49 @@ def _touching(model: Any, flags: set[str], kinds: list[Kind]) -> Iterator[tuple[
 
 
 def _state(model: Any, flags: set[str], first: Kind, second: Kind, k: int | None) -> tuple[State, str]:
-    """Return what a contact has, and the rule by which two geoms are mixed; k is the index of a `<pair>`."""
+    """Return what a contact has, and the rule by which it has it of two geoms; k is the index of a `<pair>`."""
     option, (surface, rule) = model.opt, mixed(first.surface, second.surface)
-    rule = rule and f"mixed: {rule}"
     # The geom with the higher priority decides on adhesion, too.
     adhesion = sum(kind.adhesion for kind in (first, second) if kind.surface.priority == surface.priority)
-    margin = first.margin + second.margin
+    values = [surface.solref, surface.solimp, surface.friction[:1] * 2 + surface.friction[1:] + surface.friction[2:]]
+    condim, margin, rule = surface.condim, first.margin + second.margin, rule and f"mixed: {rule}"
     if k is not None:
-        numbers = (
-            model.pair_solref[k].tolist(),
-            model.pair_solimp[k].tolist(),
-            model.pair_friction[k][[0, 2, 3]].tolist(),
-        )
-        surface, rule = Surface(0, 0, int(model.pair_dim[k]), *map(tuple, numbers)), ""
-        margin, adhesion = model.pair_margin[k], model.pair_adhesion[k]
+        values = [model.pair_solref[k], model.pair_solimp[k], model.pair_friction[k]]
+        condim, margin, adhesion, rule = model.pair_dim[k], model.pair_margin[k], model.pair_adhesion[k], ""
     if "mjENBL_OVERRIDE" in flags:
-        numbers = (option.o_solref.tolist(), option.o_solimp.tolist(), option.o_friction[[0, 2, 3]].tolist())
-        surface, margin = Surface(0, 0, surface.condim, *map(tuple, numbers)), option.o_margin
+        values, margin = [option.o_solref, option.o_solimp, option.o_friction], option.o_margin
         rule = "o_solref, o_solimp and o_friction replace those of all contacts (flag override)"
     marks = [*dict.fromkeys(kind.mark for kind in (first, second) if kind.mark)]
-    if (surface.solref[0] > 0) != (surface.solref[1] > 0):
-        surface = surface._replace(solref=(0.02, 1.0))
+    if (values[0][0] > 0) != (values[0][1] > 0):
+        values[0] = (0.02, 1)
         marks.append("solref has both signs: MuJoCo takes 0.02 1")
     if margin:
         marks.append(f"contact begins at a distance of {margin:g} m (margin)")
+
+    # Equal numbers may differ by a rounding. Of five numbers of friction, two are for sliding and two for rolling.
+    solref, solimp, friction = (" ".join(f"{number:.15g}" for number in numbers) for numbers in values)
+    sliding, _, torsion, rolling, _ = friction.split()
     settings = {
-        **{name: " ".join(map(repr, getattr(surface, name))) for name in ("solref", "solimp", "friction")},
-        "condim": str(surface.condim),
+        "solref": solref,
+        "solimp": solimp,
+        "friction": f"{sliding} {torsion} {rolling}",
+        "condim": str(condim),
         "cone": ("pyramidal", "elliptic")[option.cone],
         "impratio": repr(option.impratio),
         "refsafe": "disable" if "mjDSBL_REFSAFE" in flags else "enable",
         "integrator": ("Euler", "RK4", "implicit", "implicitfast", "discrete")[option.integrator],
     }
     reason = "adhesion pulls, which is not computed" if adhesion else ""
-    if "mjENBL_DIAGEXACT" in flags and settings["cone"] == "pyramidal" and surface.condim > 1:
+    if "mjENBL_DIAGEXACT" in flags and settings["cone"] == "pyramidal" and condim > 1:
         reason = "the flag diagexact changes the pyramidal cone, which is not computed"
     try:
         NATIVE.values(settings)
     except ValueError as error:
         reason = str(error)
     falls = first.moves != second.moves and first.level and second.level
-    return State(tuple(settings.items()), falls, tuple(marks), reason), rule
+    element = f'solimp="{solimp}" friction="{friction}" condim="{condim}" margin="{margin:.15g}"'
+    return State(tuple(settings.items()), falls, tuple(marks), reason, element), rule
 
 
 if __name__ == "__main__":
-    try:
-        print(json.dumps(facts_of(json.loads(sys.argv[1]))))
-    except Exception as error:
-        sys.exit(" ".join(str(error).split()))
+    print(json.dumps(facts_of(json.loads(sys.argv[1]))))
