@@ -264,8 +264,8 @@ def test_pairs_with_equal_contacts_are_one_row(tmp_path):
 BODY = "<mujoco><option {}>{}</option><worldbody>{}</worldbody>{}</mujoco>"
 BALL = '<body><freejoint/><geom name="a" size="0.1"/></body>'
 FLOOR = '<geom name="f" type="plane" size="1 1 1"/>'
-JOINTED = "a geom on a jointed body"
-NO_SPHERE = "a geom that is no sphere around the centre of mass"
+JOINTED = "a geom on a jointed body: eps is that of a free one"
+NO_SPHERE = "a geom that is no sphere around the centre of mass: eps is that of one"
 
 
 @pytest.mark.parametrize(
@@ -371,6 +371,11 @@ def test_hostile_models(tmp_path, monkeypatch, name):
         assert message in str(error.value)
         assert "\n" not in str(error.value)
     assert [file.name for file in tmp_path.iterdir()] == ["model.xml"]
+
+
+def test_a_model_says_everything_itself(tmp_path):
+    with pytest.raises(ValueError, match="takes no variable, radius or density: expected --speed"):
+        mujoco_model.read(tmp_path / "model.xml", Said(densities={"a": 1000.0}))
 
 
 def test_a_missing_package_is_named_before_any_work(tmp_path, monkeypatch):

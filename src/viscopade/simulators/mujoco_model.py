@@ -90,16 +90,18 @@ def read(path: Path, said: Said) -> Deck:
     ----------
     path : Path
     said : Said
-        Nothing of it has an effect: a model says everything itself.
+        Nothing: a model says everything itself.
 
     Raises
     ------
     MissingPackage
         If MuJoCo is not installed.
     ValueError
-        If the file is no model.
+        If the file is no model, or something is said.
     """
     require("viscopade audit FILE", "mujoco")
+    if said != Said():
+        raise ValueError("a model of MuJoCo takes no variable, radius or density: expected --speed, --epsilon, …")
     text = files.content(path, "a model of MuJoCo (MJCF)").decode(errors="replace").splitlines()
     try:
         printed = files.printed_by(__file__, str(path.resolve()), b"", MEMORY, SECONDS, "a smaller model")
@@ -205,16 +207,16 @@ def _kind(model: Any, data: Any, gravity: Any, geom: int) -> Kind:
         forces = model.dof_armature + model.dof_damping + model.dof_frictionloss
         distance = np.linalg.norm(model.geom_pos[geom] - model.body_ipos[body])
         if not free or forces[dof : dof + 3].any() or model.body_subtreemass[body] != model.body_mass[body]:
-            mark = "a geom on a jointed body"
+            mark = "a geom on a jointed body: eps is that of a free one"
         elif shape != "mjGEOM_SPHERE" or distance > 1e-9 * model.geom_size[geom][0]:
-            mark = "a geom that is no sphere around the centre of mass"
+            mark = "a geom that is no sphere around the centre of mass: eps is that of one"
     elif shape == "mjGEOM_PLANE":
         # The part of the weight that presses on a plane is that along its normal, the third column of the matrix.
         pressing = float(-data.geom_xmat[geom][2::3] @ gravity) / (float(np.linalg.norm(gravity)) or 1.0)
         level = pressing > 1 - 1e-6
         mark = "an inclined plane: eps is without weight" if pressing > 1e-6 and not level else ""
     elif shape in ("mjGEOM_HFIELD", "mjGEOM_SDF"):
-        mark = "a geom that touches at several points"
+        mark = "a geom that touches at several points: eps is that of one"
     numbers: list[Any] = [getattr(model, f"geom_{name}")[geom].tolist() for name in Surface._fields]
     surface = Surface(*numbers[:3], *map(tuple, numbers[3:]))
     return Kind(surface, float(model.geom_margin[geom]), float(model.geom_adhesion[geom]), moves, level, mark)
