@@ -68,7 +68,7 @@ def test_the_damping_is_exact_at_one_speed_and_errors_elsewhere_are_stated(name,
     own = [float(own_epsilon(name, made.kappa * v**power)) for v in (0.1, 3.0)]
     expected = [mine / vp.restitution(v, beta) - 1 for mine, v in zip(own, (0.1, 3.0), strict=True)]
     (found,) = made.errors()
-    assert [found.slowest, found.fastest] == pytest.approx(expected, rel=1e-9)
+    assert found.least == pytest.approx(min(expected), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["mujoco", "drake"])
@@ -82,7 +82,7 @@ def test_the_largest_error_over_the_speeds(name):
     (found,) = made.errors()
     assert found.greatest == pytest.approx(errors.max(), rel=1e-2)
     assert found.least == pytest.approx(errors.min(), rel=1e-2)
-    assert (found.largest > max(abs(found.slowest), abs(found.fastest))) == (name == "drake")
+    assert (found.largest > 1.001 * max(abs(errors[0]), abs(errors[-1]))) == (name == "drake")
 
 
 @pytest.mark.parametrize("name", ["mujoco", "drake"])
@@ -450,7 +450,9 @@ def test_mujoco_error_over_speeds():
     text = text_of("mujoco", *ASKED, *SOFT, "--speeds", "10:200 cm/s")
     slow = next(mujoco_drops(text, 1e-5, 0.1))[0]
     beta = vp.exact.invert("0.5", 20, speed="1").floats()["beta"]
-    assert slow / vp.restitution(0.1, beta) - 1 == pytest.approx(stated(text, "error of eps: "), abs=2e-3)
+    assert slow / vp.restitution(0.1, beta) - 1 == pytest.approx(
+        stated(text, "error of eps over the speeds: ") / 100, abs=2e-3
+    )
 
 
 # --- scenes, materials, bad input -------------------------------------------------------------------------------------

@@ -8,9 +8,8 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from textwrap import wrap
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -139,22 +138,11 @@ def _paragraphs(text: str) -> Iterator[str]:
         yield line
 
 
-@dataclass(frozen=True)
-class SpeedErrors:
-    """Errors of a program's eps over a range of speeds, eps/(wanted eps) - 1.
+class SpeedErrors(NamedTuple):
+    """The least and the greatest error of a program's eps over a range of speeds, eps/(wanted eps) - 1."""
 
-    Attributes
-    ----------
-    slowest, fastest : float
-        At the ends.
-    greatest, least : float
-        Of all.
-    """
-
-    slowest: float
-    fastest: float
-    greatest: float
     least: float
+    greatest: float
 
     @property
     def largest(self) -> float:
@@ -164,7 +152,7 @@ class SpeedErrors:
 
 def speed_errors(errors: FloatArray) -> SpeedErrors:
     """Return what is stated of errors at speeds in a geometric sequence; between them they are parabolas."""
-    return SpeedErrors(float(errors[0]), float(errors[-1]), _peak(errors), -_peak(-errors))
+    return SpeedErrors(-_peak(-errors), _peak(errors))
 
 
 def _peak(values: FloatArray) -> float:
@@ -203,16 +191,6 @@ def damping_per_mass(pair: Pair) -> float:
 def same_damping_per_mass(typical: Pair) -> Callable[[Pair], Pair]:
     """Return the pairs of a program whose damping constant is multiplied with the effective mass of each pair."""
     return lambda pair: pair.damped(typical.A * (pair.m_eff / typical.m_eff))
-
-
-def error_lines(found: Sequence[SpeedErrors]) -> Iterator[str]:
-    """Yield a line for typical sizes and, if there are others, one for each extreme."""
-    for label, each in zip(("", "sizes with the least v*: ", "sizes with the largest v*: "), found, strict=False):
-        ends = each.slowest, each.fastest
-        most = max(map(abs, ends))
-        between = f", up to {each.largest:.2e} between" if each.largest > max(most, _ROUNDING) else ""
-        slow, fast = map(_signed, ends)
-        yield f"  {label}relative error of eps: {slow} at the slowest, {fast} at the fastest speed{between}"
 
 
 def size_warning(contacts: Sequence[Mapping[str, Any]], way_out: str) -> Iterator[str]:
@@ -255,11 +233,6 @@ def in_percent(errors: Sequence[SpeedErrors]) -> str:
     """Return the least and the greatest of several errors, such as "-21.3 to +47 %"."""
     ends = min(error.least for error in errors), max(error.greatest for error in errors)
     return " to ".join(dict.fromkeys("0" if abs(end) < _ROUNDING else f"{100 * end:+.3g}" for end in ends)) + " %"
-
-
-def _signed(error: float) -> str:
-    """Return an error as text; what is left of the same law twice is rounding."""
-    return "0" if abs(error) < _ROUNDING else f"{error:+.2e}"
 
 
 def described(

@@ -45,7 +45,6 @@ from viscopade.simulators.input_file import (
     SPEEDS,
     Row,
     SpeedErrors,
-    error_lines,
     in_percent,
     program_number,
     speed_errors,
@@ -672,7 +671,7 @@ def best_line(contact: OwnLawContact, name: str, number: Callable[[float], float
     """Yield a line on the number with the smallest largest error; `number` makes it of the parameter."""
     best = contact.balanced()
     if best is not None:
-        yield f"  the largest error is smallest, {best[1]:.2e}, with {name} {number(best[0]):.6g}"
+        yield f"  the largest error is smallest, {100 * best[1]:.3g} %, with {name} {number(best[0]):.6g}"
 
 
 def constant_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Row:
@@ -839,7 +838,8 @@ def _over_speeds(contact: OwnLawContact, own: OwnLaw, units: Units) -> Iterator[
         f"  eps at {ends[0]:.6g} and {ends[1]:.6g} {units.speed}: {' and '.join(own_values)}; of {of} "
         f"{' and '.join(others)}"
     )
-    yield from error_lines(contact.errors())
+    sizes = " and sizes" if wanted.extremes else ""
+    yield f"  relative error of eps over the speeds{sizes}: {in_percent(contact.errors())}"
     yield from best_line(contact, own.number, lambda parameter: _number(contact, own, parameter))
 
 
