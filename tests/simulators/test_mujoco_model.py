@@ -150,9 +150,9 @@ def test_each_pair_of_five_geoms_in_a_run(tmp_path, phase):
         ({"contact": '<pair geom1="a" geom2="b" margin="0.03"/>', "a": 'margin="0.5"'}, ("contact begins at",)),
         # Cones, with friction that is not the same in both directions.
         ({"contact": '<pair geom1="a" geom2="b" friction="0.4 2"/>', "option": 'impratio="3"'}, ()),
-        ({"option": 'cone="elliptic"', "a": 'friction="0.4"', "b": 'friction="0.3"'}, ("mixed: mean of",)),
+        ({"option": 'cone="elliptic"', "a": 'friction="0.4"', "b": 'friction="0.3"'}, ("mixed: friction is the larger",)),
         # timeconst counts as two steps, unless refsafe is disabled.
-        ({"a": 'solref="0.001 1" priority="2"'}, ("mixed: those of the geom with the higher priority",)),
+        ({"a": 'solref="0.001 1" priority="2"'}, ("mixed: solref is that of the higher priority",)),
         ({"a": 'solref="0.004 0.3"', "b": 'solref="0.001 0.3"', "flag": '<flag refsafe="disable"/>'}, ("mixed: ",)),
         ({"a": 'solref="0.02 -1" priority="2"'}, ("mixed: ", "solref has both signs: MuJoCo takes 0.02 1")),
     ],
@@ -207,8 +207,10 @@ def test_set_has_two_geoms():
     alone = {"solref": "0.05 0.4", "friction": "0.5 0.01", "condim": "3"}
     two, one = (delivery(NATIVE, settings, Impact(SPEED)) for settings in (both, alone))
     assert two.collision.epsilon == pytest.approx(one.collision.epsilon, rel=1e-12)
-    assert NATIVE.mixing(one.values) == ""
-    assert NATIVE.mixing(two.values).startswith("The contact has solref = 0.05 0.4, ")
+    assert not one.values.mixed
+    sentence = "solref = 0.05 0.4, the mean, weighted by solmix, of 0.02 1 and 0.06 0.2 (mj_contactParam)"
+    assert two.values.mixed["solref"].sentence("solref") == sentence
+    assert [*two.values.mixed] == ["condim", "solref", "friction"]
     first = delivery(NATIVE, {**both, "priority": "1 0"}, Impact(SPEED))
     assert first.collision == delivery(NATIVE, {"solref": "0.02 1", "condim": "1"}, Impact(SPEED)).collision
     wanted = delivery(NATIVE, both, Impact(SPEED), 0.5).instead

@@ -112,7 +112,6 @@ def show_contact(
         "status": collision.status,
         "units": {"length": units.length, "time": units.time},
         "errors": errors,
-        "mixing": native.mixing(found.values) or None,
     }
     if style == "text":
         hit, bodies = impact.in_units(units), ""
@@ -230,9 +229,6 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
         say(f"for {', '.join(filter(None, (_words(native.written(used)), bodies)))}")
     for name, mixed in found.values.mixed.items():
         say(mixed.sentence(name))
-    mixing = native.mixing(found.values)
-    if mixing:
-        say(f"{mixing}.")
     others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]
     say(f"integrator: {found.scheme if stepped else 'infinitely fine steps'}; there are {', '.join(others)}")
     if found.instead is not None:

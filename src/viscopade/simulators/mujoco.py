@@ -13,7 +13,7 @@ Read in src/engine of MuJoCo 3.12.1 (google-deepmind/mujoco at commit a725507):
   with (1 - d')/d' = q (1 - d)/d, q = mu^2 (1 + mu^2)/(impratio (condim - 1)); q = 1 in the elliptic cone and without
   friction. The force per mass is max(0, d' (g + B x' + d K x)): d' multiplies a part of the weight as well (g).
 - `timeconst` counts as two time steps at least (flag `refsafe`).
-- `mj_contactParam` of engine_collision_driver.c mixes the numbers of two geoms (`mixed` below).
+- `mj_contactParam` of engine_collision_driver.c mixes the numbers of two geoms (`rules` below).
 
 `mj_defaultOption` of engine_init.c has a time step of 0.002. `mj_Euler` and `mj_implicit` kick with the force at the
 start of a step and then drift, which is semi-implicit Euler's method: implicitfast takes no derivative of contact
@@ -23,7 +23,7 @@ forces. `mj_RungeKutta` is the classical method.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,7 +33,17 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import RUNGE_KUTTA, SEMI_IMPLICIT, Scheme
 from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa, ratio_for_return
-from viscopade.simulators.native import Impact, Native, Parameter, Values
+from viscopade.simulators.native import (
+    LARGER,
+    MEAN,
+    SMALLER,
+    Impact,
+    Native,
+    Parameter,
+    Rule,
+    Values,
+    weighted_mean,
+)
 from viscopade.simulators.simulator import OwnLaw, Simulator
 
 _SOURCE = "src/engine/engine_core_constraint.c"
@@ -74,50 +84,36 @@ class Surface(NamedTuple):
     friction: tuple[float, ...]
 
 
-def mixed(first: Surface, second: Surface) -> tuple[Surface, str]:
-    """Return what a contact has of both geoms, and the rule in words ("" for equal ones), as `mj_contactParam` does."""
-    if first == second:
-        return first, ""
+def rules(first: Surface, second: Surface) -> dict[str, Rule]:
+    """Return the rule of each number that a contact has of both geoms (`mj_contactParam`)."""
     if first.priority != second.priority:
-        return max(first, second, key=lambda surface: surface.priority), "those of the geom with the higher priority"
-
-    # Weights of the means: solmix_1/(solmix_1 + solmix_2) and the rest; 1/2 if both are 0.
+        decides = first.priority > second.priority
+        higher = Rule("that of the higher priority", lambda one, other: one if decides else other)
+        return dict.fromkeys(("condim", "solref", "solimp", "friction"), higher)
+    # The weights are solmix, and equal if both are 0.
     weights = [solmix if solmix >= _LEAST_SOLMIX else 0.0 for solmix in (first.solmix, second.solmix)]
-    share = weights[0] / sum(weights) if any(weights) else 0.5
-
-    def mean(one: tuple[float, ...], other: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple(share * a + (1 - share) * b for a, b in zip(one, other, strict=True))
-
-    def extreme(choice: Callable[..., float], one: tuple[float, ...], other: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple(map(choice, one, other))
-
+    mean = weighted_mean((weights[0], weights[1]), "solmix") if any(weights) else MEAN
     # Stiffness and damping, which are negative in the file, have no mean: the larger one of each counts.
     times = first.solref[0] > 0 and second.solref[0] > 0
-    contact = Surface(
-        first.priority,
-        first.solmix,
-        max(first.condim, second.condim),
-        mean(first.solref, second.solref) if times else extreme(min, first.solref, second.solref),
-        mean(first.solimp, second.solimp),
-        extreme(max, first.friction, second.friction),
-    )
-    averaged = "solref and solimp" if times else "solimp"
-    least = "" if times else ", minimum of solref, as not both are positive"
-    return contact, f"mean of {averaged} with the weights solmix{least}, maximum of friction and condim"
+    return {"condim": LARGER, "solref": mean if times else SMALLER, "solimp": mean, "friction": LARGER}
 
 
-def _in_contact(values: Values) -> tuple[Surface, str]:
-    """Return what a contact has of both geoms, and the rule."""
+def mixed(first: Surface, second: Surface) -> tuple[Surface, str]:
+    """Return what a contact has of both geoms, and in words the rules of numbers that differ."""
+    numbers, words = {}, []
+    for name, rule in rules(first, second).items():
+        one, other = getattr(first, name), getattr(second, name)
+        numbers[name] = rule.of_both(one, other)
+        words += [f"{name} is {rule.words.removesuffix(',')}"] if one != other else []
+    return first._replace(priority=max(first.priority, second.priority), **numbers), ", ".join(words)
+
+
+def _surface(values: Values) -> Surface:
+    """Return what a contact has of both geoms."""
     first, second = (Surface(*(values[name][geom] for name in Surface._fields)) for geom in (0, 1))
-    return mixed(first, second)
-
-
-def _mixing(values: Values) -> str:
-    contact, rule = _in_contact(values)
-    parameters = (parameter for parameter in NATIVE.parameters if parameter.name in ("solref", "solimp", "condim"))
-    texts = (f"{each.name} = {each.written((getattr(contact, each.name),) * 2)}" for each in parameters)
-    friction = f"friction = {contact.friction[0]:.8g}"
-    return f"The contact has {', '.join(texts)}, {friction}: {rule}" if rule else ""
+    return first._replace(
+        **{name: values.mix(name, rule, "mj_contactParam") for name, rule in rules(first, second).items()}
+    )
 
 
 def stiffness_and_damping(solref: tuple[float, ...], values: Values, impact: Impact) -> tuple[float, float]:
@@ -132,7 +128,7 @@ def stiffness_and_damping(solref: tuple[float, ...], values: Values, impact: Imp
 
 def _contact(values: Values, impact: Impact) -> Contact:
     """Return the contact per effective mass."""
-    surface, g = _in_contact(values)[0], impact.gravity
+    surface, g = _surface(values), impact.gravity
     stiffness, damping = stiffness_and_damping(surface.solref, values, impact)
     width, edges = min(max(surface.solimp[1], _LEAST), _LARGEST), int(surface.condim) - 1
     mu, q = max(surface.friction[0], _LEAST_FRICTION), 1.0
@@ -149,14 +145,14 @@ def _contact(values: Values, impact: Impact) -> Contact:
 
 def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
     """Return the `solref` of both geoms, of the same stiffness with the damping c sqrt(stiffness)."""
-    contact, _ = _in_contact(values)
-    root = math.sqrt(stiffness_and_damping(contact.solref, values, impact)[0])
-    solref = (2 / (c * root), c / 2) if contact.solref[0] > 0 else (-(root**2), -c * root)
+    solref = _surface(values).solref
+    root = math.sqrt(stiffness_and_damping(solref, values, impact)[0])
+    solref = (2 / (c * root), c / 2) if solref[0] > 0 else (-(root**2), -c * root)
     return {"solref": (solref, solref)}
 
 
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
-    timeconst, ratio = _in_contact(values)[0].solref
+    timeconst, ratio = _surface(values).solref
     if timeconst > _LONGEST:
         yield (
             f"Positive numbers are timeconst, {timeconst:g} s, and dampratio; for stiffness and damping write "
@@ -203,7 +199,6 @@ NATIVE = Native(
     integrator="integrator",
     damped=_damped,
     warnings=_warnings,
-    mixing=_mixing,
 )
 
 _USE = """\

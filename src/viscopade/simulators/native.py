@@ -165,6 +165,10 @@ class Rule(NamedTuple):
     words: str
     number: Callable[[float, float], float]
 
+    def of_both(self, first: Any, second: Any) -> Any:
+        """Return the number, or the tuple of numbers, of the contact."""
+        return tuple(map(self.number, first, second)) if isinstance(first, tuple) else self.number(first, second)
+
 
 MEAN = Rule("the mean", lambda first, second: (first + second) / 2)
 HARMONIC = Rule("the harmonic mean", lambda first, second: 2 * first * second / (first + second) if first else 0.0)
@@ -175,8 +179,8 @@ SMALLER, LARGER = Rule("the smaller", min), Rule("the larger", max)
 
 def weighted_mean(weights: tuple[float, float], words: str) -> Rule:
     """Return the mean with weights of both numbers, which words name."""
-    a, b = weights
-    return Rule(f"the mean, weighted by {words},", lambda first, second: (a * first + b * second) / (a + b))
+    share = weights[0] / sum(weights)
+    return Rule(f"the mean, weighted by {words},", lambda first, second: share * first + (1 - share) * second)
 
 
 class Mixed(NamedTuple):
@@ -184,27 +188,31 @@ class Mixed(NamedTuple):
 
     Attributes
     ----------
-    value : float
+    value : float, or tuple of float
     rule : str
         Words of the rule.
     meaning : str
         What the numbers of the bodies are, "" if they are the parameter's.
-    bodies : tuple of float
+    bodies : tuple
+        The values of both.
     source : str
         Function of the program that has the rule.
     """
 
-    value: float
+    value: Any
     rule: str
     meaning: str
-    bodies: tuple[float, float]
+    bodies: tuple[Any, Any]
     source: str
 
     def sentence(self, name: str) -> str:
         """Return a sentence without its full stop."""
-        first, second = self.bodies
+        value, first, second = (
+            " ".join(f"{number:.8g}" for number in (value if isinstance(value, tuple) else (value,)))
+            for value in (self.value, *self.bodies)
+        )
         meaning = f"{self.meaning}, " if self.meaning else ""
-        return f"{name} = {self.value:.8g}, {self.rule} of {meaning}{first:.8g} and {second:.8g} ({self.source})"
+        return f"{name} = {value}, {self.rule} of {meaning}{first} and {second} ({self.source})"
 
 
 class Values(dict[str, Any]):
@@ -225,7 +233,7 @@ class Values(dict[str, Any]):
 
     def mix(
         self, name: str, rule: Rule, source: str, bodies: tuple[float, float] | None = None, meaning: str = ""
-    ) -> float:
+    ) -> Any:
         """Return the number of a contact, and remember the rule if those of both bodies differ.
 
         Parameters
@@ -241,7 +249,7 @@ class Values(dict[str, Any]):
             What they are, if they are not the parameter's.
         """
         first, second = self[name] if bodies is None else bodies
-        value = rule.number(first, second)
+        value = rule.of_both(first, second)
         if first != second:
             self.mixed[name] = Mixed(value, rule.words, meaning, (first, second), source)
         return value
@@ -359,7 +367,7 @@ def effective_modulus(values: Values, young: tuple[float, float], poisson: tuple
     """Return E_eff of Hertz' contact from Young moduli and Poisson ratios of both bodies, as `Values.mix` does."""
     # 1/E_eff = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2
     first, second = (modulus / (1 - nu**2) for modulus, nu in zip(young, poisson, strict=True))
-    return values.mix("E_eff", SERIES, source, (first, second), "E/(1 - nu^2)")
+    return float(values.mix("E_eff", SERIES, source, (first, second), "E/(1 - nu^2)"))
 
 
 def effective(values: Sequence[float | None]) -> float | None:
@@ -451,9 +459,6 @@ class Native:
         From the values and an impact to sentences, without their full stops.
     units : callable
         From the values to the units of the file.
-    mixing : callable
-        From the values to a sentence, without its full stop, on what the program makes of two bodies with different
-        values, and by which rule; "" if they are equal.
     """
 
     parameters: tuple[Parameter, ...]
@@ -466,7 +471,6 @@ class Native:
     altered: Callable[[Contact, Values], Contact] = lambda contact, values: contact
     warnings: Callable[[Values, Impact], Iterable[str]] = lambda values, impact: ()
     units: Callable[[Values], FileUnits] = lambda values: FileUnits()
-    mixing: Callable[[Values], str] = lambda values: ""
 
     def contact(self, values: Values, impact: Impact) -> Contact | Impulse:
         """Return the collision that the program makes of values."""
