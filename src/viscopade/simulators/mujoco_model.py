@@ -38,7 +38,7 @@ import numpy as np
 from viscopade import files
 from viscopade.extras import require
 from viscopade.simulators.deck import Deck, DeckContact, Line, Run, Said, Size
-from viscopade.simulators.mujoco import NATIVE, SIMULATOR, Surface, mixed
+from viscopade.simulators.mujoco import SIMULATOR, Surface, mixed
 from viscopade.simulators.native import FileUnits
 
 MEMORY, SECONDS = 1 << 32, 60
@@ -150,19 +150,19 @@ def facts_of(file: str) -> dict[str, Any]:
     parts = {"geom": spec.geoms, "pair": spec.pairs, "equality": spec.equalities, "tendon": spec.tendons}
     parts |= {"actuator": spec.actuators, "flex": spec.flexes, "plugin": spec.plugins}
     numbers = {
-        tag: [int("0" + part.info.removeprefix("line ")) for part in sorted(parts[tag], key=lambda part: part.id)]
-        for tag in parts
+        tag: [int("0" + "".join(filter(str.isdigit, part.info))) for part in sorted(some, key=lambda part: part.id)]
+        for tag, some in parts.items()
     }
 
     # Pairs of geoms with equal contacts make a row.
     kinds = [_kind(model, data, gravity, geom) for geom in range(model.ngeom)]
+    mass = model.body_subtreemass[model.body_weldid[model.geom_bodyid]]
     rows: dict[State, list[Any]] = {}
     for i, partners, k in _touching(model, flags, kinds):
         state, rule = _state(model, flags, kinds[i], kinds[partners[0]], k)
         # The first geom of both moves.
         pairs = [(i, j) if kinds[i].moves else (j, i) for j in partners]
         place = ("geom", numbers["geom"][pairs[0][0]]) if k is None else ("pair", numbers["pair"][k])
-        mass = model.body_subtreemass[model.body_weldid[model.geom_bodyid]]
         masses = [float(mass[geom]) if kinds[geom].moves else None for geom in pairs[0]]
         name = " - ".join(model.geom(geom).name or f"geom {geom}" for geom in pairs[0])
         row = rows.setdefault(state, [state, name, place, masses, rule, 0, []])
@@ -284,10 +284,6 @@ def _state(model: Any, flags: set[str], first: Kind, second: Kind, k: int | None
     reason = "adhesion pulls, which is not computed" if adhesion else ""
     if "mjENBL_DIAGEXACT" in flags and settings["cone"] == "pyramidal" and condim > 1:
         reason = "the flag diagexact changes the pyramidal cone, which is not computed"
-    try:
-        NATIVE.values(settings)
-    except ValueError as error:
-        reason = str(error)
     falls = first.moves != second.moves and first.level and second.level
     element = f'solimp="{solimp}" friction="{friction}" condim="{condim}" margin="{margin:.15g}"'
     return State(tuple(settings.items()), falls, tuple(marks), reason, element), rule
