@@ -145,6 +145,15 @@ def test_a_file_says_which_radii_a_type_is_for(program):
     assert "bead_1 to bead_3 are the classes of sizes of bead: the ends of each have one ratio" in flowing(text)
 
 
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_no_line_of_the_comments_stands_twice(program):
+    """Of 9 contacts; only the headers of a table's parts begin alike."""
+    text = render(program, TYPED, COMMAND)
+    comments = [line for line in text.splitlines() if re.match(r"(#|//) +\S", line)]
+    assert len(comments) == len(set(comments))
+    assert len(comments) < 80  # 9 contacts in three parts of the table, 4 types, and what all have in common
+
+
 def stated_error(program, typed):
     """Return the range of the one warning about sizes, and the contact."""
     text = flowing(render(program, typed, COMMAND))

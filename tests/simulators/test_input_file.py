@@ -12,7 +12,7 @@ from tests.titles import HARD
 from viscopade import Pair, Sphere
 from viscopade.generated import SPDX, __version__
 from viscopade.simulators import TARGETS, simulator_with
-from viscopade.simulators.input_file import render
+from viscopade.simulators.input_file import render, table
 from viscopade.simulators.own_law import Softness, Wanted, render_own_law
 from viscopade.simulators.setup import NamedContact, Setup, of_pair
 from viscopade.simulators.simulator import OwnLaw
@@ -40,6 +40,35 @@ def test_a_contact_s_own_pair_is_what_counts(target):
         for body in (GLASS, pair.first)
     )
     assert one == other
+
+
+def test_a_table_says_once_what_its_rows_have_in_common():
+    name, mass, speed, note = ("type", ""), ("m", "kg"), ("v", "m/s"), ("note", "")
+    one, other = {name: "a", mass: "1", speed: "2"}, {name: "bcdefg", mass: "30", speed: "2", note: "x y"}
+    assert list(table([one, other])) == [
+        "Each type: v 2 m/s",
+        "  type    m (kg)  note",
+        "  a       1",
+        "  bcdefg  30      x y",
+    ]
+    assert list(table([one])) == ["Type a: m 1 kg; v 2 m/s"]
+    assert list(table([])) == []
+
+
+def test_a_table_wider_than_a_line_has_parts_with_all_names():
+    rows = [{("type", ""): name} | {(f"column{i}", ""): f"{name}{i}" * 20 for i in range(4)} for name in "ab"]
+    parts = list(table(rows))
+    assert max(map(len, parts)) <= 122
+    assert [line.split()[0] for line in parts] == ["type", "a", "b"] * 2
+    assert {word for line in parts for word in line.split()} >= {f"{name}{i}" * 20 for name in "ab" for i in range(4)}
+
+
+def test_warnings_of_one_reason_are_one():
+    warnings = ("a-a: 2 > 1: too soft", "a-b: 3 > 1: too soft", "a-b: slow: too slow")
+    assert replace(SETUP, warnings=warnings).heading[1:] == [
+        "Warning: too soft. a-a: 2 > 1; a-b: 3 > 1.",
+        "Warning: a-b: slow: too slow.",
+    ]
 
 
 def commands(text):

@@ -35,8 +35,8 @@ SPEEDS = 13  # at which errors are computed
 _ROUNDING = 1e-13
 _TABLE = 120  # widest line of a table
 _LEGEND = (
-    "Contacts: the speeds are the slowest, the typical and the fastest, with the exact eps without weight; the fastest "
-    "contact lasts so long. In parentheses: how far off one eps is over the speeds and sizes."
+    "Contacts: speeds and exact eps, without weight, are of the slowest, the typical and the fastest impact; the "
+    "duration is that of the fastest. In parentheses: how far off one eps is over the speeds and sizes."
 )
 
 Row = Mapping[tuple[str, str], str]

@@ -148,8 +148,16 @@ class Setup:
     @property
     def heading(self) -> list[str]:
         """First lines of a generated file, without comment marks: the title, one line, then notes and warnings."""
-        sentences = (*(f"{text}." for text in self.notes), *(f"Warning: {text}." for text in self.warnings))
-        return [harmless(self.title), *sentences]
+        # A warning is a name, a fact and a reason. What one reason says of several contacts is one warning.
+        facts: dict[str, list[str]] = {}
+        for text in self.warnings:
+            fact, _, reason = text.rpartition(": ")
+            facts.setdefault(reason, []).append(fact)
+        warnings = (
+            f"Warning: {fact[0]}: {reason}." if len(fact) == 1 else f"Warning: {reason}. {'; '.join(fact)}."
+            for reason, fact in facts.items()
+        )
+        return [harmless(self.title), *(f"{text}." for text in self.notes), *warnings]
 
     @property
     def opening(self) -> list[str]:
