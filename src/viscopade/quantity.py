@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import pint
 
 _NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]{1,3})?)\s*(.*)")
+_FRACTION = re.compile(r"\s*([0-9]+)/([1-9][0-9]*)(?![0-9.eE])\s*(.*)")  # such as 1/60 s
 # A product of powers of names, with small exponents, so that Pint evaluates no other expression; cm3 is cm^3.
 _POWER = r"[A-Za-zµμ°%]+(?:(?:\^|\*\*)(?:-?[1-9]|\([1-9]/[1-9]\))|-?[1-9]|[²³])?"
 _BARE_EXPONENT = re.compile(r"(?<=[A-Za-zµ])(?=-?[1-9])")
@@ -165,15 +166,18 @@ def _in_si(text: str, unit: str) -> float | None:
 
 def decimal_in(text: str, unit: str | None) -> Decimal | None:
     """Return a number with a unit in another unit, exactly, or None; without another one in SI base units."""
-    match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
-    if match is None or not _UNIT.fullmatch(match[2].strip().removeprefix("1/")):  # such as 1/s^2
+    match = (_FRACTION.fullmatch(text) or _NUMBER.fullmatch(text)) if len(text) <= _LONGEST else None
+    if match is None:
+        return None
+    number, *denominator, name = match.groups()
+    if not _UNIT.fullmatch(name.strip().removeprefix("1/")):  # such as 1/s^2
         return None
     try:
-        size = _size_of_unit(_BARE_EXPONENT.sub("^", match[2].strip().replace("μ", "µ")), unit)
+        size = _size_of_unit(_BARE_EXPONENT.sub("^", name.strip().replace("μ", "µ")), unit)
     except (ArithmeticError, AttributeError, AssertionError, TypeError, ValueError, KeyError, SyntaxError):
         return None  # what Pint raises for a name it does not know, or one that cannot be a factor
     with localcontext(prec=_EXACT):  # as decimals: 2.5 mm is 0.0025 m, to the last bit
-        return Decimal(match[1]) * size
+        return Decimal(number) * size / Decimal(*denominator or (1,))
 
 
 @lru_cache(maxsize=256)

@@ -48,3 +48,16 @@ def test_a_contact_in_other_units_is_the_same_collision(length, mass, time, spee
     assert found.pair.v_star(found.typical) == pytest.approx(contact.pair.v_star(speed), rel=2e-14, abs=0)
     lasting = contact.pair.contact_time(speed) / 10**time
     assert found.pair.contact_time(found.typical) == pytest.approx(lasting, rel=2e-13, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"), [("1/60 s", 1 / 60), ("1/60s", 1 / 60), ("3/4 ms", 0.75e-3), ("0/5 s", 0)]
+)
+def test_a_fraction_of_a_unit_is_a_quantity(text, seconds):
+    assert quantity(Node("trip", "", text), "time", zero=True) == seconds
+
+
+@pytest.mark.parametrize("text", ["1/60", "1/0 s", "1/2/3 s", "1/1e3 s", "1/2.5 s", "/60 s", "-1/60 s"])
+def test_other_fractions_are_refused(text):
+    with pytest.raises(ValueError, match="expected a time"):
+        quantity(Node("trip", "", text), "time")
