@@ -60,8 +60,8 @@ class Parameter:
     most : int
         How many numbers it has at most; those that are not given are those of the default.
     both : bool
-        Whether each of both bodies has a number; a single one is that of both. If a body has several numbers, a comma
-        stands between those of both bodies, "0.02 1, 0.01 0.5", and the value is a tuple of two tuples.
+        Whether each of both bodies has a number, or a word; a single one is that of both. If a body has several
+        numbers, a comma stands between those of both bodies, "0.02 1, 0.01 0.5", and the value is two tuples.
     words : tuple of str
         The accepted words, if it has no numbers.
     least_written : float or None
@@ -104,9 +104,11 @@ class Parameter:
         """
         text = text.strip()
         if self.words:
-            if text not in self.words:
-                raise ValueError(f"{self.name} is {text!r}: expected {', '.join(self.words)}")
-            return text
+            words = text.split() if self.both else [text]
+            if not 0 < len(words) <= 2 or not {*words} <= {*self.words}:
+                two = ", or two of them" if self.both else ""
+                raise ValueError(f"{self.name} is {text!r}: expected {', '.join(self.words)}{two}")
+            return (words[0], words[-1]) if self.both else text
         if self.both and self.most > 1:
             bodies = text.split(",")
             # "0.02, 1" may be two numbers of one body, or one number of each of two.
@@ -123,12 +125,11 @@ class Parameter:
 
     def written(self, value: Any) -> str:
         """Return a value as a file has it, the number of both bodies once."""
-        if not isinstance(value, tuple):
-            return value if isinstance(value, str) else f"{value:.8g}"
-        different = {*value} if self.both and len({*value}) == 1 else value
+        parts = value if isinstance(value, tuple) else (value,)
+        different = parts[:1] if self.both and parts[0] == parts[-1] else parts
         if self.both and self.most > 1:
             return ", ".join(replace(self, both=False).written(body) for body in different)
-        return " ".join(f"{number:.8g}" for number in different)
+        return " ".join(part if isinstance(part, str) else f"{part:.8g}" for part in different)
 
     def _numbers(self, text: str) -> tuple[float, ...] | None:
         """Return numbers apart by spaces or commas, or by commas if they have units; None if they are none."""
@@ -389,11 +390,12 @@ def poisson_ratios(name: str, default: str | None = None, *, both: bool = True) 
 
 
 def restitution(
-    name: str, default: str | None = None, *, above: float = 0, least_written: float = 1e-15, both: bool = False
+    name: str, default: str | None = None, *, above: float | None = 0, least_written: float = 1e-15, both: bool = False
 ) -> Parameter:
-    """Return the parameter for an eps, > `above` and <= 1."""
-    allowed: Callable[[tuple[float, ...]], bool] = lambda pair: all(above < e <= 1 for e in pair)  # noqa: E731
-    accepted = f"a number > {above:g} and <= 1"
+    """Return the parameter for an eps, > `above` and <= 1; None: >= 0."""
+    least = math.nextafter(above, 1) if above is not None else 0.0
+    allowed: Callable[[tuple[float, ...]], bool] = lambda pair: all(least <= e <= 1 for e in pair)  # noqa: E731
+    accepted = "a number from 0 to 1" if above is None else f"a number > {above:g} and <= 1"
     return Parameter(name, "", default, accepted, allowed, both=both, least_written=least_written)
 
 
@@ -405,9 +407,12 @@ class Impulse:
     ----------
     epsilon : callable
         From phases, where in a time step contact begins, to the eps of each.
+    sticking_speed : callable
+        Returns the speed below which bodies stay together, wherever in a time step contact begins.
     """
 
     epsilon: Callable[[FloatArray], ArrayLike]
+    sticking_speed: Callable[[], float] = lambda: 0.0
 
     def collide(
         self,
@@ -580,6 +585,9 @@ class Delivery:
         Whether both collisions are those of the program in its time steps.
     contact_time : float or None
         That of the undamped contact; None for an impulse, or if the bodies do not part without damping.
+    sticking_speed : float or None
+        Speed below which bodies stay together, wherever in a time step contact begins; None if there is none, or if it
+        is not known.
     """
 
     values: Values
@@ -591,6 +599,7 @@ class Delivery:
     falling: SampledCollision | None
     stepped: bool
     contact_time: float | None
+    sticking_speed: float | None = None
 
 
 def delivery(
@@ -681,7 +690,11 @@ def delivery(
                 warnings.append(f"With {epsilon:g} on average, eps is {wide.least:.4f} to {wide.largest:.4f}{longer}")
         except ValueError as error:
             warnings.append(f"No damping gives {epsilon:g}: {error}{longer}")
-    return Delivery(values, name, collision, instead, tuple(warnings), units, falling, hit.step is not None, duration)
+    force = native.contact(values, hit)
+    sticking = force.sticking_speed() if isinstance(force, Impulse) else 0.0
+    slowest = sticking if 0 < sticking < math.inf else None
+    stepped = hit.step is not None
+    return Delivery(values, name, collision, instead, tuple(warnings), units, falling, stepped, duration, slowest)
 
 
 def delivered(native: Native, values: Values, hit: Impact) -> SampledCollision:
