@@ -14,7 +14,7 @@ from viscopade.cli.audit_contact import show_contact
 from viscopade.cli.audit_deck import DECKS, show_deck
 from viscopade.cli.audit_formulas import show_formulas
 from viscopade.cli.console import STYLE, OneOf, Quantity, Real, examples
-from viscopade.simulators import SIMULATORS
+from viscopade.simulators import OTHER_NAMES, SIMULATORS
 from viscopade.theory.law import ENDS
 
 _NOTHING = (None, False, ())
@@ -38,6 +38,13 @@ class _SimulatorOrFile(OneOf):
         return [*super().shell_complete(ctx, param, incomplete), CompletionItem(incomplete, type="file")]
 
 
+_MEANT = {
+    name: f"simulator is {name!r}: did you mean {meant}?"
+    for meant, names in OTHER_NAMES.items()
+    for name in names.split()
+}
+
+
 @click.command(
     epilog=examples(
         "viscopade audit examples/in.hopper --speed 1",
@@ -45,7 +52,7 @@ class _SimulatorOrFile(OneOf):
         'viscopade audit mujoco --set "solref=-2500 -100" --speed 1 --time-step 0.003',
     )
 )
-@click.argument("simulator", required=False, type=_SimulatorOrFile(SIMULATORS), metavar="[SIMULATOR|FILE]")
+@click.argument("simulator", required=False, type=_SimulatorOrFile(SIMULATORS, _MEANT), metavar="[SIMULATOR|FILE]")
 @click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
 @click.option("--time-step", help="Time step: a multiple of the undamped contact time; with --speed or FILE a time.")
 @click.option(

@@ -105,6 +105,7 @@ def show_contact(
         "parts": collision.parts,
         "instead": None if found.instead is None else dict(found.instead),
         "scheme": found.scheme if found.stepped else None,
+        "sticking_speed": found.sticking_speed,
         "source": ", ".join(filter(None, (native.source, version))),
     }
     errors = {name: error if error < math.inf else None for name, error in collision.errors.items()}
@@ -229,6 +230,8 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
         say(f"for {', '.join(filter(None, (_words(native.written(used)), bodies)))}")
     for name, mixed in found.values.mixed.items():
         say(mixed.sentence(name))
+    if found.sticking_speed is not None:
+        say(f"below {found.sticking_speed:.4g} {units.speed} bodies stay together")
     others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]
     say(f"integrator: {found.scheme if stepped else 'infinitely fine steps'}; there are {', '.join(others)}")
     if found.instead is not None:

@@ -45,10 +45,28 @@ SIMULATORS: Mapping[str, tuple[str, ...]] = {
     "lethe": (),
     "mfix": (),
     "trixi": (),
+    "physx": (),
+    "bullet": (),
+    "jolt": (),
+    "box2d": (),
     "textbook": (),
 }
-"""Names, which are those of the modules, and the targets for which `viscopade simulators` writes each one's text."""
+"""Names, which are those of the modules except for `IMPULSES`, and the targets for which `viscopade simulators` writes
+each one's text."""
 TARGETS = tuple(target for own in SIMULATORS.values() for target in own)
+IMPULSES = ("physx", "bullet", "jolt", "box2d")
+"""Those of the module `impulse`."""
+OTHER_NAMES: Mapping[str, str] = {
+    "physx": "isaac isaacsim isaaclab isaacgym omniverse sapien maniskill unity",
+    "jolt": "godot joltphysics",
+    "box2d": "planck liquidfun",
+    "bullet": "pybullet",
+    "bullet or simbody": "gazebo ignition",
+    "mujoco": "mjx dm_control gymnasium",
+    "simbody": "opensim",
+    "newton": "warp newton-physics",
+}
+"""Programs, and what people type who mean them."""
 OWN_LAW = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
 """Targets whose contacts have a law of their own; those of the others are viscoelastic."""
 TYPED = ("lammps", "liggghts", "yade", "mercurydpm")
@@ -65,7 +83,8 @@ def simulator_of(name: str) -> Simulator:
     """
     if name not in SIMULATORS:
         raise ValueError(f"program is {name!r}: expected {', '.join(SIMULATORS)}")
-    found: Simulator = import_module(f"{__name__}.{name}").SIMULATOR
+    module = import_module(f"{__name__}.{'impulse' if name in IMPULSES else name}")
+    found: Simulator = module.SIMULATORS[name] if name in IMPULSES else module.SIMULATOR
     return found
 
 

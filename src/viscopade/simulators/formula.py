@@ -29,12 +29,13 @@ from viscopade.collision.schemes import SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import loaded
 from viscopade.theory.law import VISCOELASTIC, End, Law, law_of
 
-Reason = Literal["exact", "other end", "other law", "normalisation", "approximate formula"]
+Reason = Literal["exact", "other end", "other law", "normalisation", "two bodies", "approximate formula"]
 REASONS: dict[Reason, str] = {
     "exact": "The formula is exact for this contact.",
     "other end": "The formula is made for the other end of contact.",
     "other law": "The formula is made for another law of contact.",
     "normalisation": "The formula is made for another mass, radius or stiffness than the contact has.",
+    "two bodies": "The numbers of both bodies make one.",
     "approximate formula": "The formula is an approximation.",
 }
 DIGITS = 15

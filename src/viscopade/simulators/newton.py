@@ -5,8 +5,8 @@ Read in newton/_src/solvers of Newton 1.8.0; numbers of both shapes count by the
 - SolverSemiImplicit, `_eval_body_contact` of semi_implicit/kernels_contact.py: the force ke x + kd max(x', 0), in each
   contact: damping acts while the bodies approach. SolverFeatherstone has the same. With zeta = kd/(2 sqrt(ke m)) < 1
   and w = sqrt(1 - zeta^2), eps = exp(-(zeta/w) atan(w/zeta)).
-- SolverXPBD, xpbd/restitution_kernels.py: if `enable_restitution` and the speed before the step is above 2 g h, the
-  rebound is eps times that speed. Two iterations each leave a fifth of the penetration.
+- SolverXPBD, xpbd/restitution_kernels.py: `viscopade.simulators.impulse.xpbd`, if `enable_restitution` is set; its
+  threshold is 2 g h.
 - SolverMuJoCo, mujoco/kernels.py: `convert_solref` makes a `solref` of each shape, 2/kd, kd/(2 sqrt(ke)), or 0.02 1
   without kd, so that ke and kd are per effective mass; `contact_params` takes the mean of both, and the larger mu. This
   is the default `solref_mode`; with SOLREF_MODE_FORCE_SPACE ke and kd are forces, which is not computed here.
@@ -23,20 +23,17 @@ from typing import Any
 import numpy as np
 from mpmath import mp
 
-from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
-from viscopade.simulators import mujoco
+from viscopade.simulators import impulse, mujoco
 from viscopade.simulators.formula import LINEAR, LINEAR_RETURN, DampingFormula, linear_kappa, viscoelastic_kappa
-from viscopade.simulators.native import LARGER, MEAN, Impact, Impulse, Native, Parameter, Values
+from viscopade.simulators.native import LARGER, MEAN, Impact, Impulse, Native, Parameter, Values, restitution
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import VISCOELASTIC
 
 _CONTACT = "newton/_src/solvers/semi_implicit/kernels_contact.py"
 _EVALUATE, _PARAMS = "_eval_body_contact", "contact_params"
 _DEFAULT_SOLREF = 0.02, 1.0  # of SolverMuJoCo
-_LEFT = 0.2**2  # of a penetration after a step of SolverXPBD
-_MOST_STEPS = 1000  # of SolverXPBD, until a body has left
 
 
 def approach_kappa(kappa: Any) -> Any:
@@ -57,9 +54,13 @@ def _contact(values: Values, impact: Impact) -> Contact | Impulse:
     """Return the contact of a solver, with numbers of both shapes."""
     solver = values["solver"]
     if solver == "SolverXPBD":
-        restitution = values.mix("restitution", MEAN, "build_restitution_manifolds")
-        on = values["enable_restitution"] == "True"
-        return Impulse(lambda phases: xpbd_rebounds(restitution if on else None, impact, phases))
+        epsilon = values.mix("restitution", MEAN, "build_restitution_manifolds")
+        is_on = values["enable_restitution"] == "True"
+        if impact.step is None:
+            return Impulse(lambda phases: np.full_like(phases, epsilon if is_on else 0))
+        threshold = 2 * impact.gravity * impact.step if is_on else math.inf
+        ground = impulse.Ground(epsilon, threshold, 0, impact.gravity, impact.step)
+        return Impulse(lambda phases: impulse.flight_epsilon(impulse.xpbd, ground, impact.speed, phases))
     if solver == "SolverMuJoCo":
         # Each shape has a solref of its own, and MuJoCo's contact the mean of both.
         solrefs = [
@@ -74,32 +75,6 @@ def _contact(values: Values, impact: Impact) -> Contact | Impulse:
         return mujoco.NATIVE.contact(mujoco.NATIVE.values(settings), impact)
     ke, kd, mass = values.mix("ke", MEAN, _EVALUATE), values.mix("kd", MEAN, _EVALUATE), impact.effective_mass
     return Contact(lambda x, v: ke * x + kd * np.maximum(v, 0), mass, mass * impact.gravity)
-
-
-def xpbd_rebounds(restitution: float | None, impact: Impact, phases: FloatArray) -> FloatArray:
-    """Return the eps of SolverXPBD for each phase, from the flight after contact; None: without restitution."""
-    h, g, speed = impact.step or 0.0, impact.gravity, impact.speed
-    before = phases * h if g == 0 else np.minimum(phases * h, speed / g)
-    x, v = -before * speed + g / 2 * before**2, speed - g * before - g * h / 2
-    epsilon, touches = np.zeros_like(phases), np.ones(phases.shape, bool)
-    if not h:
-        return epsilon + (restitution or 0.0)
-    for _ in range(_MOST_STEPS):
-        newest = v + g * h
-        drifted = x + h * newest
-        hits = drifted > 0
-        solved = np.where(hits, _LEFT * drifted, drifted)
-        rebound = (solved - x) / h
-        if restitution is not None:
-            rebound = np.where(newest > 2 * g * h, -restitution * newest, rebound)
-        x, v = solved, np.where(hits, rebound, newest)
-        left = touches & (x <= 0) & (v < -g * h / 2)
-        exact = v + g * h / 2
-        epsilon = np.where(left, np.sqrt(np.maximum(exact**2 - 2 * g * x, 0)) / speed, epsilon)
-        touches &= ~left
-        if not touches.any():
-            break
-    return epsilon
 
 
 def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
@@ -128,9 +103,7 @@ _NATIVE = Native(
         ),
         Parameter("kd", "N s/m", "100", both=True, other_units=_per_mass("1/s")),
         Parameter("mu", default="1", both=True),
-        Parameter(
-            "restitution", "", "0", "a number from 0 to 1", lambda pair: 0 <= min(pair) <= max(pair) <= 1, both=True
-        ),
+        restitution("restitution", "0", above=None, both=True),
         Parameter("enable_restitution", default="False", words=("False", "True")),
     ),
     _contact,

@@ -1,0 +1,451 @@
+"""Engines with impulses: PhysX, Bullet, Jolt and Box2D, and SolverXPBD of Newton.
+
+    material = physics.createMaterial(0.5, 0.5, 0.8)                          PhysX; restitution_combine_mode of Isaac
+    p.changeDynamics(ball, -1, restitution=0.8)                               Bullet, by PyBullet
+    settings.mRestitution = 0.8f                                              Jolt
+    fixture.restitution = 0.8f, or shapeDef.material.restitution = 0.8f       Box2D 2.4, or 3
+
+Such an engine has no force: in one step it makes a rebound of an approach. In the limit of short steps eps is the
+combined restitution of both bodies above a threshold speed, and 0 below it. In steps of h five things change eps, and
+each function of a step below says which of them its engine has:
+
+1. Gravity kicks the body by g h before the rebound. If the speed that is reflected contains the kick, eps is right on
+   average; if not, the rebound lacks g h.
+2. The threshold is compared with the speed with the kick, or without it.
+3. A margin: bodies touch before they meet, and rebound from where they are at the start of the step.
+4. A body that is not within the margin overlaps first, and is pushed out: by its position, or by its speed.
+5. Continuous collision stops a fast body on its path.
+
+What a rebound has lost or gained in height counts in eps, which is that of the flight after it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.contact import PHASES
+from viscopade.collision.schemes import SEMI_IMPLICIT
+from viscopade.simulators.formula import LINEAR, Row, force_end_kappa, formulas
+from viscopade.simulators.native import (
+    LARGER,
+    MEAN,
+    SMALLER,
+    Impact,
+    Impulse,
+    Native,
+    Parameter,
+    Rule,
+    Values,
+    restitution,
+)
+from viscopade.simulators.simulator import Simulator
+
+_MOST_STEPS = 1000  # until a body has left
+_EARLIER = 2  # steps before contact, from which on a margin may act
+_REST = 1e-9  # change of a state in a step, in SI units, of a body that stays
+_HALVINGS = 20  # of the interval that contains the sticking speed
+
+PRODUCT = Rule("the product", lambda first, second: first * second)
+_RULES = {"average": MEAN, "min": SMALLER, "multiply": PRODUCT, "max": LARGER}
+"""Rules that make one restitution of two; if two materials of PhysX name different ones, the later counts."""
+
+
+class Ground(NamedTuple):
+    """A plane with which a body may collide in a time step.
+
+    Attributes
+    ----------
+    restitution : float
+        That of the contact.
+    threshold : float
+        Speed above which a body rebounds; infinite without restitution.
+    margin : float
+        Distance at which the engine sees the contact.
+    gravity, step : float
+    radius : float
+        That of the body; infinite if it is not known.
+    numbers : mapping of str to float
+        Other parameters of the engine by name.
+    """
+
+    restitution: float
+    threshold: float
+    margin: float
+    gravity: float
+    step: float
+    radius: float = math.inf
+    numbers: Mapping[str, float] = {}
+
+
+Motion = tuple[FloatArray, FloatArray]
+"""Distances of bodies from the plane, negative if they overlap, and the rates of these distances."""
+Step = Callable[[FloatArray, FloatArray, Ground], Motion]
+"""The motion after a step of an engine, from that before it."""
+
+
+def flight_epsilon(step: Step, ground: Ground, speed: float, phases: FloatArray) -> FloatArray:
+    """Return the eps of a body for each phase, from the flight after contact; 0 if it stays."""
+    g, h = ground.gravity, ground.step
+
+    # The flight before contact passes through (gap, rate) = (0, -speed) at a phase of a step. It begins some steps
+    # earlier, but not before the body's highest point.
+    before = phases * h if g == 0 else np.minimum(phases * h, speed / g)
+    earlier = np.full_like(before, _EARLIER) if g == 0 else np.clip((speed / g - before) // h, 0, _EARLIER)
+    before = before + earlier * h
+
+    # A step with the kick -g h and the new rate lies on a parabola whose rate at its start is greater by g h/2.
+    gap, rate = before * speed - g / 2 * before**2, g * before + g * h / 2 - speed
+    epsilon, has_left = np.zeros_like(phases), np.zeros(phases.shape, bool)
+    for _ in range(_MOST_STEPS):
+        last_gap, last_rate = gap, rate
+        gap, rate = step(gap, rate, ground)
+        leaves = ~has_left & (gap >= 0) & (rate > g * h / 2)
+        # eps^2 = (v^2 + 2 g gap)/speed^2, the energy at the level of contact
+        epsilon = np.where(leaves, np.sqrt((rate - g * h / 2) ** 2 + 2 * g * np.maximum(gap, 0)) / speed, epsilon)
+        has_left |= leaves
+        rests = (np.abs(gap - last_gap) < _REST) & (np.abs(rate - last_rate) < _REST)
+        if (has_left | rests).all():
+            break
+    return epsilon
+
+
+def sticking_speed(step: Step, ground: Ground) -> float:
+    """Return the speed below which a body stays, wherever in a step contact begins; infinite without restitution."""
+    if ground.threshold == math.inf:
+        return math.inf
+    low, high = 0.0, ground.threshold + 2 * ground.gravity * ground.step
+    for _ in range(_HALVINGS):
+        speed = (low + high) / 2
+        low, high = (low, speed) if flight_epsilon(step, ground, speed, PHASES).any() else (speed, high)
+    return high
+
+
+def xpbd(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
+    """SolverXPBD of Newton 1.8.0: newton/_src/solvers/xpbd/restitution_kernels.py.
+
+    The reflected speed contains the kick; the threshold is 2 g h. Two iterations each leave a fifth of an overlap.
+    """
+    h = ground.step
+    kicked = rate - ground.gravity * h
+    drifted = gap + h * kicked
+    solved = np.where(drifted < 0, 0.2**2 * drifted, drifted)
+    rebounding = (drifted < 0) & (-kicked > ground.threshold)
+    return solved, np.where(rebounding, -ground.restitution * kicked, (solved - gap) / h)
+
+
+def _physx_pgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
+    """PhysX, constructContactConstraint of DyContactPrepShared.h.
+
+    Reflected speed and threshold contain the kick. A body that would meet the plane in this step rebounds at once, from
+    where it is. Others come to the plane, or move out of it by 0.8 of an overlap, which is no speed afterwards. (Up to
+    5.3.1 they come only 0.8 of the way, and lose speed.)
+    """
+    h = ground.step
+    kicked = rate - ground.gravity * h
+    sees = gap < ground.margin
+    rebounding = sees & (gap + h * kicked < 0) & (-kicked > ground.threshold)
+    to_plane = -gap / h * np.where(gap < 0, 0.8, 1)
+    rebound = -ground.restitution * kicked
+
+    # The first pass moves the body; gaps above ccdMaxSeparation are closed in the step of a rebound, too.
+    target = np.where(rebounding, rebound + np.where(gap > 0.04, to_plane, 0), to_plane)
+    moving = np.where(sees, np.maximum(kicked, target), kicked)
+
+    # The second pass gives it its speed.
+    target = np.where(rebounding, rebound, np.minimum(to_plane, 0))
+    return gap + h * moving, np.where(sees, np.maximum(kicked, target), kicked)
+
+
+def _physx_tgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
+    """PhysX, constructContactConstraintStep and solveDynamicContactsStep of DyTGSContactPrep.cpp.
+
+    As with PGS, but the position iterations are short steps, whose target is a line through the time of the impact. The
+    velocity iterations leave a body no more speed than what would close its gap in a short step: one that meets the
+    plane early in the next step is slowed down before. (Up to 5.4.1 it rebounds a short step earlier instead.)
+    """
+    moves, calms = (int(ground.numbers[f"solver_{kind}_iteration_count"]) for kind in ("position", "velocity"))
+    h = ground.step
+    kicked = rate - ground.gravity * h
+    sees = gap < ground.margin
+    rebounding = sees & (gap + h * kicked < 0) & (-kicked > ground.threshold)
+    target = np.where(rebounding, -ground.restitution * kicked, 0)
+    error = gap + target * (h + gap / np.where(rebounding, kicked, 1))
+    rate_of_error = np.where(gap > 0, 1, min(0.8, 2 / math.sqrt(moves))) * moves / h
+
+    place, speed, impulse = gap, kicked, np.zeros_like(gap)
+    for i in range(moves + calms):
+        remaining = error + place - gap - target * min(i, moves) * h / moves
+        if i >= moves:  # velocity iterations remove no overlap, and do not move the body
+            remaining = np.maximum(remaining, 0)
+        # The sum of all pushes is no pull.
+        push = np.where(sees, np.maximum(target - rate_of_error * remaining - speed, -impulse), 0)
+        impulse, speed = impulse + push, speed + push
+        if i < moves:
+            place = place + h / moves * speed
+    return place, speed
+
+
+def _physx_warnings(values: Values, impact: Impact) -> Iterator[str]:
+    if impact.step and values["solver_type"] == "TGS" and values["solver_velocity_iteration_count"]:
+        yield "Velocity iterations of TGS are those of the source of PhysX 5.4.2 and later, which was not run"
+
+
+def _bullet(gap: FloatArray, rate: FloatArray, ground: Ground, is_multi_body: bool = True) -> Motion:
+    """Bullet, setupMultiBodyContactConstraint, and setupContactConstraint of btSequentialImpulseConstraintSolver.cpp.
+
+    Reflected speed and threshold contain the kick, except for a btRigidBody. A body within the margin rebounds at once,
+    and loses gap/h of its rate: it may come to the plane with almost none. An overlap adds erp overlap/h to it.
+    """
+    h, slop = ground.step, 1e-5  # contactSlop of PyBullet
+    kicked = rate - ground.gravity * h
+    reflected = kicked if is_multi_body else rate
+    rebound = np.where(-reflected < ground.threshold, 0, -ground.restitution * reflected)
+    distance = gap + slop
+    correction = -distance / h * np.where(distance > 0, 1, ground.numbers["contactERP"])
+
+    # Deep overlaps of btRigidBody move the body, without a speed afterwards (m_splitImpulsePenetrationThreshold).
+    sees = gap < ground.margin
+    moves = sees & (distance <= -0.04) & (not is_multi_body)
+    new = np.where(sees, np.maximum(kicked, rebound + np.where(moves, 0, correction)), kicked)
+    return gap + h * (new + np.where(moves, correction, 0)), new
+
+
+def _jolt(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
+    """Jolt, CalculateNonPenetrationConstraintProperties of ContactConstraintManager.cpp.
+
+    The threshold contains the kick, the reflected speed does not. A body that would meet the plane in this step
+    rebounds at once, from where it is. Overlaps above mPenetrationSlop are removed without a speed afterwards.
+    """
+    h, slop = ground.step, 0.02
+    kicked = rate - ground.gravity * h
+    approach = np.maximum(gap, 0) / h
+    sees = gap < ground.margin
+    rebounding = sees & (-kicked > np.maximum(ground.threshold, approach))
+    new = np.where(rebounding, -ground.restitution * rate, np.where(sees, np.maximum(kicked, -approach), kicked))
+    place = gap + h * new
+    for _ in range(2):  # mNumPositionSteps, with mBaumgarte
+        place = place - np.where(sees, np.clip(0.2 * (place + slop), -0.2, 0), 0)
+    return place, new
+
+
+def _box2d_2(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
+    """Box2D 2, b2_contact_solver.cpp and b2World::SolveTOI; 3 position iterations.
+
+    Reflected speed and threshold contain the kick. The plane has a skin of 2 b2_linearSlop. A body that overlaps it at
+    the start of a step rebounds then; one whose path goes deeper than 3 slops into it rebounds there.
+    """
+    slop, h = 0.005, ground.step
+    kicked, start = rate - ground.gravity * h, gap - 2 * slop
+
+    def reflected(rate: FloatArray) -> FloatArray:
+        return np.where(-rate > ground.threshold, -ground.restitution * rate, np.maximum(rate, 0))
+
+    def corrected(
+        place: FloatArray, active: NDArray[np.bool_], share: float, enough: float, iterations: int
+    ) -> FloatArray:
+        """Return the place after iterations that each remove a share of the overlap, until it is small enough."""
+        for _ in range(iterations):
+            is_enough = place >= enough
+            place = place - np.where(active, np.clip(share * (place + slop), -0.2, 0), 0)
+            active = active & ~is_enough
+        return place
+
+    touches = start <= 0
+    new = np.where(touches, reflected(kicked), kicked)
+    end = corrected(start + h * new, touches, 0.2, -3 * slop, 3)
+
+    # The time of impact, found by halving the path once and then by a secant, is exact to a quarter of the slop.
+    is_deep = start < -2.75 * slop
+    meets = is_deep | (end < -3.25 * slop)
+    middle = (start + end) / 2
+    secant = (start + 3 * slop) / np.where(meets & ~is_deep, start - end, 1)
+    time = np.where(is_deep, 0, np.where(np.abs(middle + 3 * slop) < slop / 4, 0.5, secant))
+    # 1e-6: two iterations are enough, although rounding may say that they miss it
+    place = corrected(start + time * (end - start), meets, 0.75, -1.5 * slop - 1e-6, 20)
+    new = np.where(meets, reflected(new), new)
+    return np.where(meets, place + (1 - time) * h * new, end) + 2 * slop, new
+
+
+def _box2d_3(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
+    """Box2D 3, contact_solver.c and b2SolveContinuous of solver.c.
+
+    Reflected speed and threshold are those before the step, without the kick. The contact is a soft spring in
+    subStepCount short steps, after which a body that was pushed gets its rebound. A fast one is put back to the place
+    where it met the plane, and rebounds in the next step.
+    """
+    substeps, slop = int(ground.numbers["subStepCount"]), 0.005
+    h = ground.step / substeps
+
+    # b2MakeSoft with contactHertz = 30, at most 1/(8 h), twice for static bodies; contactDampingRatio = 10
+    omega, zeta = 2 * math.pi * 2 * min(30.0, 0.125 / h), 10
+    stiffness = h * omega * (2 * zeta + h * omega)
+    mass_scale = stiffness / (1 + stiffness)
+    bias_rate = omega / (2 * zeta + h * omega)
+
+    sees, is_pushed = gap <= ground.margin, np.zeros(gap.shape, bool)
+    place, new = gap, rate
+    for _ in range(substeps):
+        kicked = new - ground.gravity * h
+        # A gap is closed at most; an overlap is left by bias_rate, at most at maxContactPushSpeed = 3 m/s.
+        bias = np.where(place > 0, place / h, np.maximum(bias_rate * place, -3 / mass_scale))
+        push = np.where(sees, np.maximum(-np.where(place > 0, 1, mass_scale) * (kicked + bias), 0), 0)
+        place = place + h * (kicked + push)
+        # The relaxation takes back what was for the place alone.
+        new = np.where(sees, np.maximum(kicked, -np.maximum(place, 0) / h), kicked)
+        is_pushed |= (push > 0) | (new > kicked)
+
+    rebounding = is_pushed & (-rate >= ground.threshold)
+    new = np.where(rebounding, np.maximum(new, -ground.restitution * rate), new)
+    is_fast = np.abs(new) * ground.step > ground.radius / 2
+    meets = is_fast & (gap > -0.75 * slop) & (place < -1.25 * slop)
+    return np.where(meets, -slop, place), new
+
+
+class Engine(NamedTuple):
+    """What a user sets in an engine, and what the engine does in a step.
+
+    Attributes
+    ----------
+    title, version, source : str
+        As of `Simulator` and `Native`.
+    combining : str
+        Function of the engine that makes one restitution of two.
+    combination : Parameter
+        What chooses its rule.
+    restitution : str
+        Name of the restitution of a body.
+    threshold : Parameter
+        Speed up to which there is no rebound.
+    others : tuple of Parameter
+    margin : callable
+        From the values and an impact to the distance at which the engine sees a contact.
+    choice : str
+        Name of what chooses a step.
+    steps : mapping of str to callable
+        By that choice.
+    warnings : callable
+        As of `Native`.
+    """
+
+    title: str
+    version: str
+    source: str
+    combining: str
+    combination: Parameter
+    restitution: str
+    threshold: Parameter
+    others: tuple[Parameter, ...]
+    margin: Callable[[Values, Impact], float]
+    choice: str
+    steps: Mapping[str, Step]
+    warnings: Callable[[Values, Impact], Iterable[str]] = lambda values, impact: ()
+
+    def impulse(self, values: Values, impact: Impact) -> Impulse:
+        """Return the collision."""
+        # Of the rules that two materials name, the later of `_RULES` counts.
+        chosen = values[self.combination.name]
+        rule = max(chosen if self.combination.both else (chosen,), key=[*_RULES].index)
+        combined = values.mix(self.restitution, _RULES[rule], self.combining)
+        threshold = values[self.threshold.name] if combined > 0 else math.inf
+        if impact.step is None:
+            epsilon = combined if impact.speed > threshold else 0.0
+            return Impulse(lambda phases: np.full_like(phases, epsilon), lambda: threshold)
+        numbers = {parameter.name: values[parameter.name] for parameter in self.others}
+        radius, margin = impact.radius or math.inf, self.margin(values, impact)
+        ground = Ground(combined, threshold, margin, impact.gravity, impact.step, radius, numbers)
+        step = self.steps[values[self.choice]]
+        return Impulse(partial(flight_epsilon, step, ground, impact.speed), partial(sticking_speed, step, ground))
+
+    def simulator(self, name: str) -> Simulator:
+        """Return the engine as a simulator."""
+        # People write the wanted eps for both bodies; a product is then its square.
+        note = "There is no contact: eps is applied above a threshold speed."
+        row: Row = f"{self.restitution} of both bodies", LINEAR, force_end_kappa, "exact", note
+        if self.combination.default == "multiply":
+            row = row[0], LINEAR, lambda e: force_end_kappa(e**2), "two bodies", note
+        rows = formulas(self.restitution, ("0.04", "1"), self.source, row, scheme=None)
+        native = Native(
+            (restitution(self.restitution, "0", above=None, both=True), self.combination, self.threshold, *self.others),
+            self.impulse,
+            self.source,
+            schemes=dict.fromkeys(self.steps, SEMI_IMPLICIT),
+            integrator=self.choice,
+            damping=self.restitution,
+            warnings=self.warnings,
+        )
+        return Simulator(name, self.title, self.version, rows, native=native, page="impulse")
+
+
+def _count(name: str, least: int, default: str) -> Parameter:
+    accepted = f"an integer from {least} to 100"
+    return Parameter(name, "", default, accepted, lambda number: number[0] in range(least, 101))
+
+
+_ENGINES = {
+    "physx": Engine(
+        "PhysX and Isaac",
+        "5.6.1, commit a3d8a641; 5.3.1 was run, in SAPIEN 3.0.3",
+        "physx/source/lowleveldynamics/src/DyContactPrepShared.h",
+        "PxsCombineMaterials",
+        Parameter("restitution_combine_mode", default="average", words=tuple(_RULES), both=True),
+        "restitution",
+        Parameter("bounce_threshold_velocity", "m/s", "0.2"),
+        (
+            Parameter("contact_offset", "m", "0.02", both=True),
+            _count("solver_position_iteration_count", 1, "4"),
+            _count("solver_velocity_iteration_count", 0, "1"),
+        ),
+        lambda values, impact: float(sum(values["contact_offset"])),
+        "solver_type",
+        {"PGS": _physx_pgs, "TGS": _physx_tgs},
+        _physx_warnings,
+    ),
+    "bullet": Engine(
+        "Bullet",
+        "3.27, commit 6c888f4a; run in PyBullet 3.2.7",
+        "src/BulletDynamics/Featherstone/btMultiBodyConstraintSolver.cpp",
+        "btManifoldResult::calculateCombinedRestitution",
+        Parameter("gCalculateCombinedRestitutionCallback", default="multiply", words=tuple(_RULES)),
+        "restitution",
+        Parameter("restitutionVelocityThreshold", "m/s", "0.2"),
+        (Parameter("contactBreakingThreshold", "", "0.02"), Parameter("contactERP", "", "0.08")),
+        # getContactBreakingThreshold: the number times the radius of the sphere around a box around the ball
+        lambda values, impact: float(values["contactBreakingThreshold"] * math.sqrt(3) * impact.effective_radius),
+        "body",
+        {"btMultiBody": _bullet, "btRigidBody": partial(_bullet, is_multi_body=False)},
+    ),
+    "jolt": Engine(
+        "Jolt",
+        "5.5.1, commit 3b47ec39; run in JoltPhysics.js 1.1.0",
+        "Jolt/Physics/Constraints/ContactConstraintManager.cpp",
+        "ContactConstraintManager::mCombineRestitution",
+        Parameter("SetCombineRestitution", default="max", words=tuple(_RULES)),
+        "mRestitution",
+        Parameter("mMinVelocityForRestitution", "m/s", "1"),
+        (Parameter("mSpeculativeContactDistance", "m", "0.02"),),
+        lambda values, impact: float(values["mSpeculativeContactDistance"]),
+        "mMotionQuality",
+        {"Discrete": _jolt},
+    ),
+    "box2d": Engine(
+        "Box2D",
+        "3.1.1, commit 8c661469, and 2.4.1, commit 9ebbbcd9; 3.1.1 and 2.3.10 were run",
+        "src/contact_solver.c",
+        "b2MixRestitution",
+        Parameter("restitutionCallback", default="max", words=tuple(_RULES)),
+        "restitution",
+        Parameter("restitutionThreshold", "m/s", "1"),
+        (_count("subStepCount", 1, "4"),),
+        lambda values, impact: 0.02,  # B2_SPECULATIVE_DISTANCE
+        "version",
+        {"3": _box2d_3, "2.4": _box2d_2},
+    ),
+}
+SIMULATORS = {name: engine.simulator(name) for name, engine in _ENGINES.items()}
