@@ -33,14 +33,18 @@ CITE = (
 _MEANS_MORE = re.compile(r'\*(?=/)|/(?=\*)|\?\?(?=/)|""(?=")|coding(?=[:=])')
 
 
+def printable(text: str) -> str:
+    """Return a text with escapes in place of invisible characters, which a terminal may obey."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
 def harmless(text: str) -> str:
     """Return a user's text as one line of a comment, in any language except XML, which also needs `xml_comment`.
 
     Invisible characters become escapes, and a blank separates sequences that a language would obey. A final "&" or
     backslash, which would continue the line, is followed by a full stop.
     """
-    shown = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
-    line = _MEANS_MORE.sub(r"\g<0> ", shown).rstrip()
+    line = _MEANS_MORE.sub(r"\g<0> ", printable(text)).rstrip()
     return f"{line} ." if line.endswith(("\\", "&")) else line
 
 

@@ -202,6 +202,23 @@ def test_a_file_without_a_number_is_refused(deck):
     assert message.count("jkr is not computed here") == 1
 
 
+def test_a_terminal_obeys_nothing_of_a_file(monkeypatch, deck):
+    """Names, lines and warnings with the sequence that clears a terminal."""
+    clear = "\x1b[2J"
+    line = Line(Path("in.x"), 1, f"run {clear}")
+    size = Size(1e-3, 1e-5)
+    free = DeckContact(
+        clear, line, hooke(0.5), ((size, size),), marks=(clear,), rewritten=lambda texts: (f"pair_coeff {clear}",)
+    )
+    whole = Deck(
+        simulator_of("lammps"), Path("in.x"), FileUnits(), (Run(line, None, 0.0, (free,)),), (), (line,), (clear,)
+    )
+    monkeypatch.setattr("viscopade.simulators.lammps_deck.read", lambda path, said: whole)
+    output = CliRunner().invoke(command, ["audit", deck[0], "--epsilon", "0.5"], color=True).output
+    assert "\x1b" not in output
+    assert output.count(r"\x1b[2J") == 5
+
+
 def test_gravity_needs_a_wall(deck, monkeypatch):
     settings, size = hooke(0.5), Size(1e-3, 1e-5)
     free = DeckContact("type 1 - type 1", Line(Path("in.x"), 1, ""), settings, ((size, size),))

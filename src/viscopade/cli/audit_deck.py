@@ -12,6 +12,7 @@ import click
 from viscopade import arguments, files
 from viscopade.cli.audit_contact import BETWEEN, si_number, values_by_name
 from viscopade.cli.console import say, show
+from viscopade.generated import printable
 
 if TYPE_CHECKING:
     from viscopade.simulators.deck import Deck, Line
@@ -186,7 +187,7 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
         say(f"Warning: {text}.")
     for (weight, lines), numbers in replacements.items():
         say(f"for eps = {epsilon}{weight} in {_rows(numbers)} write")
-        click.echo("\n".join(f"    {line}" for line in lines))
+        click.echo("\n".join(f"    {printable(line)}" for line in lines))
     if deck.unread:
         say(f"not read: {', '.join(f'{line.text.split()[0]} (line {_place(line, deck)})' for line in deck.unread)}")
 

@@ -20,7 +20,7 @@ import click
 
 from viscopade import arguments
 from viscopade.cli.writer import check_targets, write
-from viscopade.generated import wrapped
+from viscopade.generated import printable, wrapped
 from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
 FIRST_SECONDS, LONG_SECONDS = 1.0, 60.0
@@ -405,7 +405,7 @@ def show(
         csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
         click.echo(buffer.getvalue(), nl=False)
     else:
-        _print_table(header, cells, title)
+        _print_table(header, [[*map(printable, row)] for row in cells], title)
 
 
 def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
@@ -458,7 +458,7 @@ def _print_rows(header: Sequence[str], cells: Sequence[Sequence[str]], title: st
 def say(text: str, indent: int = 0) -> None:
     """Print a text; lines break at spaces, but not inside a formula, and all lines but the first are indented."""
     lines = wrapped(text, text_width(), " " * indent, whole_words=True)
-    click.echo("\n".join(lines))
+    click.echo("\n".join(map(printable, lines)))
 
 
 def text_width() -> int:

@@ -18,6 +18,7 @@ import click
 from viscopade import arguments, shipped
 from viscopade.cli.console import WORDS, examples, keep_printing, tracker
 from viscopade.extras import MissingPackage
+from viscopade.generated import printable
 from viscopade.progress import shown_by
 
 LONGEST_LINE = 5000  # characters of a message
@@ -129,7 +130,7 @@ def command() -> None:
 def _fail(message: object, status: int) -> NoReturn:
     """Print a message as one line of printable characters, with long words shortened, and exit."""
     words = (word if len(word) <= 400 else f"{word[:200]}…{word[-200:]}" for word in str(message).split())
-    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))
+    line = printable(" ".join(words))
     try:
         click.echo(f"viscopade: {line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + '…'}", err=True)
     except OSError:  # standard error is closed, too; only the exit status can tell
