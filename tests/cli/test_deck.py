@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+import os
 import re
 import shlex
 from pathlib import Path
@@ -274,6 +275,11 @@ def test_the_name_of_a_simulator_is_no_file(tmp_path, monkeypatch):
     Path("mujoco").touch()
     assert run("mujoco", "--epsilon", "0.5").output.startswith("eps = 0.5 is asked for")
     assert "mujoco has no contact" in str(run("./mujoco").exception)
+
+
+def test_a_pipe_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    assert "is a pipe: expected a file" in " ".join(run(str(tmp_path / "pipe")).stderr.split())
 
 
 def test_all_that_an_input_lacks_is_one_message(tmp_path):

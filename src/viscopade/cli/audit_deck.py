@@ -66,6 +66,8 @@ def show_deck(
     if epsilon is not None:
         wanted = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
 
+    if file.is_fifo():  # a file is read more than once, and names others beside it
+        raise click.UsageError(f"{file} is a pipe: expected a file")
     # A model of MuJoCo is XML; no command of LAMMPS begins as XML does.
     is_xml = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
     deck = mujoco_model.read(file, said) if is_xml else lammps_deck.read(file, said)

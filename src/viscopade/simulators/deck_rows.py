@@ -74,7 +74,7 @@ class DeckRow(NamedTuple):
 
 
 def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list[DeckRow]:
-    """Return the rows of the first run, and of each later run those that differ from the run before it.
+    """Return a row for each contact and pair of sizes: of a later run those that differ from the run before it.
 
     Parameters
     ----------
@@ -107,17 +107,17 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         time = None if whole.contact_time is None else whole.contact_time * whole.units.seconds / units.seconds
         return Answer(collision, falling, time, whole.instead, whole.warnings)
 
-    # A contact without a number has one row.
-    nothing: tuple[tuple[Size | None, Size | None], ...] = ((None, None),)
+    # A contact without a number, or without sizes, has one row.
+    unknown: tuple[tuple[Size | None, Size | None], ...] = ((None, None),)
     pairs = [
         (i, contact, sizes)
         for i, run in enumerate(deck.runs)
         for contact in run.contacts
-        for sizes in (nothing if contact.reason else contact.sizes or nothing)
+        for sizes in (unknown if contact.reason else contact.sizes or unknown)
     ]
     tables: list[dict[object, DeckRow]] = [{} for _ in deck.runs]
-    for k in track(range(len(pairs)), "contacts"):
-        i, contact, sizes = pairs[k]
+    for number in track(range(len(pairs)), "contacts"):
+        i, contact, sizes = pairs[number]
         run, settings = deck.runs[i], (*sorted(contact.settings.items()),)
         bodies = [size for size in sizes if size is not None]
         mass, radius = effective([size.mass for size in bodies]), effective([size.radius for size in bodies])
@@ -129,9 +129,18 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
             result = answer(settings, impact)
         except ValueError as error:
             impact, result = Impact(speed), Answer(reason=str(error))
-        radii = () if impact.mass is impact.radius is None else [size.radius for size in bodies]
-        row = DeckRow(run, contact, tuple(radius for radius in radii if radius is not None), impact, result)
+        # The radii of bodies say their masses, too.
+        sphere_radii = [size.radius for size in bodies if size.radius is not None]
+        radii = () if impact.mass is impact.radius is None else (*sphere_radii,)
         # Sizes on which eps does not depend make one row.
-        tables[i].setdefault((contact.name, settings, row.radii, impact, result.reason), row)
-    last: list[dict[object, DeckRow]] = [{}, *tables]
-    return [row for before, table in zip(last, tables, strict=False) for key, row in table.items() if key not in before]
+        key = (contact.name, settings, radii, impact, result.reason)
+        tables[i].setdefault(key, DeckRow(run, contact, radii, impact, result))
+
+    # The first run has all rows, and a later one those that the run before it does not have.
+    runs_before = [{}, *tables[:-1]]
+    return [
+        row
+        for table, before in zip(tables, runs_before, strict=True)
+        for key, row in table.items()
+        if key not in before
+    ]
