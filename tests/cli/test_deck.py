@@ -142,6 +142,16 @@ def test_lines_to_write_instead(deck):
     assert f"for eps = 0.6 in rows 1, 2, 5, 6 write\n    {line}\n" in run(*words).output
 
 
+def test_a_warning_stands_once(deck):
+    """Each row has its own range, and its own contact time that makes it shorter; JSON has all."""
+    words = (deck[0], "--epsilon", "0.6", "--time-step", "4 us")
+    flat = text_of(*words)
+    assert flat.count("With 0.6 on average, eps is") == 1
+    assert re.search(r"Warning, rows 1, 2, 3, 5, 6: With 0.6 on .* is below 0.02 \(the numbers of row 1\)\.", flat)
+    rows = json.loads(run(*words, "--format", "json").output)["contacts"]
+    assert len({row["warnings"][-1] for row in rows if row["warnings"]}) == 3
+
+
 def test_numbers_of_options(deck):
     def rows(*words):
         return json.loads(run(deck[0], *words, "--format", "json").output)["contacts"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,7 @@ _NUMBERS = (
     *(("g t_c/v", "g_t_c_over_v", ".2g"), ("t_c/step", "steps", ".3g")),
 )
 """Columns of numbers, each with its name in JSON and its format."""
+_NUMBER = r"\d[\d.]*(e[+-]?\d+)?"
 DECKS = "an input of LAMMPS or LIGGGHTS, or a model of MuJoCo"
 
 
@@ -172,19 +174,21 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
             say(title)
             show("text", heads, [[row[head] for head in heads] for row in cells], {})
 
-    # Remarks, warnings and lines that several rows have are printed once.
-    sentences: dict[tuple[str, str], list[int]] = {}
+    # Equal remarks and lines are printed once, and so are warnings that differ in their numbers only.
+    sentences: dict[tuple[str, str], dict[int, str]] = {}
     replacements: dict[tuple[str, tuple[str, ...]], list[int]] = {}
     for i, row in numbered:
         reasons = [f"no number: {row.answer.reason}"] if row.answer.reason else []
         kinds = {"": (*reasons, *row.contact.marks), "Warning, ": row.answer.warnings}
-        for key in ((kind, text) for kind, texts in kinds.items() for text in texts):
-            sentences.setdefault(key, []).append(i)
+        for kind, text in ((kind, text) for kind, texts in kinds.items() for text in texts):
+            sentences.setdefault((kind, re.sub(_NUMBER, "#", text) if kind else text), {})[i] = text
         lines = row.contact.rewritten(row.answer.instead) if row.answer.instead else ()
         if lines:
             replacements.setdefault((" with weight" if row.impact.gravity else "", lines), []).append(i)
-    for (kind, text), numbers in sentences.items():
-        say(f"{kind}{_rows(numbers)}: {text}.")
+    for (kind, _), texts in sentences.items():
+        i, text = next(iter(texts.items()))
+        source = f" (the numbers of row {i})" if {*texts.values()} != {text} else ""
+        say(f"{kind}{_rows([*texts])}: {text}{source}.")
     for text in deck.warnings:
         say(f"Warning: {text}.")
     for (weight, lines), numbers in replacements.items():
