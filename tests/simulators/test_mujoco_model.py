@@ -267,7 +267,7 @@ BODY = "<mujoco><option {}>{}</option><worldbody>{}</worldbody>{}</mujoco>"
 BALL = '<body><freejoint/><geom name="a" size="0.1"/></body>'
 FLOOR = '<geom name="f" type="plane" size="1 1 1"/>'
 JOINTED = "a geom on a jointed body: eps is that of a free one"
-NO_SPHERE = "a geom that is no sphere around the centre of mass: eps is that of one"
+NO_SPHERE = "a geom that is no sphere around its body's centre of mass: eps is that of such a sphere"
 
 
 @pytest.mark.parametrize(
@@ -357,7 +357,7 @@ HOSTILE = {
     "wrong": ("<mujoco>\n<worldbody><geom size='a'/></worldbody></mujoco>", "line 2"),
     "deep": (nested(100_000), ""),
     "entities": ('<!DOCTYPE a [<!ENTITY b "c">]><mujoco model="&b;"/>', None),
-    "many geoms": (BODY.format("", "", "<replicate count='6000'><geom size='1'/></replicate>", ""), "at most 5000"),
+    "many geoms": (BODY.format("", "", "<replicate count='6000'><geom size='1'/></replicate>", ""), None),
     "many bodies": (BODY.format("", "", MANY.format(10_000_000), ""), "expected a smaller model"),
     "long": ("<mujoco>" + "<!-- -->\n" * 1_000_000 + "</mujoco>", None),
     "memory": ('<mujoco><size memory="1000G"/></mujoco>', None),

@@ -42,9 +42,8 @@ from viscopade.simulators.mujoco import SIMULATOR, Surface, mixed
 from viscopade.simulators.native import FileUnits
 
 MEMORY, SECONDS = 1 << 32, 60
-"""Limits of the process that compiles: bytes of its address space, and its duration."""
+"""Limits of the process that compiles and compares pairs of geoms: bytes of its address space, and its duration."""
 _ARENA = 1 << 28  # bytes for contacts, of which a model may ask for more than there are
-_MOST_GEOMS, _MOST_ROWS = 5000, 1000  # pairs of geoms are compared one by one; each row takes about 0.1 s
 _MOST_LINES = 50  # to write instead for one row
 _LONGEST_LINE = 200  # characters of a line of the model that are kept; all of a model may stand in one
 
@@ -140,10 +139,9 @@ def facts_of(file: str) -> dict[str, Any]:
     mujoco.mj_kinematics(model, data)
     flags = {name for name, bit in mujoco.mjtDisableBit.__members__.items() if option.disableflags & int(bit)}
     flags |= {name for name, bit in mujoco.mjtEnableBit.__members__.items() if option.enableflags & int(bit)}
+    override = "mjENBL_OVERRIDE" in flags
     if flags & {"mjDSBL_CONTACT", "mjDSBL_CONSTRAINT"}:
         raise ValueError("its flags disable all contacts: expected the flags contact and constraint")
-    if model.ngeom > _MOST_GEOMS:
-        raise ValueError(f"it has {model.ngeom} geoms: expected at most {_MOST_GEOMS}")
     gravity = np.zeros(3) if "mjDSBL_GRAVITY" in flags else option.gravity
 
     # "line 12" where an element begins, in the order of the arrays of the model.
@@ -167,16 +165,12 @@ def facts_of(file: str) -> dict[str, Any]:
         name = " - ".join(model.geom(geom).name or f"geom {geom}" for geom in pairs[0])
         row = rows.setdefault(state, [state, name, place, masses, rule, 0, []])
         row[-2] += len(pairs)
-        for pair in pairs[: _MOST_LINES + 1 - len(row[-1])]:
-            first, second = (quoteattr(model.geom(geom).name) for geom in pair)
-            row[-1].append(f"<pair geom1={first} geom2={second} {state.element}")
-        if len(rows) > _MOST_ROWS:
-            raise ValueError(f"it has more than {_MOST_ROWS} different contacts: expected fewer")
+        for names in ([model.geom(geom).name for geom in pair] for pair in pairs[: _MOST_LINES + 1 - len(row[-1])]):
+            first, second = map(quoteattr, names)
+            row[-1].append(f"<pair geom1={first} geom2={second} {state.element}" if all(names) else "<geom")
     for row in rows.values():
-        if "mjENBL_OVERRIDE" in flags:
-            row[-1] = ["<option"]
-        elif len(row[-1]) > _MOST_LINES or any('=""' in line for line in row[-1]):  # a pair needs names
-            row[-1] = ["<geom"]
+        if override or "<geom" in row[-1] or len(row[-1]) > _MOST_LINES:
+            row[-1] = ["<option" if override else "<geom"]
     warnings = {
         "Equality constraints tie bodies together, which changes eps": model.neq,
         "Density and viscosity of the medium change eps": option.density or option.viscosity,
@@ -185,7 +179,7 @@ def facts_of(file: str) -> dict[str, Any]:
     }
     return {
         "rows": [*rows.values()],
-        "prefix": "o_" if "mjENBL_OVERRIDE" in flags else "",
+        "prefix": "o_" if override else "",
         "step": option.timestep,
         "gravity": float(np.linalg.norm(gravity)),
         "unread": {tag: lines[0] for tag, lines in numbers.items() if lines and tag not in ("geom", "pair")},
@@ -209,14 +203,14 @@ def _kind(model: Any, data: Any, gravity: Any, geom: int) -> Kind:
         if not free or forces[dof : dof + 3].any() or model.body_subtreemass[body] != model.body_mass[body]:
             mark = "a geom on a jointed body: eps is that of a free one"
         elif shape != "mjGEOM_SPHERE" or distance > 1e-9 * model.geom_size[geom][0]:
-            mark = "a geom that is no sphere around the centre of mass: eps is that of one"
+            mark = "a geom that is no sphere around its body's centre of mass: eps is that of such a sphere"
     elif shape == "mjGEOM_PLANE":
         # The part of the weight that presses on a plane is that along its normal, the third column of the matrix.
         pressing = float(-data.geom_xmat[geom][2::3] @ gravity) / (float(np.linalg.norm(gravity)) or 1.0)
         level = pressing > 1 - 1e-6
         mark = "an inclined plane: eps is without weight" if pressing > 1e-6 and not level else ""
     elif shape in ("mjGEOM_HFIELD", "mjGEOM_SDF"):
-        mark = "a geom that touches at several points: eps is that of one"
+        mark = "a geom that touches at several points: eps is that of a single one"
     numbers: list[Any] = [getattr(model, f"geom_{name}")[geom].tolist() for name in Surface._fields]
     surface = Surface(*numbers[:3], *map(tuple, numbers[3:]))
     return Kind(surface, float(model.geom_margin[geom]), float(model.geom_adhesion[geom]), moves, level, mark)
