@@ -248,6 +248,8 @@ WHICH = sorted({(fall.program, fall.scheme) for fall in FALLS})
 
 def quick(i, fall):
     """Return whether a fall has not too many steps; of the programs with 0.01 ms every tenth that bounces."""
+    if "_A=" in fall.parameters:  # two materials
+        return True
     if fall.program in ("lammps", "liggghts", "yade"):
         return fall.mean > 0.2 and i % 10 == 2
     return not 0 < fall.time_step / fall.contact_time < (1 / 1100 if fall.mean else 1 / 100)
@@ -264,7 +266,7 @@ def of_file(fall):
     if fall.program == "lammps" and named["damping"] == "tsuji":
         named["damping"] = "tsuji (22 Jul 2025)"
     if fall.program == "yade":
-        named |= {"physics": "MindlinPhys" if "young" in named else "ViscElPhys", "other": "wall", "damping": "0"}
+        named |= {"physics": "MindlinPhys" if "poisson" in named else "ViscElPhys", "other": "wall", "damping": "0"}
     native = simulator_of(fall.program).native
     named[native.integrator] = fall.scheme if fall.scheme in native.schemes else SCHEMES[fall.scheme]
     return named, radius

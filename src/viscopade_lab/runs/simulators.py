@@ -582,17 +582,24 @@ deck = json.load(open("deck.json"))
 named = {name: float(value) for name, value in deck["named"].items()}
 for height, velocity in deck["starts"]:
     O.reset()
-    density = deck["mass"] / (4 / 3 * pi * deck["radius"] ** 3)
-    if "young" in named:
-        material = FrictMat(density=density, young=named["young"], poisson=named["poisson"], frictionAngle=0)
+    hertz = any(name.startswith("poisson") for name in named)
+    of_material = ("young", "poisson") if hertz else ("young", "tc", "en")
+    materials = []
+    for side in "AB":  # of the ball and of the wall
+        words = {name: named[key] for name in of_material for key in (name, name + "_" + side) if key in named}
+        if "tc" in words:
+            words["et"] = words["en"]
+        density = deck["mass"] / (4 / 3 * pi * deck["radius"] ** 3)
+        materials.append((FrictMat if hertz else ViscElMat)(density=density, frictionAngle=0, **words))
+        O.materials.append(materials[-1])
+    if hertz:
         words = {name[:-1] + side: named[name] for name in ("en", "betan") if name in named for side in "ns"}
         physics, law = Ip2_FrictMat_FrictMat_MindlinPhys(**words), Law2_ScGeom_MindlinPhys_Mindlin()
     else:
-        material = ViscElMat(density=density, tc=named["tc"], en=named["en"], et=named["en"], frictionAngle=0)
         physics, law = Ip2_ViscElMat_ViscElMat_ViscElPhys(), Law2_ScGeom_ViscElPhys_Basic()
-    O.materials.append(material)
-    ball = O.bodies[O.bodies.append(sphere((0, 0, deck["radius"] + height), deck["radius"], material=material))].state
-    O.bodies.append(wall(0, axis=2, material=material))
+    ball = sphere((0, 0, deck["radius"] + height), deck["radius"], material=materials[0])
+    ball = O.bodies[O.bodies.append(ball)].state
+    O.bodies.append(wall(0, axis=2, material=materials[1]))
     O.engines = [
         ForceResetter(),
         InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()]),
@@ -636,6 +643,16 @@ def yade_decks() -> Iterator[Deck]:
     laws = ("young=2.2e5; poisson=0.3; en=0.5", "young=2.2e5; poisson=0.3; betan=0.3", "tc=0.01; en=0.5")
     for text, gravity, speed in itertools.product(laws, (0.0, EARTH), SPEEDS):
         yield Deck("yade", "leapfrog", text, LAMMPS_MASS, speed, gravity, 1e-5, 0.02)
+    # The route without tc, and materials of the ball and of the wall.
+    moduli = "young_A=2.2e5; young_B=5e5"
+    materials = (
+        *(f"young=2.2e5; en={en}" for en in ("0.9", "0.5", "0.1")),
+        f"{moduli}; en_A=0.95; en_B=0.85",
+        f"{moduli}; poisson_A=0.3; poisson_B=0.2; en=0.5",
+        "tc_A=0.01; tc_B=0.02; en_A=0.9; en_B=0.5",
+    )
+    for text, gravity in itertools.product(materials, (0.0, EARTH)):
+        yield Deck("yade", "leapfrog", text, LAMMPS_MASS, 1.0, gravity, 1e-5, 0.02)
 
 
 # --- Kratos -----------------------------------------------------------------------------------------------------------
