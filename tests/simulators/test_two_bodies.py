@@ -457,6 +457,22 @@ def test_yade_solves_for_the_damping_to_one_per_cent(en):
 
 
 @pytest.mark.parametrize(
+    ("other", "radius", "share", "kn", "cn"),
+    [
+        ("sphere", 0.01, 1 / 2, 30000.0, 3.3237706118398145),
+        ("wall", 0.02, 1, 30000.0, 3.3237706118398145),
+        ("facet", 0.02, 1, 34285.71428571428, 3.5532602123107493),
+    ],
+)
+def test_springs_in_yade_itself(other, radius, share, kn, cn):
+    """Printed by YADE 2023.02a for spheres of 33.5 g and 2 cm; the effective mass of two is half of that."""
+    native, mass = simulator_of("yade").native, 0.03351032163829113 * share
+    values = native.values(YADE | {"young": "1e6 3e6", "en": "0.95 0.65", "other": other})
+    spring = native.force(values, Impact(SPEED, mass, radius))
+    assert (spring.k, spring.c) == pytest.approx((kn, cn), rel=2e-8)
+
+
+@pytest.mark.parametrize(
     ("program", "settings", "message"),
     [
         (
@@ -464,7 +480,7 @@ def test_yade_solves_for_the_damping_to_one_per_cent(en):
             {"physics": "MindlinPhys", "young": "1e6", "poisson": "0.3", "en": "0.9 0.1"},
             "en is 0.9 0.1: expected one number, as MindlinPhys has one for a pair of materials",
         ),
-        ("yade", YADE | {"en": "0.5"}, "young is not set"),
+        ("yade", YADE | {"en": "0.5"}, "tc and young: expected one of them"),
         (
             "lethe",
             {"other": "wall", "young modulus particles": "1e6 2e6"},

@@ -263,7 +263,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     Raises
     ------
     ValueError
-        If neither or both of en and betan are given, or MindlinPhys is to mix en.
+        If neither or both of en and betan are given, neither of tc and young, or MindlinPhys is to mix en.
     """
     mass, other = impact.effective_mass, values["other"]
     if values["physics"] == "ViscElPhys":
@@ -275,6 +275,9 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
             k = counted / values.mix("tc", native.MEAN, _VISC_EL) ** 2 * (math.pi**2 + math.log(e) ** 2)
             formula = SIMULATOR.formula("ViscElPhys, tc, en, et" + ("" if other == "sphere" else ", at a wall"))
             return native.power_of(formula, e, k, mass)
+        if "young" not in values:
+            raise ValueError("tc and young: expected one of them")
+        # kn = 2 young R
         first, second = (
             2 * young * radius * impact.effective_radius
             for young, radius in zip(values["young"], _BODIES[other], strict=True)
