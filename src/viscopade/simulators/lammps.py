@@ -176,7 +176,7 @@ def _values(setup: Setup) -> dict[str, Any]:
     types, pairs = {name: number for number, name in enumerate(spheres, 1)}, setup.pairs()
 
     def line(first: str, second: str) -> str:
-        style = f"{hertz_material(pairs[frozenset((first, second))]).style}"
+        style = hertz_material(pairs[frozenset((first, second))]).style
         if second in types:
             command = f"pair_coeff {types[first]} {types[second]} {style}"
         else:
@@ -187,13 +187,12 @@ def _values(setup: Setup) -> dict[str, Any]:
 
     # The lines of contacts that are meant to occur stand before the others.
     meant = {frozenset((contact.first, contact.second)) for contact in setup.contacts}
-    of_types = list(combinations_with_replacement(spheres, 2))
-    of_walls = [(sphere, wall) for wall in walls for sphere in spheres]
-    lines = {
-        f"{kind}{name}": [line(*pair) for pair in some if (frozenset(pair) in meant) == (not kind)]
-        for name, some in (("lines", of_types), ("wall_lines", of_walls))
-        for kind in ("", "other_")
-    }
+    type_pairs = [*combinations_with_replacement(spheres, 2)]
+    wall_pairs = [(sphere, wall) for wall in walls for sphere in spheres]
+    lines = dict[str, list[str]]()
+    for name, bodies in (("lines", type_pairs), ("wall_lines", wall_pairs)):
+        lines[name] = [line(*pair) for pair in bodies if frozenset(pair) in meant]
+        lines[f"other_{name}"] = [line(*pair) for pair in bodies if frozenset(pair) not in meant]
     steps, style = time_step(setup), _STYLES.get((setup.units.length, setup.units.mass, setup.units.time))
     default = DEFAULT_STEPS[style or "lj"]
     return {

@@ -105,9 +105,12 @@ def _usual_law(setup: Setup) -> tuple[str, list[Row]]:
         try:
             contacts = [
                 OwnLawContact(
-                    SIMULATOR.formula(name), Wanted.of(each, setup.weighty), Softness(each.pair.rho), units=setup.units
+                    SIMULATOR.formula(name),
+                    Wanted.of(contact, setup.weighty),
+                    Softness(contact.pair.rho),
+                    units=setup.units,
                 )
-                for each in setup.contacts
+                for contact in setup.contacts
             ]
         except ValueError as error:
             reason = str(error)

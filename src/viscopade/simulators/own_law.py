@@ -677,16 +677,15 @@ def best_line(contact: OwnLawContact, name: str, number: Callable[[float], float
 def constant_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Row:
     """Return columns on a contact whose law has one eps for all speeds: the number for the one at the typical speed.
 
-    The range of errors over the speeds and sizes stands behind it.
+    Behind it stands the range of errors over the speeds and sizes, or with weight eps at the speeds.
     """
-    wanted, written = contact.wanted, program_number(number(contact.parameter))
-    if wanted.with_weight is not None:
-        speeds = dict.fromkeys((wanted.slowest, wanted.typical, wanted.fastest))
-        return {
-            (name, ""): written,
-            (f"{name}: eps with weight", ""): " ".join(map("{:.4f}".format, map(contact.delivered, speeds))),
-        }
-    return {(name, ""): f"{written} ({in_percent(contact.errors())})"}
+    collisions, text = contact.wanted, program_number(number(contact.parameter))
+    if collisions.with_weight is None:
+        return {(name, ""): f"{text} ({in_percent(contact.errors())})"}
+    varied = collisions.slowest < collisions.fastest
+    speeds = (collisions.slowest, collisions.typical, collisions.fastest) if varied else (collisions.typical,)
+    epsilons = " ".join(f"{contact.delivered(speed):.4f}" for speed in speeds)
+    return {(name, ""): text, (f"{name}: eps with weight", ""): epsilons}
 
 
 def best_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Row:
