@@ -209,8 +209,8 @@ def test_two_restitutions_make_one(name, given, combined):
     found = delivery(native, {restitution: "0.8 0.2", **given}, Impact(2.0))
     assert found.collision.epsilon == pytest.approx(combined, rel=1e-15)
     assert delivery(native, {restitution: "0.8 0.2", **given}, Impact(0.19)).collision.epsilon == 0
-    assert found.sticking_speed == {"physx": 0.2, "bullet": 0.2}.get(name, 1.0)
-    assert delivery(native, {restitution: "0"}, Impact(2.0)).sticking_speed is None
+    assert found.sticking.speed == {"physx": 0.2, "bullet": 0.2}.get(name, 1.0)
+    assert delivery(native, {restitution: "0"}, Impact(2.0)).sticking is None
 
 
 def test_a_rule_that_is_none_is_refused():
@@ -225,7 +225,7 @@ def test_slower_than_the_sticking_speed_a_ball_stays_in_the_real_engine(name, en
     native, given = settings(name, (0.9, 0.9), choice)
     impact = Impact(2.0, None, 0.2, 9.81, 1 / 240)
     run = engine((0.9, 0.9), 0.2, 9.81, 1 / 240, choice, False)
-    slowest = delivery(native, given, impact).sticking_speed
+    slowest = delivery(native, given, impact).sticking.speed
     assert not measured(run, 0.99 * slowest, 9.81, 1 / 240).any()
     assert measured(run, 1.07 * slowest, 9.81, 1 / 240, (np.arange(32) + 0.5) / 32).any()
 

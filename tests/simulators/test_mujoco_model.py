@@ -150,7 +150,10 @@ def test_each_pair_of_five_geoms_in_a_run(tmp_path, phase):
         ({"contact": '<pair geom1="a" geom2="b" margin="0.03"/>', "a": 'margin="0.5"'}, ("contact begins at",)),
         # Cones, with friction that is not the same in both directions.
         ({"contact": '<pair geom1="a" geom2="b" friction="0.4 2"/>', "option": 'impratio="3"'}, ()),
-        ({"option": 'cone="elliptic"', "a": 'friction="0.4"', "b": 'friction="0.3"'}, ("mixed: friction is the larger",)),
+        (
+            {"option": 'cone="elliptic"', "a": 'friction="0.4"', "b": 'friction="0.3"'},
+            ("mixed: friction is the larger",),
+        ),
         # timeconst counts as two steps, unless refsafe is disabled.
         ({"a": 'solref="0.001 1" priority="2"'}, ("mixed: solref is that of the higher priority",)),
         ({"a": 'solref="0.004 0.3"', "b": 'solref="0.001 0.3"', "flag": '<flag refsafe="disable"/>'}, ("mixed: ",)),

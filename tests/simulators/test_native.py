@@ -458,8 +458,8 @@ def test_parameters_of_dem_programs_mean_what_they_say():
         ("lammps", {"coefficients": "1e5 1"}, "normal is not set"),
         (
             "lammps",
-            {"normal": "jkr", "coefficients": "1e5 1"},
-            "normal is 'jkr': expected hooke, hertz, hertz/material",
+            {"normal": "mdr", "coefficients": "1e5 1"},
+            "normal is 'mdr': expected hooke, hertz, hertz/material",
         ),
         ("liggghts", {"model": "hertz", "coefficientRestitution": "0.05"}, "a number > 0.05 and <= 1"),
         ("yade", {"physics": "MindlinPhys", "young": "1e6", "poisson": "0.3"}, "en and betan: expected one of them"),

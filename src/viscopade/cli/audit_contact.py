@@ -105,7 +105,7 @@ def show_contact(
         "parts": collision.parts,
         "instead": None if found.instead is None else dict(found.instead),
         "scheme": found.scheme if found.stepped else None,
-        "sticking_speed": found.sticking_speed,
+        "sticking_speed": found.sticking and found.sticking.speed,
         "source": ", ".join(filter(None, (native.source, version))),
     }
     errors = {name: error if error < math.inf else None for name, error in collision.errors.items()}
@@ -113,6 +113,7 @@ def show_contact(
         "status": collision.status,
         "units": {"length": units.length, "time": units.time},
         "errors": errors,
+        "neck_energy": found.sticking and found.sticking.neck_energy,
     }
     if style == "text":
         hit, bodies = impact.in_units(units), ""
@@ -230,8 +231,12 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
         say(f"for {', '.join(filter(None, (_words(native.written(used)), bodies)))}")
     for name, mixed in found.values.mixed.items():
         say(mixed.sentence(name))
-    if found.sticking_speed is not None:
-        say(f"below {found.sticking_speed:.4g} {units.speed} bodies stay together")
+    if (sticking := found.sticking) is not None:
+        below = "no speed is found below which the bodies stay together"
+        if sticking.speed is not None:
+            below = f"below {sticking.speed:.4g} {units.speed} the bodies stay together"
+        energy = f"; without damping the neck costs {sticking.neck_energy:.4g} {units.energy}"
+        say(f"{below}{energy if sticking.neck_energy else ''}")
     others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]
     say(f"integrator: {found.scheme if stepped else 'infinitely fine steps'}; there are {', '.join(others)}")
     if found.instead is not None:

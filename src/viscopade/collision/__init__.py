@@ -1,6 +1,7 @@
 """The exact collision: spheres and pairs, the flow around the turning point, proven eps and tables; any contact."""
 
 __all__ = [
+    "adhesion",
     "contact",
     "curve",
     "exact",

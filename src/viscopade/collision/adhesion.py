@@ -23,12 +23,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision.contact import Contact
+from viscopade.collision.contact import Contact, sticking_speed
 
 LARGEST_PULL = 0.75 ** (1 / 3)
 """z where the pull is largest, (3/2) pi w R."""
 TURN_OF_COMPRESSION = 0.25 ** (1 / 3)
 """z where dx/da = 0: no neck is longer."""
+_RANGE = 1e4  # of the search for a sticking speed: at much slower speeds the rounding of larger ones decides
 _NEWTON = 9  # steps from above, of which each doubles the digits near the zero
 
 
@@ -106,3 +107,37 @@ class JKR(NamedTuple):
             return self.force(a) + np.asarray(damping(a), float) * v
 
         return Contact(force, mass, load, "break", break_at=self.break_at)
+
+
+class Sticking(NamedTuple):
+    """What adhesion does to a contact.
+
+    Attributes
+    ----------
+    speed : float or None
+        Speed below which the bodies stay together, without time steps; None if none is found.
+    neck_energy : float
+        Energy that the neck costs without damping; 0 if there is none.
+    """
+
+    speed: float | None
+    neck_energy: float
+
+
+def sticking(contact: Callable[[float], Contact], speed: float) -> Sticking | None:
+    """Return what adhesion does to the contact of an impact speed; None if the bodies do not adhere.
+
+    The search for the speed below which they stay begins at that of bodies without damping, or at `speed`.
+    """
+    adhesive = contact(speed)
+    with np.errstate(all="ignore"):  # of forces without a limit
+        pull = -adhesive.forces(np.array([adhesive.begin]), np.zeros(1))
+    if adhesive.end == "force" or not pull[0] > 0:
+        return None
+    energy = adhesive.neck_energy if adhesive.end == "break" else 0.0
+    near = math.sqrt(2 * energy / adhesive.mass) or speed
+    try:
+        slowest = sticking_speed(lambda factor: contact(factor * near).collide(factor * near).parts, near, _RANGE)
+    except ValueError:  # some speed in the search is too slow or too fast for an integration
+        slowest = None
+    return Sticking(slowest, energy)

@@ -94,7 +94,7 @@ _EDGE = 1e-3  # share of the part of a piece without nodes
 _PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
 _NECK = 10.0  # lengths, up to which a neck whose breaking a function says is followed
 _QUADRATURE = 60  # nodes for the energy of a neck
-_SPEED_RATIO, _WIDEST_SPEED = 4.0, 1e6  # ratio of successive speeds in the search for the slowest one, and its range
+_SPEED_RATIO, _SAME_SPEED = 4.0, 1e-4  # ratio of successive speeds in the search for a sticking speed; its error
 _NEAR, _WIDEST = 0.1, 10  # search for a damping factor: a step of a factor of e^0.1, which is doubled 10 times
 _BEYOND = 1.1  # first step of that search, over the step to where the damping factor should be
 _CLOSE = 1e-13  # relative error of a damping factor
@@ -354,13 +354,6 @@ class Contact:
             energy += float(weights / 2 @ (4 * u**3 * width * pull))
         return energy
 
-    def sticking_speed(self, near: float) -> float | None:
-        """Return the speed below which the bodies do not part, to 1e-4; None if none is found around the speed `near`.
-
-        It is sought within a factor of a million to either side.
-        """
-        return sticking_speed(lambda speed: self.collide(near * speed).parts, near)
-
     def softened(self, factor: float) -> Contact:
         """Return the contact whose motion without a load is the same, but `factor` times as long and as deep."""
         neck: Any = self.break_at
@@ -529,26 +522,28 @@ def root(
     return b if fb == 0 or abs(fb) < abs(fa) else a
 
 
-def sticking_speed(parts: Callable[[float], bool], near: float, error: float = 1e-4) -> float | None:
-    """Return the speed below which bodies do not part, with a relative error; None if none is found.
+def sticking_speed(parts: Callable[[float], bool], near: float, widest: float = 1e6) -> float | None:
+    """Return the speed below which bodies do not part, with a relative error of 1e-4; None if none is found.
 
     Parameters
     ----------
     parts : callable
         Whether bodies part at a speed, which is a multiple of `near`.
     near : float
-        Start of the search, which extends over a factor of a million to either side.
-    error : float
-        Relative error.
+        Start of the search.
+    widest : float
+        The factor over which it extends to either side.
     """
     fast, slow = 1.0, 1 / _SPEED_RATIO
-    while parts(slow) and slow > 1 / _WIDEST_SPEED:
+    while parts(slow):
         fast, slow = slow, slow / _SPEED_RATIO
-    while not parts(fast) and fast < _WIDEST_SPEED:
+        if slow < 1 / widest:
+            return None
+    while not parts(fast):
         slow, fast = fast, fast * _SPEED_RATIO
-    if not 1 / _WIDEST_SPEED < fast < _WIDEST_SPEED:
-        return None
-    while fast > (1 + error) * slow:
+        if fast > widest:
+            return None
+    while fast > (1 + _SAME_SPEED) * slow:
         between = math.sqrt(slow * fast)
         slow, fast = (slow, between) if parts(between) else (between, fast)
     return near * fast

@@ -29,7 +29,8 @@ Other dampings, at commit 07b704c, with the elastic force F:
 - `GranSubModDampingMassVelocity`: c = eta_n0 m_eff. People take eta_n0 from Silbert et al. (2001), which is the linear
   spring-dashpot contact that ends at x = 0.
 
-With `limit_damping` a force that would pull is 0, with any of them; without, contact ends at x = 0.
+With `limit_damping` a force that would pull is 0, with any of them; without, contact ends at x = 0. The normal models
+that adhere are in `viscopade.simulators.adhesion`.
 """
 
 from __future__ import annotations
@@ -45,10 +46,12 @@ from typing import Any, NamedTuple
 from mpmath import mp
 
 from viscopade import arguments
+from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.generated import harmless
 from viscopade.simulators import native
+from viscopade.simulators.adhesion import LAMMPS_NORMALS, lammps_contact
 from viscopade.simulators.formula import (
     LINEAR,
     LINEAR_RETURN,
@@ -312,7 +315,7 @@ _OF_EPSILON: Mapping[str, tuple[Callable[[Any], Any], ...]] = {
 """Dampings that take an eps, and their kappa for hooke and hertz."""
 
 
-def _force(values: native.Values, impact: native.Impact) -> native.Power:
+def _force(values: native.Values, impact: native.Impact) -> native.Power | Contact:
     """Return the force of a line of pair_coeff.
 
     Raises
@@ -321,13 +324,22 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         If there are other coefficients than the normal model has, or one is not accepted.
     """
     normal, damping, numbers = values["normal"], values["damping"], values["coefficients"]
-    words = "E, damping coefficient and nu" if normal == "hertz/material" else "k_n and damping coefficient"
+    words = {"hertz/material": "E, damping coefficient and nu"}.get(normal, "k_n and damping coefficient")
+    if normal in LAMMPS_NORMALS:
+        words = "E, damping coefficient, nu and gamma"
     if len(numbers) != words.count(",") + 2:
         raise ValueError(f"coefficients is {len(numbers)} numbers: expected for {normal} {words}")
     k, coefficient = numbers[:2]
-    if k <= 0 or numbers[2:] > (0.5,) or (damping in _OF_EPSILON and not 0 < coefficient <= 1):
+    if (
+        k <= 0
+        or numbers[2:3] > (0.5,)
+        or (normal not in LAMMPS_NORMALS and damping in _OF_EPSILON and not 0 < coefficient <= 1)
+    ):
         accepted = "a stiffness > 0, a nu up to 1/2 and for tsuji and coeff_restitution an eps > 0 and <= 1"
         raise ValueError(f"coefficients is {' '.join(f'{x:g}' for x in numbers)}: expected {accepted}")
+    if normal in LAMMPS_NORMALS:
+        E_eff = HertzMaterial(k, coefficient, numbers[2]).k_n * (3 / 4)
+        return lammps_contact(values, E_eff, coefficient, numbers[3], impact)
     mass, hertz = impact.effective_mass, normal != "hooke"
     if normal == "hertz/material":
         k = HertzMaterial(k, coefficient, numbers[2]).k_n
@@ -344,12 +356,14 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
 
 
 def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, tuple[float, ...]]:
-    """Return the coefficients with another damping: an eps, or what makes kappa of the law."""
+    """Return the coefficients with another damping: an eps, or what makes kappa of the law; without adhesion."""
     first, _, *rest = values["coefficients"]
     if values["damping"] in _OF_EPSILON:
         return {"coefficients": (first, max(math.exp(-damping), float(_EPSILON[0])), *rest)}
-    one = native.Values({**values, "coefficients": (first, 1.0, *rest)})
-    return {"coefficients": (first, _force(one, impact).damping_number(damping, impact), *rest)}
+    normal = "hertz/material" if values["normal"] in LAMMPS_NORMALS else values["normal"]
+    one = _force(native.Values({**values, "normal": normal, "coefficients": (first, 1.0, *rest[:1])}), impact)
+    assert isinstance(one, native.Power)
+    return {"coefficients": (first, one.damping_number(damping, impact), *rest)}
 
 
 def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
@@ -586,12 +600,13 @@ def wall_curvature(
 
 _NATIVE = native.Native(
     (
-        native.Parameter("normal", words=("hooke", "hertz", "hertz/material")),
+        native.Parameter("normal", words=("hooke", "hertz", "hertz/material", *LAMMPS_NORMALS)),
         native.Parameter(
             "coefficients",
             accepted="the numbers of the normal model, as in the line: k_n and damping coefficient, or for "
-            "hertz/material E, damping coefficient and nu; with tsuji and coeff_restitution the coefficient is an eps",
-            most=3,
+            "hertz/material E, damping coefficient and nu; jkr and dmt have gamma after these; with tsuji and "
+            "coeff_restitution the coefficient is an eps",
+            most=4,
         ),
         native.Parameter(
             "damping", default="viscoelastic", words=("velocity", "mass_velocity", "viscoelastic", *_OF_EPSILON)

@@ -17,7 +17,9 @@ digits, with the effective mass, at a wall that of the particle.
 - `integrate` of source/dem/velocity_verlet_integrator.cc (commit 01b3ebc) and of explicit_euler_integrator.cc (commit
   01aaa7b): both kick with the force of the newest state and then drift, which is semi-implicit Euler's method.
 
-`hertz_JKR`, `JKR` and `DMT` attract and are not computed.
+- `hertz_JKR` of particles, `JKR` of walls: JKR's force in place of Hertz' at x > 0 (`viscopade.simulators.adhesion`).
+
+`DMT` is not computed.
 """
 
 from __future__ import annotations
@@ -26,8 +28,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
-from viscopade.simulators import native
+from viscopade.simulators import adhesion, native
 from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, formulas, linear_kappa, tsuji_kappa
 from viscopade.simulators.simulator import Simulator
 
@@ -38,20 +41,23 @@ _LEAST = 1e-15  # restitution
 _ONE = "as the other one is that of the wall"
 
 
-def _force(values: native.Values, impact: native.Impact) -> native.Power:
+def _force(values: native.Values, impact: native.Impact) -> native.Power | Contact:
     """Return the force between two types of particles, or of one and the wall."""
     other, source = values["other"], "set_effective_properties"
-    young, poisson, restitution = (
+    young, poisson, restitution, energies = (
         values[f"{name} particles"]
         if other == "particle"
         else (values.single(f"{name} particles", _ONE), values[f"{name} wall"])
-        for name in ("young modulus", "poisson ratio", "restitution coefficient")
+        for name in ("young modulus", "poisson ratio", "restitution coefficient", "surface energy")
     )
     modulus = native.effective_modulus(values, young, poisson, source)
     e = values.mix("restitution coefficient", native.HARMONIC, source, restitution)
     mass, stiffness = impact.effective_mass, modulus * math.sqrt(impact.effective_radius)
+    hertz = native.power_of(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
+    if values[_METHOD.format(other)].endswith("JKR"):
+        return adhesion.lethe_contact(modulus, hertz, energies, impact)
     if values[_METHOD.format(other)] != "linear":
-        return native.power_of(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
+        return hertz
     # k = 16/15 sqrt(R) E (15/16 m v_c^2/(sqrt(R) E))^(1/5), v_c = 1 m/s
     k = 16 / 15 * stiffness * (15 / 16 * mass / stiffness) ** 0.2
     return native.power_of(SIMULATOR.formula("linear"), e, k, mass)
@@ -67,14 +73,16 @@ def _damped(values: native.Values, c: float, impact: native.Impact) -> Mapping[s
 _NATIVE = native.Native(
     (
         native.Parameter("other", default="particle", words=("particle", "wall")),
-        native.Parameter(_METHOD.format("particle"), default=_HERTZ[0], words=("linear", *_HERTZ)),
-        native.Parameter(_METHOD.format("wall"), default="nonlinear", words=("linear", "nonlinear")),
+        native.Parameter(_METHOD.format("particle"), default=_HERTZ[0], words=("linear", *_HERTZ, "hertz_JKR")),
+        native.Parameter(_METHOD.format("wall"), default="nonlinear", words=("linear", "nonlinear", "JKR")),
         native.positive("young modulus particles", "Pa", "1e6", both=True),
         native.poisson_ratios("poisson ratio particles", "0.3"),
         native.restitution(_E.format("particles"), "0.1", both=True),
+        native.Parameter("surface energy particles", "J/m^2", "0", both=True),
         native.positive("young modulus wall", "Pa", "1e6"),
         native.poisson_ratios("poisson ratio wall", "0.3", both=False),
         native.restitution(_E.format("wall"), "0.1"),
+        native.Parameter("surface energy wall", "J/m^2", "0"),
     ),
     _force,
     "include/dem/particle_particle_contact_force.h",

@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike
 
 from viscopade import arguments, quantity
 from viscopade.arrays.checked import FloatArray
+from viscopade.collision import adhesion
+from viscopade.collision.adhesion import Sticking
 from viscopade.collision.contact import (
     PHASES,
     Contact,
@@ -286,6 +288,11 @@ class FileUnits(Units):
     seconds: float = 1.0
     unsized: str = ""
     """If the units have no size: why a quantity cannot have a unit."""
+
+    @property
+    def energy(self) -> str:
+        """Unit of energies."""
+        return "J" if self == FileUnits() else f"{self.mass} {self.length}^2/{self.time}^2"
 
 
 @dataclass(frozen=True)
@@ -585,9 +592,8 @@ class Delivery:
         Whether both collisions are those of the program in its time steps.
     contact_time : float or None
         That of the undamped contact; None for an impulse, or if the bodies do not part without damping.
-    sticking_speed : float or None
-        Speed below which bodies stay together, wherever in a time step contact begins; None if there is none, or if it
-        is not known.
+    sticking : Sticking or None
+        The speed below which bodies stay together, and what adhesion costs; None where neither is known.
     """
 
     values: Values
@@ -599,7 +605,7 @@ class Delivery:
     falling: SampledCollision | None
     stepped: bool
     contact_time: float | None
-    sticking_speed: float | None = None
+    sticking: Sticking | None
 
 
 def delivery(
@@ -690,11 +696,17 @@ def delivery(
                 warnings.append(f"With {epsilon:g} on average, eps is {wide.least:.4f} to {wide.largest:.4f}{longer}")
         except ValueError as error:
             warnings.append(f"No damping gives {epsilon:g}: {error}{longer}")
-    force = native.contact(values, hit)
-    sticking = force.sticking_speed() if isinstance(force, Impulse) else 0.0
-    slowest = sticking if 0 < sticking < math.inf else None
+
+    def contact_of_speed(speed: float) -> Any:
+        return native.contact(values, replace(hit, speed=speed))
+
+    if isinstance(force := contact_of_speed(hit.speed), Impulse):
+        slowest = force.sticking_speed()
+        sticking = Sticking(slowest, 0.0) if 0 < slowest < math.inf else None
+    else:
+        sticking = adhesion.sticking(contact_of_speed, hit.speed)
     stepped = hit.step is not None
-    return Delivery(values, name, collision, instead, tuple(warnings), units, falling, stepped, duration, slowest)
+    return Delivery(values, name, collision, instead, tuple(warnings), units, falling, stepped, duration, sticking)
 
 
 def delivered(native: Native, values: Values, hit: Impact) -> SampledCollision:
