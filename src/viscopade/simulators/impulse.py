@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision.contact import PHASES
+from viscopade.collision.contact import PHASES, sticking_speed
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.simulators.formula import LINEAR, Row, force_end_kappa, formulas
 from viscopade.simulators.native import (
@@ -48,9 +48,8 @@ from viscopade.simulators.native import (
 from viscopade.simulators.simulator import Simulator
 
 _MOST_STEPS = 1000  # until a body has left
-_EARLIER = 2  # steps before contact, from which on a margin may act
+_LEAD = 2  # steps before contact, from which on a margin may act
 _REST = 1e-9  # change of a state in a step, in SI units, of a body that stays
-_HALVINGS = 20  # of the interval that contains the sticking speed
 
 PRODUCT = Rule("the product", lambda first, second: first * second)
 _RULES = {"average": MEAN, "min": SMALLER, "multiply": PRODUCT, "max": LARGER}
@@ -67,7 +66,7 @@ class Ground(NamedTuple):
     threshold : float
         Speed above which a body rebounds; infinite without restitution.
     margin : float
-        Distance at which the engine sees the contact.
+        Distance at which the engine is_seen the contact.
     gravity, step : float
     radius : float
         That of the body; infinite if it is not known.
@@ -96,12 +95,11 @@ def flight_epsilon(step: Step, ground: Ground, speed: float, phases: FloatArray)
 
     # The flight before contact passes through (gap, rate) = (0, -speed) at a phase of a step. It begins some steps
     # earlier, but not before the body's highest point.
-    before = phases * h if g == 0 else np.minimum(phases * h, speed / g)
-    earlier = np.full_like(before, _EARLIER) if g == 0 else np.clip((speed / g - before) // h, 0, _EARLIER)
-    before = before + earlier * h
+    lead = phases * h if g == 0 else np.minimum(phases * h, speed / g)
+    lead = lead + h * (_LEAD if g == 0 else np.clip((speed / g - lead) // h, 0, _LEAD))
 
-    # A step with the kick -g h and the new rate lies on a parabola whose rate at its start is greater by g h/2.
-    gap, rate = before * speed - g / 2 * before**2, g * before + g * h / 2 - speed
+    # In flight gap + h (rate - g h) is the next gap. That is a parabola if its rate at the start is rate - g h/2.
+    gap, rate = lead * speed - g / 2 * lead**2, g * lead - speed + g * h / 2
     epsilon, has_left = np.zeros_like(phases), np.zeros(phases.shape, bool)
     for _ in range(_MOST_STEPS):
         last_gap, last_rate = gap, rate
@@ -114,17 +112,6 @@ def flight_epsilon(step: Step, ground: Ground, speed: float, phases: FloatArray)
         if (has_left | rests).all():
             break
     return epsilon
-
-
-def sticking_speed(step: Step, ground: Ground) -> float:
-    """Return the speed below which a body stays, wherever in a step contact begins; infinite without restitution."""
-    if ground.threshold == math.inf:
-        return math.inf
-    low, high = 0.0, ground.threshold + 2 * ground.gravity * ground.step
-    for _ in range(_HALVINGS):
-        speed = (low + high) / 2
-        low, high = (low, speed) if flight_epsilon(step, ground, speed, PHASES).any() else (speed, high)
-    return high
 
 
 def xpbd(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
@@ -149,46 +136,51 @@ def _physx_pgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     """
     h = ground.step
     kicked = rate - ground.gravity * h
-    sees = gap < ground.margin
-    rebounding = sees & (gap + h * kicked < 0) & (-kicked > ground.threshold)
-    to_plane = -gap / h * np.where(gap < 0, 0.8, 1)
+    is_seen = gap < ground.margin
+    rebounding = is_seen & (gap + h * kicked < 0) & (-kicked > ground.threshold)
+    to_plane = -gap / h * np.where(gap < 0, 0.8, 1)  # invDtp8
     rebound = -ground.restitution * kicked
 
     # The first pass moves the body; gaps above ccdMaxSeparation are closed in the step of a rebound, too.
     target = np.where(rebounding, rebound + np.where(gap > 0.04, to_plane, 0), to_plane)
-    moving = np.where(sees, np.maximum(kicked, target), kicked)
+    moving = np.where(is_seen, np.maximum(kicked, target), kicked)
 
     # The second pass gives it its speed.
     target = np.where(rebounding, rebound, np.minimum(to_plane, 0))
-    return gap + h * moving, np.where(sees, np.maximum(kicked, target), kicked)
+    return gap + h * moving, np.where(is_seen, np.maximum(kicked, target), kicked)
 
 
 def _physx_tgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     """PhysX, constructContactConstraintStep and solveDynamicContactsStep of DyTGSContactPrep.cpp.
 
-    As with PGS, but the position iterations are short steps, whose target is a line through the time of the impact. The
+    As with PGS, but the position iterations are short steps, in which the place of a rebound has a target, too. The
     velocity iterations leave a body no more speed than what would close its gap in a short step: one that meets the
     plane early in the next step is slowed down before. (Up to 5.4.1 it rebounds a short step earlier instead.)
     """
-    moves, calms = (int(ground.numbers[f"solver_{kind}_iteration_count"]) for kind in ("position", "velocity"))
+    n_position, n_velocity = (
+        int(ground.numbers[f"solver_{kind}_iteration_count"]) for kind in ("position", "velocity")
+    )
     h = ground.step
     kicked = rate - ground.gravity * h
-    sees = gap < ground.margin
-    rebounding = sees & (gap + h * kicked < 0) & (-kicked > ground.threshold)
+    is_seen = gap < ground.margin
+    rebounding = is_seen & (gap + h * kicked < 0) & (-kicked > ground.threshold)
     target = np.where(rebounding, -ground.restitution * kicked, 0)
+    # At a time t of the step, a rebound is to be at the place target (t - h - gap/kicked): at the end of the step, at
+    # the target times the time of the impact, -gap/kicked.
     error = gap + target * (h + gap / np.where(rebounding, kicked, 1))
-    rate_of_error = np.where(gap > 0, 1, min(0.8, 2 / math.sqrt(moves))) * moves / h
+    # A short step closes a gap, and leaves an overlap by mBiasCoefficient, at most 0.8.
+    rate_of_error = np.where(gap > 0, 1, min(0.8, 2 / math.sqrt(n_position))) * n_position / h
 
     place, speed, impulse = gap, kicked, np.zeros_like(gap)
-    for i in range(moves + calms):
-        remaining = error + place - gap - target * min(i, moves) * h / moves
-        if i >= moves:  # velocity iterations remove no overlap, and do not move the body
+    for i in range(n_position + n_velocity):
+        remaining = error + place - gap - target * min(i, n_position) * h / n_position
+        if i >= n_position:  # velocity iterations remove no overlap, and do not move the body
             remaining = np.maximum(remaining, 0)
         # The sum of all pushes is no pull.
-        push = np.where(sees, np.maximum(target - rate_of_error * remaining - speed, -impulse), 0)
+        push = np.where(is_seen, np.maximum(target - rate_of_error * remaining - speed, -impulse), 0)
         impulse, speed = impulse + push, speed + push
-        if i < moves:
-            place = place + h / moves * speed
+        if i < n_position:
+            place = place + h / n_position * speed
     return place, speed
 
 
@@ -211,9 +203,9 @@ def _bullet(gap: FloatArray, rate: FloatArray, ground: Ground, is_multi_body: bo
     correction = -distance / h * np.where(distance > 0, 1, ground.numbers["contactERP"])
 
     # Deep overlaps of btRigidBody move the body, without a speed afterwards (m_splitImpulsePenetrationThreshold).
-    sees = gap < ground.margin
-    moves = sees & (distance <= -0.04) & (not is_multi_body)
-    new = np.where(sees, np.maximum(kicked, rebound + np.where(moves, 0, correction)), kicked)
+    is_seen = gap < ground.margin
+    moves = is_seen & (distance <= -0.04) & (not is_multi_body)
+    new = np.where(is_seen, np.maximum(kicked, rebound + np.where(moves, 0, correction)), kicked)
     return gap + h * (new + np.where(moves, correction, 0)), new
 
 
@@ -223,15 +215,15 @@ def _jolt(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     The threshold contains the kick, the reflected speed does not. A body that would meet the plane in this step
     rebounds at once, from where it is. Overlaps above mPenetrationSlop are removed without a speed afterwards.
     """
-    h, slop = ground.step, 0.02
+    h, slop = ground.step, 0.02  # mPenetrationSlop
     kicked = rate - ground.gravity * h
     approach = np.maximum(gap, 0) / h
-    sees = gap < ground.margin
-    rebounding = sees & (-kicked > np.maximum(ground.threshold, approach))
-    new = np.where(rebounding, -ground.restitution * rate, np.where(sees, np.maximum(kicked, -approach), kicked))
+    is_seen = gap < ground.margin
+    rebounding = is_seen & (-kicked > np.maximum(ground.threshold, approach))
+    new = np.where(rebounding, -ground.restitution * rate, np.where(is_seen, np.maximum(kicked, -approach), kicked))
     place = gap + h * new
-    for _ in range(2):  # mNumPositionSteps, with mBaumgarte
-        place = place - np.where(sees, np.clip(0.2 * (place + slop), -0.2, 0), 0)
+    for _ in range(2):  # mNumPositionSteps, each with mBaumgarte = 0.2, and mMaxPenetrationDistance = 0.2
+        place = place - np.where(is_seen, np.clip(0.2 * (place + slop), -0.2, 0), 0)
     return place, new
 
 
@@ -241,7 +233,7 @@ def _box2d_2(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     Reflected speed and threshold contain the kick. The plane has a skin of 2 b2_linearSlop. A body that overlaps it at
     the start of a step rebounds then; one whose path goes deeper than 3 slops into it rebounds there.
     """
-    slop, h = 0.005, ground.step
+    slop, h = 0.005, ground.step  # b2_linearSlop
     kicked, start = rate - ground.gravity * h, gap - 2 * slop
 
     def reflected(rate: FloatArray) -> FloatArray:
@@ -250,13 +242,14 @@ def _box2d_2(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     def corrected(
         place: FloatArray, active: NDArray[np.bool_], share: float, enough: float, iterations: int
     ) -> FloatArray:
-        """Return the place after iterations that each remove a share of the overlap, until it is small enough."""
+        """Return the place after iterations that each remove a share of the overlap, until it was small enough."""
         for _ in range(iterations):
             is_enough = place >= enough
-            place = place - np.where(active, np.clip(share * (place + slop), -0.2, 0), 0)
+            place = place - np.where(active, np.clip(share * (place + slop), -0.2, 0), 0)  # b2_maxLinearCorrection
             active = active & ~is_enough
         return place
 
+    # b2_baumgarte and 3 iterations, or b2_toiBaumgarte and 20; each has its own least overlap.
     touches = start <= 0
     new = np.where(touches, reflected(kicked), kicked)
     end = corrected(start + h * new, touches, 0.2, -3 * slop, 3)
@@ -280,7 +273,7 @@ def _box2d_3(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     subStepCount short steps, after which a body that was pushed gets its rebound. A fast one is put back to the place
     where it met the plane, and rebounds in the next step.
     """
-    substeps, slop = int(ground.numbers["subStepCount"]), 0.005
+    substeps, slop = int(ground.numbers["subStepCount"]), 0.005  # B2_LINEAR_SLOP
     h = ground.step / substeps
 
     # b2MakeSoft with contactHertz = 30, at most 1/(8 h), twice for static bodies; contactDampingRatio = 10
@@ -289,20 +282,21 @@ def _box2d_3(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     mass_scale = stiffness / (1 + stiffness)
     bias_rate = omega / (2 * zeta + h * omega)
 
-    sees, is_pushed = gap <= ground.margin, np.zeros(gap.shape, bool)
+    is_seen, is_pushed = gap <= ground.margin, np.zeros(gap.shape, bool)
     place, new = gap, rate
     for _ in range(substeps):
         kicked = new - ground.gravity * h
         # A gap is closed at most; an overlap is left by bias_rate, at most at maxContactPushSpeed = 3 m/s.
         bias = np.where(place > 0, place / h, np.maximum(bias_rate * place, -3 / mass_scale))
-        push = np.where(sees, np.maximum(-np.where(place > 0, 1, mass_scale) * (kicked + bias), 0), 0)
+        push = np.where(is_seen, np.maximum(-np.where(place > 0, 1, mass_scale) * (kicked + bias), 0), 0)
         place = place + h * (kicked + push)
         # The relaxation takes back what was for the place alone.
-        new = np.where(sees, np.maximum(kicked, -np.maximum(place, 0) / h), kicked)
+        new = np.where(is_seen, np.maximum(kicked, -np.maximum(place, 0) / h), kicked)
         is_pushed |= (push > 0) | (new > kicked)
 
     rebounding = is_pushed & (-rate >= ground.threshold)
     new = np.where(rebounding, np.maximum(new, -ground.restitution * rate), new)
+    # Time of impact: at an overlap of the slop, to a quarter of it.
     is_fast = np.abs(new) * ground.step > ground.radius / 2
     meets = is_fast & (gap > -0.75 * slop) & (place < -1.25 * slop)
     return np.where(meets, -slop, place), new
@@ -325,7 +319,7 @@ class Engine(NamedTuple):
         Speed up to which there is no rebound.
     others : tuple of Parameter
     margin : callable
-        From the values and an impact to the distance at which the engine sees a contact.
+        From the values and an impact to the distance at which the engine is_seen a contact.
     choice : str
         Name of what chooses a step.
     steps : mapping of str to callable
@@ -354,14 +348,23 @@ class Engine(NamedTuple):
         rule = max(chosen if self.combination.both else (chosen,), key=[*_RULES].index)
         combined = values.mix(self.restitution, _RULES[rule], self.combining)
         threshold = values[self.threshold.name] if combined > 0 else math.inf
+        sticks = 0 < threshold < math.inf
         if impact.step is None:
             epsilon = combined if impact.speed > threshold else 0.0
-            return Impulse(lambda phases: np.full_like(phases, epsilon), lambda: threshold)
+            return Impulse(lambda phases: np.full_like(phases, epsilon), lambda: threshold if sticks else None)
         numbers = {parameter.name: values[parameter.name] for parameter in self.others}
         radius, margin = impact.radius or math.inf, self.margin(values, impact)
         ground = Ground(combined, threshold, margin, impact.gravity, impact.step, radius, numbers)
-        step = self.steps[values[self.choice]]
-        return Impulse(partial(flight_epsilon, step, ground, impact.speed), partial(sticking_speed, step, ground))
+        flight = partial(flight_epsilon, self.steps[values[self.choice]], ground)
+
+        def parts(thresholds: float) -> bool:
+            return bool(flight(thresholds * threshold, PHASES).any())
+
+        def slowest() -> float | None:
+            # A body at a thousandth of the threshold rests, and should not part.
+            return sticking_speed(parts, threshold) if sticks and not parts(1e-3) else None
+
+        return Impulse(partial(flight, impact.speed), slowest)
 
     def simulator(self, name: str) -> Simulator:
         """Return the engine as a simulator."""

@@ -415,11 +415,12 @@ class Impulse:
     epsilon : callable
         From phases, where in a time step contact begins, to the eps of each.
     sticking_speed : callable
-        Returns the speed below which bodies stay together, wherever in a time step contact begins.
+        Returns the speed below which bodies stay together, wherever in a time step contact begins; None if there is
+        none.
     """
 
     epsilon: Callable[[FloatArray], ArrayLike]
-    sticking_speed: Callable[[], float] = lambda: 0.0
+    sticking_speed: Callable[[], float | None] = lambda: None
 
     def collide(
         self,
@@ -702,7 +703,7 @@ def delivery(
 
     if isinstance(force := contact_of_speed(hit.speed), Impulse):
         slowest = force.sticking_speed()
-        sticking = Sticking(slowest, 0.0) if 0 < slowest < math.inf else None
+        sticking = None if slowest is None else Sticking(slowest, 0.0)
     else:
         sticking = adhesion.sticking(contact_of_speed, hit.speed)
     stepped = hit.step is not None
