@@ -327,6 +327,7 @@ def test_what_is_written_instead_gives_the_wanted_eps(tmp_path):
     impact = Impact(SPEED, step=0.0005)
     instead = delivery(NATIVE, contact.settings, impact, 0.7).instead
     (line,) = contact.rewritten(instead)
+    assert line.startswith('<pair geom1="ball" geom2="rough" ')
     rows = deck_of(tmp_path, FIVE.replace("<contact>", f"<contact>{line}")).runs[0].contacts
     (again,) = (row for row in rows if row.name == "ball - rough")
     assert {**contact.settings, **again.settings, "solref": ""} == {**contact.settings, "solref": ""}
@@ -345,6 +346,10 @@ def test_lines(tmp_path):
     pair = '<pair geom1="a" geom2="b"/></contact>'
     assert lines == {"a - b": (6, pair), "a - f": (0, "<geom>"), "b - f": (3, '<geom name="b"')}
     assert [(line.number, line.text) for line in deck.unread] == [(7, "equality")]
+    (contact,) = (
+        deck_of(tmp_path, "<mujoco><worldbody>" + " " * 500 + FLOOR + BALL + "</worldbody></mujoco>").runs[0].contacts
+    )
+    assert (contact.line.number, len(contact.line.text)) == (1, 200)
     assert deck.warnings == ("Equality constraints tie bodies together, which changes eps",)
 
 

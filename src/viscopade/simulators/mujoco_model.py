@@ -111,8 +111,8 @@ def read(path: Path, said: Said) -> Deck:
     contacts = []
     for (settings, falls, marks, reason, _), name, (tag, number), (mass, other), rule, count, lines in facts["rows"]:
         # A geom of an included file has no line, or one of that file.
-        source = text[number - 1].strip()[:_LONGEST_LINE] if 0 < number <= len(text) else ""
-        line = Line(path, number, source) if f"<{tag}" in source else Line(path, 0, f"<{tag}>")
+        source = text[number - 1] if 0 < number <= len(text) else ""
+        line = Line(path, number, source.strip()[:_LONGEST_LINE]) if f"<{tag}" in source else Line(path, 0, f"<{tag}>")
         sizes = ((Size(None, mass), Size(None, other) if other else None),)
         marks = tuple(filter(None, (rule, *marks)))
         write = partial(_written, lines, facts["prefix"])
@@ -279,7 +279,9 @@ def _state(model: Any, flags: set[str], first: Kind, second: Kind, k: int | None
     if "mjENBL_DIAGEXACT" in flags and settings["cone"] == "pyramidal" and condim > 1:
         reason = "the flag diagexact changes the pyramidal cone, which is not computed"
     falls = first.moves != second.moves and first.level and second.level
-    element = f'solimp="{solimp}" friction="{friction}" condim="{condim}" margin="{margin:.15g}"'
+    element = f'solimp="{solimp}" friction="{friction}" condim="{condim}"' + (
+        f' margin="{margin:.15g}"' if margin else ""
+    )
     return State(tuple(settings.items()), falls, tuple(marks), reason, element), rule
 
 
