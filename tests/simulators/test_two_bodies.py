@@ -456,6 +456,17 @@ def test_yade_solves_for_the_damping_to_one_per_cent(en):
     assert en <= found.epsilon <= 1.0101 * en
 
 
+@pytest.mark.parametrize(("wanted", "reached"), [(0.89, 0.892828), (0.995, 1.0), (0.88, None)])
+def test_an_eps_that_yade_jumps_over_is_said(wanted, reached):
+    """Newton's method takes one step more below en = 0.88399, and none above 1/1.01."""
+    given = YADE | {"young": "1e6", "en": "0.5"}
+    found = delivered("yade", given, epsilon=wanted)
+    again = delivered("yade", given | found.instead).collision.epsilon
+    assert again == pytest.approx(reached or wanted, abs=1e-6)
+    texts = [text for text in found.warnings if text.startswith("No number")]
+    assert texts == ([f"No number gives {wanted}: the one to write gives {reached:.4f}"] if reached else [])
+
+
 @pytest.mark.parametrize(
     ("other", "radius", "share", "kn", "cn"),
     [

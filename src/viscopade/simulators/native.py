@@ -38,7 +38,7 @@ from viscopade.theory.law import Law
 _FEW_STEPS = 2  # in a contact: eps then depends much on where in a step contact begins
 _MOST_STEPS = 5000  # in a contact; more are as good as infinitely many
 _RESOLVED = 500  # steps in a contact, with which eps depends on where in a step it begins by far less than `SPREAD`
-_SAME = 1e-4  # difference of eps up to which weight changes nothing
+_SAME = 1e-4  # difference of two eps that count as the same
 SPREAD = 0.02
 """Range of eps over where in a step contact begins, above which a longer contact is suggested."""
 
@@ -692,9 +692,15 @@ def delivery(
         try:
             c = damping_factor(contact, epsilon, 1.0, **stepping)
             instead = native.written(native.with_damping(values, c, hit))
+            # A program that finds its damping by some steps of a method jumps over an eps. The digits that are written
+            # decide on which side of the jump it is.
+            written = {parameter: native.known[parameter].value(text) for parameter, text in instead.items()}
+            reached = native.contact(Values({**values, **written}), hit).collide(**stepping)
+            if abs(reached.epsilon - epsilon) > _SAME:
+                warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
             if longer:
-                wide = contact(c).collide(**stepping)
-                warnings.append(f"With {epsilon:g} on average, eps is {wide.least:.4f} to {wide.largest:.4f}{longer}")
+                range_text = f"{reached.least:.4f} to {reached.largest:.4f}"
+                warnings.append(f"With {epsilon:g} on average, eps is {range_text}{longer}")
         except ValueError as error:
             warnings.append(f"No damping gives {epsilon:g}: {error}{longer}")
 
