@@ -226,7 +226,7 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
         duration = "; if contact begins at some places in a step, the bodies do not part"
     if collision.depth:  # an impulse has none
         say(f"depth {collision.depth:.4g} {units.length}{duration if collision.parts else ''}")
-    used = {name: value for name, value in found.values.items() if name != native.integrator}
+    used = {name: value for name, value in found.values.items() if name in found.values.read - {native.integrator}}
     if used:
         say(f"for {', '.join(filter(None, (_words(native.written(used)), bodies)))}")
     for name, mixed in found.values.mixed.items():

@@ -637,6 +637,7 @@ def delivery(
         If a parameter is unknown, missing or not accepted, or the contact stops no body.
     """
     values = native.values(settings)
+    values.read.clear()
     units = native.units(values)
     hit, name = impact.in_units(units), values[native.integrator]
     if native.schemes[name] is None and hit.step is not None:
