@@ -224,3 +224,13 @@ def test_two_bodies_are_mixed_and_the_rule_is_said():
     mixed = json.loads(run(*words, "hunt_crossley_dissipation=1", "--format", "json").output)["mixed"]
     rule = {"value": 2e4, "rule": "half of the harmonic mean", "meaning": "", "bodies": [3e4, 6e4]}
     assert mixed == {"point_stiffness": rule | {"source": "GetCombinedPointContactStiffness"}}
+
+
+@pytest.mark.parametrize("program", ["physx", "bullet", "rebound"])
+def test_weight_does_nothing_to_an_impulse(program):
+    assert "a body that falls" not in run(program, "--epsilon", "0.5").output
+
+
+@pytest.mark.parametrize(("typed", "meant"), [("isaac", "physx"), ("pybulet", "bullet")])
+def test_a_name_that_is_nearly_one_is_no_file(typed, meant):
+    assert CliRunner().invoke(command, ["audit", typed]).stderr.endswith(f"did you mean {meant}?\n")

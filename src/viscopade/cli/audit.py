@@ -31,6 +31,8 @@ class _SimulatorOrFile(OneOf):
         try:
             return super().convert(value, param, ctx)
         except click.UsageError as error:
+            if error.message.endswith("?"):  # did you mean …?
+                raise
             raise click.UsageError(f"{error.message}, or a file: {DECKS}") from None
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:

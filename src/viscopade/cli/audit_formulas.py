@@ -62,7 +62,9 @@ def show_formulas(
             say(f"--all prints {left_out} more, whose eps is closer to {epsilon}")
         for line in refused:
             say(line)
-        say(f"{rule(row.formula.law for row in found)}.")
+        laws = [row.formula.law for row in found if not row.formula.is_impulse]
+        if laws:  # weight does nothing to an impulse
+            say(f"{rule(laws)}.")
     if style == "text" and time_step is not None:
         for line in _integrators(found):
             say(line)

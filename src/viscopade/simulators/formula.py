@@ -88,6 +88,8 @@ class DampingFormula:
         What a reader of the row must know, a sentence.
     scheme : Scheme or None
         The program's integrator; None if it has no time steps.
+    is_impulse : bool
+        Whether the program applies eps at once, without a contact.
     """
 
     name: str
@@ -100,6 +102,7 @@ class DampingFormula:
     written: Callable[[Any], Any] = same
     note: str = ""
     scheme: Scheme | None = SEMI_IMPLICIT
+    is_impulse: bool = False
 
     def __post_init__(self) -> None:
         if self.reason not in REASONS:
@@ -163,10 +166,13 @@ def formulas(
     *rows: Row,
     written: Callable[[Any], Any] = same,
     scheme: Scheme | None = SEMI_IMPLICIT,
+    is_impulse: bool = False,
 ) -> tuple[DampingFormula, ...]:
     """Return a table of formulas that take the same parameter; the arguments are those of `DampingFormula`."""
     return tuple(
-        DampingFormula(name, law, parameter, kappa, accepted, reason, source, written, "".join(note), scheme)
+        DampingFormula(
+            name, law, parameter, kappa, accepted, reason, source, written, "".join(note), scheme, is_impulse
+        )
         for name, law, kappa, reason, *note in rows
     )
 

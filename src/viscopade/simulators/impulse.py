@@ -373,7 +373,7 @@ class Engine(NamedTuple):
         row: Row = f"{self.restitution} of both bodies", LINEAR, force_end_kappa, "exact", note
         if self.combination.default == "multiply":
             row = row[0], LINEAR, lambda e: force_end_kappa(e**2), "two bodies", note
-        rows = formulas(self.restitution, ("0.04", "1"), self.source, row, scheme=None)
+        rows = formulas(self.restitution, ("0.04", "1"), self.source, row, scheme=None, is_impulse=True)
         native = Native(
             (restitution(self.restitution, "0", above=None, both=True), self.combination, self.threshold, *self.others),
             self.impulse,

@@ -151,6 +151,7 @@ SIMULATOR = Simulator(
             "exact",
             "newton/_src/solvers/xpbd/restitution_kernels.py",
             scheme=None,
+            is_impulse=True,
         ),
     ),
     native=_NATIVE,

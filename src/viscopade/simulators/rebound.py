@@ -28,6 +28,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -449,12 +450,16 @@ SIMULATOR = Simulator(
             _SOURCE,
             note="There is no contact: eps is applied, the same at all speeds.",
             scheme=None,
+            is_impulse=True,
         ),
-        viscoelastic_formula(
-            "collision_resolve of viscopade simulators",
-            _SOURCE,
-            "eps is that of viscoelastic spheres at each speed, by the kernel or by viscopade.restitution.",
-            scheme=None,
+        replace(
+            viscoelastic_formula(
+                "collision_resolve of viscopade simulators",
+                _SOURCE,
+                "eps is that of viscoelastic spheres at each speed, by the kernel or by viscopade.restitution.",
+                scheme=None,
+            ),
+            is_impulse=True,
         ),
     ),
     texts={
