@@ -258,6 +258,7 @@ BAD = [
         "vary is 'd': expected the name of a --constant: c",
     ),
     ("audit --force 'c*x' --constant c=1 --epsilon 0.5 --speed 1 --mass 1", "expected --vary NAME"),
+    ("audit --force 'c*x' --constant c=1 --set c=2 --speed 1 --mass 1", "--set is given with --force"),
     ("audit mujoco --constant c=1 --speed 1", "--constant is given for a simulator, which has its own"),
     ("audit --constant c=1", "--constant is given without --speed"),
     ("audit --force -x --speed 1 --mass 1", "force does not stop a body of mass 1 at speed 1"),

@@ -55,6 +55,8 @@ def show_contact(
     from viscopade.simulators.setup import SI
 
     title, version, native = _native(simulator, force, end, constants, vary)
+    if force is not None and settings:
+        raise click.UsageError("--set is given with --force: expected --constant for a number in the formula")
 
     # A pasted line of LAMMPS or LIGGGHTS sets several parameters.
     pasted = [text for text in settings if simulator in _WITH_LINES and text.split()[:1] in _COMMANDS]
