@@ -219,7 +219,7 @@ def test_a_threshold_below_the_kick_of_a_step_keeps_no_body_down():
     for threshold, sticks in (("0.17", True), ("0.16", False), ("0", False)):
         given = {"restitution": "0.5", "bounce_threshold_velocity": threshold}
         found = delivery(native, given, Impact(2.0, gravity=9.81, step=1 / 60))
-        assert (found.sticking_speed is not None) == sticks
+        assert (found.sticking is not None) == sticks
 
 
 def test_a_rule_that_is_none_is_refused():
