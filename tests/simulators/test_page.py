@@ -21,9 +21,9 @@ PAGE = (Path(__file__).parents[2] / "docs" / "results" / "audit.md").read_text("
 )
 def test_tables_of_a_program(program):
     rows = audit.markdown(audit.SUMMARY, audit.summary(program)).splitlines()[2:]
-    page = program.page or program.name
-    assert rows == [line for line in PAGE.splitlines() if f"[{program.title}](../usage/simulators/{page}.md) |" in line]
-    if program.page:
+    link = f"[{program.title}](../usage/simulators/{program.page}.md) |"
+    assert rows == [line for line in PAGE.splitlines() if link in line]
+    if program.page != program.name:
         return
     own = (Path(__file__).parents[2] / "docs" / "usage" / "simulators" / f"{program.name}.md").read_text("utf-8")
     assert audit.filled(own, audit.blocks_of(program)) == own

@@ -383,7 +383,7 @@ class Engine(NamedTuple):
             damping=self.restitution,
             warnings=self.warnings,
         )
-        return Simulator(name, self.title, self.version, rows, native=native, page="impulse")
+        return Simulator(name, self.title, self.version, rows, native=native)
 
 
 def _count(name: str, least: int, default: str) -> Parameter:

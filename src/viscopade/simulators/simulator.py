@@ -94,8 +94,6 @@ class Simulator:
         Its contact in the parameters of a user's file; None if the file has no contact.
     default_step : float or None
         The time step that it has unless the user gives one, in SI units; MuJoCo and JaxDEM have none.
-    page : str
-        Name of its page, if it has none of its own.
     """
 
     name: str
@@ -107,11 +105,15 @@ class Simulator:
     walls: bool = True
     native: Native | None = None
     default_step: float | None = None
-    page: str = ""
 
     def __post_init__(self) -> None:
         if len({formula.name for formula in self.formulas}) < len(self.formulas):
             raise ValueError(f"two formulas of {self.title} have one name")
+
+    @property
+    def page(self) -> str:
+        """Name of its page in docs/usage/simulators: its own if viscopade writes a file for it."""
+        return self.name if self.texts else "other-programs"
 
     def formula(self, name: str) -> DampingFormula:
         """Return the formula of a name."""

@@ -91,7 +91,7 @@ SUMMARY = ["program", "formula", "contact ends at", "you get", "reason", "set in
 
 def summary(program: Simulator) -> Iterator[list[str]]:
     """Yield the rows of a program in the common table for `WANTED`."""
-    page = f"../usage/simulators/{program.page or program.name}.md"
+    page = f"../usage/simulators/{program.page}.md"
     for formula in program.formulas:
         run = finest(program.name, formula.name, WANTED)
         difference = "" if run is None else _difference(run)
@@ -247,7 +247,7 @@ def filled(page: str, texts: Mapping[str, str]) -> str:
 def main(docs: Path) -> None:
     """Write the tables into docs/results/audit.md and the pages of the programs."""
     pages = {docs / "results" / "audit.md": blocks()}
-    programs = (program for program in simulators() if program.name != "textbook" and not program.page)
+    programs = (program for program in simulators() if program.page == program.name)
     pages |= {docs / "usage" / "simulators" / f"{program.name}.md": blocks_of(program) for program in programs}
     for path, texts in pages.items():
         path.write_text(filled(path.read_text("utf-8"), texts), "utf-8")
