@@ -28,7 +28,18 @@ from mpmath import mp
 import certificate_checker
 import interval_checker
 from certificate_checker import DATA, ERROR, LAST, REFERENCE, Wrong, number, panel_ends
-from table_checker import PRECISION, Header, Point, exponent_of, falls, rises, rounded, share_of_formula, ulp
+from table_checker import (
+    PRECISION,
+    Header,
+    Point,
+    exponent_of,
+    falls,
+    rises,
+    rounded,
+    share_of_formula,
+    ulp,
+    unpacked,
+)
 
 SLOPE = Fraction(10, 3)  # the largest |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*|
 LARGEST = {"double": 1024, "float": 128}  # exponent of the power of 2 beyond the largest number
@@ -471,7 +482,9 @@ def table_of(key: Mapping[str, Any], value: Value) -> Header:
     claim((octaves, left) == (128, 0), "the table has not 128 octaves")
     claim(all(rounded(c, PRECISION[kind]) == c for row in rows for c in row), f"a number is not a {kind}")
     full = "ulp" in stated
-    return Header(f"table {key}", full, kind, key["first"], octaves, 1 << key["split"], rows, stated)
+    halves = not full and key["degree"] % 2 == 0
+    rows = tuple(map(unpacked, rows)) if halves else rows
+    return Header(f"table {key}", full, halves, kind, key["first"], octaves, 1 << key["split"], rows, stated)
 
 
 def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
@@ -486,7 +499,7 @@ def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
             part = share_of_formula(table, at)
             claim(part <= 1, f"row {index}: the error is {float(part):.4g} of the bound")
             if not table.full:
-                check_sums(table.rows[index], m, min(at.epsilon[1], at.loss[1]), rounding, f"row {index}")
+                check_sums(*table.polynomial(index), m, min(at.epsilon[1], at.loss[1]), rounding, f"row {index}")
             else:
                 error = at.error(table.p(index, m), table.base(index)) / (
                     at.epsilon[0] if not table.base(index) else at.loss[0]
@@ -495,12 +508,17 @@ def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 
 def check_sums(
-    row: Sequence[Fraction], m: Fraction, smaller: Fraction, stated: Sequence[tuple[str, Fraction]], what: str
+    row: Sequence[Fraction],
+    origin: Fraction,
+    m: Fraction,
+    smaller: Fraction,
+    stated: Sequence[tuple[str, Fraction]],
+    what: str,
 ) -> None:
-    """Check the effect of rounding on a row's sum near m, in each type."""
+    """Check the effect of rounding on a row's sum near m, of which the origin is subtracted, in each type."""
     for kind, bound in stated:
         machine = Machine(kind, Random(0))
-        near = machine(m)
+        near = machine(m) - origin
         exact = sum((c * near**k for k, c in enumerate(row)), Fraction(0))
         off = abs(in_pairs(machine, row, near) - exact) / smaller
         # The smaller of eps and 1 - eps changes by less than 2^-20 of it from m to its neighbour in the type.

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import json
 import re
+import struct
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -44,11 +45,12 @@ class Wrong(Exception):
 class Header:
     """A table, and the bounds that its comment states.
 
-    `full`: rows are high, low, a_1, … in m - (the row's middle), else c_0, c_1, … in m.
+    `full`: rows are high, low, a_1, … in m - (the row's middle), else c_0, c_1, … in m, or from there if `centred`.
     """
 
     name: str
     full: bool
+    centred: bool
     number: str
     first: int
     octaves: int
@@ -78,10 +80,9 @@ class Header:
     def polynomial(self, index: int) -> tuple[Row, Fraction]:
         """Return coefficients, and the point in m from where their variable counts."""
         row = self.rows[index]
-        if not self.full:
-            return row, Fraction(0)
         _, low, high = self.interval(index)
-        return (row[0] + row[1], *row[2:]), (low + high) / 2
+        coefficients = (row[0] + row[1], *row[2:]) if self.full else row
+        return coefficients, (low + high) / 2 if self.full or self.centred else Fraction(0)
 
     def p(self, index: int, m: Fraction) -> Fraction:
         """Return a row's eps - base, exactly."""
@@ -130,14 +131,22 @@ def read(text: str) -> Header:
     octaves = stated["last"] - stated["first"] + 1
     if len(rows) != int(size) or len(rows) != octaves * stated["rows"] or {len(row) for row in rows} != {int(width)}:
         raise Wrong(f"the table has not {octaves} octaves of {stated['rows']} rows of {width} numbers")
+    halves = "whose last coefficient begins with the last 32 bits of the one before" in comment
+    rows = tuple(map(unpacked, rows)) if halves else rows
     if any(_bits(c) > PRECISION[number] or 0 < abs(c) < LEAST[number] for row in rows for c in row):
         raise Wrong(f"a coefficient is no normal number of type {number}")
-    return Header(name, full, number, stated["first"], octaves, stated["rows"], rows, bounds)
+    return Header(name, full, halves, number, stated["first"], octaves, stated["rows"], rows, bounds)
 
 
 def _bits(number: Fraction) -> int:
     """Return how many bits a sum of powers of 2 has."""
     return (number.numerator // (number.numerator & -number.numerator or 1)).bit_length()
+
+
+def unpacked(row: Row) -> Row:
+    """Return a row with one coefficient more: the double that begins with the last 32 bits of the last word."""
+    (last,) = struct.unpack("<d", bytes(4) + struct.pack("<d", float(row[-1]))[:4])
+    return (*row, Fraction(last))
 
 
 def _found(pattern: str, comment: str) -> str:
@@ -199,10 +208,11 @@ class Machine(NamedTuple):
         return self.round((a * b if self.fused else self.round(a * b)) + c)
 
     def in_pairs(self, c: Sequence[Fraction], x: Fraction, square: Fraction) -> Fraction:
-        """Return (c_0 + x c_1) + x^2 ((c_2 + x c_3) + …)."""
-        total = self.times_plus(x, c[-1], c[-2])
-        for n in range(len(c) - 4, -1, -2):
-            total = self.times_plus(square, total, self.times_plus(x, c[n + 1], c[n]))
+        """Return (c_0 + x c_1) + x^2 ((c_2 + x c_3) + …), the last pair perhaps one number."""
+        pairs = [self.times_plus(x, c[n + 1], c[n]) if n + 1 < len(c) else c[n] for n in range(0, len(c), 2)]
+        total = pairs.pop()
+        for pair in reversed(pairs):
+            total = self.times_plus(square, total, pair)
         return total
 
 
@@ -216,27 +226,26 @@ class Results(NamedTuple):
 
 
 def evaluate(header: Header, machine: Machine, speed: Fraction, beta: Fraction) -> Results:
-    """Repeat the operations of the C code, for w in the table."""
+    """Repeat the operations of the C code, for w in the table; of a table in double they are in double."""
+    result_type, machine = machine, Machine("double", machine.fused) if header.number == "double" else machine
     r = machine.round
     b2 = r(beta * beta)
     w = r(r(r(b2 * b2) * beta) * speed)
     index, m = header.place(w)
-    base, row = Fraction(header.base(index)), header.rows[index]
+    base, row, t = Fraction(header.base(index)), header.rows[index], m - header.polynomial(index)[1]
+    if r(t) != t:
+        raise Wrong("t is not exact")
     if header.full:
-        _, low, high = header.interval(index)
-        t = m - (low + high) / 2
-        if r(t) != t:
-            raise Wrong("t is not exact")
         rest = machine.times_plus(t, machine.in_pairs(row[2:], t, r(t * t)), row[1])
         head = r(base + row[0])
         lost = r(r(base - head) + row[0])
         p, eps = r(row[0] + rest), r(head + r(lost + rest))
     else:
-        p = machine.in_pairs(row, m, r(m * m))
+        p = machine.in_pairs(row, t, r(t * t))
         eps = r(base + p)
     doubled = r(2 * base + p)
     loss = r((1 - base) - (p * doubled if machine.fused else r(p * doubled)))
-    return Results(w, eps, r(eps * speed), loss)
+    return Results(w, *map(result_type.round, (eps, r(eps * speed), loss)))
 
 
 # --- checks -----------------------------------------------------------------------------------------------------------

@@ -197,7 +197,7 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #endif
 #endif
 
-/* Whether arrays are prefetched with rows of four numbers or fewer. Zen 4 is faster by itself. */
+/* Whether arrays are prefetched with rows of four floats or fewer. Zen 4 is faster by itself. */
 #ifndef VISCOPADE_AHEAD_WITH_FEW
 #define VISCOPADE_AHEAD_WITH_FEW !VISCOPADE_ON_ZEN_4
 #endif

@@ -197,7 +197,7 @@ VISCOPADE_INLINE float viscopade_from_bitsf(uint32_t bits)
 #endif
 #endif
 
-/* Whether arrays are prefetched with rows of four numbers or fewer. Zen 4 is faster by itself. */
+/* Whether arrays are prefetched with rows of four floats or fewer. Zen 4 is faster by itself. */
 #ifndef VISCOPADE_AHEAD_WITH_FEW
 #define VISCOPADE_AHEAD_WITH_FEW !VISCOPADE_ON_ZEN_4
 #endif
@@ -2082,11 +2082,8 @@ VISCOPADE_ALWAYS double viscopade_base_full(uint64_t place)
 VISCOPADE_ALWAYS double viscopade_inside_full(uint64_t place, double base, double speed, int what,
     double high, double low, double a1, double a2, double a3, double a4, double a5, double a6, double a7, double a8, double a9, double a10)
 {
-    const double m = viscopade_from_bits((place & UINT64_C(0xfffffffffffff)) |
-            UINT64_C(0x3ff0000000000000));
-    const double middle = viscopade_from_bits((place & UINT64_C(0xe000000000000)) |
-            UINT64_C(0x3ff1000000000000));
-    const double t = m - middle;
+    const double t = viscopade_from_bits((place & UINT64_C(0x1ffffffffffff)) |
+            UINT64_C(0x3ff0000000000000)) - 1.0625;
     const double rest_of_base = viscopade_from_bits(viscopade_bits(base) ^ UINT64_C(0x3ff0000000000000));
     const double tt = t * t;
     const double rest = low + t * ((a1 + t * a2) + tt * ((a3 + t * a4) + tt * ((a5 + t * a6) + tt *

@@ -10,7 +10,7 @@ from viscopade.arithmetic.formats import FLOAT
 from viscopade.kernels import compact, formulas, full, speed_table
 from viscopade.kernels.arithmetic import HOST
 from viscopade.kernels.expressions import Call, Literal, Name, Statement
-from viscopade.kernels.speed_table import LastPlace, Polynomials
+from viscopade.kernels.speed_table import HalfWords, LastPlace, Polynomials
 
 ROW = 500
 MORE = Literal("1.25")
@@ -37,6 +37,13 @@ def test_a_changed_table_has_another_bound(monkeypatch, branch):
         proven, sums = bound(), getattr(owner, formula)
         monkeypatch.setattr(owner, formula, lambda *given: changed(sums(*given), name))
         assert bound() > 10 * proven
+
+
+def test_another_coefficient_of_a_half_word_has_another_bound(monkeypatch):
+    table = speed_table.TABLES["1e-10"]
+    proven, (unpacking,) = table.bounds(ROW)["error"], table.unpacking
+    monkeypatch.setattr(HalfWords, "unpacking", (Statement(unpacking.name, unpacking.expression * MORE),))
+    assert table.bounds(ROW)["error"] > 10 * proven
 
 
 @pytest.mark.parametrize("name", ["eps", "restitution", "rebound", "dissipation"])

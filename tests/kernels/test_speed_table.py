@@ -1,5 +1,7 @@
 """Tables over the bits of w = beta^5 v: the exact function by another route, the proofs, and what refuses."""
 
+import math
+import struct
 from fractions import Fraction
 from itertools import pairwise
 from random import Random
@@ -20,7 +22,7 @@ from viscopade.arithmetic.chebyshev import (
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
 from viscopade.kernels import speed_table
-from viscopade.kernels.speed_table import TABLES, Layout, Polynomials, table_bounds
+from viscopade.kernels.speed_table import TABLES, HalfWords, Layout, Polynomials, table_bounds
 
 SMALL, FULL = TABLES["5e-6"], TABLES["full"]
 
@@ -36,26 +38,45 @@ def somewhere(table: Layout, index: int, random: Random) -> Fraction:
     return low + (high - low) * Fraction(random.randrange(2**30), 2**30)
 
 
-def value(row, m):
-    return sum(Fraction(c) * m**n for n, c in enumerate(row))
+def value(table, index, m):
+    """Return a row's p by powers, exactly."""
+    return sum(Fraction(c) * (m - table.origin(index)) ** n for n, c in enumerate(table.coefficients(index).values()))
 
 
 @pytest.mark.parametrize(
     ("table", "share"),
-    [(SMALL, "0.8"), (Polynomials(1, -60, 7, DOUBLE), "0.7"), (Polynomials(3, -96, 1, FLOAT), "0.8")],
-    ids=["cubic", "septic", "linear"],
+    [
+        (SMALL, "0.8"),
+        (Polynomials(1, -60, 7, DOUBLE), "0.7"),
+        (Polynomials(3, -96, 1, FLOAT), "0.8"),
+        (HalfWords(1, -60, 6, DOUBLE), "0.5"),
+    ],
+    ids=["cubic", "septic", "linear", "half words"],
 )
 def test_errors_are_within_the_row_s_bound_and_nearly_reach_it(table, share):
     random, shares = Random(1), []
     for index in random.sample(range(table.size), 12):
         exponent = table.interval(index)[0]
-        bound, row = table.bounds(index)["error"], table.rows[index]
+        bound = table.bounds(index)["error"]
         for _ in range(4):
             m = somewhere(table, index, random)
             p = true(m * Fraction(2) ** exponent, table.base(index))
-            shares.append(abs(value(row, m) - p) / min(abs(p), 1 - abs(p)) / bound)
+            shares.append(abs(value(table, index, m) - p) / min(abs(p), 1 - abs(p)) / bound)
     assert max(shares) <= 1
     assert max(shares) > Fraction(share)
+
+
+@pytest.mark.parametrize("index", [3, 2000, TABLES["1e-10"].switch, 4095])
+def test_a_word_holds_two_coefficients(index):
+    """The second one is its last 32 bits, and the first is as near as doubles with these bits can be."""
+    table = TABLES["1e-10"]
+    *_, c3, c4 = Polynomials.row(table, index)
+    *_, first, last = table.coefficients(index).values()
+    (word,) = struct.unpack("<Q", struct.pack("<d", first))
+    assert struct.pack("<Q", word << 32 & (1 << 64) - 1) == struct.pack("<d", last)
+    # 32 bits are 12 of sign and exponent, and 20 digits behind the point.
+    assert abs(first - c3) <= math.ulp(c3) * 2**31
+    assert abs(last / c4 - 1) <= 2**-21
 
 
 def test_the_bound_of_the_table_is_that_of_its_worst_row():
@@ -124,6 +145,8 @@ def test_chebyshev_helpers():
 def test_tables_that_do_not_exist(arguments, message):
     with pytest.raises(ValueError, match=message):
         Polynomials(*arguments)
+    with pytest.raises(ValueError, match="degree is 5: expected even numbers from 2 to 14"):
+        HalfWords(2, -96, 5, DOUBLE)
 
 
 def test_a_function_that_may_vanish_is_refused():

@@ -10,8 +10,9 @@ the smaller of eps and 1 - eps, so that its relative error is what counts (secti
     1 - eps^2 = (1 - base) - p (2 base + p)
 
 loses no digits either. The polynomials interpolate the rows of `panel_proof`, as functions of m, at Chebyshev points.
-They are summed in pairs: `Polynomials` in m, p = (c_0 + m c_1) + m^2 ((c_2 + m c_3) + m^2 (…)), and `LastPlace`, to the
-last place of type double, in t = m - centre, which is exact,
+They are summed in pairs: `Polynomials` in m, p = (c_0 + m c_1) + m^2 ((c_2 + m c_3) + m^2 (…)); `HalfWords` likewise
+in t = m - centre, which is exact, and so small that the last two coefficients fit into one word; and `LastPlace`, to
+the last place of type double, in t,
 
     p = high + rest,    rest = low + t ((a_1 + t a_2) + t^2 ((a_3 + t a_4) + t^2 (…))),
 
@@ -33,8 +34,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache
 from itertools import pairwise, product
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
+import numpy as np
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly
 
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
@@ -68,6 +70,7 @@ from viscopade.kernels.expressions import (
 from viscopade.kernels.formulas import OCTAVES, ZERO, bits, count, from_bits, lost_energy, octaves, power_of_two
 from viscopade.kernels.full import full, sum_with_error
 from viscopade.kernels.kernel import Function, Kernel, Table
+from viscopade.kernels.machine import computed
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.kernels.v_star import USUAL, of_v_star
 from viscopade.progress import track
@@ -88,6 +91,7 @@ MEANINGS = {
 }
 
 _BITS = 160
+_HALF_WORD = 32
 _U = Fraction(1, 2**53)
 _PARTS = 16  # of a piece of a row, where the error is no multiple of one Chebyshev polynomial
 _MORE = 7  # terms of Taylor polynomials beyond the degree
@@ -184,7 +188,26 @@ class Layout(ABC):
     @property
     @abstractmethod
     def names(self) -> tuple[str, ...]:
-        """The names of a row's numbers."""
+        """The names of a row's coefficients."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names of the numbers that the table has of a row."""
+        return self.names
+
+    @property
+    def formula(self) -> str:
+        """What a row is, as text."""
+        return f"a polynomial of degree {self.degree} in m"
+
+    @property
+    def unpacking(self) -> Program:
+        """The assignments of coefficients that are parts of other numbers."""
+        return ()
+
+    def coefficients(self, index: int) -> dict[str, float]:
+        """Return the coefficients of a row by name, as code reads them."""
+        return dict(zip(self.names, self.rows[index], strict=True))
 
     @abstractmethod
     def row(self, index: int) -> tuple[float, ...]:
@@ -225,31 +248,45 @@ class Layout(ABC):
 class Polynomials(Layout):
     """A speed table whose rows are polynomials in m of odd degree."""
 
+    variable: ClassVar[str] = "m"
+    degrees: ClassVar[range] = range(1, MOST_DEGREE + 1, 2)
+
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.degree not in range(1, MOST_DEGREE + 1, 2):
-            raise ValueError(f"degree is {self.degree}: expected odd numbers from 1 to {MOST_DEGREE}")
+        if self.degree not in self.degrees:
+            parity = "odd" if self.degrees.start % 2 else "even"
+            raise ValueError(
+                f"degree is {self.degree}: expected {parity} numbers from {self.degrees.start} to {self.degrees[-1]}"
+            )
 
     @property
     def names(self) -> tuple[str, ...]:
         """The names of a row's numbers."""
         return tuple(f"c{n}" for n in range(self.degree + 1))
 
+    def origin(self, index: int) -> Fraction:
+        """Return the point in m from where a row's variable counts."""
+        return Fraction(0)
+
     def row(self, index: int) -> tuple[float, ...]:
         """Return the coefficients of one row."""
-        p = self.best(index, Fraction(0))
+        p = self.best(index, self.origin(index))
         return tuple(self.form.nearest(to_fraction(p[n])) for n in range(self.degree + 1))
 
     @cache  # noqa: B019  layouts are few
     def sums(self) -> CodeBranch:
-        """Return p and the results from a row's coefficients and m."""
-        m = Name("m")
-        program = (Statement("mm", m * m), Statement("p", in_pairs("m", "mm", self.names)))
+        """Return p and the results from a row's coefficients and its variable."""
+        variable, square = self.variable, 2 * self.variable
+        program = (
+            Statement(square, Name(variable) * Name(variable)),
+            Statement("p", in_pairs(variable, square, self.names)),
+        )
         return _from_speed(program, Name("base") + Name("p"))
 
     def machine(self, index: int, m: fmpq_poly) -> fmpq_poly:
         """Return a row's p, exactly."""
-        return exactly(self.sums(), "p", {"m": m}, dict(zip(self.names, self.rows[index], strict=True)))
+        variable = m - to_fmpq(self.origin(index))
+        return exactly(self.sums(), "p", {self.variable: variable}, self.coefficients(index))
 
     def bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> Bounds:
         """Bound the errors relative to the smaller of eps and 1 - eps: of p, and of what rounding does in each type."""
@@ -268,8 +305,9 @@ class Polynomials(Layout):
     def rounding_on(self, index: int, piece: MantissaPiece, form: Format) -> Fraction:
         """Bound the rounding error of p."""
         with working(_BITS):
-            given = {name: Rounded(arb(c), form) for name, c in zip(self.names, self.rows[index], strict=True)}
-            given["m"] = Rounded(ball_of(piece.centre) + ball_of(piece.half) * arb(0, 1), form)
+            given = {name: Rounded(arb(c), form) for name, c in self.coefficients(index).items()}
+            middle = ball_of(piece.centre - self.origin(index))
+            given[self.variable] = Rounded(middle + ball_of(piece.half) * arb(0, 1), form)
             return exact_middle(of_branch(self.sums(), ["p"], given, form)["p"].absolute)
 
     def rise_after(self, index: int) -> Fraction:
@@ -278,6 +316,58 @@ class Polynomials(Layout):
         before, after = (to_fraction(self.machine(i, fmpq_poly([to_fmpq(m)]))[0]) for i, m in ends)
         after += self.base(index + 1) - self.base(index)
         return (after - before) / min(abs(before), 1 - abs(before))
+
+
+class HalfWords(Polynomials):
+    """A speed table whose rows are polynomials in t = m - centre, the last two coefficients being halves of one word.
+
+    t is small, so that these need few bits: sign, exponent and the first 20 digits. Of the word of c_3
+
+        first half: those of c_3 | second half: those of c_4
+
+    code shifts the second half to the left to get c_4. For c_3 it is the last digits, with which the first half is
+    rounded.
+    """
+
+    variable: ClassVar[str] = "t"
+    degrees: ClassVar[range] = range(2, MOST_DEGREE, 2)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names of the numbers that the table has of a row."""
+        return self.names[:-1]
+
+    @property
+    def formula(self) -> str:
+        """What a row is, as text."""
+        return (
+            f"a polynomial of degree {self.degree} in m - (the row's middle), whose last coefficient begins with "
+            f"the last {_HALF_WORD} bits of the one before"
+        )
+
+    @property
+    def unpacking(self) -> Program:
+        """The assignment of the last coefficient."""
+        *_, word, last = self.names
+        return (Statement(last, from_bits(bits(Name(word)) << count(_HALF_WORD))),)
+
+    def coefficients(self, index: int) -> dict[str, float]:
+        """Return the coefficients of a row by name, as code reads them."""
+        numbers, last = dict(zip(self.columns, self.rows[index], strict=True)), self.names[-1]
+        return numbers | {last: float(computed(CodeBranch(None, self.unpacking, {}), last, numbers, DOUBLE))}
+
+    def origin(self, index: int) -> Fraction:
+        """Return the middle of a row, in m."""
+        return self.centre(index)
+
+    def row(self, index: int) -> tuple[float, ...]:
+        """Return the numbers of one row, of which the last is two coefficients."""
+        *others, word, last = super().row(index)
+        word_bits, last_bits = (int(np.float64(c).view(np.uint64)) for c in (word, last))
+        # Halves are rounded to nearest; a carry goes into the exponent, as it should.
+        second = (last_bits + (1 << (_HALF_WORD - 1))) >> _HALF_WORD
+        first = (word_bits - second + (1 << (_HALF_WORD - 1))) >> _HALF_WORD
+        return *others, float(np.uint64(first << _HALF_WORD | second).view(np.float64))
 
 
 class LastPlace(Layout):
@@ -402,7 +492,7 @@ FIRST = -96
 TABLES: Mapping[str, Layout] = {
     "1e-5": Polynomials(6, FIRST, 1, FLOAT),
     "5e-6": Polynomials(2, FIRST, 3, FLOAT),
-    "1e-10": Polynomials(4, FIRST, 5, DOUBLE),
+    "1e-10": HalfWords(5, FIRST, 4, DOUBLE),
     "full": LastPlace(3, -64, 10, DOUBLE),
 }
 """The tables by accuracy. The table of full accuracy ends at v* = 84."""
@@ -494,18 +584,19 @@ def base_of(layout: Layout) -> Expression:
 
 def row_branch(layout: Layout) -> CodeBranch:
     """Return the results from place, base and a row's numbers."""
-    place, one = Name("place"), power_of_two(0)
+    place, one, sums = Name("place"), power_of_two(0), layout.sums()
 
-    def half_a_row(form: Format) -> int:
-        return one.of(form) | (1 << (form.precision - 2 - layout.split))
+    def fraction(split: int) -> Expression:
+        """Return 1 + m mod 2^-split: m without the bits that tell the row, or for 0 m."""
+        return from_bits((place & Word(lambda form: (1 << (form.precision - 1 - split)) - 1)) | one)
 
-    leading = Word(lambda form: ((1 << layout.split) - 1) << (form.precision - 1 - layout.split))
-    sums = layout.sums()
+    # t = m - centre = (1 + m mod 2^-split) - (1 + 2^-(split + 1))
+    half_a_row = 1 + Fraction(1, 2 << layout.split)
     program = (
-        Statement("m", from_bits((place & Word(lambda form: (1 << (form.precision - 1)) - 1)) | one)),
-        Statement("middle", from_bits((place & leading) | Word(half_a_row))),
-        Statement("t", Name("m") - Name("middle")),
+        Statement("m", fraction(0)),
+        Statement("t", Exact(fraction(layout.split) - Literal(repr(float(half_a_row))), "its bits are those of m")),
         Statement("rest_of_base", from_bits(bits(Name("base")) ^ one)),
+        *layout.unpacking,
         *sums.program,
     )
     return sums._replace(program=program)
@@ -527,7 +618,7 @@ def of_v_star_branch(kernel: str) -> CodeBranch:
 def _functions(layout: Layout, elsewhere: Kernel) -> Iterator[Function]:
     program = (
         Statement("row", TableRow("table", row_number(layout))),
-        *(Statement(name, Column("row", n)) for n, name in enumerate(layout.names)),
+        *(Statement(name, Column("row", n)) for n, name in enumerate(layout.columns)),
         Statement("base", base_of(layout)),
     )
     branch = row_branch(layout)
@@ -564,7 +655,7 @@ def speed_table(accuracy: str) -> Kernel:
         identifier(accuracy),
         f"speed table {accuracy}",
         "speed",
-        f"w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree {layout.degree} in m, "
+        f"w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; {layout.formula}, "
         f"{1 << layout.split} rows of coefficients for each e from {layout.first} to {layout.first + OCTAVES - 1} "
         f"({low:.3g} <= v* < "
         f"{high:.3g}); for other w, and where beta^5 is not a normal number, {elsewhere.label} of "
@@ -577,7 +668,7 @@ def speed_table(accuracy: str) -> Kernel:
             for form in (DOUBLE, FLOAT)
         },
         tuple(_bounds(layout, elsewhere)),
-        (Table("table", layout.form.name, (layout.size, len(layout.names)), lambda: layout.rows),),
+        (Table("table", layout.form.name, (layout.size, len(layout.columns)), lambda: layout.rows),),
         elsewhere=elsewhere,
     )
 

@@ -222,12 +222,12 @@ def _of_table(kernel: str, table: Polynomials, rows: int) -> Iterator[Function]:
             base, (exponent, low, high), proven = table.base(index), table.interval(index), table.bounds(index)
             # |dp| <= rounding min(eps, 1 - eps), and the smaller one is |p|, except for the formula's error.
             size = proven[form.name] * (1 + proven["error"])
-            constants = {f"c{n}": c for n, c in enumerate(table.rows[index])}
-            constants |= {"base": float(base), "rest_of_base": float(1 - base)}
+            constants = table.coefficients(index) | {"base": float(base), "rest_of_base": float(1 - base)}
             ends = float(low), float(form.nearest(high * (1 - 2 * unit)))
             for result, bound in (("restitution", size + unit), ("dissipation", size + 6 * unit)):
                 name, scale = f"{result}_{kernel}", 2.0**exponent
-                given = lambda x: {"m": x}  # noqa: E731
+                origin = float(table.origin(index))
+                given = lambda x, origin=origin: {table.variable: x - origin}  # noqa: E731
                 yield of_branch("tables", name, form, row, result, constants, given, ends, bound, scale, (1.0,))
 
 

@@ -67,7 +67,7 @@
 #endif
 #endif
 
-/* Whether arrays are prefetched with rows of four numbers or fewer. Zen 4 is faster by itself. */
+/* Whether arrays are prefetched with rows of four floats or fewer. Zen 4 is faster by itself. */
 #ifndef VISCOPADE_AHEAD_WITH_FEW
 #define VISCOPADE_AHEAD_WITH_FEW !VISCOPADE_ON_ZEN_4
 #endif

@@ -27,7 +27,7 @@ BLOCK = 32  # speeds that the array functions take at a time
 AHEAD = 256  # elements by which speeds are asked for in advance, and results by half as many
 CACHE_LINE = 64  # bytes
 FUNCTIONS = {"restitution": "EPSILON", "rebound": "REBOUND", "dissipation": "DISSIPATION"}
-_TWO, _FEW = 2, 4  # numbers in a row
+_TWO, _FEW = 2, 4  # numbers in a row; and the latter of floats
 _COLUMNS = 118  # of comments
 
 
@@ -121,7 +121,7 @@ def _of_table(kernel: Kernel, table: Table) -> dict[str, str]:
         "COLUMNS": "\n".join(columns),
         "WIDTH": str(width),
         "VECTORS": "VISCOPADE_VECTORS" * (width > _TWO),
-        "PREFETCH": "VISCOPADE_AHEAD_WITH_FEW" if width <= _FEW else "1",
+        "PREFETCH": "VISCOPADE_AHEAD_WITH_FEW" if table.form == FLOAT.name and width <= _FEW else "1",
     }
 
 
