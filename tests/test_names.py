@@ -110,8 +110,8 @@ def test_stale_names_are_found():
 
 
 def test_one_name_has_one_meaning():
-    """A quantity may be computed in several ways, and each target renders; other names stand in one module."""
-    shared = {"epsilon", "one_minus_epsilon", "restitution", "invert", "render", "main", "fit"}
+    """A quantity may be computed in several ways, targets render and readers read; others stand in one module."""
+    shared = {"epsilon", "one_minus_epsilon", "restitution", "invert", "render", "main", "fit", "read"}
     places = defaultdict(set)
     for path, tree in trees().items():
         for node in tree.body:

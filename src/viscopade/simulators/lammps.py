@@ -35,6 +35,7 @@ that adhere are in `viscopade.simulators.adhesion`.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -409,11 +410,14 @@ class GranularLine(NamedTuple):
         The words of each sub-model by its keyword; those of "normal", or of the style gran/…, come first.
     tail : tuple of str
         Other words, such as limit_damping and the shape of a wall.
+    before : tuple of str
+        Lines that the line needs before it.
     """
 
     head: tuple[str, ...]
     models: Mapping[str, tuple[str, ...]]
     tail: tuple[str, ...]
+    before: tuple[str, ...] = ()
 
     @property
     def classic(self) -> tuple[str, str] | None:
@@ -445,14 +449,32 @@ class GranularLine(NamedTuple):
         texts = normal, " ".join(self.coefficients), damping, limited
         return dict(zip(("normal", "coefficients", "damping", "limit_damping"), texts, strict=True))
 
-    def written(self, coefficients: str) -> str:
-        """Return the line with other coefficients of the normal model."""
-        normal, numbers = [*self.models["normal"]], coefficients.split()
+    @property
+    def shape(self) -> tuple[str, ...]:
+        """The words that say where a wall is."""
+        return tuple(itertools.dropwhile(lambda word: word not in WALL_SHAPES, self.tail))
+
+    def between(self, first: int, second: int) -> GranularLine:
+        """Return a line pair_coeff of two types in place of one of a range of types."""
+        return self._replace(head=("pair_coeff", str(first), str(second), *self.head[3:]))
+
+    def at_wall(self, number: int) -> GranularLine:
+        """Return a line fix wall/gran for one of several types, which needs a name and a group of its own."""
+        group, (_, name, _, *style) = f"viscopade_type{number}", self.head
+        return self._replace(
+            head=("fix", f"{name}_type{number}", group, *style), before=(f"group {group} type {number}",)
+        )
+
+    def rewritten(self, settings: Mapping[str, str]) -> tuple[str, ...]:
+        """Return the line with other coefficients of the normal model; nothing without any."""
+        if "coefficients" not in settings:
+            return ()
+        normal, numbers = [*self.models["normal"]], settings["coefficients"].split()
         places = (1, 3) if self.classic else range(1, 1 + len(numbers))
         for place, number in zip(places, numbers, strict=True):
             normal[place] = number
         others = (word for name, words in self.models.items() if name != "normal" for word in (name, *words))
-        return " ".join((*self.head, *normal, *others, *self.tail))
+        return (*self.before, " ".join((*self.head, *normal, *others, *self.tail)))
 
 
 def granular_line(words: Sequence[str], first: int) -> GranularLine:
@@ -495,7 +517,7 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
     return line
 
 
-def mixed(first: GranularLine, second: GranularLine, types: tuple[str, str]) -> GranularLine:
+def mixed(first: GranularLine, second: GranularLine, types: tuple[int, int]) -> GranularLine:
     """Return the line that LAMMPS makes for two types that have none (`PairGranular::init_one`).
 
     Coefficients are the geometric means of both (`GranSubMod::mix_coeffs`). Only the stiffness of hertz/material comes
@@ -512,7 +534,7 @@ def mixed(first: GranularLine, second: GranularLine, types: tuple[str, str]) -> 
         one, other = first.models.get(keyword, default), second.models.get(keyword, default)
         if one[0] != other[0]:
             refusal = f"LAMMPS does not mix {one[0]} with {other[0]}"
-            raise OtherModel(f"{refusal}: expected a line pair_coeff {' '.join(types)}")
+            raise OtherModel(f"{refusal}: expected a line pair_coeff {types[0]} {types[1]}")
         pairs = zip(one[1:], other[1:], strict=True)
         means = ("NULL" if "NULL" in pair else _number(math.sqrt(float(pair[0]) * float(pair[1]))) for pair in pairs)
         if one != ("none",):
@@ -525,48 +547,7 @@ def mixed(first: GranularLine, second: GranularLine, types: tuple[str, str]) -> 
         E_mixed = 2 * (1 - float(nu_mixed) ** 2) * E_eff
         models["normal"] = ("hertz/material", _number(E_mixed), eta, nu_mixed)
     limit = ("limit_damping",) if "limit_damping" in first.tail + second.tail else ()
-    return GranularLine((first.head[0], *types, *first.head[3:]), models, limit)
-
-
-Ends = tuple[tuple[float | None, float | None], ...]
-"""Radius and density of a sphere, or of the smallest and the largest; None for what a file does not say."""
-
-
-def poured_spheres(words: Sequence[str], number: Callable[[str], float]) -> list[Ends]:
-    """Return the sizes of a line `fix … pour`: diam one D, diam range LOW HIGH, diam poly N D1 P1 …, dens LOW HIGH.
-
-    Old lines have diam LOW HIGH.
-    """
-    place = words.index("diam") + 1 if "diam" in words else 0
-    kind = words[place] if place else ""
-    diameters = [(1.0, 1.0)]
-    if kind == "poly":
-        count = int(number(words[place + 1]))
-        diameters = [(number(word), number(word)) for word in words[place + 2 : place + 2 + 2 * count : 2]]
-    elif kind:
-        place += kind in ("one", "range")
-        low = number(words[place])
-        diameters = [(low, low if kind == "one" else number(words[place + 1]))]
-    place = words.index("dens") + 1 if "dens" in words else 0
-    densities = (number(words[place]), number(words[place + 1])) if place else (1.0, 1.0)
-    return [((low / 2, densities[0]), (high / 2, densities[1])) for low, high in diameters]
-
-
-def data_spheres(text: str) -> tuple[int, dict[int, dict[tuple[float, float], None]]]:
-    """Return the number of types in a file of read_data, and by type the radii and densities of its spheres."""
-    types, section = 0, ""
-    spheres: dict[int, dict[tuple[float, float], None]] = {}
-    for row in text.split("\n"):
-        part = row.split(None, 5)
-        if part and part[0][0].isalpha():
-            section = part[0]
-        elif part[1:4] == ["atom", "types"] and not section:
-            types = int(part[0])
-        elif section == "Atoms" and part and not part[0].startswith("#"):
-            radius, density = float(part[2]) / 2, float(part[3])
-            if radius > 0:  # others touch nothing
-                spheres.setdefault(int(part[1]), {})[radius, density] = None
-    return types, spheres
+    return GranularLine(first.head, models, limit).between(*types)
 
 
 def wall_curvature(

@@ -20,21 +20,28 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from viscopade import files
 from viscopade.simulators import lammps, liggghts
 from viscopade.simulators.deck import Deck, DeckContact, Line, Run, Said, Size
-from viscopade.simulators.lammps import Ends, GranularLine, OtherModel, granular_line
-from viscopade.simulators.lammps_variables import Unsaid, Variables
-from viscopade.simulators.liggghts import ModelLine, model_line
+from viscopade.simulators.lammps import GranularLine, OtherModel, granular_line
+from viscopade.simulators.lammps_spheres import (
+    DEFAULT,
+    SETTABLE,
+    UNKNOWN,
+    Grain,
+    Spheres,
+    data_grains,
+    inserted_grains,
+)
+from viscopade.simulators.lammps_variables import Unsaid, Variables, commands
+from viscopade.simulators.liggghts import MaterialLine, ModelLine, model_line
 
-_MOST_SIZES = 6  # of one type that make a row each; more make a range
 _MOST_TYPES = 100  # with spheres
 _MOST_RUNS = 1000  # that differ
-_UNKNOWN: Ends = ((None, None),)
-_DEFAULT_SPHERE: Ends = ((0.5, 1.0),)  # `AtomVecSphere::create_atom_post`
 
 _LIGGGHTS = re.compile(
     r"^[ \t]*(?:pair_style\s+(?:hybrid\s.*)?gran\s|soft_particles\s"
@@ -48,6 +55,7 @@ _DECIDING_FIXES = (
     *("gravity", "wall/gran", "mesh/surface", "mesh/gran", "property/global", "pour", "deposit", "insert/"),
     *("particletemplate/", "particledistribution/"),
 )
+_UNCURVED = "R_eff is that of a plane, as the curvature of the wall is not computed"
 _RIGID = "contacts of rigid bodies have the mass of the body, not of its sphere"
 _WARNED_FIXES = {
     "rigid": _RIGID,
@@ -69,16 +77,8 @@ _SILENT = frozenset(
     )
 )
 _NO_STYLES = ("NULL", "limit_damping")  # words of a pair_style hybrid that are no names of sub-styles
-_SET = ("diameter", "density", "density/disc", "mass", "type", "type/fraction", "type/ratio", "type/subset")
 
 AnyLine = GranularLine | ModelLine
-
-
-class _Grain(NamedTuple):
-    """Spheres of one type, and the selections of `set region`, `set atom` and the like to which they belong."""
-
-    ends: Ends
-    selections: frozenset[tuple[str, str]] = frozenset()
 
 
 class _Coefficients(NamedTuple):
@@ -103,7 +103,6 @@ class _State:
     step: float | None = None
     atom_style: str = ""
     dimension: str = "3"
-    types: int = 0
     pair_style: str = ""
     styles: dict[str, AnyLine | None] = field(default_factory=dict)
     style_line: Line | None = None
@@ -112,7 +111,7 @@ class _State:
     groups: dict[str, tuple[range, ...]] = field(default_factory=lambda: {"all": (_types("*"),)})
     regions: dict[str, list[str]] = field(default_factory=dict)
     has_lattice: bool = False
-    grains: dict[int, dict[_Grain, None]] = field(default_factory=dict)
+    spheres: Spheres = field(default_factory=Spheres)
 
 
 def read(path: Path, said: Said) -> Deck:
@@ -174,16 +173,17 @@ def line_settings(text: str) -> dict[str, str]:
     >>> line_settings("pair_coeff 1 1 hertz/material 1e6 0.8 0.4 tangential mindlin NULL 1 0.5 damping tsuji")
     {'normal': 'hertz/material', 'coefficients': '1e6 0.8 0.4', 'damping': 'tsuji', 'limit_damping': 'no'}
     """
-    ((_, command), *_) = _commands(text.strip())
+    ((_, command), *_) = commands(text.strip())
     variables = Variables({})
     words = variables.words(command)
     try:
         variables.require_said(*words)
     except Unsaid as unsaid:
         raise ValueError(f"{unsaid.args[0].partition(' (')[0]} is missing: expected a line without variables") from None
-    return contact_line(words).settings
+    return contact_line(tuple(words)).settings
 
 
+@lru_cache(maxsize=1000)
 def contact_line(words: Sequence[str]) -> AnyLine:
     """Return what the words of a line say of a contact.
 
@@ -196,7 +196,7 @@ def contact_line(words: Sequence[str]) -> AnyLine:
     if command == "pair_coeff" and len(words) > 3:
         # A hybrid style has the name of its sub-style before the coefficients.
         return granular_line(words, 4 if words[3] == "granular" else 3)
-    if command == "pair_style" and words[1:2] == ["gran"]:
+    if command == "pair_style" and len(words) > 2 and words[1] == "gran":
         return model_line(words, 2)
     if command == "pair_style" and len(words) > 1 and words[1].startswith("gran/"):
         # LIGGGHTS has one or two numbers here, LAMMPS six.
@@ -236,7 +236,7 @@ class _Reader:
         self.open_files.append(path)
         text = files.content(path, "an input of LAMMPS or LIGGGHTS").decode(errors="replace")
         self.is_liggghts = self.is_liggghts or _LIGGGHTS.search(text) is not None
-        for number, command in _commands(text):
+        for number, command in commands(text):
             self.line = Line(path, number, command)
             self.execute(command)
             if self.has_ended:
@@ -349,9 +349,6 @@ class _Reader:
     def do_region(self, words: list[str]) -> None:
         self.state.regions[words[1]] = words[2:]
 
-    def do_create_box(self, words: list[str]) -> None:
-        self.state.types = int(self.number(words[1]))
-
     def do_group(self, words: list[str]) -> None:
         name, style, *rest = words[1:]
         if style == "type" and all(re.fullmatch(r"[0-9*]+", word) for word in rest):
@@ -364,7 +361,7 @@ class _Reader:
     def contact(self, words: Sequence[str]) -> AnyLine:
         """Return what the words of a line say of a contact; where a wall stands does not matter."""
         self.variables.require_said(*itertools.takewhile(lambda word: word not in lammps.WALL_SHAPES, words))
-        return contact_line(words)
+        return contact_line(tuple(words))
 
     def do_pair_style(self, words: list[str]) -> None:
         state, style = self.state, words[1]
@@ -391,6 +388,8 @@ class _Reader:
         contact = self.contact(words) if style == "granular" else state.styles.get(style)
         if first.start > second.start and len(first) == len(second) == 1:
             first, second = second, first
+        for types in (first, second):
+            state.spheres.types = max(state.spheres.types, types.stop - 1 if types.stop <= _MOST_TYPES else 0)
         key = first, second, style if state.pair_style == "hybrid/overlay" else ""
         state.coefficients.pop(key, None)  # so that the newest stands last
         state.coefficients[key] = _Coefficients(style, self.line, contact)
@@ -408,7 +407,11 @@ class _Reader:
             contact = self.contact(words) if style.startswith("wall/gran") else None
             self.state.fixes[name] = _Fix(self.line, words, contact)
             if style.startswith(("pour", "deposit", "insert/")):
-                self.insert(words)
+                fixes = {name: fix.words for name, fix in self.state.fixes.items()}
+                for number, grain in inserted_grains(words, fixes, self.number):
+                    self.state.spheres.add(number, grain)
+                    if grain == UNKNOWN:
+                        self.warnings[f"fix {style} ({self.place}): its sizes are not read; {_RIGID}"] = None
         elif not style.startswith(_SILENT_FIXES):
             self.unread.setdefault(f"fix {style}", self.line)
 
@@ -417,130 +420,66 @@ class _Reader:
 
     # Spheres.
 
-    def add(self, number: int, *grains: _Grain) -> None:
-        """Add spheres of a type."""
-        self.state.types = max(self.state.types, number)
-        self.state.grains.setdefault(number, {}).update(dict.fromkeys(grains))
-
-    def add_unknown(self) -> None:
-        """Add spheres of all types of which nothing is known."""
-        for number in range(1, self.state.types + 1):
-            self.add(number, _Grain(_UNKNOWN))
-
-    def insert(self, words: list[str]) -> None:
-        """Add the spheres of fix pour, deposit and insert/…."""
-        if "distributiontemplate" in words:
-            distribution = self.state.fixes[words[words.index("distributiontemplate") + 1]]
-            fixes = (self.state.fixes[name].words for name in distribution.words if name in self.state.fixes)
-            for template in (fix for fix in fixes if fix[3].startswith("particletemplate/")):
-                ends = liggghts.template_spheres(template, self.number)
-                if template[3] != "particletemplate/sphere":
-                    self.warnings[f"fix {template[3]}: {_RIGID}"] = None
-                    ends = _UNKNOWN
-                self.add(int(template[template.index("atom_type") + 1]), _Grain(ends))
-        elif "mol" in words:
-            self.warnings[f"fix {words[3]} ({self.place}): {_RIGID}"] = None
-            self.add_unknown()
-        else:
-            spheres = lammps.poured_spheres(words, self.number) if words[3] == "pour" else [_DEFAULT_SPHERE]
-            self.add(int(self.number(words[5])), *map(_Grain, spheres))
+    def do_create_box(self, words: list[str]) -> None:
+        self.state.spheres.types = int(self.number(words[1]))
 
     def do_create_atoms(self, words: list[str]) -> None:
-        number = int(self.number(words[1]))
-        if number:
-            self.add(number, _Grain(_DEFAULT_SPHERE))
-        else:  # molecules
-            self.add_unknown()
+        self.state.spheres.add(int(self.number(words[1])), DEFAULT)
 
     def do_read_restart(self, _: list[str]) -> None:
-        self.add_unknown()
+        self.state.spheres.add(0)
 
     def do_read_data(self, words: list[str]) -> None:
         self.variables.require_said(words[1])
-        path = self.file.parent / words[1]
-        if not path.exists():
+        spheres, path = self.state.spheres, self.file.parent / words[1]
+        grains: Mapping[int, list[Grain]] = {}
+        if path.exists():
+            text = files.content(path, "data of LAMMPS").decode(errors="replace")
+            # Other styles have other columns.
+            is_sphere = self.state.atom_style in ("sphere", "granular")
+            types, grains = data_grains(text if is_sphere else text.partition("Atoms")[0])
+            spheres.types = max(spheres.types, types)
+        else:
             self.warnings[f"read_data ({self.place}): there is no file {words[1]}"] = None
-            self.add_unknown()
-            return
-        text = files.content(path, "data of LAMMPS").decode(errors="replace")
-        if self.state.atom_style not in ("sphere", "granular"):
-            text = text.partition("Atoms")[0]
-        types, spheres = lammps.data_spheres(text)
-        self.state.types = max(self.state.types, types)
-        for number, points in spheres.items():
-            self.add(number, *(_Grain((point,)) for point in _extremes(points)))
-        if not spheres:
-            self.add_unknown()
+        for number in grains or (0,):
+            spheres.add(number, *grains.get(number, ()))
 
     def do_set(self, words: list[str]) -> None:
         style, name = words[1:3]
         types = (_types(name),) if style == "type" else self.state.groups.get(name) if style == "group" else None
-        if not self.state.grains:
-            self.add_unknown()
+        spheres = self.state.spheres
+        if not spheres.grains:
+            spheres.add(0)
         for keyword, word in itertools.pairwise(words[3:]):
-            if keyword in _SET:
+            if keyword in SETTABLE:
                 try:
                     value: float | None = self.number(word)
                 except Unsaid:  # a number for each atom
                     value = None
-                self.set(keyword, value, types, (style, name))
-
-    def set(self, keyword: str, value: float | None, types: tuple[range, ...] | None, name: tuple[str, str]) -> None:
-        """Change spheres; a selection that is none of types may be a part of any, and the same part later on."""
-        before, self.state.grains = self.state.grains, {}
-        is_new = types is None and not any(name in grain.selections for grains in before.values() for grain in grains)
-        for number, grain in ((number, grain) for number, grains in before.items() for grain in grains):
-            is_member = is_new or name in grain.selections
-            if types is not None:
-                is_member = any(number in numbers for numbers in types)
-            if not is_member or is_new or keyword.startswith("type/"):
-                self.add(number, grain)
-            if is_member and keyword.startswith("type"):
-                self.add(int(value or number), grain)
-            elif is_member:
-                ends = tuple(self.changed_sphere(keyword, value, *end) for end in grain.ends)
-                self.add(number, _Grain(ends, grain.selections | ({name} if types is None else set())))
-
-    def changed_sphere(
-        self, keyword: str, value: float | None, radius: float | None, density: float | None
-    ) -> tuple[float | None, float | None]:
-        """Return radius and density of a sphere after a command `set`."""
-        if keyword == "density":
-            return radius, value
-        if keyword == "diameter":
-            size = value and value / 2
-            # LAMMPS leaves the mass as it is, LIGGGHTS the density.
-            if size and radius and density and not self.is_liggghts:
-                density *= (radius / size) ** 3
-            return size, density
-        if value is None or radius is None:
-            return radius, None
-        # mass = 4/3 pi r^3 density; a disc has pi r^2 density.
-        mass = value if keyword == "mass" else math.pi * radius**2 * value
-        return radius, mass / (4 / 3 * math.pi * radius**3)
+                spheres.set(keyword, value, types, (style, name), keeps_density=self.is_liggghts)
 
     def numbers(self) -> list[int]:
         """Return the types that have spheres; all, but those of walls, if the file has no spheres."""
-        numbers = {number for number, grains in self.state.grains.items() if grains}
+        numbers = {number for number, grains in self.state.spheres.grains.items() if grains}
         if not numbers:
-            numbers = {*range(1, max(self.state.types, 1) + 1)}
-            of_walls = {number for fix in self.state.fixes.values() for _, number in self.surfaces(fix)}
-            numbers = numbers - of_walls or numbers
+            numbers = {*range(1, max(self.state.spheres.types, 1) + 1)}
+            fixes = {name: fix.words for name, fix in self.state.fixes.items()}
+            walls = [fix.words for fix in self.state.fixes.values() if isinstance(fix.contact, ModelLine)]
+            numbers = numbers.difference(*(liggghts.surfaces(words, fixes).values() for words in walls)) or numbers
         if len(numbers) > _MOST_TYPES:
-            raise ValueError(f"{self.file} has {len(numbers)} types: expected at most {_MOST_TYPES}")
+            raise ValueError(f"there are {len(numbers)} types: expected at most {_MOST_TYPES}")
         return sorted(numbers)
 
-    def spheres(self, number: int) -> list[Size]:
+    def sizes(self, number: int) -> list[Size]:
         """Return the sizes of a type; what is missing is noted."""
-        units, name = lammps.UNITS[self.state.units], str(number)
-        points = [end for grain in self.state.grains.get(number, {_Grain(_UNKNOWN): None}) for end in grain.ends]
+        units, name, spheres = lammps.UNITS[self.state.units], str(number), self.state.spheres.sizes(number)
         if name in self.said.radii:
-            points = [(radius / units.metres, points[0][1]) for radius in self.said.radii[name]]
+            spheres = [(radius / units.metres, spheres[0][1]) for radius in self.said.radii[name]]
         if name in self.said.densities:
             density = self.said.densities[name] * units.metres**3 / units.kilograms
-            points = [(radius, density) for radius, _ in points]
+            spheres = [*dict.fromkeys((radius, density) for radius, _ in spheres)]
         sizes = []
-        for r, rho in _extremes(dict.fromkeys(points)):
+        for r, rho in spheres:
             if r is None:
                 self.missing[f"the radius of type {number} (--radius {number}=0.5mm)"] = None
             if rho is None:
@@ -560,8 +499,8 @@ class _Reader:
         step = lammps.DEFAULT_STEPS[state.units] if state.step is None else state.step
         gravity = [fix for fix in state.fixes.values() if fix.words[3] == "gravity"]
         acceleration = self.number(gravity[-1].words[4]) if gravity else 0.0
-        contacts = (*self.pairs(), *self.walls())
-        facts = [(c.name, c.line, tuple(c.settings.items()), c.sizes, c.reason, c.marks) for c in contacts]
+        contacts = tuple(self.contacts())
+        facts = [(c.name, tuple(c.settings.items()), c.sizes, c.reason, c.marks) for c in contacts]
         if contacts and (step, acceleration, facts) != self.last:
             self.last = step, acceleration, facts
             self.runs.append(Run(line, step, acceleration, contacts))
@@ -572,141 +511,90 @@ class _Reader:
         if len(gravity) > 1:
             self.warnings[f"of {len(gravity)} fixes gravity that in line {gravity[-1].line.number} counts"] = None
 
-    def pairs(self) -> Iterator[DeckContact]:
-        """Yield the contacts of two types."""
-        for i, j in itertools.combinations_with_replacement(self.numbers(), 2):
-            lines = self.coefficients(i, j)
-            line = lines[0].line if lines else self.state.style_line
-            if line is None or [entry.style for entry in lines] == ["none"]:
-                continue
-            contact, reason = None, ""
-            marks: list[str] = []
-            try:
-                line, contact, *marks = self.pair(i, j, lines)
-            except OtherModel as error:
-                reason = str(error)
-            spheres, others = self.spheres(i), self.spheres(j)
-            if i == j:
-                sizes = tuple(itertools.combinations_with_replacement(spheres, 2))
-            else:
-                sizes = tuple(itertools.product(spheres, others))
-            yield self.deck_contact(f"type {i} - type {j}", line, contact, sizes, (i, j), tuple(marks), reason)
+    def contacts(self) -> Iterator[DeckContact]:
+        """Yield the contacts of two types, and of a type and a wall."""
+        state, numbers, fixes = self.state, self.numbers(), {name: fix.words for name, fix in self.state.fixes.items()}
+        for i, j in itertools.combinations_with_replacement(numbers, 2):
+            line, contact, reason, *marks = self.pair(i, j)
+            if line is not None:
+                yield self.deck_contact(f"type {i} - type {j}", line, contact, (i, j), marks, reason)
+        for name, fix in state.fixes.items():
+            ranges = state.groups.get(fix.words[2], (_types("*"),))
+            touching = [number for number in numbers if any(number in types for types in ranges)]
+            walls = {name: 0} if isinstance(fix.contact, GranularLine) else {}
+            if isinstance(fix.contact, ModelLine):
+                walls = liggghts.surfaces(fix.words, fixes)
+            for number, (wall, wall_type) in itertools.product(touching, walls.items()):
+                contact, marks = fix.contact, []
+                if isinstance(contact, GranularLine):
+                    contact = contact.at_wall(number) if len(touching) > 1 else contact
+                    marks = ["the line of the wall alone decides"]
+                yield self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, (number, wall_type), marks)
+
+    def pair(self, i: int, j: int) -> tuple[Line | None, AnyLine | None, str, *tuple[str, ...]]:
+        """Return the line and the contact of two types, the reason why there is none, and marks."""
+        style = self.state.styles.get(self.state.pair_style)
+        if style is not None:
+            return self.state.style_line, style, ""
+        first, second, lines = (self.coefficients(*types) for types in ((i, i), (j, j), (i, j)))
+        if len(lines) > 1:
+            return lines[0].line, None, f"{' and '.join(line.style for line in lines)} add their forces"
+        if lines:
+            name, line, contact = lines[0]
+            if isinstance(contact, GranularLine) and name == "granular":
+                contact = contact.between(i, j)
+            reason = "" if contact else f"{name} is no contact of spheres"
+            return (None, None, "") if name == "none" else (line, contact, reason)
+        # Two types without a line have a mixture of those of each.
+        one, other = (line[0].contact if line else None for line in (first, second))
+        if not isinstance(one, GranularLine) or not isinstance(other, GranularLine):
+            return self.state.style_line, None, "it has no pair_coeff"
+        try:
+            return second[0].line, lammps.mixed(one, other, (i, j)), "", f"mixed from {i} {i} and {j} {j}"
+        except OtherModel as error:
+            return second[0].line, None, str(error)
 
     def coefficients(self, i: int, j: int) -> list[_Coefficients]:
         """Return the newest lines pair_coeff of two types: one, or of hybrid/overlay one of each style."""
         lines: dict[str, _Coefficients] = {}
         for (first, second, style), line in reversed(self.state.coefficients.items()):
-            if i in first and j in second and style not in lines:
-                lines[style] = line
+            if i in first and j in second:
+                lines.setdefault(style, line)
         return [*lines.values()]
 
-    def pair(self, i: int, j: int, lines: Sequence[_Coefficients]) -> tuple[Line, AnyLine, *tuple[str, ...]]:
-        """Return the line and the contact of two types, and marks; OtherModel if there is none."""
-        style = self.state.styles.get(self.state.pair_style)
-        if style is not None and self.state.style_line is not None:
-            return self.state.style_line, style
-        if len(lines) > 1:
-            raise OtherModel(f"{' and '.join(line.style for line in lines)} add their forces")
-        if lines:
-            contact = lines[0].contact
-            if contact is None:
-                raise OtherModel(f"{lines[0].style} is no contact of spheres")
-            if isinstance(contact, GranularLine) and lines[0].style == "granular":
-                contact = contact._replace(head=("pair_coeff", str(i), str(j), *contact.head[3:]))
-            return lines[0].line, contact
-        # Two types without a line have a mixture of those of each.
-        entries = [*self.coefficients(i, i)[:1], *self.coefficients(j, j)[:1]]
-        contacts = [entry.contact for entry in entries if isinstance(entry.contact, GranularLine)]
-        if len(contacts) < 2 or i == j:
-            raise OtherModel("it has no pair_coeff")
-        mixture = lammps.mixed(contacts[0], contacts[1], (str(i), str(j)))
-        return entries[1].line, mixture, f"mixed from {i} {i} and {j} {j}"
-
-    def walls(self) -> Iterator[DeckContact]:
-        """Yield the contacts of a type and a wall."""
-        for name, fix in self.state.fixes.items():
-            ranges = self.state.groups.get(fix.words[2], (_types("*"),))
-            numbers = [number for number in self.numbers() if any(number in types for types in ranges)]
-            for number, (wall, wall_type) in itertools.product(numbers, self.surfaces(fix)):
-                contact, spheres, marks, group = fix.contact, self.spheres(number), [], ""
-                if isinstance(contact, GranularLine):
-                    marks = ["the line of the wall alone decides"]
-                    shape = [*itertools.dropwhile(lambda word: word not in lammps.WALL_SHAPES, contact.tail)]
-                    regions = self.state.regions
-                    curvature = lammps.wall_curvature(shape, regions, self.number, self.state.has_lattice)
-                    if curvature is None:
-                        marks.append("R_eff is that of a plane, as the curvature of the wall is not computed")
-                    elif curvature:
-                        marks.append("R_eff is that of the curved wall")
-                        spheres = [Size(r * curvature / (r + curvature), mass) for r, mass in spheres if r is not None]
-                    if len(numbers) > 1:
-                        # Other coefficients for one of several types need a fix of their own.
-                        group = f"viscopade_type{number}"
-                        contact = contact._replace(head=("fix", f"{name}_type{number}", group, *contact.head[3:]))
-                sizes, title = tuple((size, None) for size in spheres), f"type {number} - wall {wall}"
-                yield self.deck_contact(
-                    title, fix.line, contact, sizes, (number, wall_type), tuple(marks), group=group, falls=True
-                )
-
-    def surfaces(self, fix: _Fix) -> list[tuple[str, int]]:
-        """Return name and type of each wall of a fix; type 0 in LAMMPS, whose walls have none."""
-        words, fixes = fix.words, self.state.fixes
-        if fix.contact is None:
-            return []
-        if isinstance(fix.contact, GranularLine):
-            return [(words[1], 0)]
-        if "primitive" in words:
-            return [(words[1], int(words[words.index("primitive") + 2]))]
-        if "meshes" not in words and "mesh/gran" not in words:
-            return [(words[1], int(words[-1]))]
-        start = words.index("meshes") if "meshes" in words else words.index("mesh/gran")
-        meshes = {name: fixes[name].words for name in words[start:] if name in fixes}
-        return [(name, int(mesh[mesh.index("type") + 1 if "type" in mesh else 5])) for name, mesh in meshes.items()]
-
     def deck_contact(
-        self,
-        name: str,
-        line: Line,
-        contact: AnyLine | None,
-        sizes: tuple[tuple[Size, Size | None], ...],
-        types: tuple[int, int],
-        marks: tuple[str, ...],
-        reason: str = "",
-        *,
-        group: str = "",
-        falls: bool = False,
+        self, name: str, line: Line, contact: AnyLine | None, types: tuple[int, int], marks: list[str], reason: str = ""
     ) -> DeckContact:
-        """Return a contact, or the reason why it has no number."""
-        units, number, settings = lammps.UNITS[self.state.units], self.number, dict[str, str]()
-        properties = {fix.words[4]: fix.words for fix in self.state.fixes.values() if fix.words[3] == "property/global"}
+        """Return a contact, or the reason why it has no number; its types are those of both bodies."""
+        state, (first, second) = self.state, types
+        settings: dict[str, str] = {}
+        units, is_wall = lammps.UNITS[state.units], " - wall " in name
+        whole: GranularLine | MaterialLine | None = contact if isinstance(contact, GranularLine) else None
+        if isinstance(contact, ModelLine):
+            fixes = (fix.words for fix in state.fixes.values() if fix.words[3] == "property/global")
+            whole = MaterialLine(contact, types, {words[4]: words for words in fixes}, units)
         try:
-            if isinstance(contact, ModelLine):
-                settings = contact.settings
-                settings |= liggghts.material(contact.model, types, properties, number, units)
-            elif contact is not None:
-                settings = contact.settings | {"units": self.state.units}
+            settings = whole.settings if whole else {}
+            if isinstance(whole, GranularLine):
+                settings["units"] = state.units
                 if self.is_liggghts:
                     raise OtherModel("its style is one of LAMMPS")
         except OtherModel as error:
             reason = str(error)
-
-        def rewritten(texts: Mapping[str, str]) -> tuple[str, ...]:
-            if isinstance(contact, GranularLine) and "coefficients" in texts:
-                # Spheres of one of several types at a wall have a group of their own.
-                before = (f"group {group} type {types[0]}",) if group else ()
-                return (*before, contact.written(texts["coefficients"]))
-            known = ((properties[key], text) for key, text in texts.items() if key in properties)
-            return tuple(liggghts.with_property(words, text, types, units) for words, text in known)
-
-        return DeckContact(name, line, settings, sizes, falls, 1, reason, marks, rewritten)
-
-
-def _extremes(points: Iterable[tuple[float | None, float | None]]) -> list[tuple[float | None, float | None]]:
-    """Return radii and densities, of many the smallest and the largest sphere."""
-    points = [*points]
-    if len(points) <= _MOST_SIZES or any(None in point for point in points):
-        return points
-    return [min(points), max(points)]
+        spheres = [] if reason else self.sizes(first)
+        sizes: Iterable[tuple[Size, Size | None]] = itertools.combinations_with_replacement(spheres, 2)
+        if is_wall:
+            curvature: float | None = 0.0
+            if isinstance(contact, GranularLine):
+                curvature = lammps.wall_curvature(contact.shape, state.regions, self.number, state.has_lattice)
+                marks += [] if curvature == 0 else ["R_eff is that of the curved wall" if curvature else _UNCURVED]
+            # R_eff = R R_wall/(R + R_wall)
+            radii = [r * curvature / (r + curvature) if curvature and r else r for r, _ in spheres]
+            sizes = ((Size(r, size.mass), None) for r, size in zip(radii, spheres, strict=True))
+        elif first != second and not reason:
+            sizes = itertools.product(spheres, self.sizes(second))
+        rewritten = whole.rewritten if whole else lambda texts: ()
+        return DeckContact(name, line, settings, tuple(sizes), is_wall, 1, reason, tuple(marks), rewritten)
 
 
 def _types(word: str) -> range:
@@ -720,22 +608,3 @@ def _types(word: str) -> range:
 def _decides(words: Sequence[str]) -> bool:
     """Return whether a command decides a contact, its sizes, the time step or gravity."""
     return words[0] in _DECIDING or (words[0] == "fix" and len(words) > 3 and words[3].startswith(_DECIDING_FIXES))
-
-
-def _commands(text: str) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each command, which & and triple quotes continue in the next line."""
-    lines = enumerate(text.split("\n"), 1)
-    for number, line in lines:
-        if "&" not in line and '"""' not in line:
-            yield number, line
-            continue
-        parts, quotes = [line], line.count('"""')
-        while quotes % 2 or parts[-1].rstrip().endswith("&"):
-            _, following = next(lines, (0, None))
-            if following is None:
-                break
-            if not quotes % 2:
-                parts[-1] = parts[-1].rstrip()[:-1]
-            parts.append(following)
-            quotes += following.count('"""')
-        yield number, " ".join(parts)

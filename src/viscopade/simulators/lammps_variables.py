@@ -1,4 +1,4 @@
-"""Words and variables of an input of LAMMPS: `${name}`, `$x`, `$(formula)`, `v_name`, quotes and comments.
+"""Lines, words and variables of an input of LAMMPS: `&`, `${name}`, `$x`, `$(formula)`, `v_name`, quotes, comments.
 
     variable e index 0.5              # a text, the first of a list
     variable k equal 4/3*v_E          # a formula, computed where it is used
@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 from viscopade.arguments import exact_number
@@ -61,6 +61,25 @@ _FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "round": lambda x: math.floor(x + 0.5),
     "ternary": lambda condition, x, y: x if condition else y,
 }
+
+
+def commands(text: str) -> Iterator[tuple[int, str]]:
+    """Yield number and text of each command, which & and triple quotes continue in the next line."""
+    lines = enumerate(text.split("\n"), 1)
+    for number, line in lines:
+        if "&" not in line and '"""' not in line:
+            yield number, line
+            continue
+        parts, quotes = [line], line.count('"""')
+        while quotes % 2 or parts[-1].rstrip().endswith("&"):
+            _, following = next(lines, (0, None))
+            if following is None:
+                break
+            if not quotes % 2:
+                parts[-1] = parts[-1].rstrip()[:-1]
+            parts.append(following)
+            quotes += following.count('"""')
+        yield number, " ".join(parts)
 
 
 class Unsaid(Exception):
@@ -125,8 +144,13 @@ class Variables:
         if name is None and formula is None:
             return "" if token[0].startswith("#") else token[0]
         try:
-            # A format may follow: $(v_x/2:%g).
-            return self.value(name) if name else f"{self.compute(formula.partition(':%')[0]):.15g}"
+            if name:
+                return self.value(name)
+            # A format may follow: $(v_x/2:%.3f).
+            formula, percent, style = formula.partition(":%")
+            if percent and not re.fullmatch(r"[0-9 ]{0,3}[.][0-9]{1,2}[efgEFG]", style):
+                raise ValueError(f"the format is %{style}: expected one such as %.6g")
+            return f"%{style or '.15g'}" % self.compute(formula)
         except Unsaid as unsaid:
             # It matters only if a command takes a number from here.
             self._unsaid += unsaid.args
@@ -216,7 +240,9 @@ class Variables:
 
         try:
             value = expression(0)
-        except (IndexError, RecursionError, TypeError):
+        except RecursionError:
+            raise ValueError(f"{formula[:60]!r} has too many levels") from None
+        except (IndexError, TypeError):
             raise refusal from None
         if tokens:
             raise refusal

@@ -52,7 +52,7 @@ from viscopade.simulators.input_file import (
     time_step,
     type_rows,
 )
-from viscopade.simulators.lammps import Ends, OtherModel
+from viscopade.simulators.lammps import OtherModel
 from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, best_row, constant_row
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.simulator import InputFile, Simulator
@@ -218,7 +218,7 @@ def model_line(words: Sequence[str], first: int) -> ModelLine:
     """
     if words[first] != "model":
         model = words[first].removeprefix("wall/").removeprefix("gran/").removesuffix("/history")
-        cohesive = words[first + 2 : first + 3] == ["1"]
+        cohesive = [*words[first + 2 : first + 3]] == ["1"]
         return ModelLine(model, {"cohesion": "sjkr" if cohesive else "off"})
     if len(words) < first + 2:
         raise ValueError(f"the model is missing: expected {', '.join(PROPERTIES)}")
@@ -227,11 +227,58 @@ def model_line(words: Sequence[str], first: int) -> ModelLine:
     return ModelLine(words[first + 1], {name: rest[i + 1] for i, name in enumerate(rest[:-1]) if name in names})
 
 
-Property = Sequence[str]
-"""Words of a line `fix … property/global NAME KIND …`."""
+class MaterialLine(NamedTuple):
+    """A line of models, and the properties of two types in lines `fix … property/global NAME KIND …`.
+
+    Attributes
+    ----------
+    line : ModelLine
+    types : tuple of int
+        Those of both bodies; a wall has one.
+    properties : mapping of str to sequence of str
+        Words of the lines by the name of the property.
+    units : FileUnits
+        Those of the file; settings are in SI units.
+    """
+
+    line: ModelLine
+    types: tuple[int, int]
+    properties: Mapping[str, Sequence[str]]
+    units: native.FileUnits
+
+    @property
+    def settings(self) -> dict[str, str]:
+        """The parameters of the contact; OtherModel if it is not computed here, or LIGGGHTS does not start."""
+        settings = self.line.settings
+        for name in PROPERTIES[self.line.model]:
+            words = self.properties.get(name, ())
+            try:
+                numbers = [float(words[place]) * self._unit(name) for place in _places(words, self.types)]
+            except IndexError:
+                both = " and ".join(map(str, self.types))
+                raise OtherModel(f"types {both} have no property/global {name}") from None
+            settings[name] = " ".join(map(program_number, numbers))
+        return settings
+
+    def rewritten(self, settings: Mapping[str, str]) -> tuple[str, ...]:
+        """Return the lines of properties with other numbers for both types, in both orders."""
+        lines = []
+        for name, text in settings.items():
+            words = [*self.properties.get(name, ())]
+            for place in (*_places(words, self.types), *_places(words, self.types[::-1])) if words else ():
+                words[place] = f"{float(text) / self._unit(name):.8g}"
+            lines += [" ".join(words)] if words else []
+        return tuple(lines)
+
+    def _unit(self, name: str) -> float:
+        """Return the SI size of the unit that a property has in the file."""
+        metres, kilograms, seconds = self.units.metres, self.units.kilograms, self.units.seconds
+        if name in ("youngsModulus", "kn"):
+            return kilograms / metres / seconds**2
+        return {"gamman": 1 / metres / seconds, "characteristicVelocity": metres / seconds}.get(name, 1.0)
 
 
-def _places(words: Property, types: tuple[int, int]) -> list[int]:
+def _places(words: Sequence[str], types: tuple[int, int]) -> list[int]:
     """Return where a property has the numbers of two types: one number of the pair, or one of each."""
     kind = words[5].removeprefix("per")
     if kind == "atomtype":
@@ -239,59 +286,22 @@ def _places(words: Property, types: tuple[int, int]) -> list[int]:
     return [6 + int(words[6]) * (types[0] - 1) + types[1]] if kind == "atomtypepair" else [6]
 
 
-def _size(name: str, units: native.FileUnits) -> float:
-    """Return the SI size of the unit that a property has in a file."""
-    pressure = units.kilograms / units.metres / units.seconds**2
-    sizes = {"youngsModulus": pressure, "kn": pressure, "gamman": 1 / units.metres / units.seconds}
-    return (sizes | {"characteristicVelocity": units.metres / units.seconds}).get(name, 1.0)
+def surfaces(words: Sequence[str], fixes: Mapping[str, Sequence[str]]) -> dict[str, int]:
+    """Return the types of the walls of a line `fix … wall/gran …`, by name: of a primitive or of meshes.
 
-
-def material(
-    model: str,
-    types: tuple[int, int],
-    properties: Mapping[str, Property],
-    number: Callable[[str], float],
-    units: native.FileUnits,
-) -> dict[str, str]:
-    """Return the properties of two types that a normal model has, in SI units.
-
-    Raises
-    ------
-    OtherModel
-        If one is missing: LIGGGHTS does not start.
+    Parameters
+    ----------
+    words : sequence of str
+    fixes : mapping of str to sequence of str
+        Words of all fixes by name.
     """
-    texts = {}
-    for name in PROPERTIES[model]:
-        words = properties.get(name, ())
-        try:
-            numbers = [number(words[place]) * _size(name, units) for place in _places(words, types)]
-        except IndexError:
-            raise OtherModel(f"types {types[0]} and {types[1]} have no property/global {name}") from None
-        texts[name] = " ".join(map(program_number, numbers))
-    return texts
-
-
-def with_property(words: Property, text: str, types: tuple[int, int], units: native.FileUnits) -> str:
-    """Return the line of a property with another number, in SI units, for two types in both orders."""
-    numbers = [*words]
-    for place in (*_places(words, types), *_places(words, types[::-1])):
-        numbers[place] = f"{float(text) / _size(words[4], units):.8g}"
-    return " ".join(numbers)
-
-
-def template_spheres(words: Sequence[str], number: Callable[[str], float]) -> Ends:
-    """Return the sizes of a line `fix … particletemplate/sphere`; None for other distributions than these two.
-
-    They are `radius constant R`, `radius uniform LOW HIGH`, and the same for `density`.
-    """
-
-    def ends(name: str) -> list[float | None]:
-        place = words.index(name) + 1 if name in words else len(words)
-        count = {"constant": 1, "uniform": 2}.get("".join(words[place : place + 1]), 0)
-        return [number(word) for word in words[place + 1 : place + 1 + count]] or [None]
-
-    radii, densities = ends("radius"), ends("density")
-    return (radii[0], densities[0]), (radii[-1], densities[-1])
+    if "primitive" in words:
+        return {words[1]: int(words[words.index("primitive") + 2])}
+    start = next((i for i, word in enumerate(words) if word in ("meshes", "mesh/gran")), None)
+    if start is None:  # as of old
+        return {words[1]: int(words[-1])}
+    meshes = {name: fixes[name] for name in words[start:] if name in fixes}
+    return {name: int(mesh[mesh.index("type") + 1 if "type" in mesh else 5]) for name, mesh in meshes.items()}
 
 
 _NATIVE = native.Native(
