@@ -32,19 +32,9 @@ from numpy.typing import NDArray
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import PHASES, sticking_speed
 from viscopade.collision.schemes import SEMI_IMPLICIT
+from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, Row, force_end_kappa, formulas
-from viscopade.simulators.native import (
-    LARGER,
-    MEAN,
-    SMALLER,
-    Impact,
-    Impulse,
-    Native,
-    Parameter,
-    Rule,
-    Values,
-    restitution,
-)
+from viscopade.simulators.native import Impact, Impulse, Parameter, Rule, Values
 from viscopade.simulators.simulator import Simulator
 
 _MOST_STEPS = 1000  # until a body has left
@@ -52,7 +42,7 @@ _LEAD = 2  # steps before contact, from which on a margin may act
 _REST = 1e-9  # change of a state in a step, in SI units, of a body that stays
 
 PRODUCT = Rule("the product", lambda first, second: first * second)
-_RULES = {"average": MEAN, "min": SMALLER, "multiply": PRODUCT, "max": LARGER}
+_RULES = {"average": native.MEAN, "min": native.SMALLER, "multiply": PRODUCT, "max": native.LARGER}
 """Rules that make one restitution of two; if two materials of PhysX name different ones, the later counts."""
 
 
@@ -239,11 +229,9 @@ def _box2d_2(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     def reflected(rate: FloatArray) -> FloatArray:
         return np.where(-rate > ground.threshold, -ground.restitution * rate, np.maximum(rate, 0))
 
-    def corrected(
-        place: FloatArray, active: NDArray[np.bool_], share: float, enough: float, iterations: int
-    ) -> FloatArray:
+    def corrected(place: FloatArray, active: NDArray[np.bool_], share: float, enough: float, most: int) -> FloatArray:
         """Return the place after iterations that each remove a share of the overlap, until it was small enough."""
-        for _ in range(iterations):
+        for _ in range(most):
             is_enough = place >= enough
             place = place - np.where(active, np.clip(share * (place + slop), -0.2, 0), 0)  # b2_maxLinearCorrection
             active = active & ~is_enough
@@ -374,8 +362,13 @@ class Engine(NamedTuple):
         if self.combination.default == "multiply":
             row = row[0], LINEAR, lambda e: force_end_kappa(e**2), "two bodies", note
         rows = formulas(self.restitution, ("0.04", "1"), self.source, row, scheme=None, is_impulse=True)
-        native = Native(
-            (restitution(self.restitution, "0", above=None, both=True), self.combination, self.threshold, *self.others),
+        contact = native.Native(
+            (
+                native.restitution(self.restitution, "0", above=None, both=True),
+                self.combination,
+                self.threshold,
+                *self.others,
+            ),
             self.impulse,
             self.source,
             schemes=dict.fromkeys(self.steps, SEMI_IMPLICIT),
@@ -383,7 +376,7 @@ class Engine(NamedTuple):
             damping=self.restitution,
             warnings=self.warnings,
         )
-        return Simulator(name, self.title, self.version, rows, native=native)
+        return Simulator(name, self.title, self.version, rows, native=contact)
 
 
 def _count(name: str, least: int, default: str) -> Parameter:
