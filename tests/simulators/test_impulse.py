@@ -163,8 +163,11 @@ def test_a_ball_in_the_real_engine(name, engine, choice, speed, gravity, step, b
     assert found == pytest.approx(real, abs=1e-3 if name == "box2d" else 1e-5)
 
 
-# Of 16 phases: mean, least and largest, measured in JoltPhysics.js 1.1.0 and in Box2D 3.1.1, with balls on a plane.
+# Of 16 phases: mean, least and largest, measured in PyBullet 3.2.7, JoltPhysics.js 1.1.0 and Box2D 3.1.1, with balls on
+# a plane.
 MEASURED = [
+    ("bullet", "0.8 1", 1.0, 9.81, 1 / 240, 0.5, (0.043058, 0.000000, 0.187860)),
+    ("bullet", "0.8 1", 3.0, 9.81, 1 / 60, 0.1, (0.875200, 0.818346, 0.908754)),
     ("jolt", "0.9 0.6", 3.0, 9.81, 1 / 60, 0.2, (0.901272, 0.895866, 0.906572)),
     ("jolt", "0.9 0.6", 1.05, 9.81, 1 / 60, 0.2, (0.854892, 0.000000, 0.930476)),
     ("jolt", "0.9 0.6", 1.2, 9.81, 1 / 240, 0.2, (0.905213, 0.901925, 0.908460)),
@@ -211,6 +214,24 @@ def test_two_restitutions_make_one(name, given, combined):
     assert delivery(native, {restitution: "0.8 0.2", **given}, Impact(0.19)).collision.epsilon == 0
     assert found.sticking.speed == {"physx": 0.2, "bullet": 0.2}.get(name, 1.0)
     assert delivery(native, {restitution: "0"}, Impact(2.0)).sticking is None
+
+
+@pytest.mark.parametrize(("name", "threshold"), [("physx", 0.2), ("jolt", 1.0)])
+def test_in_short_steps_a_ball_sticks_below_the_threshold(name, threshold):
+    native = simulator_of(name).native
+    found = delivery(native, {native.parameters[0].name: "0.5"}, Impact(2.0, None, None, 9.81, 1e-8))
+    assert found.sticking_speed == pytest.approx(threshold, rel=2e-4)
+    assert found.collision.epsilon == pytest.approx(0.5, abs=1e-5)
+
+
+@pytest.mark.parametrize(("threshold", "epsilon"), [("0.02", 0), ("0", 0.64)])
+def test_in_short_steps_the_margin_of_bullet_takes_all(threshold, epsilon):
+    native = simulator_of("bullet").native
+    given = {"restitution": "0.8", "contactBreakingThreshold": threshold}
+    found = delivery(native, given, Impact(2.0, None, 0.1, 9.81, 1e-4))
+    assert found.collision.epsilon == pytest.approx(epsilon, abs=0.05)  # an overlap adds up to 0.08
+    said = [text for text in delivery(native, given, Impact(2.0)).warnings if "rebounds less" in text]
+    assert len(said) == (threshold != "0")
 
 
 def test_a_threshold_below_the_kick_of_a_step_keeps_no_body_down():

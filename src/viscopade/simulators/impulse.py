@@ -39,7 +39,7 @@ from viscopade.simulators.simulator import Simulator
 
 _MOST_STEPS = 1000  # until a body has left
 _LEAD = 2  # steps before contact, from which on a margin may act
-_REST = 1e-9  # change of a state in a step, in SI units, of a body that stays
+_REST = 1e-6  # change of a rate in a step, over the speed of impact, of a body that stays
 
 PRODUCT = Rule("the product", lambda first, second: first * second)
 _RULES = {"average": native.MEAN, "min": native.SMALLER, "multiply": PRODUCT, "max": native.LARGER}
@@ -98,7 +98,7 @@ def flight_epsilon(step: Step, ground: Ground, speed: float, phases: FloatArray)
         # eps^2 = (v^2 + 2 g gap)/speed^2, the energy at the level of contact
         epsilon = np.where(leaves, np.sqrt((rate - g * h / 2) ** 2 + 2 * g * np.maximum(gap, 0)) / speed, epsilon)
         has_left |= leaves
-        rests = (np.abs(gap - last_gap) < _REST) & (np.abs(rate - last_rate) < _REST)
+        rests = (np.abs(gap - last_gap) < _REST * speed * h) & (np.abs(rate - last_rate) < _REST * speed)
         if (has_left | rests).all():
             break
     return epsilon
@@ -175,15 +175,17 @@ def _physx_tgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
 
 
 def _physx_warnings(values: Values, impact: Impact) -> Iterator[str]:
-    if impact.step and values["solver_type"] == "TGS" and values["solver_velocity_iteration_count"]:
-        yield "Velocity iterations of TGS are those of the source of PhysX 5.4.2 and later, which was not run"
+    if values["solver_type"] == "TGS" and values["solver_velocity_iteration_count"]:
+        text = "Velocity iterations of TGS take the speed of some rebounds"
+        yield f"{text}: from the source of PhysX 5.4.2 and later, which was not run"
 
 
 def _bullet(gap: FloatArray, rate: FloatArray, ground: Ground, is_multi_body: bool = True) -> Motion:
     """Bullet, setupMultiBodyContactConstraint, and setupContactConstraint of btSequentialImpulseConstraintSolver.cpp.
 
     Reflected speed and threshold contain the kick, except for a btRigidBody. A body within the margin rebounds at once,
-    and loses gap/h of its rate: it may come to the plane with almost none. An overlap adds erp overlap/h to it.
+    and loses gap/h of its rate: all of it if the gap is larger than restitution times speed times h. So nothing
+    rebounds in steps that are short against the margin. An overlap adds erp overlap/h to the rate.
     """
     h, slop = ground.step, 1e-5  # contactSlop of PyBullet
     kicked = rate - ground.gravity * h
@@ -197,6 +199,11 @@ def _bullet(gap: FloatArray, rate: FloatArray, ground: Ground, is_multi_body: bo
     moves = is_seen & (distance <= -0.04) & (not is_multi_body)
     new = np.where(is_seen, np.maximum(kicked, rebound + np.where(moves, 0, correction)), kicked)
     return gap + h * (new + np.where(moves, correction, 0)), new
+
+
+def _bullet_warnings(values: Values, impact: Impact) -> Iterator[str]:
+    if impact.step is None and values["contactBreakingThreshold"]:
+        yield "A sphere on a plane rebounds less the shorter the steps are, because of its margin: give --time-step"
 
 
 def _jolt(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
@@ -416,6 +423,7 @@ _ENGINES = {
         lambda values, impact: float(values["contactBreakingThreshold"] * math.sqrt(3) * impact.effective_radius),
         "body",
         {"btMultiBody": _bullet, "btRigidBody": partial(_bullet, is_multi_body=False)},
+        _bullet_warnings,
     ),
     "jolt": Engine(
         "Jolt",
