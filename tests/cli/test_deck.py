@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 from viscopade.cli.main import command
 from viscopade.simulators import simulator_of
-from viscopade.simulators.deck import Deck, DeckContact, Line, Run, Size
+from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Line, Size
 from viscopade.simulators.native import FileUnits
 
 PLAIN = FileUnits("sigma", "m", "tau", unsized="units is lj: expected a plain number, or --set units=si")
@@ -61,14 +61,14 @@ def deck(tmp_path, monkeypatch):
             "type 1 - wall", Line(Path("in.wall"), 2, "fix"), hooke(0.5, units), ((large, None),), falls=True
         )
         jkr = DeckContact("type 1 - type 3", line(5, "pair_coeff"), {}, (), reason="jkr is not computed here")
-        first = Run(line(8, "run 10"), 2e-6, 9.81, (pair(4, said.variables.get("e", "0.5")), wall, jkr))
-        second = Run(line(12, "run 20"), 2e-6, 9.81, (pair(11, "0.9"), wall, jkr))
+        first = DeckRun(line(8, "run 10"), 2e-6, 9.81, (pair(4, said.variables.get("e", "0.5")), wall, jkr))
+        second = DeckRun(line(12, "run 20"), 2e-6, 9.81, (pair(11, "0.9"), wall, jkr))
         unread = (line(3, "thermo 10"), line(7, "dump 1 all"))
         file_units = {"si": FileUnits(), "lj": PLAIN}[units]
         missing = changes.get("missing", ())
         return Deck(simulator_of("lammps"), path, file_units, (first, second), missing, unread, ("bonds are not read",))
 
-    monkeypatch.setattr("viscopade.simulators.lammps_deck.read", read)
+    monkeypatch.setattr("viscopade.simulators.lammps_deck.read_input", read)
     return str(file), changes
 
 
@@ -222,9 +222,9 @@ def test_a_terminal_obeys_nothing_of_a_file(monkeypatch, deck):
         clear, line, hooke(0.5), ((size, size),), marks=(clear,), rewritten=lambda texts: (f"pair_coeff {clear}",)
     )
     whole = Deck(
-        simulator_of("lammps"), Path("in.x"), FileUnits(), (Run(line, None, 0.0, (free,)),), (), (line,), (clear,)
+        simulator_of("lammps"), Path("in.x"), FileUnits(), (DeckRun(line, None, 0.0, (free,)),), (), (line,), (clear,)
     )
-    monkeypatch.setattr("viscopade.simulators.lammps_deck.read", lambda path, said: whole)
+    monkeypatch.setattr("viscopade.simulators.lammps_deck.read_input", lambda path, said: whole)
     output = CliRunner().invoke(command, ["audit", deck[0], "--epsilon", "0.5"], color=True).output
     assert "\x1b" not in output
     assert output.count(r"\x1b[2J") == 5
@@ -233,8 +233,8 @@ def test_a_terminal_obeys_nothing_of_a_file(monkeypatch, deck):
 def test_gravity_needs_a_wall(deck, monkeypatch):
     settings, size = hooke(0.5), Size(1e-3, 1e-5)
     free = DeckContact("type 1 - type 1", Line(Path("in.x"), 1, ""), settings, ((size, size),))
-    whole = Deck(simulator_of("lammps"), Path("in.x"), FileUnits(), (Run(None, None, 0.0, (free,)),))
-    monkeypatch.setattr("viscopade.simulators.lammps_deck.read", lambda path, said: whole)
+    whole = Deck(simulator_of("lammps"), Path("in.x"), FileUnits(), (DeckRun(None, None, 0.0, (free,)),))
+    monkeypatch.setattr("viscopade.simulators.lammps_deck.read_input", lambda path, said: whole)
     assert "--gravity has no effect: " in run(deck[0], "--gravity", "9.81").stderr
     assert "no time step, gravity 0 m/s^2" in run(deck[0]).output
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from viscopade.simulators import simulator_of
-from viscopade.simulators.deck import Deck, DeckContact, Line, Run, Size
+from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Line, Size
 from viscopade.simulators.deck_rows import contact_rows
 from viscopade.simulators.native import FileUnits, delivery
 
@@ -26,7 +26,7 @@ def deck(*runs, units=None, program="lammps"):
 
 
 def run(*contacts, step=None, gravity=0.0):
-    return Run(None, step, gravity, contacts)
+    return DeckRun(None, step, gravity, contacts)
 
 
 BEAD, BALL = Size(1e-3, 1e-5), Size(2e-3, 8e-5)

@@ -8,7 +8,7 @@ import pytest
 
 from tests.simulators.two_balls import need
 from viscopade.simulators.deck import Said
-from viscopade.simulators.lammps_deck import line_settings, read
+from viscopade.simulators.lammps_deck import line_settings, read_input
 from viscopade.simulators.native import FileUnits, Impact
 from viscopade_lab.runs.simulators import LINE, lammps, liggghts_run
 
@@ -121,7 +121,7 @@ def deck_of(folder, text, said=None, **others):
     """Return a deck of a file with others beside it."""
     for name, content in {"in.deck": text, "spheres": SPHERES, **others}.items():
         (folder / name).write_text(content)
-    return read(folder / "in.deck", said or Said())
+    return read_input(folder / "in.deck", said or Said())
 
 
 def expected_epsilon(deck, run, contact, sizes):

@@ -11,7 +11,7 @@ import pytest
 from viscopade.extras import MissingPackage
 from viscopade.simulators import mujoco_model
 from viscopade.simulators.deck import Said
-from viscopade.simulators.mujoco import NATIVE, Surface, mixed
+from viscopade.simulators.mujoco import NATIVE, Surface, mixed_surface
 from viscopade.simulators.native import Impact, delivery
 
 mujoco = pytest.importorskip("mujoco")
@@ -51,7 +51,7 @@ SPEED = 1.0
 def deck_of(tmp_path, text):
     file = tmp_path / "model.xml"
     file.write_text(text)
-    return mujoco_model.read(file, Said())
+    return mujoco_model.read_model(file, Said())
 
 
 def row_of(tmp_path, **parts):
@@ -197,7 +197,7 @@ def test_the_rule_of_mixing_is_that_of_mujoco():
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)  # both balls are at the origin
         contact = data.contact[0]
-        ours, _ = mixed(*surfaces)
+        ours, _ = mixed_surface(*surfaces)
         assert ours.condim == contact.dim
         for numbers, theirs in zip(
             ours[3:], (contact.solref, contact.solimp, contact.friction[[0, 2, 3]]), strict=True
@@ -392,7 +392,7 @@ def test_hostile_models(tmp_path, monkeypatch, name):
 
 def test_a_model_says_everything_itself(tmp_path):
     with pytest.raises(ValueError, match="takes no variable, radius or density: expected --speed"):
-        mujoco_model.read(tmp_path / "model.xml", Said(densities={"a": 1000.0}))
+        mujoco_model.read_model(tmp_path / "model.xml", Said(densities={"a": 1000.0}))
 
 
 def test_a_missing_package_is_named_before_any_work(tmp_path, monkeypatch):
@@ -400,4 +400,4 @@ def test_a_missing_package_is_named_before_any_work(tmp_path, monkeypatch):
     with pytest.raises(
         MissingPackage, match=r"viscopade audit FILE needs mujoco.*pip install 'viscopade\[simulators\]'"
     ):
-        mujoco_model.read(tmp_path / "gone.xml", Said())
+        mujoco_model.read_model(tmp_path / "gone.xml", Said())

@@ -46,7 +46,7 @@ def show_deck(
 ) -> None:
     """Print a row for each contact of a file."""
     from viscopade.simulators import lammps_deck, mujoco_model
-    from viscopade.simulators.deck import Run, Said
+    from viscopade.simulators.deck import DeckRun, Said
     from viscopade.simulators.deck_rows import contact_rows
     from viscopade.simulators.native import Impact
 
@@ -72,7 +72,7 @@ def show_deck(
         raise click.UsageError(f"{file} is a pipe: expected a file")
     # A model of MuJoCo is XML; no command of LAMMPS begins as XML does.
     is_xml = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
-    deck = mujoco_model.read(file, said) if is_xml else lammps_deck.read(file, said)
+    deck = mujoco_model.read_model(file, said) if is_xml else lammps_deck.read_input(file, said)
     if deck.missing:
         raise click.UsageError(f"{file} does not say {'; '.join(deck.missing)}")
     if deck.units.unsized and sized:
@@ -84,7 +84,9 @@ def show_deck(
     # Step and gravity of an option replace those of all runs.
     impact = Impact(si["speed"] or 1.0, gravity=si["gravity"] or 0.0, step=si["time-step"]).in_units(deck.units)
     runs = (
-        Run(run.line, impact.step or run.step, run.gravity if si["gravity"] is None else impact.gravity, run.contacts)
+        DeckRun(
+            run.line, impact.step or run.step, run.gravity if si["gravity"] is None else impact.gravity, run.contacts
+        )
         for run in deck.runs
     )
     deck = replace(deck, runs=tuple(runs))

@@ -1,7 +1,7 @@
 """A deck: the file that a person runs, with all its contacts.
 
-A reader makes a `Deck` of a file: `lammps_deck.read` of an input of LAMMPS or LIGGGHTS, `mujoco_model.read` of a
-model of MuJoCo. A deck says of each contact which parameters of the program's `Native` it has; the collisions are
+A reader makes a `Deck` of a file: `lammps_deck.read_input` of an input of LAMMPS or LIGGGHTS,
+`mujoco_model.read_model` of a model of MuJoCo. A deck says of each contact which parameters of the program's `Native` it has; the collisions are
 computed as those of `viscopade audit SIMULATOR --set`.
 """
 
@@ -70,7 +70,7 @@ class DeckContact:
 
 
 @dataclass(frozen=True)
-class Run:
+class DeckRun:
     """A part of the file in which contacts, time step and gravity stay the same.
 
     Attributes
@@ -99,7 +99,7 @@ class Deck:
     program : Simulator
     file : Path
     units : FileUnits
-    runs : tuple of Run
+    runs : tuple of DeckRun
         Those whose contacts, time step or gravity differ from the one before.
     missing : tuple of str
         What the file does not say, each with the option that says it: "the density of type 1 (--density 1=2500)".
@@ -112,7 +112,7 @@ class Deck:
     program: Simulator
     file: Path
     units: FileUnits
-    runs: tuple[Run, ...]
+    runs: tuple[DeckRun, ...]
     missing: tuple[str, ...] = ()
     unread: tuple[Line, ...] = ()
     warnings: tuple[str, ...] = ()

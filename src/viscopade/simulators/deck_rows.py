@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from viscopade.collision.contact import SampledCollision
 from viscopade.progress import track
-from viscopade.simulators.deck import Deck, DeckContact, Run, Size
+from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Size
 from viscopade.simulators.native import FileUnits, Impact, delivery, effective, without_effect
 
 
@@ -45,7 +45,7 @@ class DeckRow(NamedTuple):
 
     Attributes
     ----------
-    run : Run
+    run : DeckRun
     contact : DeckContact
     radii : tuple of float
         Those of the spheres, without a wall; empty if eps depends neither on them nor on the mass.
@@ -54,7 +54,7 @@ class DeckRow(NamedTuple):
     answer : Answer
     """
 
-    run: Run
+    run: DeckRun
     contact: DeckContact
     radii: tuple[float, ...]
     impact: Impact

@@ -517,7 +517,7 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
     return line
 
 
-def mixed(first: GranularLine, second: GranularLine, types: tuple[int, int]) -> GranularLine:
+def mixed_line(first: GranularLine, second: GranularLine, types: tuple[int, int]) -> GranularLine:
     """Return the line that LAMMPS makes for two types that have none (`PairGranular::init_one`).
 
     Coefficients are the geometric means of both (`GranSubMod::mix_coeffs`). Only the stiffness of hertz/material comes

@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 from viscopade import files
 from viscopade.simulators import lammps, liggghts
-from viscopade.simulators.deck import Deck, DeckContact, Line, Run, Said, Size
+from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Line, Said, Size
 from viscopade.simulators.lammps import GranularLine, OtherModel, granular_line
 from viscopade.simulators.lammps_spheres import (
     DEFAULT,
@@ -114,7 +114,7 @@ class _State:
     spheres: Spheres = field(default_factory=Spheres)
 
 
-def read(path: Path, said: Said) -> Deck:
+def read_input(path: Path, said: Said) -> Deck:
     """Return what an input of LAMMPS or LIGGGHTS says of its contacts.
 
     Parameters
@@ -227,7 +227,7 @@ class _Reader:
         self.unread: dict[str, Line] = {}
         self.changed = True  # since the last run
         self.last: object = None  # what the last run has
-        self.runs: list[Run] = []
+        self.runs: list[DeckRun] = []
 
     def read(self, path: Path) -> None:
         """Read the commands of a file."""
@@ -503,7 +503,7 @@ class _Reader:
         facts = [(c.name, tuple(c.settings.items()), c.sizes, c.reason, c.marks) for c in contacts]
         if contacts and (step, acceleration, facts) != self.last:
             self.last = step, acceleration, facts
-            self.runs.append(Run(line, step, acceleration, contacts))
+            self.runs.append(DeckRun(line, step, acceleration, contacts))
         if len(self.runs) > _MOST_RUNS:
             raise ValueError(f"more than {_MOST_RUNS} runs differ: expected fewer")
         if state.step is None:
@@ -550,7 +550,7 @@ class _Reader:
         if not isinstance(one, GranularLine) or not isinstance(other, GranularLine):
             return self.state.style_line, None, "it has no pair_coeff"
         try:
-            return second[0].line, lammps.mixed(one, other, (i, j)), "", f"mixed from {i} {i} and {j} {j}"
+            return second[0].line, lammps.mixed_line(one, other, (i, j)), "", f"mixed from {i} {i} and {j} {j}"
         except OtherModel as error:
             return second[0].line, None, str(error)
 

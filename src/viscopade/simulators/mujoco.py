@@ -98,7 +98,7 @@ def rules(first: Surface, second: Surface) -> dict[str, Rule]:
     return {"condim": LARGER, "solref": mean if times else SMALLER, "solimp": mean, "friction": LARGER}
 
 
-def mixed(first: Surface, second: Surface) -> tuple[Surface, str]:
+def mixed_surface(first: Surface, second: Surface) -> tuple[Surface, str]:
     """Return what a contact has of both geoms, and in words the rules of numbers that differ."""
     numbers, words = {}, []
     for name, rule in rules(first, second).items():

@@ -11,8 +11,8 @@ MuJoCo itself compiles the model, in a process of its own. Read in src/engine/en
   other have a common bit, unless they belong to one body or to bodies welded together, neither moves, one body is the
   parent of the other (and not the world), an `<exclude>` names both bodies, or a `<pair>` names both geoms. A `<pair>`
   needs none of this.
-- `mj_contactParam`: `mujoco.mixed`. `mj_assignRef`, `mj_assignImp`, `mj_assignFriction` and `mj_assignMargin` of
-  engine_core_constraint.c: with the flag `override` all contacts have o_solref, o_solimp, o_friction and o_margin.
+- `mj_contactParam`: `mujoco.mixed_surface`. `mj_assignRef`, `mj_assignImp`, `mj_assignFriction` and
+  `mj_assignMargin` of engine_core_constraint.c: with the flag `override` all contacts have o_solref, o_solimp, o_friction and o_margin.
 - `getMargin`, `mj_setContact` and `mj_referenceConstraint`: the margins of both geoms add. The force depends on
   margin - distance, so contact begins earlier, with the same eps. A gap adds contacts without a force.
 - `mj_instantiateContact`: a contact that no degree of freedom moves has no force.
@@ -37,8 +37,8 @@ import numpy as np
 
 from viscopade import files
 from viscopade.extras import require
-from viscopade.simulators.deck import Deck, DeckContact, Line, Run, Said, Size
-from viscopade.simulators.mujoco import SIMULATOR, Surface, mixed
+from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Line, Said, Size
+from viscopade.simulators.mujoco import SIMULATOR, Surface, mixed_surface
 from viscopade.simulators.native import FileUnits
 
 MEMORY, SECONDS = 1 << 32, 60
@@ -82,7 +82,7 @@ class State(NamedTuple):
     element: str
 
 
-def read(path: Path, said: Said) -> Deck:
+def read_model(path: Path, said: Said) -> Deck:
     """Return the contacts of a model.
 
     Parameters
@@ -117,7 +117,7 @@ def read(path: Path, said: Said) -> Deck:
         marks = tuple(filter(None, (rule, *marks)))
         write = partial(_written, lines, facts["prefix"])
         contacts.append(DeckContact(name, line, dict(settings), sizes, falls, count, reason, marks, write))
-    run = Run(None, facts["step"], facts["gravity"], tuple(contacts))
+    run = DeckRun(None, facts["step"], facts["gravity"], tuple(contacts))
     unread = tuple(Line(path, number, tag) for tag, number in facts["unread"].items())
     return Deck(SIMULATOR, path, FileUnits(), (run,), (), unread, tuple(facts["warnings"]))
 
@@ -244,7 +244,7 @@ def _touching(model: Any, flags: set[str], kinds: list[Kind]) -> Iterator[tuple[
 
 def _state(model: Any, flags: set[str], first: Kind, second: Kind, k: int | None) -> tuple[State, str]:
     """Return what a contact has, and the rule by which it has it of two geoms; k is the index of a `<pair>`."""
-    option, (surface, rule) = model.opt, mixed(first.surface, second.surface)
+    option, (surface, rule) = model.opt, mixed_surface(first.surface, second.surface)
     # The geom with the higher priority decides on adhesion, too.
     adhesion = sum(kind.adhesion for kind in (first, second) if kind.surface.priority == surface.priority)
     values = [surface.solref, surface.solimp, surface.friction[:1] * 2 + surface.friction[1:] + surface.friction[2:]]
