@@ -1,8 +1,8 @@
 """A deck: the file that a person runs, with all its contacts.
 
 A reader makes a `Deck` of a file: `lammps_deck.read_input` of an input of LAMMPS or LIGGGHTS,
-`mujoco_model.read_model` of a model of MuJoCo. A deck says of each contact which parameters of the program's `Native` it has; the collisions are
-computed as those of `viscopade audit SIMULATOR --set`.
+`mujoco_model.read_model` of a model of MuJoCo. A deck says of each contact which parameters of the program's `Native`
+it has; the collisions are computed as those of `viscopade audit SIMULATOR --set`.
 """
 
 from __future__ import annotations

@@ -12,7 +12,8 @@ MuJoCo itself compiles the model, in a process of its own. Read in src/engine/en
   parent of the other (and not the world), an `<exclude>` names both bodies, or a `<pair>` names both geoms. A `<pair>`
   needs none of this.
 - `mj_contactParam`: `mujoco.mixed_surface`. `mj_assignRef`, `mj_assignImp`, `mj_assignFriction` and
-  `mj_assignMargin` of engine_core_constraint.c: with the flag `override` all contacts have o_solref, o_solimp, o_friction and o_margin.
+  `mj_assignMargin` of engine_core_constraint.c: with the flag `override` all contacts have o_solref, o_solimp,
+  o_friction and o_margin.
 - `getMargin`, `mj_setContact` and `mj_referenceConstraint`: the margins of both geoms add. The force depends on
   margin - distance, so contact begins earlier, with the same eps. A gap adds contacts without a force.
 - `mj_instantiateContact`: a contact that no degree of freedom moves has no force.
