@@ -385,11 +385,33 @@ def test_pouring_in_two_dimensions(tmp_path):
         "limit_damping": "no",
         "units": "lj",
     }
-    assert (wall.settings["coefficients"], wall.falls, wall.line.number) == ("4000.0 80.0", True, 11)
+    assert (wall.settings["coefficients"], wall.line.number) == ("4000.0 80.0", 11)
     # LAMMPS gives spheres to pour in two dimensions the mass of spheres: pi/6 d^3.
     masses = [tuple(round(size.mass, 6) for size in sizes if size) for sizes in wall.sizes]
     assert masses == [(0.06545,), (0.523599,)]
     assert pair.rewritten({"coefficients": "4000 120"}) == ("pair_style gran/hertz/history 4000 NULL 120 NULL 0.5 0",)
+
+
+@pytest.mark.parametrize(
+    ("commands", "presses"),
+    [
+        ("fix g all gravity 1 vector 0 0 -1", (False, False, True, False)),
+        ("fix g all gravity 1 vector 1 0 -1", (True, False, True, True)),
+        ("fix g all gravity 1 chute 26", (True, False, True, True)),
+        ("fix g all gravity 1 chute 0", (False, False, True, False)),
+        ("fix g all gravity 1 spherical 0 180", (False, False, True, False)),
+        ("fix g all gravity 1 spherical 90 90", (False, True, False, True)),
+        ("dimension 2\nfix g all gravity 1 spherical 0 -180", (False, True, False, True)),
+    ],
+)
+def test_weight_presses_on_planes_that_are_not_along_gravity(tmp_path, commands, presses):
+    """The fourth wall is a plane with the normal (1, 1, 0)."""
+    walls = "region p plane 0 0 0 1 1 0\n" + "".join(
+        f"fix {name} all wall/gran granular hooke 1 1 {shape}\n"
+        for name, shape in [("x", "xplane 0 1"), ("y", "yplane 0 1"), ("z", "zplane 0 1"), ("r", "region p")]
+    )
+    contacts = deck_of(tmp_path, f"create_atoms 1 box\n{commands}\n{walls}run 1\n").runs[0].contacts
+    assert tuple(contact.falls for contact in contacts) == presses
 
 
 def test_a_collision_of_two_atoms(tmp_path):

@@ -395,6 +395,50 @@ _SUBMODELS: Mapping[str, Mapping[str, int]] = {
 WALL_SHAPES = ("xplane", "yplane", "zplane", "zcylinder", "region")
 
 
+# Names of commands, and beginnings of the names of fixes.
+
+_SIZES = ("units", "atom_style", "dimension", "create_box", "create_atoms", "read_data", "read_restart", "set", "clear")
+DECIDING = frozenset((*_SIZES, "timestep", "pair_style", "pair_coeff", "unfix", "run", "minimize"))
+DECIDING_FIXES = (
+    *("gravity", "wall/gran", "mesh/surface", "mesh/gran", "property/global", "pour", "deposit", "insert/"),
+    *("particletemplate/", "particledistribution/"),
+)
+RIGID = "contacts of rigid bodies have the mass of the body, not of its sphere"
+WARNED_FIXES = {
+    "rigid": RIGID,
+    "multisphere": RIGID,
+    "freeze": "a contact with a frozen sphere has the mass of the other",
+    "adapt": "it changes sizes or contacts during a run",
+    "dt/reset": "it changes the time step during a run",
+    "multicontact": "it changes the force of a contact by those of its neighbours",
+    "bond": "bonds add forces",
+}
+SILENT_FIXES = ("nve", "ave/", "print", "balance", "enforce2d", "property/atom", "heat/", "check/timestep", "halt")
+SILENT = frozenset(
+    (
+        *("angle_style", "atom_modify", "balance", "bond_style", "boundary", "change_box", "comm_modify", "comm_style"),
+        *("communicate", "compute", "compute_modify", "dump", "dump_modify", "echo", "info", "log", "neigh_modify"),
+        *("neighbor", "newton", "package", "pair_modify", "print", "processors", "reset_timestep", "restart", "thermo"),
+        *("soft_particles", "special_bonds", "suffix", "thermo_modify", "thermo_style", "timer", "uncompute", "undump"),
+        *("velocity", "write_data", "write_dump", "write_restart"),
+    )
+)
+
+
+def decides(words: Sequence[str]) -> bool:
+    """Return whether a command decides a contact, its sizes, the time step or gravity."""
+    is_fix = words[0] == "fix" and len(words) > 3
+    return words[0] in DECIDING or (is_fix and words[3].startswith(DECIDING_FIXES))
+
+
+def type_range(word: str) -> range:
+    """Return the types that a word such as 1, *, 2* or 1*3 says."""
+    if not re.fullmatch(r"[0-9]{1,9}|[0-9]{0,9}[*][0-9]{0,9}", word):
+        raise ValueError(f"the type is {word!r}: expected a number, or a range such as 1*3")
+    low, star, high = word.partition("*")
+    return range(int(low or 1), int(high or (10**9 if star else low)) + 1)
+
+
 class OtherModel(ValueError):
     """A contact whose eps is not computed here."""
 
@@ -517,7 +561,7 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
     return line
 
 
-def mixed_line(first: GranularLine, second: GranularLine, types: tuple[int, int]) -> GranularLine:
+def mixture(first: GranularLine, second: GranularLine, types: tuple[int, int]) -> GranularLine:
     """Return the line that LAMMPS makes for two types that have none (`PairGranular::init_one`).
 
     Coefficients are the geometric means of both (`GranSubMod::mix_coeffs`). Only the stiffness of hertz/material comes
@@ -550,10 +594,34 @@ def mixed_line(first: GranularLine, second: GranularLine, types: tuple[int, int]
     return GranularLine(first.head, models, limit).between(*types)
 
 
+def gravity_direction(words: Sequence[str], number: Callable[[str], float], dimension: str) -> tuple[float, ...]:
+    """Return the direction of a line `fix … gravity G vector|chute|spherical …` (`FixGravity`)."""
+    style, *angles = words[5:9]
+    if style == "vector":
+        return tuple(map(number, angles))
+    phi, theta = (0.0, 180 - number(angles[0])) if style == "chute" else (number(angles[0]), number(angles[1]))
+    phi, theta = math.radians(phi), math.radians(theta)
+    if dimension == "2":
+        return math.sin(theta), math.cos(theta), 0.0
+    return math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)
+
+
+def wall_normal(
+    words: Sequence[str], regions: Mapping[str, Sequence[str]], number: Callable[[str], float]
+) -> tuple[float, ...] | None:
+    """Return the normal of the plane wall in the words of a line; None for other walls."""
+    for shape, name in itertools.pairwise(words):
+        if shape in ("xplane", "yplane", "zplane"):
+            return tuple(float(shape[0] == axis) for axis in "xyz")
+        if shape == "region" and regions.get(name, ("",))[0] == "plane":
+            return tuple(map(number, regions[name][4:7]))
+    return None
+
+
 def wall_curvature(
     shape: Sequence[str], regions: Mapping[str, Sequence[str]], number: Callable[[str], float], is_scaled: bool
-) -> float | None:
-    """Return the radius of a wall, < 0 if it is hollow, 0 for a plane; None for one that is not computed here.
+) -> tuple[float, *tuple[str, ...]]:
+    """Return the radius of a wall, < 0 if it is hollow, 0 for a plane; and what a reader of its row has to know.
 
     With it R_eff is R R_wall/(R + R_wall) (`GranularModel::check_contact`). A cylinder has twice its radius
     (`FixWallGran`, `RegCylinder::surface_interior`), a sphere its own.
@@ -568,15 +636,16 @@ def wall_curvature(
     is_scaled : bool
         Whether there is a lattice, which scales regions without `units box`.
     """
-    if shape[0] != "region":
-        return -2 * number(shape[1]) if shape[0] == "zcylinder" else 0.0
-    words = regions.get(shape[1], ("",))
+    curved = "R_eff is that of the curved wall"
+    if shape[0] == "zcylinder":
+        return -2 * number(shape[1]), curved
+    words = regions.get(shape[1], ("",)) if shape[0] == "region" else ("plane",)
     if words[0] in ("block", "plane", "prism"):
-        return 0.0
+        return (0.0,)
     factor = {"cylinder": 2, "sphere": 1}.get(words[0])
     if factor is None or (is_scaled and "box" not in words):
-        return None
-    return factor * number(words[4]) * (1 if "out" in words else -1)
+        return 0.0, "R_eff is that of a plane, as the curvature of the wall is not computed"
+    return factor * number(words[4]) * (1 if "out" in words else -1), curved
 
 
 _NATIVE = native.Native(

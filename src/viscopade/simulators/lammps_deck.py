@@ -18,64 +18,24 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from viscopade import files
-from viscopade.simulators import lammps, liggghts
+from viscopade.simulators import lammps, lammps_spheres, liggghts
 from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Line, Said, Size
-from viscopade.simulators.lammps import GranularLine, OtherModel, granular_line
-from viscopade.simulators.lammps_spheres import (
-    DEFAULT,
-    SETTABLE,
-    UNKNOWN,
-    Grain,
-    Spheres,
-    data_grains,
-    inserted_grains,
-)
+from viscopade.simulators.lammps import GranularLine, OtherModel, granular_line, type_range
+from viscopade.simulators.lammps_spheres import UNKNOWN, Spheres
 from viscopade.simulators.lammps_variables import Unsaid, Variables, commands
 from viscopade.simulators.liggghts import MaterialLine, ModelLine, model_line
 
 _MOST_TYPES = 100  # with spheres
 _MOST_RUNS = 1000  # that differ
 
-_LIGGGHTS = re.compile(
-    r"^[ \t]*(?:pair_style\s+(?:hybrid\s.*)?gran\s|soft_particles\s"
-    r"|fix\s.*\s(?:property/global|particletemplate/|insert/|mesh/|wall/gran\s+model|wall/gran/h))",
-    re.MULTILINE,
-)
-"""Commands that LAMMPS does not have."""
-_SIZES = ("units", "atom_style", "dimension", "create_box", "create_atoms", "read_data", "read_restart", "set", "clear")
-_DECIDING = frozenset((*_SIZES, "timestep", "pair_style", "pair_coeff", "unfix", "run", "minimize"))
-_DECIDING_FIXES = (
-    *("gravity", "wall/gran", "mesh/surface", "mesh/gran", "property/global", "pour", "deposit", "insert/"),
-    *("particletemplate/", "particledistribution/"),
-)
-_UNCURVED = "R_eff is that of a plane, as the curvature of the wall is not computed"
-_RIGID = "contacts of rigid bodies have the mass of the body, not of its sphere"
-_WARNED_FIXES = {
-    "rigid": _RIGID,
-    "multisphere": _RIGID,
-    "freeze": "a contact with a frozen sphere has the mass of the other",
-    "adapt": "it changes sizes or contacts during a run",
-    "dt/reset": "it changes the time step during a run",
-    "multicontact": "it changes the force of a contact by those of its neighbours",
-    "bond": "bonds add forces",
-}
-_SILENT_FIXES = ("nve", "ave/", "print", "balance", "enforce2d", "property/atom", "heat/", "check/timestep", "halt")
-_SILENT = frozenset(
-    (
-        *("angle_style", "atom_modify", "balance", "bond_style", "boundary", "change_box", "comm_modify", "comm_style"),
-        *("communicate", "compute", "compute_modify", "dump", "dump_modify", "echo", "info", "log", "neigh_modify"),
-        *("neighbor", "newton", "package", "pair_modify", "print", "processors", "reset_timestep", "restart", "thermo"),
-        *("soft_particles", "special_bonds", "suffix", "thermo_modify", "thermo_style", "timer", "uncompute", "undump"),
-        *("velocity", "write_data", "write_dump", "write_restart"),
-    )
-)
 _NO_STYLES = ("NULL", "limit_damping")  # words of a pair_style hybrid that are no names of sub-styles
 
 AnyLine = GranularLine | ModelLine
@@ -108,10 +68,15 @@ class _State:
     style_line: Line | None = None
     coefficients: dict[tuple[range, range, str], _Coefficients] = field(default_factory=dict)
     fixes: dict[str, _Fix] = field(default_factory=dict)
-    groups: dict[str, tuple[range, ...]] = field(default_factory=lambda: {"all": (_types("*"),)})
+    groups: dict[str, tuple[range, ...]] = field(default_factory=lambda: {"all": (type_range("*"),)})
     regions: dict[str, list[str]] = field(default_factory=dict)
     has_lattice: bool = False
     spheres: Spheres = field(default_factory=Spheres)
+
+    @property
+    def fix_words(self) -> dict[str, list[str]]:
+        """The words of all fixes by name."""
+        return {name: fix.words for name, fix in self.fixes.items()}
 
 
 def read_input(path: Path, said: Said) -> Deck:
@@ -132,26 +97,18 @@ def read_input(path: Path, said: Said) -> Deck:
     reader = _Reader(path, said)
     reader.read(path)
     if not reader.runs:
-        reader.changed = True
         reader.take_run(None)
-    unknown = [name for name in said.variables if name not in reader.variables.names]
-    if unknown:
-        raise ValueError(f"{path} has no variable {unknown[0]}: expected one of the file")
-    numbers = [*map(str, reader.numbers())]
-    unknown = [name for name in (*said.radii, *said.densities) if name not in numbers]
-    if unknown:
-        raise ValueError(f"{path} has no type {unknown[0]}: expected {', '.join(numbers)}")
+    types = dict.fromkeys(map(str, reader.numbers()))
+    names = ("variable", said.variables, reader.variables.names), ("type", {**said.radii, **said.densities}, types)
+    for kind, options, present in names:
+        for name in options:
+            if name not in present:
+                raise ValueError(f"{path} has no {kind} {name}: expected {', '.join(sorted(present)[:10]) or 'none'}")
     if not reader.missing and not reader.runs:
         raise ValueError(f"{path} has no contact: expected pair_style granular, gran/… or gran, or fix wall/gran")
-    return Deck(
-        liggghts.SIMULATOR if reader.is_liggghts else lammps.SIMULATOR,
-        path,
-        lammps.UNITS[reader.state.units],
-        tuple(reader.runs),
-        tuple(reader.missing),
-        tuple(reader.unread.values()),
-        tuple(reader.warnings),
-    )
+    simulator, units = liggghts.SIMULATOR if reader.is_liggghts else lammps.SIMULATOR, lammps.UNITS[reader.state.units]
+    unread, warnings = tuple(reader.unread.values()), tuple(reader.warnings)
+    return Deck(simulator, path, units, tuple(reader.runs), tuple(reader.missing), unread, warnings)
 
 
 def line_settings(text: str) -> dict[str, str]:
@@ -226,6 +183,7 @@ class _Reader:
         self.warnings: dict[str, None] = {}
         self.unread: dict[str, Line] = {}
         self.changed = True  # since the last run
+        self.gravity: list[_Fix] = []
         self.last: object = None  # what the last run has
         self.runs: list[DeckRun] = []
 
@@ -235,7 +193,7 @@ class _Reader:
             raise ValueError(f"{path.name} includes itself")
         self.open_files.append(path)
         text = files.content(path, "an input of LAMMPS or LIGGGHTS").decode(errors="replace")
-        self.is_liggghts = self.is_liggghts or _LIGGGHTS.search(text) is not None
+        self.is_liggghts = self.is_liggghts or liggghts.ONLY_THERE.search(text) is not None
         for number, command in commands(text):
             self.line = Line(path, number, command)
             self.execute(command)
@@ -257,12 +215,12 @@ class _Reader:
             name = self.variables.words(name)[0] if "$" in name else name
             method = getattr(self, f"do_{name}", None)
             if method is None:
-                if name not in _SILENT:
+                if name not in lammps.SILENT:
                     self.unread.setdefault(name, line)
                 return
             words = self.variables.words(text)
-            self.line = line = line._replace(text=" ".join(words))
-            decides = _decides(words)
+            self.line = line = line._replace(text=" ".join(words).replace("\0", "?"))
+            decides = lammps.decides(words)
             if decides and self.jump is not None:
                 raise ValueError(f"the jump in {self.jump[1]}, which is not done here, decides whether {name} is read")
             method(words)
@@ -311,7 +269,7 @@ class _Reader:
                 self.variables.define(command[1], "if", "", self.line.number)
             elif len(command) > 1 and command[0] == "jump":
                 self.do_jump(command)
-            elif command[:1] == ["include"] or (command and _decides(command) and command[0] != "run"):
+            elif command[:1] == ["include"] or (command and lammps.decides(command) and command[0] != "run"):
                 raise ValueError(f"an if, which is not computed here, decides whether {command[0]} is read")
 
     def do_quit(self, _: list[str]) -> None:
@@ -351,10 +309,9 @@ class _Reader:
 
     def do_group(self, words: list[str]) -> None:
         name, style, *rest = words[1:]
-        if style == "type" and all(re.fullmatch(r"[0-9*]+", word) for word in rest):
-            self.state.groups[name] = tuple(map(_types, rest))
-        else:
-            self.state.groups.pop(name, None)
+        self.state.groups.pop(name, None)
+        if style == "type" and re.fullmatch(r"[0-9* ]+", " ".join(rest)):
+            self.state.groups[name] = tuple(map(type_range, rest))
 
     # Contacts.
 
@@ -382,9 +339,8 @@ class _Reader:
             state.styles[words[start]] = contact
 
     def do_pair_coeff(self, words: list[str]) -> None:
-        state, first, second = self.state, _types(words[1]), _types(words[2])
-        is_hybrid = state.pair_style.startswith("hybrid")
-        style = words[3] if is_hybrid else state.pair_style or "granular"
+        state, first, second = self.state, type_range(words[1]), type_range(words[2])
+        style = words[3] if state.pair_style.startswith("hybrid") else state.pair_style or "granular"
         contact = self.contact(words) if style == "granular" else state.styles.get(style)
         if first.start > second.start and len(first) == len(second) == 1:
             first, second = second, first
@@ -397,22 +353,22 @@ class _Reader:
     def do_fix(self, words: list[str]) -> None:
         name, style = words[1], words[3]
         self.state.fixes.pop(name, None)
-        warning = next((text for beginning, text in _WARNED_FIXES.items() if style.startswith(beginning)), None)
+        warning = next((text for beginning, text in lammps.WARNED_FIXES.items() if style.startswith(beginning)), None)
         if warning is not None:
             self.warnings[f"fix {style} ({self.place}): {warning}"] = None
-        elif style.startswith(_DECIDING_FIXES):
+        elif style.startswith(lammps.DECIDING_FIXES):
             # An old wall has the style of its pairs.
             if style == "wall/gran" and words[4][0] in "0123456789." and self.state.pair_style.startswith("gran/"):
                 words = [*words[:4], self.state.pair_style.removeprefix("gran/"), *words[4:]]
             contact = self.contact(words) if style.startswith("wall/gran") else None
+            _ = [self.number(word) for word in words[6:] if style == "property/global"]  # refuses others
             self.state.fixes[name] = _Fix(self.line, words, contact)
             if style.startswith(("pour", "deposit", "insert/")):
-                fixes = {name: fix.words for name, fix in self.state.fixes.items()}
-                for number, grain in inserted_grains(words, fixes, self.number):
+                for number, grain in lammps_spheres.inserted_grains(words, self.state.fix_words, self.number):
                     self.state.spheres.add(number, grain)
                     if grain == UNKNOWN:
-                        self.warnings[f"fix {style} ({self.place}): its sizes are not read; {_RIGID}"] = None
-        elif not style.startswith(_SILENT_FIXES):
+                        self.warnings[f"fix {style} ({self.place}): its sizes are not read; {lammps.RIGID}"] = None
+        elif not style.startswith(lammps.SILENT_FIXES):
             self.unread.setdefault(f"fix {style}", self.line)
 
     def do_unfix(self, words: list[str]) -> None:
@@ -424,7 +380,7 @@ class _Reader:
         self.state.spheres.types = int(self.number(words[1]))
 
     def do_create_atoms(self, words: list[str]) -> None:
-        self.state.spheres.add(int(self.number(words[1])), DEFAULT)
+        self.state.spheres.add(int(self.number(words[1])), lammps_spheres.DEFAULT)
 
     def do_read_restart(self, _: list[str]) -> None:
         self.state.spheres.add(0)
@@ -432,30 +388,27 @@ class _Reader:
     def do_read_data(self, words: list[str]) -> None:
         self.variables.require_said(words[1])
         spheres, path = self.state.spheres, self.file.parent / words[1]
-        grains: Mapping[int, list[Grain]] = {}
-        if path.exists():
-            text = files.content(path, "data of LAMMPS").decode(errors="replace")
-            # Other styles have other columns.
-            is_sphere = self.state.atom_style in ("sphere", "granular")
-            types, grains = data_grains(text if is_sphere else text.partition("Atoms")[0])
-            spheres.types = max(spheres.types, types)
-        else:
+        text = files.content(path, "data of LAMMPS").decode(errors="replace") if path.exists() else ""
+        if not text:
             self.warnings[f"read_data ({self.place}): there is no file {words[1]}"] = None
+        # Other styles have other columns.
+        is_sphere = self.state.atom_style in ("sphere", "granular")
+        types, grains = lammps_spheres.data_grains(text if is_sphere else text.partition("Atoms")[0])
+        spheres.types = max(spheres.types, types)
         for number in grains or (0,):
             spheres.add(number, *grains.get(number, ()))
 
     def do_set(self, words: list[str]) -> None:
         style, name = words[1:3]
-        types = (_types(name),) if style == "type" else self.state.groups.get(name) if style == "group" else None
+        types = (type_range(name),) if style == "type" else self.state.groups.get(name) if style == "group" else None
         spheres = self.state.spheres
         if not spheres.grains:
             spheres.add(0)
         for keyword, word in itertools.pairwise(words[3:]):
-            if keyword in SETTABLE:
-                try:
-                    value: float | None = self.number(word)
-                except Unsaid:  # a number for each atom
-                    value = None
+            if keyword in lammps_spheres.SETTABLE:
+                value = None  # unless all atoms have one number
+                with suppress(Unsaid):
+                    value = self.number(word)
                 spheres.set(keyword, value, types, (style, name), keeps_density=self.is_liggghts)
 
     def numbers(self) -> list[int]:
@@ -463,9 +416,9 @@ class _Reader:
         numbers = {number for number, grains in self.state.spheres.grains.items() if grains}
         if not numbers:
             numbers = {*range(1, max(self.state.spheres.types, 1) + 1)}
-            fixes = {name: fix.words for name, fix in self.state.fixes.items()}
             walls = [fix.words for fix in self.state.fixes.values() if isinstance(fix.contact, ModelLine)]
-            numbers = numbers.difference(*(liggghts.surfaces(words, fixes).values() for words in walls)) or numbers
+            types = (liggghts.surfaces(words, self.state.fix_words).values() for words in walls)
+            numbers = numbers.difference(*types) or numbers
         if len(numbers) > _MOST_TYPES:
             raise ValueError(f"there are {len(numbers)} types: expected at most {_MOST_TYPES}")
         return sorted(numbers)
@@ -478,27 +431,23 @@ class _Reader:
         if name in self.said.densities:
             density = self.said.densities[name] * units.metres**3 / units.kilograms
             spheres = [*dict.fromkeys((radius, density) for radius, _ in spheres)]
-        sizes = []
-        for r, rho in spheres:
-            if r is None:
-                self.missing[f"the radius of type {number} (--radius {number}=0.5mm)"] = None
-            if rho is None:
-                self.missing[f"the density of type {number} (--density {number}=2500)"] = None
-            if r is not None and rho is not None:
-                is_disc = self.state.dimension == "2" and self.is_liggghts
-                sizes.append(Size(r, math.pi * r**2 * (1 if is_disc else 4 / 3 * r) * rho))
-        return sizes
+        for i, option in enumerate((f"radius {name}=0.5mm", f"density {name}=2500")):
+            if any(sphere[i] is None for sphere in spheres):
+                self.missing[f"the {option.split()[0]} of type {name} (--{option})"] = None
+        is_disc = self.state.dimension == "2" and self.is_liggghts
+        whole = ((r, rho) for r, rho in spheres if r is not None and rho is not None)
+        return [Size(r, math.pi * r**2 * (1 if is_disc else 4 / 3 * r) * rho) for r, rho in whole]
 
     # Runs.
 
     def take_run(self, line: Line | None) -> None:
         """Note what a run has, if it differs from the one before."""
-        if not self.changed:
+        if not self.changed and line is not None:
             return
         self.changed, state = False, self.state
         step = lammps.DEFAULT_STEPS[state.units] if state.step is None else state.step
-        gravity = [fix for fix in state.fixes.values() if fix.words[3] == "gravity"]
-        acceleration = self.number(gravity[-1].words[4]) if gravity else 0.0
+        self.gravity = [fix for fix in state.fixes.values() if fix.words[3] == "gravity"]
+        acceleration = self.number(self.gravity[-1].words[4]) if self.gravity else 0.0
         contacts = tuple(self.contacts())
         facts = [(c.name, tuple(c.settings.items()), c.sizes, c.reason, c.marks) for c in contacts]
         if contacts and (step, acceleration, facts) != self.last:
@@ -508,28 +457,27 @@ class _Reader:
             raise ValueError(f"more than {_MOST_RUNS} runs differ: expected fewer")
         if state.step is None:
             self.warnings[f"the file has no timestep: the default of units {state.units} is {step:g}"] = None
-        if len(gravity) > 1:
-            self.warnings[f"of {len(gravity)} fixes gravity that in line {gravity[-1].line.number} counts"] = None
+        if len(self.gravity) > 1:
+            self.warnings[f"of {len(self.gravity)} fixes gravity the last counts"] = None
 
     def contacts(self) -> Iterator[DeckContact]:
         """Yield the contacts of two types, and of a type and a wall."""
-        state, numbers, fixes = self.state, self.numbers(), {name: fix.words for name, fix in self.state.fixes.items()}
+        state, numbers = self.state, self.numbers()
         for i, j in itertools.combinations_with_replacement(numbers, 2):
             line, contact, reason, *marks = self.pair(i, j)
             if line is not None:
                 yield self.deck_contact(f"type {i} - type {j}", line, contact, (i, j), marks, reason)
         for name, fix in state.fixes.items():
-            ranges = state.groups.get(fix.words[2], (_types("*"),))
+            ranges = state.groups.get(fix.words[2], (type_range("*"),))
             touching = [number for number in numbers if any(number in types for types in ranges)]
             walls = {name: 0} if isinstance(fix.contact, GranularLine) else {}
             if isinstance(fix.contact, ModelLine):
-                walls = liggghts.surfaces(fix.words, fixes)
+                walls = liggghts.surfaces(fix.words, state.fix_words)
             for number, (wall, wall_type) in itertools.product(touching, walls.items()):
-                contact, marks = fix.contact, []
-                if isinstance(contact, GranularLine):
-                    contact = contact.at_wall(number) if len(touching) > 1 else contact
-                    marks = ["the line of the wall alone decides"]
-                yield self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, (number, wall_type), marks)
+                contact = fix.contact
+                if isinstance(contact, GranularLine) and len(touching) > 1:
+                    contact = contact.at_wall(number)
+                yield self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, (number, wall_type), [])
 
     def pair(self, i: int, j: int) -> tuple[Line | None, AnyLine | None, str, *tuple[str, ...]]:
         """Return the line and the contact of two types, the reason why there is none, and marks."""
@@ -550,7 +498,7 @@ class _Reader:
         if not isinstance(one, GranularLine) or not isinstance(other, GranularLine):
             return self.state.style_line, None, "it has no pair_coeff"
         try:
-            return second[0].line, lammps.mixed_line(one, other, (i, j)), "", f"mixed from {i} {i} and {j} {j}"
+            return second[0].line, lammps.mixture(one, other, (i, j)), "", f"mixed from {i} {i} and {j} {j}"
         except OtherModel as error:
             return second[0].line, None, str(error)
 
@@ -566,13 +514,12 @@ class _Reader:
         self, name: str, line: Line, contact: AnyLine | None, types: tuple[int, int], marks: list[str], reason: str = ""
     ) -> DeckContact:
         """Return a contact, or the reason why it has no number; its types are those of both bodies."""
-        state, (first, second) = self.state, types
-        settings: dict[str, str] = {}
-        units, is_wall = lammps.UNITS[state.units], " - wall " in name
+        state, (first, second), settings = self.state, types, dict[str, str]()
+        falls = is_wall = " - wall " in name
         whole: GranularLine | MaterialLine | None = contact if isinstance(contact, GranularLine) else None
         if isinstance(contact, ModelLine):
-            fixes = (fix.words for fix in state.fixes.values() if fix.words[3] == "property/global")
-            whole = MaterialLine(contact, types, {words[4]: words for words in fixes}, units)
+            fixes = (words for words in state.fix_words.values() if words[3] == "property/global")
+            whole = MaterialLine(contact, types, {words[4]: words for words in fixes}, lammps.UNITS[state.units])
         try:
             settings = whole.settings if whole else {}
             if isinstance(whole, GranularLine):
@@ -584,27 +531,19 @@ class _Reader:
         spheres = [] if reason else self.sizes(first)
         sizes: Iterable[tuple[Size, Size | None]] = itertools.combinations_with_replacement(spheres, 2)
         if is_wall:
-            curvature: float | None = 0.0
+            curvature = 0.0
             if isinstance(contact, GranularLine):
-                curvature = lammps.wall_curvature(contact.shape, state.regions, self.number, state.has_lattice)
-                marks += [] if curvature == 0 else ["R_eff is that of the curved wall" if curvature else _UNCURVED]
+                curvature, *more = lammps.wall_curvature(contact.shape, state.regions, self.number, state.has_lattice)
+                marks += ["the line of the wall alone decides", *more]
+            # On a plane along gravity no weight presses; angles in degrees are right to 1e-9.
+            normal = lammps.wall_normal(line.text.split(), state.regions, self.number)
+            if normal and self.gravity:
+                down = lammps.gravity_direction(self.gravity[-1].words, self.number, state.dimension)
+                falls = abs(sum(x * y for x, y in zip(normal, down, strict=True))) > 1e-9
             # R_eff = R R_wall/(R + R_wall)
             radii = [r * curvature / (r + curvature) if curvature and r else r for r, _ in spheres]
             sizes = ((Size(r, size.mass), None) for r, size in zip(radii, spheres, strict=True))
         elif first != second and not reason:
-            sizes = itertools.product(spheres, self.sizes(second))
+            sizes = {frozenset(pair): pair for pair in itertools.product(spheres, self.sizes(second))}.values()
         rewritten = whole.rewritten if whole else lambda texts: ()
-        return DeckContact(name, line, settings, tuple(sizes), is_wall, 1, reason, tuple(marks), rewritten)
-
-
-def _types(word: str) -> range:
-    """Return the types that a word such as 1, *, 2* or 1*3 says."""
-    if not re.fullmatch(r"[0-9]{1,9}|[0-9]{0,9}[*][0-9]{0,9}", word):
-        raise ValueError(f"the type is {word!r}: expected a number, or a range such as 1*3")
-    low, star, high = word.partition("*")
-    return range(int(low or 1), int(high or (10**9 if star else low)) + 1)
-
-
-def _decides(words: Sequence[str]) -> bool:
-    """Return whether a command decides a contact, its sizes, the time step or gravity."""
-    return words[0] in _DECIDING or (words[0] == "fix" and len(words) > 3 and words[3].startswith(_DECIDING_FIXES))
+        return DeckContact(name, line, settings, tuple(sizes), falls, 1, reason, tuple(marks), rewritten)

@@ -25,6 +25,7 @@ accepts 0.05 < coefficientRestitution <= 1 (`createCoeffRest`), so with `limitFo
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -171,6 +172,12 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     return native.power_of(formula, values[_E], k, mass)
 
 
+ONLY_THERE = re.compile(
+    r"^[ \t]*(?:pair_style\s+(?:hybrid\s.*)?gran\s|soft_particles\s"
+    r"|fix\s.*\s(?:property/global|particletemplate/|insert/|mesh/|wall/gran\s+model|wall/gran/h))",
+    re.MULTILINE,
+)
+"""Commands that LAMMPS does not have."""
 PROPERTIES = {
     "hertz": ("youngsModulus", "poissonsRatio", _E),
     "hooke": ("youngsModulus", "poissonsRatio", _E, "characteristicVelocity"),
