@@ -17,6 +17,10 @@ each function of a step below says which of them its engine has:
 5. Continuous collision stops a fast body on its path.
 
 What a rebound has lost or gained in height counts in eps, which is that of the flight after it.
+
+    p.changeDynamics(ball, -1, contactStiffness=1e4, contactDamping=10)       Bullet
+
+A stiffness makes the contact soft: the step of such an engine then has the force of a `Spring`.
 """
 
 from __future__ import annotations
@@ -24,26 +28,58 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision.contact import PHASES, sticking_speed
+from viscopade.collision.contact import PHASES, Contact, sticking_speed
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, Row, force_end_kappa, formulas
 from viscopade.simulators.native import Impact, Impulse, Parameter, Rule, Values
 from viscopade.simulators.simulator import Simulator
 
-_MOST_STEPS = 1000  # until a body has left
+_MOST_STEPS = 1000  # until a body has left a hard contact
 _LEAD = 2  # steps before contact, from which on a margin may act
+_LEAST_WRITTEN = 1e-15  # restitution
 _REST = 1e-6  # change of a rate in a step, over the speed of impact, of a body that stays
 
 PRODUCT = Rule("the product", lambda first, second: first * second)
 _RULES = {"average": native.MEAN, "min": native.SMALLER, "multiply": PRODUCT, "max": native.LARGER}
 """Rules that make one restitution of two; if two materials of PhysX name different ones, the later counts."""
+
+
+class Spring(NamedTuple):
+    """A soft contact: a spring and a damper whose force is that at the end of a step, as of implicit Euler's method.
+
+    Attributes
+    ----------
+    stiffness, damping : float
+    mass : float
+        The effective one of both bodies.
+    """
+
+    stiffness: float
+    damping: float
+    mass: float
+
+    def erp(self, step: float) -> float:
+        """Return the part of an overlap that a step removes if nothing else acts, in ODE's words."""
+        # ERP = h k/(h k + c)
+        return step * self.stiffness / (step * self.stiffness + self.damping)
+
+    def share(self, step: float) -> float:
+        """Return the part of the way to a wanted rate that a step goes."""
+        # 1/(1 + m CFM/h), CFM = 1/(h k + c): the force (w_wanted - w)/CFM acts on the mass
+        impulse = step * (step * self.stiffness + self.damping)
+        return impulse / (impulse + self.mass)
+
+    def contact(self, impact: Impact, force: Callable[[FloatArray, FloatArray], FloatArray] | None = None) -> Contact:
+        """Return the contact in the limit of short steps, with the force k x + c v unless another is given."""
+        k, c = self.stiffness, self.damping
+        return Contact(force or (lambda x, v: k * x + c * v), self.mass, self.mass * impact.gravity)
 
 
 class Ground(NamedTuple):
@@ -62,6 +98,8 @@ class Ground(NamedTuple):
         That of the body; infinite if it is not known.
     numbers : mapping of str to float
         Other parameters of the engine by name.
+    spring : Spring or None
+        That of a soft contact.
     """
 
     restitution: float
@@ -71,6 +109,7 @@ class Ground(NamedTuple):
     step: float
     radius: float = math.inf
     numbers: Mapping[str, float] = {}
+    spring: Spring | None = None
 
 
 Motion = tuple[FloatArray, FloatArray]
@@ -91,7 +130,9 @@ def flight_epsilon(step: Step, ground: Ground, speed: float, phases: FloatArray)
     # In flight gap + h (rate - g h) is the next gap. That is a parabola if its rate at the start is rate - g h/2.
     gap, rate = lead * speed - g / 2 * lead**2, g * lead - speed + g * h / 2
     epsilon, has_left = np.zeros_like(phases), np.zeros(phases.shape, bool)
-    for _ in range(_MOST_STEPS):
+    # A soft contact without damping lasts for pi sqrt(m/k).
+    soft_time = 0.0 if ground.spring is None else 10 * math.sqrt(ground.spring.mass / ground.spring.stiffness)
+    for _ in range(_MOST_STEPS + int(soft_time / h)):
         last_gap, last_rate = gap, rate
         gap, rate = step(gap, rate, ground)
         leaves = ~has_left & (gap >= 0) & (rate > g * h / 2)
@@ -185,20 +226,25 @@ def _bullet(gap: FloatArray, rate: FloatArray, ground: Ground, is_multi_body: bo
 
     Reflected speed and threshold contain the kick, except for a btRigidBody. A body within the margin rebounds at once,
     and loses gap/h of its rate: all of it if the gap is larger than restitution times speed times h. So nothing
-    rebounds in steps that are short against the margin. An overlap adds erp overlap/h to the rate.
+    rebounds in steps that are short against the margin. An overlap adds erp overlap/h to the rate. A soft contact goes
+    a share of the way to that rate, and pushes only.
     """
     h, slop = ground.step, 1e-5  # contactSlop of PyBullet
+    erp, share = ground.numbers["contactERP"], 1.0
+    if ground.spring is not None:
+        erp, share = ground.spring.erp(h), ground.spring.share(h)
     kicked = rate - ground.gravity * h
     reflected = kicked if is_multi_body else rate
     rebound = np.where(-reflected < ground.threshold, 0, -ground.restitution * reflected)
     distance = gap + slop
-    correction = -distance / h * np.where(distance > 0, 1, ground.numbers["contactERP"])
+    correction = -distance / h * np.where(distance > 0, 1, erp)
 
     # Deep overlaps of btRigidBody move the body, without a speed afterwards (m_splitImpulsePenetrationThreshold).
     is_seen = gap < ground.margin
     moves = is_seen & (distance <= -0.04) & (not is_multi_body)
-    new = np.where(is_seen, np.maximum(kicked, rebound + np.where(moves, 0, correction)), kicked)
-    return gap + h * (new + np.where(moves, correction, 0)), new
+    target = rebound + np.where(moves, 0, correction)
+    new = np.where(is_seen, kicked + share * np.maximum(target - kicked, 0), kicked)
+    return gap + h * (new + np.where(moves, share * correction, 0)), new
 
 
 def _bullet_warnings(values: Values, impact: Impact) -> Iterator[str]:
@@ -297,6 +343,28 @@ def _box2d_3(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     return np.where(meets, -slop, place), new
 
 
+class Soft(NamedTuple):
+    """Parameters of an engine's soft contact, which is chosen by setting the stiffness.
+
+    Attributes
+    ----------
+    stiffness, damping : Parameter
+    combining : str
+        Function of the engine that makes one spring of two.
+    """
+
+    stiffness: Parameter
+    damping: Parameter
+    combining: str
+
+    def spring(self, values: Values, impact: Impact) -> Spring | None:
+        """Return the spring of both bodies, which are springs in series; None if the contact is hard."""
+        if self.stiffness.name not in values:
+            return None
+        stiffness = values.mix(self.stiffness.name, native.SERIES, self.combining)
+        return Spring(stiffness, values.mix(self.damping.name, native.SUM, self.combining), impact.effective_mass)
+
+
 class Engine(NamedTuple):
     """What a user sets in an engine, and what the engine does in a step.
 
@@ -321,6 +389,8 @@ class Engine(NamedTuple):
         By that choice.
     warnings : callable
         As of `Native`.
+    soft : Soft or None
+        Its soft contacts.
     """
 
     title: str
@@ -335,21 +405,27 @@ class Engine(NamedTuple):
     choice: str
     steps: Mapping[str, Step]
     warnings: Callable[[Values, Impact], Iterable[str]] = lambda values, impact: ()
+    soft: Soft | None = None
 
-    def impulse(self, values: Values, impact: Impact) -> Impulse:
-        """Return the collision."""
+    def collision(self, values: Values, impact: Impact) -> Impulse | Contact:
+        """Return the collision, a contact only if it is soft and has no time steps."""
         # Of the rules that two materials name, the later of `_RULES` counts.
         chosen = values[self.combination.name]
         rule = max(chosen if self.combination.both else (chosen,), key=[*_RULES].index)
         combined = values.mix(self.restitution, _RULES[rule], self.combining)
         threshold = values[self.threshold.name] if combined > 0 else math.inf
-        sticks = 0 < threshold < math.inf
+        spring = None if self.soft is None else self.soft.spring(values, impact)
+        sticks = 0 < threshold < math.inf and spring is None
+        if spring is not None and impact.step is None:
+            # Up to the rebound's rate e v, the damper acts on v + e v.
+            k, c = spring.stiffness, spring.damping
+            return spring.contact(impact, lambda x, v: k * x + c * v * (1 + combined * (v > threshold)))
         if impact.step is None:
             epsilon = combined if impact.speed > threshold else 0.0
             return Impulse(lambda phases: np.full_like(phases, epsilon), lambda: threshold if sticks else None)
         numbers = {parameter.name: values[parameter.name] for parameter in self.others}
         radius, margin = impact.radius or math.inf, self.margin(values, impact)
-        ground = Ground(combined, threshold, margin, impact.gravity, impact.step, radius, numbers)
+        ground = Ground(combined, threshold, margin, impact.gravity, impact.step, radius, numbers, spring)
         flight = partial(flight_epsilon, self.steps[values[self.choice]], ground)
 
         def parts(thresholds: float) -> bool:
@@ -361,6 +437,13 @@ class Engine(NamedTuple):
 
         return Impulse(partial(flight, impact.speed), slowest)
 
+    def damped(self, values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
+        """Return for both bodies the damping c sqrt(k m)/2 of a soft contact, else the restitution exp(-c)."""
+        spring = None if self.soft is None else self.soft.spring(values, impact)
+        if self.soft is None or spring is None:
+            return {self.restitution: (max(math.exp(-c), _LEAST_WRITTEN),) * 2}
+        return {self.soft.damping.name: (c * math.sqrt(spring.stiffness * spring.mass) / 2,) * 2}
+
     def simulator(self, name: str) -> Simulator:
         """Return the engine as a simulator."""
         # People write the wanted eps for both bodies; a product is then its square.
@@ -369,18 +452,16 @@ class Engine(NamedTuple):
         if self.combination.default == "multiply":
             row = row[0], LINEAR, lambda e: force_end_kappa(e**2), "two bodies", note
         rows = formulas(self.restitution, ("0.04", "1"), self.source, row, scheme=None, is_impulse=True)
+        parameters = (self.combination, self.threshold, *self.others)
+        if self.soft is not None:
+            parameters = (*parameters, self.soft.stiffness, self.soft.damping)
         contact = native.Native(
-            (
-                native.restitution(self.restitution, "0", above=None, both=True),
-                self.combination,
-                self.threshold,
-                *self.others,
-            ),
-            self.impulse,
+            (native.restitution(self.restitution, "0", above=None, both=True), *parameters),
+            self.collision,
             self.source,
             schemes=dict.fromkeys(self.steps, SEMI_IMPLICIT),
             integrator=self.choice,
-            damping=self.restitution,
+            damped=self.damped,
             warnings=self.warnings,
         )
         return Simulator(name, self.title, self.version, rows, native=contact)
@@ -424,6 +505,11 @@ _ENGINES = {
         "body",
         {"btMultiBody": _bullet, "btRigidBody": partial(_bullet, is_multi_body=False)},
         _bullet_warnings,
+        soft=Soft(
+            native.positive("contactStiffness", "N/m", both=True),
+            Parameter("contactDamping", "N s/m", "0.1", both=True),
+            "btManifoldResult::addContactPoint",
+        ),
     ),
     "jolt": Engine(
         "Jolt",
