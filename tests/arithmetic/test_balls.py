@@ -17,7 +17,7 @@ from viscopade.arithmetic.balls import (
     decimal_at,
     decimal_string,
     fixed_point,
-    joined,
+    interval_ball,
     known_decimal,
     magnitude,
     relative_digits,
@@ -195,7 +195,7 @@ def test_bounds_of_balls():
     with working(64):
         assert 0 <= magnitude(arb(-3, 0.5)) - Fraction(7, 2) < Fraction(1, 10**6)
         assert coefficient_sum([arb(1), arb(-2), arb(0.5)]) == 3.5
-        both = joined(Fraction(1, 3), Fraction(5, 2))
+        both = interval_ball(Fraction(1, 3), Fraction(5, 2))
         assert both.contains(arb(1) / 3)
         assert both.contains(arb(2.5))
         assert float(both.rad()) == pytest.approx(13 / 12)

@@ -5,7 +5,7 @@ from functools import cache
 
 import pytest
 
-from viscopade.arithmetic.balls import joined, working
+from viscopade.arithmetic.balls import interval_ball, working
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.kernels import compact, formulas, full, speed_table
 from viscopade.kernels.arithmetic import HOST
@@ -99,7 +99,7 @@ def test_a_changed_root_is_refused(monkeypatch, change):
     call = compact.root_of(Name("w"))
     monkeypatch.setattr(compact, "root_of", lambda _: Call("exp2", (change(call.arguments[0]),)))
     with working(128), pytest.raises(ArithmeticError, match="y of the program"):
-        compact._error_of_y(HOST, joined(Fraction(1, 2), Fraction(3, 4)))
+        compact._error_of_y(HOST, interval_ball(Fraction(1, 2), Fraction(3, 4)))
 
 
 def test_a_changed_w_is_refused(monkeypatch):

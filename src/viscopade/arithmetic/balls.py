@@ -168,7 +168,7 @@ def magnitude(ball: arb) -> Fraction:
     return exact_middle(ball.abs_upper())
 
 
-def joined(low: Fraction, high: Fraction) -> arb:
+def interval_ball(low: Fraction, high: Fraction) -> arb:
     """Return a ball with both numbers and all between."""
     return ball_of(low).union(ball_of(high))
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from flint import arb, arb_poly, fmpq, fmpq_poly
 
-from viscopade.arithmetic.balls import ball_of, exact_middle, joined, magnitude, working
+from viscopade.arithmetic.balls import ball_of, exact_middle, interval_ball, magnitude, working
 from viscopade.arithmetic.chebyshev import cut, greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD, HALF_WIDTHS, PANELS, PERIOD
@@ -417,9 +417,9 @@ def panel_bound(index: int, loss: bool) -> Fraction:
     difference = greatest(machine * (-1 if panel.elastic else 1) - panel.p)
 
     def bound(low: Fraction, high: Fraction) -> Fraction:
-        p, t = arb_poly(panel.p)(joined(low, high)), joined(panel.half * low, panel.half * high)
+        p, t = arb_poly(panel.p)(interval_ball(low, high)), interval_ball(panel.half * low, panel.half * high)
         given = _given_error(panel, difference, p)
-        numbers = rounded_numbers(COLUMNS, row, t=t, t2=joined(Fraction(0), _step(panel)))
+        numbers = rounded_numbers(COLUMNS, row, t=t, t2=interval_ball(Fraction(0), _step(panel)))
         rest = of_branch(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
         if loss == panel.elastic:
             return _in_ulp(rest.absolute + given, p)
@@ -460,7 +460,7 @@ def _near_bound() -> Fraction:
     inputs = {"v_star": x, "w": 2 * x, "high": x / 3}  # w is v* times any power of 2, `high` any part of it
     machine = exactly(sums, "result", inputs, constants) / 4
     given += _greatest_on_unit(_over_square(machine) - ratio)
-    numbers = rounded_numbers(list(constants), list(constants.values()), v_star=joined(Fraction(0), NEAR))
+    numbers = rounded_numbers(list(constants), list(constants.values()), v_star=interval_ball(Fraction(0), NEAR))
     error = _product_error(constants["c_high"], of_branch(sums, ["factor"], numbers, DOUBLE)["factor"]) + given
     lost: Fraction = magnitude(error.abs_upper() / least) * 2**DOUBLE.precision
     # Intermediate results that underflow are below 2^-60 ulp of a result of at least 2^(2 TINY).
@@ -482,6 +482,6 @@ def _near_one_bound() -> Fraction:
     most = (arb(ratio[0]) + _greatest_on_unit(ratio - ratio[0])).abs_upper()
     machine = -_exactly(row, fmpq_poly([0, to_fmpq(NEAR)]))
     given = most * ball_of(TABLE_ERROR) + _greatest_on_unit(_over_square(machine) - ratio)
-    x = joined(Fraction(0), NEAR)
+    x = interval_ball(Fraction(0), NEAR)
     rest = of_branch(panel_sums(False), ["rest"], rounded_numbers(COLUMNS, row, t=x, t2=x), DOUBLE)["rest"]
     return _in_ulp(rest.absolute + given * ball_of(NEAR**2), 1 - rest.value.abs_upper() * 2)

@@ -16,7 +16,7 @@ from typing import TypeVar
 
 from flint import arb
 
-from viscopade.arithmetic.balls import ball_of, exact_middle, joined, working
+from viscopade.arithmetic.balls import ball_of, exact_middle, interval_ball, working
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels import formulas
 from viscopade.kernels.arithmetic import HOST, Arithmetic
@@ -161,7 +161,7 @@ def on_parts(
 
     @cache
     def on(part: Part) -> Found:
-        exact = joined(*part)
+        exact = interval_ball(*part)
         error = log_error(exact)
         y = exact * arb(0, error).exp()  # with all that are computed for it
         found = read(branch, results, {**numbers, **inputs(y), variable: Rounded(y, form, slope=1)}, by)
