@@ -1,5 +1,8 @@
 """Ball arithmetic with FLINT (`flint.arb`), and correctly rounded decimals, mpf and doubles from balls.
 
+A ball is an interval middle ± radius that is proven to contain a real number. Every operation of FLINT rounds the
+radius up, so that the result's ball contains the true result.
+
 FLINT's working precision is global; `working` sets it for a `with` block and restores it. A lock makes other threads
 that use `working` wait, so that the precision does not change within the block.
 
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
 _turn = RLock()
 
 BITS_PER_DIGIT = 3.3219280948873626  # log2(10), rounded up in the last place
+_LARGEST_EXPONENT = 10**9  # of a decimal number; Decimal's default of 999999 would turn larger ones into infinity
 _GUARD_DIGITS = 15  # FLINT adds up to a unit of the last digit to the radius: 10^-14 of what the caller asks for
 
 
@@ -34,8 +38,16 @@ def bits_for(digits: int) -> int:
 
 @contextmanager
 def working(bits: int, length: int | None = None) -> Iterator[None]:
-    """Set FLINT's precision and the truncation length of power series for a `with` block."""
-    with _turn:
+    """Set FLINT's precision (`ctx.prec`) and the truncation length of power series (`ctx.cap`) for a `with` block.
+
+    Parameters
+    ----------
+    bits : int
+        Bits of the middles of balls.
+    length : int, optional
+        Number of coefficients of a power series; by default FLINT's present one remains.
+    """
+    with _turn:  # one thread at a time: FLINT has one context for all threads
         saved = ctx.prec, ctx.cap
         ctx.prec = bits
         if length is not None:
@@ -86,14 +98,16 @@ def decimal_string(ball: arb, digits: int) -> str | None:
     str or None
         None if the ball is too wide; "0" or all digits of an integer if the ball is exactly an integer.
     """
+    # An exact integer has all its digits.
     if ball.is_exact() and ball.is_integer():
         return str(ball.unique_fmpz())
     if not ball.is_finite():
         return None
+    # The ball in decimals: it lies within (middle ± radius) 10^exponent.
     middle, radius, exponent = _in_powers_of_10(ball, digits)
 
     # Rounding is monotone: if both ends of the ball round to one decimal number, so does every number between them.
-    context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-(10**9), Emax=10**9)
+    context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-_LARGEST_EXPONENT, Emax=_LARGEST_EXPONENT)
     rounded_ends = {
         context.create_decimal(Decimal((int(end < 0), _digits_of(end), exponent)))
         for end in (middle - radius, middle + radius)
@@ -107,9 +121,11 @@ def decimal_string(ball: arb, digits: int) -> str | None:
 def _in_powers_of_10(ball: arb, digits: int) -> tuple[int, int, int]:
     """Return integers: the ball lies within (middle ± radius) 10^exponent, of `digits` digits or more."""
     # All digits that the ball determines, as it may lie much closer to a boundary of rounding than the guard digits.
+    # An exact ball has all bits of its middle; of another one log2(|middle|/radius) bits are certain.
     accurate_bits = ball.bits() if ball.is_exact() else ball.rel_accuracy_bits()
     count = max(digits, int(accurate_bits / BITS_PER_DIGIT)) + _GUARD_DIGITS
-    with working(bits_for(count) + 64):  # a limb more than the digits need: FLINT multiplies by a power of 10
+    # FLINT multiplies by a power of 10 and rounds to an integer: 64 bits (a machine word) more than the digits need.
+    with working(bits_for(count) + 64):
         middle, radius, exponent = (int(part) for part in ball.mid_rad_10exp(count))
     return middle, radius, exponent
 
@@ -129,18 +145,24 @@ def to_mpf(ball: arb) -> mp.mpf:
 def decimal_at(ball: arb, size: arb, digits: int) -> str | None:
     """Return the number in `ball`, correctly rounded at the decimal place of the `digits`-th digit of `size`.
 
+    Real and imaginary part of a complex number are rounded in this way at one place, `size` being the modulus.
+
     Returns None if the ball is too wide, and "0" if the number rounds to 0 at that place.
     """
+    # The first digit of `size` has the place _exponent(size), the digit number `digits` the place below.
     place = _exponent(size) - digits + 1
+    # The ball in decimals: it lies within (middle ± radius) 10^exponent.
     middle, radius, exponent = _in_powers_of_10(ball, digits)
 
-    # Both ends of the ball as integers, in units of 10^place.
+    # Both ends of the ball, rounded to integers in units of 10^place: if they agree, so does every number between them.
     units_of_place = Fraction(10) ** (exponent - place)
     rounded_ends = {round(end * units_of_place) for end in (middle - radius, middle + radius)}
     if len(rounded_ends) != 1:
         return None
-    # `digits` digits, and a few for a number that is larger than `size`.
-    number = Decimal(rounded_ends.pop()).scaleb(place, Context(prec=digits + 5, Emin=-(10**9), Emax=10**9))
+    # integer 10^place: a part is no larger than the modulus, so `digits` digits hold it, and one that a carry may add;
+    # five allow for numbers up to 10^5 times `size`.
+    context = Context(prec=digits + 5, Emin=-_LARGEST_EXPONENT, Emax=_LARGEST_EXPONENT)
+    number = Decimal(rounded_ends.pop()).scaleb(place, context)
     return str(number).lower() if number else "0"
 
 
@@ -153,6 +175,7 @@ def _exponent(size: arb) -> int:
 
 def relative_digits(balls: Iterable[arb]) -> int:
     """Return the least number of accurate decimal digits among the inexact balls."""
+    # If all are exact, more digits than anybody asks for.
     bits = min((ball.rel_accuracy_bits() for ball in balls if not ball.is_exact()), default=10**9)
     return int(bits / BITS_PER_DIGIT)
 
@@ -169,7 +192,7 @@ def magnitude(ball: arb) -> Fraction:
 
 
 def interval_ball(low: Fraction, high: Fraction) -> arb:
-    """Return a ball with both numbers and all between."""
+    """Return a ball that contains the interval [low, high]."""
     return ball_of(low).union(ball_of(high))
 
 
@@ -186,6 +209,7 @@ def known_decimal(ball: arb, digits: int) -> str:
     ArithmeticError
         If it determines none.
     """
+    # The first number of digits, from the largest, at which both ends of the ball round to one decimal number.
     for count in range(digits, 0, -1):
         text = decimal_string(ball, count)
         if text is not None:
@@ -210,11 +234,14 @@ class Determined:
 
 
 def parts_of(ball: arb) -> tuple[Any, ...]:
-    """Return a function and its arguments whose result is exactly this ball."""
+    """Return a function and its arguments whose result is exactly this ball: what `pickle` stores."""
+    # Infinities and NaN have no mantissa. Text serves for them, except for +infinity, which FLINT writes as [+/- inf].
     if not ball.is_finite():
         return (arb.pos_inf, ()) if ball > 0 else (arb, (str(ball),))
+    # arb((m, e), (r, f)) is the ball m 2^e ± r 2^f.
     middle, (mantissa, exponent) = ball.mid().man_exp(), map(int, ball.rad().man_exp())
-    # FLINT rounds a radius with all 30 bits up; the next smaller argument then gives the right radius.
+    # A radius has 30 bits, and the constructor rounds it up. If all 30 are needed, it adds a unit even to an exact
+    # radius; (2 r - 1) 2^(f-1), half a unit less, is then rounded up to r 2^f.
     radii = (mantissa, exponent), (2 * mantissa - 1, exponent - 1)
     return arb, (
         (int(middle[0]), int(middle[1])),

@@ -62,15 +62,21 @@ def greatest(p: fmpq_poly, parts: int = 1) -> Fraction:
 
 @cache
 def nodes(number: int) -> tuple[Fraction, ...]:
-    """Return the zeros of T_number, to 40 bits: short fractions, and any points close to the zeros serve as nodes."""
-    with working(64):
+    """Return the zeros of T_number, to 40 bits: any points close to the zeros serve as nodes.
+
+    Fractions of 40 bits keep the exact interpolation at these nodes short.
+    """
+    with working(64):  # FLINT's cosines are then right to more than 40 bits, so that rounding them is reproducible
         # cos(pi (2 i + 1) / (2 n))
         angles = (arb.pi() * (2 * i + 1) / (2 * number) for i in range(number))
         return tuple(Fraction(round(exact_middle(angle.cos()) * 2**40), 2**40) for angle in angles)
 
 
 def interpolated(points: Sequence[Fraction], values: Sequence[Fraction]) -> fmpq_poly:
-    """Return the polynomial with given values at given points, by divided differences."""
+    """Return the polynomial p with p(points[i]) = values[i], of degree len(points) - 1, exactly.
+
+    The points are numbers that all differ, such as `nodes`; Newton's divided differences need no linear system.
+    """
     # Divided differences, each in the place of the value that is no longer needed:
     # f[x_(i-k) … x_i] = (f[x_(i-k+1) … x_i] - f[x_(i-k) … x_(i-1)]) / (x_i - x_(i-k)).
     x = [to_fmpq(point) for point in points]

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from flint import arb
 
-DIGITS = 3  # of a printed bound
+DIGITS = 3  # of a printed bound: rounding to three digits widens it by at most 1 %
 
 
 def above(number: Fraction) -> str:
@@ -24,6 +24,7 @@ def below(number: Fraction) -> str:
 def _decimal(number: Fraction, rounding: str) -> str:
     context = Context(prec=15, rounding=rounding)
     value = context.divide(Decimal(number.numerator), Decimal(number.denominator)).normalize(context)
+    # 0.0001 … 10^16 in positional notation, which shows 15 digits with at most four zeros more.
     return f"{value:f}" if -5 < value.adjusted() < 16 else f"{value:e}"
 
 
@@ -37,6 +38,7 @@ def rounded_up(bound: arb, digits: int = DIGITS) -> Fraction:
     """
     if not bound.is_finite():
         raise ArithmeticError(f"the bound is {bound}, which is no number")
+    # Twenty digits more than are kept: the conversion to decimals then adds less than 10^-19 of the bound.
     middle, radius, exponent = (int(part) for part in bound.abs_upper().mid_rad_10exp(digits + 20))
     return Fraction(_rounded((middle + radius) * Fraction(10) ** exponent, digits, ROUND_CEILING))
 

@@ -10,6 +10,7 @@ from decimal import Context, Decimal
 from fractions import Fraction
 
 _HEXADECIMAL = re.compile(r"(?:\.?0+)?p([+-][0-9]+)")  # the end of a number as Python writes it
+# At most four digits of the exponent, as a fraction with 10^999999999 does not fit into memory; doubles end at 10^308.
 _DECIMAL = re.compile(r"[+-]?[0-9]+(?:\.[0-9]*)?(?:[eE]([+-]?[0-9]{1,4}))?")
 
 
@@ -87,14 +88,16 @@ class Format:
     def rounded(self, number: Fraction, to: Callable[[Fraction], int] = round) -> float:
         """Return the correctly rounded value of an exact number: nearest, ties to even, or by another rule.
 
-        The rule, such as `math.floor`, rounds to integers, as `round` does. The value may be subnormal or infinite.
+        The rule `to`, such as `math.floor`, rounds to integers, as `round` does. The value may be subnormal or
+        infinite.
         """
         if number == 0:
             return 0.0
-        # The number in units in the last place, rounded to an integer.
+        # The unit in the last place is 2^place: the number in this unit, rounded to an integer.
         place = self._place(number)
         units = to(_scaled(number, -place))
-        # Rounding may carry into the next binade; from 2^(largest + 1) on the format has infinity only.
+        # |units| 2^place >= 2^(largest + 1) overflows to infinity. This is asked after rounding, which may carry into
+        # the next binade.
         if abs(units).bit_length() + place > self.largest + 1:
             return math.copysign(math.inf, units)
         return math.ldexp(units, place)
@@ -127,7 +130,7 @@ class Format:
 
 DOUBLE = Format("double", "", 53, 1023, 17)
 FLOAT = Format("float", "f", 24, 127, 9)
-FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
+FORMATS = {ieee.name: ieee for ieee in (DOUBLE, FLOAT)}
 
 
 def float_text(number: Fraction) -> str:

@@ -1,7 +1,7 @@
 r"""Balls of functions (Wiener algebra): polynomials with one proven error for rounding and truncation together.
 
 The Wiener algebra of power series f(y) = sum c_j y^j with norm ||f|| = sum |c_j| has ||f g|| <= ||f|| ||g||, and
-|f(y)| <= ||f|| on [0, 1]. An `FunctionBall` is the set of all f with
+|f(y)| <= ||f|| on [0, 1]. A `FunctionBall` is the set of all f with
 
     || f - polynomial / 2^bits || <= error / 2^bits,
 
@@ -80,11 +80,18 @@ class Wiener:
     def root_and_half_inverse(self, square: Sequence[Fraction]) -> tuple[FunctionBall, FunctionBall]:
         """Return f = sqrt(square), f(0) > 0, and 1/(2 f), for a polynomial without a zero in |y| <= 1.
 
-        The polynomials come from unproven floating-point series; only the residuals f^2 - square and 1 - 2 f w,
-        computed exactly, enter the bounds (a Newton-Kantorovich argument: docs/theory/error-bounds.md, step 1).
+        The polynomials f and w (for 1/(2 f)) come from unproven floating-point series; only the residuals f^2 - square
+        and 1 - 2 f w, computed exactly, enter the bounds (a Newton-Kantorovich argument: docs/theory/error-bounds.md,
+        step 1).
+
+        Parameters
+        ----------
+        square : sequence of Fraction
+            Coefficients of y^0, y^1, … of the polynomial.
         """
-        one = 1 << self.bits
+        one = 1 << self.bits  # the number 1 in units of 2^-bits; products have the unit one^-2
         f, w = self._approximate_root(square)
+        # The polynomial times its common denominator is a polynomial of integers.
         denominator = lcm(*(c.denominator for c in square))
         scaled = fmpz_poly([int(c * denominator) * one * one for c in square])
 
@@ -111,8 +118,9 @@ class Wiener:
 
     def _approximate_root(self, square: Sequence[Fraction]) -> tuple[fmpz_poly, fmpz_poly]:
         """Return sqrt(square) and its half inverse as series in units of 2^-bits, unproven."""
-        # More bits than the result has, for what the recursions of a long series lose. Too few would only make the
-        # residuals of `root_and_half_inverse` larger, until it refuses them.
+        # More bits than the result has, for what the recursions of a long series lose: measured, at most 26 bits for
+        # laws from nu = 1 to 11 with up to 4,200 terms. 64 bits and one for every four terms are more than that. Too
+        # few would only make the residuals of `root_and_half_inverse` larger, until it refuses them.
         with working(self.bits + self.terms // 4 + 64, self.terms):
             series = arb_series([arb(c.numerator) / c.denominator for c in square], self.terms)
             root = series.sqrt()
@@ -143,14 +151,17 @@ class Orders(list[FunctionBall]):
         """
         # In the sum over i < n/2 of f_i and f_(n-i) each square appears once, but for the middle one of an even n.
         n, total, error = len(self), -self._squares, 0
+        # The pairs f_i, f_(n-i) for 0 < i < n/2; self[:0:-1] is f_(n-1), f_(n-2), … f_1.
         for f, g in zip(self[1 : (n + 1) // 2], self[:0:-1], strict=False):
             both = f.polynomial + g.polynomial
             total += both * both
+            # ||f g - p q|| <= ||f|| ||g - q|| + ||f - p|| ||q||, twice: the sum has f_i f_(n-i) and f_(n-i) f_i.
             error += 2 * (f.bound * g.error + f.error * g.norm)
         if n % 2 == 0:
             # `_squares` takes one square of the middle function away, and the sum has one: so two are added.
             middle = self[n // 2]
             total += 2 * middle.polynomial * middle.polynomial
+            # ||f^2 - p^2|| <= (||f|| + ||p||) ||f - p||
             error += (middle.bound + middle.norm) * middle.error
         return total, error
 
