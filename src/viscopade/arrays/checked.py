@@ -28,14 +28,23 @@ _OR_ARRAY = ", or an array of such numbers"
 
 
 class Accepted(NamedTuple):
-    """The expected values of a quantity, in words and as a condition for floats and arrays."""
+    """The expected values of a quantity, such as a speed: in words for messages, and as a condition."""
 
-    accepted: str
+    words: str
+    """As in "expected a number >= 0"."""
     holds: Callable[[Any], Any]
+    """Takes a float or an array, and returns whether each number is expected."""
 
 
 def number(name: str, value: object, accepted: Accepted) -> float:
     """Return `value` as a float in the expected range.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name, for messages; it tells in which unit a quantity (of Astropy or Pint) is converted.
+    value : object
+    accepted : Accepted
 
     Raises
     ------
@@ -45,6 +54,7 @@ def number(name: str, value: object, accepted: Accepted) -> float:
         If it lies outside the range.
     """
     value = without_unit(name, value)
+    # None stands for what is no real number, NaN for a number without a double: no range holds NaN.
     try:
         result = float(cast(SupportsFloat, value)) if _is_real(value) else None
     except (OverflowError, ValueError):  # an integer beyond double precision, a signalling NaN
@@ -52,23 +62,28 @@ def number(name: str, value: object, accepted: Accepted) -> float:
     except TypeError:  # a symbolic expression
         result = None
     if result is None:
-        raise TypeError(refusal(name, value, accepted.accepted))
+        raise TypeError(refusal(name, value, accepted.words))
     if not accepted.holds(result):
-        raise ValueError(refusal(name, value, accepted.accepted))
+        raise ValueError(refusal(name, value, accepted.words))
     return result
 
 
 def _is_real(value: object) -> bool:
     """Whether float() of the value makes sense: a bool, a string or an array is not a number."""
+    # float() takes these, too, but a speed "3" or True is a mistake.
     if isinstance(value, bool | np.bool_ | str | bytes | np.ndarray):
         return False
+    # Python's and NumPy's numbers are registered as real or complex.
     if isinstance(value, numbers.Complex):
         return isinstance(value, numbers.Real)
+    # Decimal and SymPy's expressions, such as sqrt(2), are not; they convert themselves.
     return hasattr(value, "__float__") or hasattr(value, "__index__")
 
 
 def array(name: str, values: object, accepted: Accepted) -> FloatArray:
     """Return a number, an array or nested lists as a double-precision array in the expected range.
+
+    The arguments are those of `number`.
 
     Raises
     ------
@@ -79,22 +94,27 @@ def array(name: str, values: object, accepted: Accepted) -> FloatArray:
     """
     values = without_unit(name, values)
     if np.ma.is_masked(values):
-        raise TypeError(refusal(name, values, accepted.accepted + _OR_ARRAY + ", none of them masked"))
+        raise TypeError(refusal(name, values, accepted.words + _OR_ARRAY + ", none of them masked"))
     try:
-        given = np.asarray(values)
+        numpy_array = np.asarray(values)
     except (ValueError, TypeError):  # lists of different lengths, objects that are no arrays
-        raise TypeError(refusal(name, values, accepted.accepted + _OR_ARRAY)) from None
-    if given.dtype.kind == "O":  # Fraction, Decimal, huge integers, quantities
-        flat = [number(name, value, accepted) for value in given.flat]
-        return np.array(flat, dtype=np.float64).reshape(given.shape)
-    if given.dtype.kind not in "iuf":
-        raise TypeError(refusal(name, values, accepted.accepted + _OR_ARRAY))
+        raise TypeError(refusal(name, values, accepted.words + _OR_ARRAY)) from None
+
+    # Python's objects are checked one by one: Fraction, Decimal, huge integers, quantities.
+    if numpy_array.dtype.kind == "O":
+        flat = [number(name, value, accepted) for value in numpy_array.flat]
+        return np.array(flat, dtype=np.float64).reshape(numpy_array.shape)
+
+    # Of NumPy's own types integers (i), unsigned ones (u) and floats (f) are real numbers; bool, complex and text are
+    # not.
+    if numpy_array.dtype.kind not in "iuf":
+        raise TypeError(refusal(name, values, accepted.words + _OR_ARRAY))
     with np.errstate(over="ignore"):  # a long double too large becomes inf
-        result = given.astype(np.float64, copy=False)
-    holds = accepted.holds(result)
+        doubles = numpy_array.astype(np.float64, copy=False)
+    holds = accepted.holds(doubles)
     if not np.all(holds):
-        raise ValueError(refusal(name, float(result[~holds].flat[0]), accepted.accepted))
-    return result
+        raise ValueError(refusal(name, float(doubles[~holds].flat[0]), accepted.words))
+    return doubles
 
 
 def unmasked(values: Iterable[Any]) -> tuple[list[Any], npt.NDArray[np.bool_] | None]:
@@ -109,6 +129,7 @@ def unmasked(values: Iterable[Any]) -> tuple[list[Any], npt.NDArray[np.bool_] | 
             data.append(np.ma.getdata(value) if isinstance(value, np.ma.MaskedArray) else value)
     if not masks:
         return data, None
+    # An element of the result is masked if it is in any argument, once all have the common shape.
     shape = np.broadcast_shapes(*map(np.shape, data))
     return data, np.logical_or.reduce([np.broadcast_to(mask, shape) for mask in masks])
 
@@ -139,25 +160,39 @@ class Elementwise:
 
     def __call__(self, *arguments: Any) -> Any:
         """Return a float for numbers, an array for arrays, and a container for containers."""
-        given = list(map(without_unit, self.accepted, arguments))
-        contained = by_container(self, given)
+        # A container (pandas, xarray, Dask) calls this function again, with its arrays.
+        plain = list(map(without_unit, self.accepted, arguments))
+        contained = by_container(self, plain)
         if contained is not NotImplemented:
             return contained
-        values, hidden = unmasked(given)
-        if hidden is not None:
-            values = [np.broadcast_to(value, hidden.shape)[~hidden] for value in values]
+
+        # Only values that are not masked are checked and computed, as a flat array.
+        values, mask = unmasked(plain)
+        if mask is not None:
+            values = [np.broadcast_to(value, mask.shape)[~mask] for value in values]
         checked = map(array, self.accepted, values, self.accepted.values())
         with np.errstate(over="ignore", divide="ignore"):  # the result is then inf, as documented
             result = self.function(*checked)
-        if hidden is None:
+        if mask is None:
             return float(result) if result.ndim == 0 else result
-        whole = np.ones(hidden.shape)
-        whole[~hidden] = result
-        return np.ma.array(whole, mask=hidden)[()]
+
+        # They return to their places; [()] makes a masked number from a masked array without axes.
+        whole = np.ones(mask.shape)  # any number will do under the mask
+        whole[~mask] = result
+        return np.ma.array(whole, mask=mask)[()]
 
 
 def by_container(function: Any, values: Sequence[Any], **keywords: Any) -> Any:
-    """Return the result of the first container that applies the function itself; `NotImplemented` if there is none."""
+    """Return the result of the first container that applies the function itself; `NotImplemented` if there is none.
+
+    Parameters
+    ----------
+    function : Elementwise or numpy.ufunc
+    values : sequence
+        The function's arguments; `keywords` are those of the call.
+    """
+    # NumPy's protocol: container.__array_ufunc__(function, "__call__", *arguments). Arrays and NumPy's numbers have it,
+    # too, but only for true ufuncs.
     for value in values:
         protocol = None if isinstance(value, np.ndarray | np.generic) else getattr(value, "__array_ufunc__", None)
         result = NotImplemented if protocol is None else protocol(function, "__call__", *values, **keywords)
@@ -168,7 +203,7 @@ def by_container(function: Any, values: Sequence[Any], **keywords: Any) -> Any:
 
 def elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Accepted) -> Values:
     """Apply `function` to checked values: a number gives a float, an array an array."""
-    # All that `Elementwise` does takes longer than many a function.
+    # A float needs nothing of what `Elementwise` does, which takes longer than many a function.
     if type(values) is float and accepted.holds(values):
         with np.errstate(over="ignore", divide="ignore"):
             return float(function(np.array(values)))

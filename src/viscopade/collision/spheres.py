@@ -532,7 +532,7 @@ def _in_range(name: str, value: float) -> float:
     if not _LEAST_NORMAL <= value < math.inf:
         subnormal = 0 < value < _LEAST_NORMAL
         expected = (
-            f"at least {_LEAST_NORMAL:.3g}, because smaller numbers lose digits" if subnormal else _POSITIVE.accepted
+            f"at least {_LEAST_NORMAL:.3g}, because smaller numbers lose digits" if subnormal else _POSITIVE.words
         )
         raise ValueError(f"{name} is {value} in these units: expected {expected}; use other units")
     return value

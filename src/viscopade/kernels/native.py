@@ -168,7 +168,7 @@ def restitution(
     values, hidden = checked.unmasked(given)
     for name, value in zip(("speed", "beta"), values, strict=True):
         if np.asarray(value).dtype.kind == "b":
-            raise TypeError(refusal(name, value, f"{_NUMBERS.accepted}, or an array of such numbers"))
+            raise TypeError(refusal(name, value, f"{_NUMBERS.words}, or an array of such numbers"))
     if hidden is None:
         return _kernel(*values, **keywords)
     if out is None:
