@@ -176,6 +176,8 @@ def test_functions_that_are_chosen_have_long_vectors(tmp_path, tier, maker):
     assert found == dict.fromkeys(CHOSEN[maker], functions)
     _, assembly = compiled(tmp_path, header(tier), Target(maker, ("-mavx2", "-O2"), 32))
     assert not re.search(named, assembly)
+    # Their arrays on the stack begin with a cache line.
+    assert len(re.findall(r"\tandq\t\$-64, %rsp", assembly)) >= functions
 
 
 # --- undefined behaviour ----------------------------------------------------------------------------------------------
