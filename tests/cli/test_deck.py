@@ -382,7 +382,7 @@ def test_bodies_of_other_programs():
         (f"--set '{LINE}' --set damping=velocity --radius 1 --mass 1 --speed 1", "damping is set twice"),
         (f"--set '{LINE}' --set units=lj --radius 1mm --density 1 --speed 1", "--radius has a unit, and units is lj"),
         ("--set 'pair_coeff 1 1' --speed 1", "expected pair_coeff"),
-        ("--set 'pair_coeff 1 1 jkr 1e6 0.1 0.3 10' --speed 1", "jkr"),
+        ("--set 'pair_coeff 1 1 mdr 5e6 0.4 1.9e5 2 0.5 0.5 damping mdr 1' --speed 1", "mdr"),
         ("--set 'fix' --speed 1", "is no line of a contact"),
     ],
 )

@@ -220,7 +220,7 @@ def test_two_restitutions_make_one(name, given, combined):
 def test_in_short_steps_a_ball_sticks_below_the_threshold(name, threshold):
     native = simulator_of(name).native
     found = delivery(native, {native.parameters[0].name: "0.5"}, Impact(2.0, None, None, 9.81, 1e-8))
-    assert found.sticking_speed == pytest.approx(threshold, rel=2e-4)
+    assert found.sticking.speed == pytest.approx(threshold, rel=2e-4)
     assert found.collision.epsilon == pytest.approx(0.5, abs=1e-5)
 
 

@@ -107,6 +107,18 @@ fix floor all wall/gran granular hertz/material 5e6 0.6 0.3 {FRICTIONLESS} dampi
 timestep 1e-6
 run 12000
 """,
+    "jkr": f"""
+units si
+variable size index 1
+{BOX}
+include spheres
+pair_style granular
+pair_coeff 1 1 jkr 1e7 4e4 0.2 10 {FRICTIONLESS} damping viscoelastic
+pair_coeff 2 2 jkr 1e6 2e4 0.4 15 {FRICTIONLESS} damping viscoelastic
+fix floor all wall/gran granular dmt 5e6 3e4 0.3 20 {FRICTIONLESS} damping viscoelastic zplane 0 NULL
+timestep 1e-6
+run 12000
+""",
 }
 SPHERES = """
 create_atoms 1 single 0 0 0.5
@@ -161,7 +173,7 @@ def spheres_of(contact, sizes, step, gravity, steps_before):
 def measured_epsilon(printed, gravity):
     """Return eps from gap and speed, from the first output after the contact."""
     gap, speed = np.array(LINE.findall(printed), dtype=float).T
-    after = np.flatnonzero((gap > 0) & (speed > 0))[0]
+    after = np.flatnonzero((gap > 5e-4) & (speed > 0))[0]  # beyond the neck of spheres that adhere
     return math.sqrt(speed[after] ** 2 + 2 * gravity * gap[after]) / SPEED
 
 
@@ -359,7 +371,7 @@ def test_a_drum_of_two_types(tmp_path):
         "type 2 - wall 3",
     ]
     assert by_name["type 1 - type 2"].settings["coefficients"] == "1e5 0.2 0.3"
-    assert by_name["type 2 - type 2"].reason == "the model jkr is not computed here"
+    assert by_name["type 2 - type 2"].settings["normal"] == "jkr"
     assert by_name["type 2 - type 2"].line.number == 17
     assert radii(by_name["type 1 - type 1"]) == [(0.2, 0.2), (0.2, 0.4), (0.4, 0.4)]
     # A cylinder of radius 12 has the curvature -24: 0.2*24/(24 - 0.2), 0.4*24/(24 - 0.4).
@@ -531,9 +543,10 @@ def test_everything_that_is_missing_is_named_at_once(tmp_path):
 
 
 def test_a_model_that_is_not_computed_needs_no_size(tmp_path):
-    text = "create_box 1 b\nread_restart old\npair_style granular\npair_coeff * * jkr 1e5 0.1 0.3 50\nrun 1"
+    text = "create_box 1 b\nread_restart old\npair_style granular\n"
+    text += "pair_coeff * * mdr 5e6 0.4 1.9e5 2 0.5 0.5 damping mdr 1\nrun 1"
     deck = deck_of(tmp_path, text)
-    assert (deck.missing, deck.runs[0].contacts[0].reason) == ((), "the model jkr is not computed here")
+    assert (deck.missing, deck.runs[0].contacts[0].reason) == ((), "the model mdr is not computed here")
 
 
 @pytest.mark.parametrize(
@@ -586,7 +599,7 @@ def test_a_pasted_line_says_a_contact(line, settings):
         ("pair_coeff 1 1 hooke 1 2 damping fast", "damping is 'fast': expected velocity, "),
         ("pair_coeff 1 1 hooke 1 2 sticky", "'sticky' is not known after hooke: expected damping, "),
         ("pair_coeff 1 1 hooke ${k} 2", "the value of the variable k is missing: expected a line without variables"),
-        ("pair_coeff 1 1 jkr 1e5 0.1 0.3 50", "the model jkr is not computed here"),
+        ("pair_coeff 1 1 mdr 5e6 0.4 1.9e5 2 0.5 0.5 damping mdr 1", "the model mdr is not computed here"),
         ("pair_style gran model hertz cohesion sjkr2", "cohesion sjkr2: not computed here"),
         (
             "pair_style gran model luding surface multicontact",

@@ -27,6 +27,7 @@ _NUMBERS = (
         ("falling", "falling", ".4f"),
     ),
     *(("g t_c/v", "g_t_c_over_v", ".2g"), ("t_c/step", "steps", ".3g")),
+    ("sticks below", "sticking_speed", ".3g"),
 )
 """Columns of numbers, each with its name in JSON and its format."""
 _NUMBER = r"\d[\d.]*(e[+-]?\d+)?"
@@ -130,6 +131,7 @@ def _fields(row: DeckRow) -> dict[str, Any]:
         "g_t_c_over_v": row.g_t_c_over_v,
         "step": run.step,
         "steps": row.steps,
+        "sticking_speed": answer.sticking_speed,
         "instead": None if instead is None else list(contact.rewritten(instead)),
         "reason": answer.reason,
         "marks": list(contact.marks),

@@ -24,6 +24,8 @@ class Answer(NamedTuple):
         That with weight; None for bodies that both fall, or without gravity.
     contact_time : float or None
         That of the undamped contact; None for an impulse, or if the bodies do not part without damping.
+    sticking_speed : float or None
+        Speed below which adhering bodies stay together.
     instead : mapping of str to str or None
         The parameters that give the wanted eps, with the weight if there is one; None if nothing gives it.
     warnings : tuple of str
@@ -35,6 +37,7 @@ class Answer(NamedTuple):
     collision: SampledCollision | None = None
     falling: SampledCollision | None = None
     contact_time: float | None = None
+    sticking_speed: float | None = None
     instead: Mapping[str, str] | None = None
     warnings: tuple[str, ...] = ()
     reason: str = ""
@@ -105,7 +108,8 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
             falling, collision = collision, delivery(native, dict(settings), light, weight_is_known=True).collision
         # LIGGGHTS's parameters are in SI units, whatever the units of its file are.
         time = None if whole.contact_time is None else whole.contact_time * whole.units.seconds / units.seconds
-        return Answer(collision, falling, time, whole.instead, whole.warnings)
+        sticking_speed = whole.sticking and whole.sticking.speed
+        return Answer(collision, falling, time, sticking_speed, whole.instead, whole.warnings)
 
     # A contact without a number, or without sizes, has one row.
     unknown: tuple[tuple[Size | None, Size | None], ...] = ((None, None),)

@@ -487,7 +487,7 @@ class GranularLine(NamedTuple):
         normal = self.models["normal"][0]
         normal, damping = self.classic or (normal, self.models.get("damping", ("viscoelastic",))[0])
         for model in (normal, damping):
-            if model in ("dmt", "jkr", "mdr"):
+            if model == "mdr":
                 raise OtherModel(f"the model {model} is not computed here")
         limited = "yes" if "limit_damping" in self.tail else "no"
         texts = normal, " ".join(self.coefficients), damping, limited
@@ -564,8 +564,8 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
 def mixture(first: GranularLine, second: GranularLine, types: tuple[int, int]) -> GranularLine:
     """Return the line that LAMMPS makes for two types that have none (`PairGranular::init_one`).
 
-    Coefficients are the geometric means of both (`GranSubMod::mix_coeffs`). Only the stiffness of hertz/material comes
-    from both materials: E and nu here are those of one material which is as stiff as the two together.
+    Coefficients are the geometric means of both (`GranSubMod::mix_coeffs`). Only the stiffness of hertz/material, dmt
+    and jkr comes from both materials: E and nu here are those of one material which is as stiff as the two together.
 
     Raises
     ------
@@ -583,13 +583,13 @@ def mixture(first: GranularLine, second: GranularLine, types: tuple[int, int]) -
         means = ("NULL" if "NULL" in pair else _number(math.sqrt(float(pair[0]) * float(pair[1]))) for pair in pairs)
         if one != ("none",):
             models[keyword] = (one[0], *means)
-    if models["normal"][0] == "hertz/material":
+    name, _, *others = models["normal"]
+    if name in ("hertz/material", *LAMMPS_NORMALS):
         # 1/E_eff is the sum of (1 - nu^2)/E, and E = 2 (1 - nu^2) E_eff of equal materials.
-        materials = [tuple(map(float, line.models["normal"][1::2])) for line in (first, second)]
+        materials = [tuple(map(float, line.models["normal"][1:4:2])) for line in (first, second)]
         E_eff = 1 / sum((1 - nu**2) / E for E, nu in materials)
-        _, _, eta, nu_mixed = models["normal"]
-        E_mixed = 2 * (1 - float(nu_mixed) ** 2) * E_eff
-        models["normal"] = ("hertz/material", _number(E_mixed), eta, nu_mixed)
+        E_mixed = 2 * (1 - float(others[1]) ** 2) * E_eff
+        models["normal"] = (name, _number(E_mixed), *others)
     limit = ("limit_damping",) if "limit_damping" in first.tail + second.tail else ()
     return GranularLine(first.head, models, limit).between(*types)
 
