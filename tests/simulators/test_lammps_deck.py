@@ -48,7 +48,9 @@ units si
 variable size index 1
 {BOX}
 include spheres
-variable w string "granular hertz 4e6 3e4 {FRICTIONLESS}"   # a wall in quotes
+variable k index 4e6
+variable w string "granular hertz ${{k}} 3e4 {FRICTIONLESS}"   # a wall in quotes
+variable k delete
 pair_style gran/hertz/history 1e6 NULL 3e4 NULL 0 0
 pair_coeff * *
 fix grav all gravity 9.81 vector 0 0 -1
@@ -272,7 +274,7 @@ fix pour1 all pour 100 1 4711 region box diam range ${small} 0.8 dens 1.0 1.0
 fix pour2 all pour 100 2 4711 region box diam range ${small} 0.8 dens 1.0 1.0
 pair_style granular
 pair_coeff 1 * hertz/material 1e5 0.2 0.3 tangential mindlin NULL 1.0 0.5 damping tsuji
-pair_coeff 2 2 jkr 1e5 0.1 0.3 50 tangential mindlin NULL 1.0 0.5 rolling sds 1e3 1 0.1 twisting marshall damping tsuji
+pair_coeff 2 2 mdr 1e5 0.3 1e3 0.1 0.5 0.2 damping mdr 1 tangential linear_history 10 1.0 0.5 rolling sds 1e3 1 0.1
 fix 3 all wall/gran/region granular hertz/material 1e5 0.1 0.3 tangential mindlin NULL 1 0.5 damping tsuji region side
 fix down all gravity 10 vector 0 0 -1
 timestep 0.001
@@ -371,7 +373,7 @@ def test_a_drum_of_two_types(tmp_path):
         "type 2 - wall 3",
     ]
     assert by_name["type 1 - type 2"].settings["coefficients"] == "1e5 0.2 0.3"
-    assert by_name["type 2 - type 2"].settings["normal"] == "jkr"
+    assert by_name["type 2 - type 2"].reason == "the model mdr is not computed here"
     assert by_name["type 2 - type 2"].line.number == 17
     assert radii(by_name["type 1 - type 1"]) == [(0.2, 0.2), (0.2, 0.4), (0.4, 0.4)]
     # A cylinder of radius 12 has the curvature -24: 0.2*24/(24 - 0.2), 0.4*24/(24 - 0.4).
@@ -544,7 +546,7 @@ def test_everything_that_is_missing_is_named_at_once(tmp_path):
 
 def test_a_model_that_is_not_computed_needs_no_size(tmp_path):
     text = "create_box 1 b\nread_restart old\npair_style granular\n"
-    text += "pair_coeff * * mdr 5e6 0.4 1.9e5 2 0.5 0.5 damping mdr 1\nrun 1"
+    text += "pair_coeff * * mdr 1e5 0.3 1e3 0.1 0.5 0.2 damping mdr 1\nrun 1\n"
     deck = deck_of(tmp_path, text)
     assert (deck.missing, deck.runs[0].contacts[0].reason) == ((), "the model mdr is not computed here")
 
@@ -599,7 +601,7 @@ def test_a_pasted_line_says_a_contact(line, settings):
         ("pair_coeff 1 1 hooke 1 2 damping fast", "damping is 'fast': expected velocity, "),
         ("pair_coeff 1 1 hooke 1 2 sticky", "'sticky' is not known after hooke: expected damping, "),
         ("pair_coeff 1 1 hooke ${k} 2", "the value of the variable k is missing: expected a line without variables"),
-        ("pair_coeff 1 1 mdr 5e6 0.4 1.9e5 2 0.5 0.5 damping mdr 1", "the model mdr is not computed here"),
+        ("pair_coeff 1 1 mdr 1e5 0.3 1e3 0.1 0.5 0.2 damping mdr 1", "the model mdr is not computed here"),
         ("pair_style gran model hertz cohesion sjkr2", "cohesion sjkr2: not computed here"),
         (
             "pair_style gran model luding surface multicontact",
@@ -638,7 +640,7 @@ CONTACT = (
         ("variable x index 5\nif '$x > 3' then 'jump SELF end'\n", "in.deck:3: the jump in in.deck:2"),
         ("if '$a > 3' then 'pair_style granular'\n", "in.deck:1: an if, which is not computed here, decides"),
         ("variable x index 5 6\nlabel loop\n" + CONTACT + "next x\njump SELF loop\n",
-         "in.deck:7: next changes x, which decides line 5: expected --variable x=VALUE"),
+         "in.deck:7: next changes x of line 5: expected --variable x=VALUE"),
         ("variable x index five\n", "in.deck:4: a coefficient of hooke is 'five': expected a number >= 0"),
         ("variable x index '5 6 7'\n", "in.deck:4: '6' is not known after hooke"),
         ("units metal\n", "in.deck:1: units is 'metal': expected lj, si, cgs, micro, nano"),

@@ -486,8 +486,8 @@ class GranularLine(NamedTuple):
         """
         normal = self.models["normal"][0]
         normal, damping = self.classic or (normal, self.models.get("damping", ("viscoelastic",))[0])
-        for model in (normal, damping):
-            if model == "mdr":
+        for name, model in (("normal", normal), ("damping", damping)):
+            if model not in _NATIVE.known[name].words:
                 raise OtherModel(f"the model {model} is not computed here")
         limited = "yes" if "limit_damping" in self.tail else "no"
         texts = normal, " ".join(self.coefficients), damping, limited
@@ -564,8 +564,8 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
 def mixture(first: GranularLine, second: GranularLine, types: tuple[int, int]) -> GranularLine:
     """Return the line that LAMMPS makes for two types that have none (`PairGranular::init_one`).
 
-    Coefficients are the geometric means of both (`GranSubMod::mix_coeffs`). Only the stiffness of hertz/material, dmt
-    and jkr comes from both materials: E and nu here are those of one material which is as stiff as the two together.
+    Coefficients are the geometric means of both (`GranSubMod::mix_coeffs`). Only the stiffness of materials (of
+    hertz/material, dmt and jkr) comes from both: E and nu here are those of one material as stiff as the two together.
 
     Raises
     ------

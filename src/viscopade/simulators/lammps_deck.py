@@ -176,7 +176,7 @@ class _Reader:
         self.line = Line(file, 0, "")
         self.open_files: list[Path] = []
         self.is_liggghts = self.has_ended = False
-        self.deciding: dict[str, Line] = {}  # by variables: a line that decides a contact
+        self.deciding: dict[str, str] = {}  # by variables: the line of a command that decides a contact
         self.labels: set[str] = set()
         self.jump: tuple[str, str] | None = None  # a label that is not passed yet, and where the jump stands
         self.missing: dict[str, None] = {}
@@ -226,7 +226,7 @@ class _Reader:
             method(words)
             if decides:
                 self.changed = self.changed or name not in ("run", "minimize")
-                self.deciding.update(dict.fromkeys(self.variables.used, line))
+                self.deciding.update(dict.fromkeys(self.variables.used, f"line {line.number}"))
         except Unsaid as unsaid:
             self.missing.update(dict.fromkeys(unsaid.args))
         except IndexError:
@@ -258,8 +258,7 @@ class _Reader:
         self.unread.setdefault("next", self.line)
         for name in words[1:]:
             if name in self.deciding and name not in self.said.variables:
-                line = self.deciding[name].number
-                raise ValueError(f"next changes {name}, which decides line {line}: expected --variable {name}=VALUE")
+                raise ValueError(f"next changes {name} of {self.deciding[name]}: expected --variable {name}=VALUE")
             self.variables.define(name, "next", "", self.line.number)
 
     def do_if(self, words: list[str]) -> None:

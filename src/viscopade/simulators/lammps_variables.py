@@ -120,6 +120,8 @@ class Variables:
     def define(self, name: str, style: str, text: str, line: int) -> None:
         """Take a command `variable`."""
         self.names.add(name)
+        # A string takes the values of its variables at once, in quotes too (`Variable::set`).
+        text = self._with_values(text) if style == "string" else text
         if style == "delete":
             self.defined.pop(name, None)
         elif style != "index" or name not in self.defined:  # the first definition of an index stays
@@ -130,13 +132,18 @@ class Variables:
         self.used, self._values = set(), {}
         if not _SPECIAL.search(text):
             return text.split()
-        text = _TOKEN.sub(self._substitute, text)
-        if len(text) > _LONGEST:
-            raise ValueError(f"the line has {len(text)} characters: expected at most {_LONGEST}")
+        text = self._with_values(text)
         words = [next(filter(None, match), "") for match in _WORD.findall(text)]
         if any(word.startswith(('"', "'")) for word in words):
             raise ValueError("a quote has no end: expected a second one")
         return words
+
+    def _with_values(self, text: str) -> str:
+        """Return a text with the values of variables outside quotes."""
+        text = _TOKEN.sub(self._substitute, text)
+        if len(text) > _LONGEST:
+            raise ValueError(f"the line has {len(text)} characters: expected at most {_LONGEST}")
+        return text
 
     def _substitute(self, token: re.Match[str]) -> str:
         """Return the text in place of a variable, a formula, a comment or a quote."""
