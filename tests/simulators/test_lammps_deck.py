@@ -9,6 +9,7 @@ import pytest
 from tests.simulators.two_balls import need
 from viscopade.simulators.deck import Said
 from viscopade.simulators.lammps_deck import line_settings, read_input
+from viscopade.simulators.lammps_variables import Variables
 from viscopade.simulators.native import FileUnits, Impact
 from viscopade_lab.runs.simulators import LINE, lammps, liggghts_run
 
@@ -729,3 +730,88 @@ def test_a_million_atoms_of_read_data_are_a_range(tmp_path):
     text = f"atom_style sphere\nread_data data\n{CONTACT.replace('$x', '5').replace('create_atoms 1 box', '')}"
     deck = deck_of(tmp_path, text, data=f"a\n\n1 atom types\n\nAtoms\n\n{rows}\n")
     assert radii(deck.runs[0].contacts[0]) == [(0.5005,) * 2, (0.5005, 1.0), (1.0,) * 2]
+
+
+# Formulas, as LAMMPS computes them.
+
+FORMULAS = (
+    *("-2^2", "2^3^2", "2-3-4", "8/4/2", "-v_a*3", "2*-3", "!0+1", "1+2*3^2", "(1+2)*3", "10%4", "1.5e3+.5", "2^-1"),
+    *("sqrt(2)*PI", "ln(10)", "log(1000)", "exp(1)", "abs(-3)", "sin(1)+cos(1)+tan(1)", "atan(1)", "ceil(1.2)"),
+    *("floor(-1.2)", "round(2.5)", "round(-2.5)", "1<2", "(1<2)+(2<=2)+(3>4)+(4>=4)", "1==1", "1!=1", "1&&0||1"),
+    *("1|^1", "ternary(1>2,5,6)", "v_b+v_c", "-(-(3))", "2+3 > 4"),
+)
+
+
+def test_formulas_are_those_of_lammps(tmp_path):
+    need("lammps")
+    definitions = "variable a equal 3\nvariable b equal v_a^2\nvariable c string 7\n"
+    prints = "".join(f'variable f equal "{text}"\nprint "value $(v_f:%.15e)"\n' for text in FORMULAS)
+    values = [line.split()[1] for line in lammps(definitions + prints).splitlines() if line.startswith("value ")]
+    assert len(values) == len(FORMULAS)
+    variables = Variables({})
+    for line in definitions.splitlines():
+        variables.define(*line.split()[1:], 1)
+    for text, value in zip(FORMULAS, values, strict=True):
+        variables.words("")  # a new line, for which variables are computed anew
+        assert variables.compute(text) == pytest.approx(float(value), rel=1e-14), text
+
+
+# What the other commands do.
+
+
+def test_other_styles_are_rows_without_a_number_or_none_at_all(tmp_path):
+    text = "create_atoms 1 b\ncreate_atoms 2 b\ncreate_atoms 3 b\n"
+    text += "pair_style hybrid/overlay gran/hooke 1e4 NULL 50 NULL 0 0 lj/cut 2.5 granular\n"
+    text += "pair_coeff 1 1 gran/hooke\npair_coeff 1 2 lj/cut 1 1\npair_coeff 1 3 none\n"
+    text += "pair_coeff 2 2 gran/hooke\npair_coeff 2 2 lj/cut 1 1\npair_coeff 3 2 granular hooke 7 8\nrun 1\n"
+    contacts = deck_of(tmp_path, text).runs[0].contacts
+    assert {contact.name: contact.reason for contact in contacts} == {
+        "type 1 - type 1": "",
+        "type 1 - type 2": "lj/cut is no contact of spheres",
+        "type 2 - type 2": "lj/cut and gran/hooke add their forces",
+        "type 2 - type 3": "",
+        "type 3 - type 3": "it has no pair_coeff",
+    }
+    first, *_, last = (contact for contact in contacts if not contact.reason)
+    line = "pair_style hybrid/overlay gran/hooke 1e4 NULL 60 NULL 0 0 lj/cut 2.5 granular"
+    assert first.rewritten({"coefficients": "1e4 60"}) == (line,)
+    assert last.rewritten({"coefficients": "7 9"}) == ("pair_coeff 2 3 granular hooke 7 9",)
+
+
+def test_files_are_sought_beside_the_input(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "first").write_text("include parts/second\n")
+    (tmp_path / "parts" / "second").write_text("variable x index 5\n\npair_style granular\n")
+    deck = deck_of(tmp_path, f"include parts/first\n{CONTACT.replace('pair_style granular', '')}")
+    assert deck.runs[0].contacts[0].settings["coefficients"] == "1e4 5"
+    with pytest.raises(ValueError, match=r"in.deck:1: cannot read .*nothing: No such file or directory"):
+        deck_of(tmp_path, "include nothing\n")
+
+
+OLD_LIGGGHTS = """
+units si
+atom_style granular
+create_box 2 b
+fix 1 all property/global youngsModulus peratomtype 1e6 2e6
+fix 2 all property/global poissonsRatio peratomtype 0.3 0.3
+fix 3 all property/global coefficientRestitution peratomtypepair 2 0.3 0.4 0.4 0.5
+pair_style gran/hertz/history 1 0
+pair_coeff * *
+fix cad all mesh/gran pipe.stl 2 1.0 0. 0. 0.
+fix sides all wall/gran/hertz/history 1 0 mesh/gran 1 cad
+fix end all wall/gran/hertz/history 1 1 zplane 0 1 2
+fix t all particletemplate/sphere 1 atom_type 1 density constant 2500 radius gaussian number 0.005 0.001
+fix d all particledistribution/discrete 1 1 t 1.0
+fix i all pour/dev mass 30 1 distributiontemplate d
+run 1
+"""
+
+
+def test_an_old_input_of_liggghts(tmp_path):
+    """A second number 1 of a style is cohesion; a wall without a mesh has its type at the end."""
+    deck = deck_of(tmp_path, OLD_LIGGGHTS)
+    assert deck.missing == ("the radius of type 1 (--radius 1=0.5mm)",)
+    pair, side, end = deck.runs[0].contacts
+    assert (pair.settings["coefficientRestitution"], side.settings["coefficientRestitution"]) == ("0.3", "0.4")
+    assert (side.name, end.name) == ("type 1 - wall cad", "type 1 - wall end")
+    assert end.reason == "cohesion sjkr: not computed here"

@@ -307,7 +307,7 @@ def surfaces(words: Sequence[str], fixes: Mapping[str, Sequence[str]]) -> dict[s
     start = next((i for i, word in enumerate(words) if word in ("meshes", "mesh/gran")), None)
     if start is None:  # as of old
         return {words[1]: int(words[-1])}
-    meshes = {name: fixes[name] for name in words[start:] if name in fixes}
+    meshes = {name: fixes[name] for name in words[start:] if name in fixes and fixes[name][3].startswith("mesh/")}
     return {name: int(mesh[mesh.index("type") + 1 if "type" in mesh else 5]) for name, mesh in meshes.items()}
 
 
