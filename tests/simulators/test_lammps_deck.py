@@ -647,7 +647,7 @@ CONTACT = (
         ("units metal\n", "in.deck:1: units is 'metal': expected lj, si, cgs, micro, nano"),
         ("timestep 0\n", "in.deck:1: timestep is 0: expected a number > 0"),
         ("timestep\n", "in.deck:1: timestep has too few words"),
-        ("timestep soon\n", "in.deck:1: a number is 'soon': expected a number"),
+        ("timestep soon\n", "in.deck:1: the number is 'soon': expected one such as 1e-5"),
         ("pair_coeff A B hooke 1 1\n", "in.deck:1: the type is 'A': expected a number, or a range such as 1*3"),
         ("variable x string 'a\n", "in.deck:1: a quote has no end"),
     ],

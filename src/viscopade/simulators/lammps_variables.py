@@ -17,8 +17,6 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
-from viscopade.arguments import exact_number
-
 _LONGEST = 100_000  # characters of a line with its variables
 _MARK = "\0"  # around the number of a text in `Variables.unsaid`, in place of a variable that nothing says
 
@@ -33,6 +31,7 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _WORD = re.compile(r'"""(.*?)"""|"([^"]*)"|\'([^\']*)\'|(\S+)', re.DOTALL)
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][-+]?[0-9]{1,2})?")
 _FORMULA = re.compile(r"\s*((?:\d+[.]?\d*|[.]\d+)(?:[eE][-+]?\d+)?|\w+(?:\[[^]]*\])*|&&|\|\||\|\^|[<>=!]=|\S)")
 
 _OPERATORS: Mapping[str, tuple[int, Callable[[float, float], float]]] = {
@@ -174,7 +173,9 @@ class Variables:
         self.require_said(word)
         if word.startswith("v_"):
             return self.number(self.value(word[2:]))
-        return float(exact_number("a number", word, "a number", lambda x: abs(x) < 10**300))
+        if not _NUMBER.fullmatch(word):
+            raise ValueError(f"the number is {word!r}: expected one such as 1e-5")
+        return float(word)
 
     def value(self, name: str) -> str:
         """Return the text of a variable."""
