@@ -10,7 +10,7 @@ from tests.simulators.two_balls import need
 from viscopade.simulators.deck import Said
 from viscopade.simulators.lammps_deck import line_settings, read_input
 from viscopade.simulators.lammps_variables import Variables
-from viscopade.simulators.native import FileUnits, Impact
+from viscopade.simulators.native import FileUnits, Impact, delivery
 from viscopade_lab.runs.simulators import LINE, lammps, liggghts_run
 
 BOX = """
@@ -204,6 +204,24 @@ def test_contacts_are_those_of_lammps(name, tmp_path):
                 printed = lammps(DECKS[name], **files)
                 epsilon = expected_epsilon(deck, run, contact, sizes)
                 assert measured_epsilon(printed, gravity) == pytest.approx(epsilon, abs=1e-9), contact.name
+
+
+@pytest.mark.parametrize("name", ["type 1 - type 2", "type 2 - wall floor"])
+def test_lines_to_write_instead_give_the_wanted_eps_in_lammps(name, tmp_path):
+    need("lammps")
+    text = DECKS["mixing"]
+    deck = deck_of(tmp_path, text)
+    (run,) = deck.runs
+    contact = next(contact for contact in run.contacts if contact.name == name)
+    sizes = contact.sizes[0]
+    mass, radius = (1 / sum(1 / size[i] for size in sizes if size is not None) for i in (1, 0))
+    instead = delivery(deck.program.native, contact.settings, Impact(SPEED, mass, radius, 0, run.step), 0.42).instead
+    # The wall's own line acts on all types.
+    lines = "\n".join(["unfix floor" if "wall" in name else "", *contact.rewritten(instead)])
+    printed = lammps(
+        text.replace("timestep", f"{lines}\ntimestep"), spheres=spheres_of(contact, sizes, run.step, 0.0, 0)
+    )
+    assert measured_epsilon(printed, 0.0) == pytest.approx(0.42, abs=1e-4)  # the mean over phases
 
 
 LIGGGHTS = """
@@ -805,6 +823,15 @@ fix d all particledistribution/discrete 1 1 t 1.0
 fix i all pour/dev mass 30 1 distributiontemplate d
 run 1
 """
+
+
+def test_a_file_of_windows_is_the_same(tmp_path):
+    """A mark of the order of bytes, ends of lines with a carriage return, and bytes that are no text."""
+    text = CONTACT.replace("$x", "&\n 5").replace("\n", "\r\n")
+    (tmp_path / "in.deck").write_bytes(b"\xef\xbb\xbf" + f"units si # \xe9\r\n{text}".encode("latin-1"))
+    deck = read(tmp_path / "in.deck", Said())
+    assert deck.runs[0].contacts[0].settings["coefficients"] == "1e4 5"
+    assert deck.units.length == "m"
 
 
 def test_an_old_input_of_liggghts(tmp_path):

@@ -192,7 +192,7 @@ class _Reader:
         if path in self.open_files:
             raise ValueError(f"{path.name} includes itself")
         self.open_files.append(path)
-        text = files.content(path, "an input of LAMMPS or LIGGGHTS").decode(errors="replace")
+        text = files.content(path, "an input of LAMMPS or LIGGGHTS").decode("utf-8-sig", "replace")
         self.is_liggghts = self.is_liggghts or liggghts.ONLY_THERE.search(text) is not None
         for number, command in commands(text):
             self.line = Line(path, number, command)
@@ -387,7 +387,7 @@ class _Reader:
     def do_read_data(self, words: list[str]) -> None:
         self.variables.require_said(words[1])
         spheres, path = self.state.spheres, self.file.parent / words[1]
-        text = files.content(path, "data of LAMMPS").decode(errors="replace") if path.exists() else ""
+        text = files.content(path, "data of LAMMPS").decode("utf-8-sig", "replace") if path.exists() else ""
         if not text:
             self.warnings[f"read_data ({self.place}): there is no file {words[1]}"] = None
         # Other styles have other columns.
