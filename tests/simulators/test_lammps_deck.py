@@ -392,7 +392,7 @@ def test_a_drum_of_two_types(tmp_path):
         "type 2 - wall 3",
     ]
     assert by_name["type 1 - type 2"].settings["coefficients"] == "1e5 0.2 0.3"
-    assert by_name["type 2 - type 2"].reason == "the model mdr is not computed here"
+    assert by_name["type 2 - type 2"].reason == "the normal model mdr is not computed here"
     assert by_name["type 2 - type 2"].line.number == 17
     assert radii(by_name["type 1 - type 1"]) == [(0.2, 0.2), (0.2, 0.4), (0.4, 0.4)]
     # A cylinder of radius 12 has the curvature -24: 0.2*24/(24 - 0.2), 0.4*24/(24 - 0.4).
@@ -401,7 +401,7 @@ def test_a_drum_of_two_types(tmp_path):
     assert [line.text for line in deck.unread] == ["delete_atoms group high"]
     lines = by_name["type 2 - wall 3"].rewritten({"coefficients": "1e5 0.25 0.3"})
     assert lines == (
-        "group viscopade_type2 type 2",
+        "group viscopade_type2 type 2  # later spheres are not in it, and fall through: pour them into it",
         "fix 3_type2 viscopade_type2 wall/gran/region granular hertz/material 1e5 0.25 0.3 tangential mindlin NULL 1 "
         "0.5 damping tsuji region side",
     )
@@ -567,7 +567,7 @@ def test_a_model_that_is_not_computed_needs_no_size(tmp_path):
     text = "create_box 1 b\nread_restart old\npair_style granular\n"
     text += "pair_coeff * * mdr 1e5 0.3 1e3 0.1 0.5 0.2 damping mdr 1\nrun 1\n"
     deck = deck_of(tmp_path, text)
-    assert (deck.missing, deck.runs[0].contacts[0].reason) == ((), "the model mdr is not computed here")
+    assert (deck.missing, deck.runs[0].contacts[0].reason) == ((), "the normal model mdr is not computed here")
 
 
 @pytest.mark.parametrize(
@@ -586,6 +586,46 @@ def test_what_lammps_does_not_mix_is_a_row_without_a_number(tmp_path, lines, rea
     text = f"create_atoms 1 box\ncreate_atoms 2 box\npair_style granular\n{lines}\nrun 1"
     contacts = deck_of(tmp_path, text).runs[0].contacts
     assert {contact.name: contact.reason for contact in contacts}["type 1 - type 2"] == reason
+
+
+TWO_SUBSTYLES = "pair_style hybrid gran/hooke 1e4 NULL 50 NULL 0 0 gran/hooke/omp 1e4 NULL 500 NULL 0 0 granular\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        # A second group adds to the first (LAMMPS 22 Jul 2025 counts both); a region may have all types.
+        ("group a type 1\ngroup a type 2\nfix w a wall/gran hooke 1 NULL 9 NULL 0 0 zplane 0 NULL",
+         {"type 1 - wall w": "1 9", "type 2 - wall w": "1 9"}),
+        ("group a region r\ngroup a type 2\nfix w a wall/gran hooke 1 NULL 9 NULL 0 0 zplane 0 NULL",
+         {"type 1 - wall w": "1 9", "type 2 - wall w": "1 9"}),
+        # eps of these pairs in LAMMPS: 0.9448 and 0.5611
+        (f"{TWO_SUBSTYLES}pair_coeff 1 1 gran/hooke 1\npair_coeff * 2 gran/hooke 2",
+         {"type 1 - type 1": "1e4 50", "type 1 - type 2": "1e4 500", "type 2 - type 2": "1e4 500"}),
+        # Mixed as one sub-style.
+        (f"{TWO_SUBSTYLES}pair_coeff 1 1 gran/hooke 1\npair_coeff 2 2 gran/hooke 1",
+         {"type 1 - type 1": "1e4 50", "type 1 - type 2": "1e4 50", "type 2 - type 2": "1e4 50"}),
+        ("pair_style gran/hertz/history/kk 1 NULL 2 NULL 0 0\npair_coeff * *",
+         {"type 1 - type 1": "1 2", "type 1 - type 2": "1 2", "type 2 - type 2": "1 2"}),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_groups_and_substyles(tmp_path, lines, expected, mark):
+    deck = deck_of(tmp_path, f"{mark}units si\ncreate_atoms 1 box\ncreate_atoms 2 box\n{lines}\nrun 1\n")
+    (run,) = deck.runs
+    assert {contact.name: contact.settings["coefficients"] for contact in run.contacts} == expected
+    assert {contact.settings["units"] for contact in run.contacts} == {"si"}
+    assert not deck.unread
+    written = [contact.rewritten({"coefficients": "3 4"}) for contact in run.contacts]
+    assert all(line.startswith(("pair_style", "group", "fix")) for lines in written for line in lines)
+
+
+def test_a_region_may_change_between_runs(tmp_path):
+    text = "create_atoms 1 box\nregion r cylinder z 0 0 5 0 9 side in\n"
+    text += "fix w all wall/gran/region hertz/history 1 NULL 9 NULL 0 0 region r\nrun 1\n"
+    text += "region r delete\nregion r block 0 9 0 9 0 9\nrun 2\n"
+    # R_eff = R R_wall/(R_wall - R), with 2*5 for R_wall
+    assert [radii(run.contacts[0]) for run in deck_of(tmp_path, text).runs] == [[(0.526316,)], [(0.5,)]]
 
 
 # Pasted lines.
@@ -620,7 +660,9 @@ def test_a_pasted_line_says_a_contact(line, settings):
         ("pair_coeff 1 1 hooke 1 2 damping fast", "damping is 'fast': expected velocity, "),
         ("pair_coeff 1 1 hooke 1 2 sticky", "'sticky' is not known after hooke: expected damping, "),
         ("pair_coeff 1 1 hooke ${k} 2", "the value of the variable k is missing: expected a line without variables"),
-        ("pair_coeff 1 1 mdr 1e5 0.3 1e3 0.1 0.5 0.2 damping mdr 1", "the model mdr is not computed here"),
+        ("pair_coeff 1 1 mdr 1e5 0.3 1e3 0.1 0.5 0.2 damping mdr 1", "the normal model mdr is not computed here"),
+        ("pair_coeff 1 1 hooke 1 0 damping none", "the damping model none is not computed here"),
+        ("pair_coeff 1 1 hooke 1 0.5 damping tsuji synchronized_verlet", "the steps of synchronized_verlet are not"),
         ("pair_style gran model hertz cohesion sjkr2", "cohesion sjkr2: not computed here"),
         (
             "pair_style gran model luding surface multicontact",

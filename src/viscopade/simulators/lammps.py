@@ -383,7 +383,7 @@ _CLASSIC = {
 """Styles of `kn kt gamman gammat xmu dampflag`, and the models that `GranularModel::define_classic_model` makes."""
 _SUBMODELS: Mapping[str, Mapping[str, int]] = {
     "damping": dict.fromkeys(("velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution"), 0)
-    | {"mdr": 1},
+    | {"mdr": 1, "none": 0},
     "tangential": {"linear_nohistory": 2}
     | dict.fromkeys(("linear_history", "linear_history_classic", "mindlin_classic", "mindlin", "mindlin/force"), 3)
     | dict.fromkeys(("mindlin_rescale", "mindlin_rescale/force"), 3),
@@ -392,6 +392,7 @@ _SUBMODELS: Mapping[str, Mapping[str, int]] = {
     "heat": {"none": 0, "radius": 1, "area": 1},
 }
 """Models by keyword, and how many coefficients each has."""
+_OF_NOW = "  # later spheres are not in it, and fall through: pour them into it"
 WALL_SHAPES = ("xplane", "yplane", "zplane", "zcylinder", "region")
 
 
@@ -488,7 +489,9 @@ class GranularLine(NamedTuple):
         normal, damping = self.classic or (normal, self.models.get("damping", ("viscoelastic",))[0])
         for name, model in (("normal", normal), ("damping", damping)):
             if model not in _NATIVE.known[name].words:
-                raise OtherModel(f"the model {model} is not computed here")
+                raise OtherModel(f"the {name} model {model} is not computed here")
+        if "synchronized_verlet" in self.tail:
+            raise OtherModel("the steps of synchronized_verlet are not computed here")
         limited = "yes" if "limit_damping" in self.tail else "no"
         texts = normal, " ".join(self.coefficients), damping, limited
         return dict(zip(("normal", "coefficients", "damping", "limit_damping"), texts, strict=True))
@@ -506,7 +509,7 @@ class GranularLine(NamedTuple):
         """Return a line fix wall/gran for one of several types, which needs a name and a group of its own."""
         group, (_, name, _, *style) = f"viscopade_type{number}", self.head
         return self._replace(
-            head=("fix", f"{name}_type{number}", group, *style), before=(f"group {group} type {number}",)
+            head=("fix", f"{name}_type{number}", group, *style), before=(f"group {group} type {number}{_OF_NOW}",)
         )
 
     def rewritten(self, settings: Mapping[str, str]) -> tuple[str, ...]:
@@ -541,7 +544,7 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
     rest = rest[count + 1 :]
     while rest and rest[0] not in WALL_SHAPES:
         keyword, *rest = rest
-        if keyword == "limit_damping":
+        if keyword in ("limit_damping", "synchronized_verlet"):
             tail.append(keyword)
         elif keyword == "cutoff" and rest:
             tail += [keyword, rest.pop(0)]

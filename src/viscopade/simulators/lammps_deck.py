@@ -36,6 +36,7 @@ from viscopade.simulators.liggghts import MaterialLine, ModelLine, model_line
 _MOST_TYPES = 100  # with spheres
 _MOST_RUNS = 1000  # that differ
 
+_ACCELERATED = re.compile("/(gpu|intel|kk|omp|opt)$")  # in names of styles, which compute the same
 _NO_STYLES = ("NULL", "limit_damping")  # words of a pair_style hybrid that are no names of sub-styles
 
 AnyLine = GranularLine | ModelLine
@@ -68,7 +69,7 @@ class _State:
     style_line: Line | None = None
     coefficients: dict[tuple[range, range, str], _Coefficients] = field(default_factory=dict)
     fixes: dict[str, _Fix] = field(default_factory=dict)
-    groups: dict[str, tuple[range, ...]] = field(default_factory=lambda: {"all": (type_range("*"),)})
+    groups: dict[str, tuple[range, ...] | None] = field(default_factory=lambda: {"all": (type_range("*"),)})
     regions: dict[str, list[str]] = field(default_factory=dict)
     has_lattice: bool = False
     spheres: Spheres = field(default_factory=Spheres)
@@ -219,6 +220,8 @@ class _Reader:
                     self.unread.setdefault(name, line)
                 return
             words = self.variables.words(text)
+            if name in ("pair_style", "pair_coeff", "fix"):
+                words = [_ACCELERATED.sub("", word) for word in words]
             self.line = line = line._replace(text=" ".join(words).replace("\0", "?"))
             decides = lammps.decides(words)
             if decides and self.jump is not None:
@@ -305,12 +308,15 @@ class _Reader:
 
     def do_region(self, words: list[str]) -> None:
         self.state.regions[words[1]] = words[2:]
+        self.changed = True  # a wall may be there
 
     def do_group(self, words: list[str]) -> None:
         name, style, *rest = words[1:]
-        self.state.groups.pop(name, None)
-        if style == "type" and re.fullmatch(r"[0-9* ]+", " ".join(rest)):
-            self.state.groups[name] = tuple(map(type_range, rest))
+        # A second command adds to a group; None is a group of which nothing is known.
+        before, types = self.state.groups.get(name, ()), None
+        if before is not None and style == "type" and re.fullmatch(r"[0-9* ]+", " ".join(rest)):
+            types = (*before, *map(type_range, rest))
+        self.state.groups[name] = types
 
     # Contacts.
 
@@ -329,17 +335,20 @@ class _Reader:
         if style.startswith("hybrid"):
             names = (i for i in range(2, len(words)) if words[i][0].isalpha() and words[i] not in _NO_STYLES)
             starts = [i for i in names if "gran" not in words[2:i]]
-        for start, end in zip(starts, [*starts[1:], len(words)], strict=True):
-            contact = None
-            if words[start].startswith("gran") and words[start] != "granular":
+        styles = [words[start] for start in starts]
+        for i, (start, end) in enumerate(zip(starts, [*starts[1:], len(words)], strict=True)):
+            contact, name = None, words[start]
+            if name.startswith("gran") and name != "granular":
                 contact = self.contact(["pair_style", *words[start:end]])
                 if isinstance(contact, GranularLine):
                     contact = contact._replace(head=(*words[:start],), tail=(*contact.tail, *words[end:]))
-            state.styles[words[start]] = contact
+            # Several equal sub-styles are numbered: gran/hooke 2.
+            state.styles[f"{name} {styles[: i + 1].count(name)}" if styles.count(name) > 1 else name] = contact
 
     def do_pair_coeff(self, words: list[str]) -> None:
         state, first, second = self.state, type_range(words[1]), type_range(words[2])
         style = words[3] if state.pair_style.startswith("hybrid") else state.pair_style or "granular"
+        style = " ".join(words[3:5]) if " ".join(words[3:5]) in state.styles else style
         contact = self.contact(words) if style == "granular" else state.styles.get(style)
         if first.start > second.start and len(first) == len(second) == 1:
             first, second = second, first
@@ -445,7 +454,7 @@ class _Reader:
             return
         self.changed, state = False, self.state
         step = lammps.DEFAULT_STEPS[state.units] if state.step is None else state.step
-        self.gravity = [fix for fix in state.fixes.values() if fix.words[3] == "gravity"]
+        self.gravity = [fix for fix in state.fixes.values() if fix.words[3].startswith("gravity")]
         acceleration = self.number(self.gravity[-1].words[4]) if self.gravity else 0.0
         contacts = tuple(self.contacts())
         facts = [(c.name, tuple(c.settings.items()), c.sizes, c.reason, c.marks) for c in contacts]
@@ -467,7 +476,7 @@ class _Reader:
             if line is not None:
                 yield self.deck_contact(f"type {i} - type {j}", line, contact, (i, j), marks, reason)
         for name, fix in state.fixes.items():
-            ranges = state.groups.get(fix.words[2], (type_range("*"),))
+            ranges = state.groups.get(fix.words[2]) or (type_range("*"),)
             touching = [number for number in numbers if any(number in types for types in ranges)]
             walls = {name: 0} if isinstance(fix.contact, GranularLine) else {}
             if isinstance(fix.contact, ModelLine):
@@ -496,6 +505,8 @@ class _Reader:
         one, other = (line[0].contact if line else None for line in (first, second))
         if not isinstance(one, GranularLine) or not isinstance(other, GranularLine):
             return self.state.style_line, None, "it has no pair_coeff"
+        if one == other:  # both have the line of a style gran/…
+            return second[0].line, one, ""
         try:
             return second[0].line, lammps.mixture(one, other, (i, j)), "", f"mixed from {i} {i} and {j} {j}"
         except OtherModel as error:
