@@ -36,6 +36,7 @@ DIMENSIONS = {
     "squared speed": ("m^2/s^2", "cm^2/s^2"),
     "mass": ("kg", "g"),
     "acceleration": ("m/s^2", "cm/s^2"),
+    "energy per area": ("J/m^2", "mJ/m^2"),
 }
 """SI unit of each dimension, and another common unit."""
 

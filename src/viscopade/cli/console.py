@@ -302,6 +302,12 @@ WITH_LAW = with_options(
 GRAVITY = click.option(
     "--gravity", type=Quantity("acceleration", " >= 0"), help="Include the weight of a body that falls on a plane."
 )
+ADHESION = click.option(
+    "--adhesion",
+    type=Quantity("energy per area", " > 0"),
+    metavar="QUANTITY",
+    help="Work of adhesion of the material's surfaces, twice its surface energy, in J/m^2.",
+)
 EFFECTIVE_MASS = click.option("--mass", type=Quantity("mass", " > 0"), help="Effective mass, m1 m2/(m1 + m2).")
 
 MATERIAL = {

@@ -13,6 +13,7 @@ import click
 
 from viscopade import arguments
 from viscopade.cli.console import (
+    ADHESION,
     DIGITS,
     DIGITS_OPTION,
     GRAVITY,
@@ -457,6 +458,45 @@ class _Bodies:
         warnings = limits_of(pair, speed, self.strength)
         self._print(texts, units, context, [], v_star**2, float(numbers["epsilon"]), warnings=warnings)
 
+    def show_adhesive(self, pair: Pair, work: float) -> None:
+        """Print the sampled numbers of a pair that adheres, and warnings about the model."""
+        from viscopade.collision.adhesion import JKR, adhesive, sticking
+
+        speed, gravity = self._speed, self.gravity or 0.0
+        contact, spheres = adhesive(pair, work, gravity), JKR(pair.E_eff, pair.R_eff, work)
+        collision, bond = contact.collide(speed), sticking(lambda _: contact, speed)
+        without = float(pair.epsilon(speed, gravity))
+        numbers = {
+            "epsilon": (collision.epsilon, ""),
+            "one_minus_epsilon": (1 - collision.epsilon, ""),
+            "max_compression": (collision.depth, "m"),
+            "contact_time": (collision.duration, "s"),
+            "pull_off_force": (spheres.pull_off_force, "N"),
+            "neck_energy": (spheres.neck_energy, "J"),
+            "epsilon_without_adhesion": (without, ""),
+        }
+        rows = [(name, f"{value:.{_SAMPLED}g}", unit) for name, (value, unit) in numbers.items()]
+        if bond is not None and bond.speed is not None:
+            rows.append(("sticking_speed", f"{bond.speed:.4g}", "m/s"))
+        warnings = limits_of(pair, speed, self.strength)
+        whole = {name: text for name, text, _ in rows} | {
+            "units": {name: unit for name, _, unit in rows if unit},
+            "parts": collision.parts,
+            "status": collision.status,
+            "errors": {name: collision.errors[name] for name in ("epsilon", "depth", "duration")},
+            "warnings": warnings,
+        }
+        show(self.style, ("quantity", "value", "unit"), rows, whole)
+        if self.style == "text":
+            error = 10.0 ** math.ceil(math.log10(max(collision.errors["epsilon"], _LEAST_SAMPLED)))
+            weight = " and weight" if gravity else ""
+            sentence = f"Sampled, with an error below {error:.0e}: eps with adhesion{weight}"
+            if not collision.parts:
+                sentence = f"Sampled: with adhesion{weight} the bodies stay together, eps is 0"
+            say(f"{sentence}. Without adhesion eps is {without:.6g}.")
+            for text in warnings:
+                say(f"Warning: {text}.")
+
     def _print(
         self,
         numbers: Mapping[str, str],
@@ -545,6 +585,7 @@ def _force(law: Law, speed: str | None, given: Mapping[str, str | None]) -> tupl
 @click.option("--beta", help="Damping beta, such as '1.3 (s/cm)^(1/5)', with --speed.")
 @click.option("--damping", help="Constant c of the damping force c x^B x', in N s/m^(B+1).")
 @click.option("--digits", type=DIGITS, help="Significant digits; not with a material or a stiffness.  [default: 30]")
+@ADHESION
 @_of_bodies("young_modulus", "poisson_ratio", "density", "dissipative_constant")
 def epsilon(
     v_star: str | None,
@@ -554,6 +595,7 @@ def epsilon(
     digits: int | None,
     stiffness: str | None,
     mass: str | None,
+    adhesion: float | None,
     **options: Any,
 ) -> None:
     """Print eps, maximal compression and contact time.
@@ -571,6 +613,9 @@ def epsilon(
     --gravity (for a material with --wall, or for --stiffness) and --load include the weight of a body that falls on a
     plane. These numbers are sampled in double precision, with an estimate of their error. A constant force F0 is the
     load G = (F0/m) (k/m)^(-1/(A+1)) v^(-2A/(A+1)).
+
+    --adhesion makes the surfaces of a material adhere (JKR): a neck costs energy, and below the sticking speed the
+    bodies stay together. These numbers are sampled, too.
     """
     from viscopade.collision import exact
 
@@ -586,6 +631,11 @@ def epsilon(
                 f"--digits and {what} given: such numbers are computed in double precision, {_IN_DOUBLES} digits "
                 f"without weight, {_SAMPLED} with it; expected no --digits"
             )
+    if adhesion is not None:
+        if bodies.pair is None:
+            raise click.UsageError("--adhesion needs surfaces: expected a material with --speed")
+        bodies.show_adhesive(bodies.pair, adhesion)
+        return
     if bodies.pair is not None:
         bodies.show_material(bodies.pair, {})
         return

@@ -12,6 +12,7 @@ import click
 
 from viscopade import arguments
 from viscopade.cli.console import (
+    ADHESION,
     GRAVITY,
     NO_FALL,
     STYLE,
@@ -68,6 +69,7 @@ _CURVES = (
     click.option("--pade", "approximants", type=Degrees(), multiple=True, help="Add this approximant; repeatable."),
     click.option("--program", "programs", multiple=True, help="Add this program of `viscopade audit`; repeatable."),
     GRAVITY,
+    ADHESION,
 )
 """The argument and the options of `_curves`."""
 
@@ -98,6 +100,8 @@ def plot(
     With --gravity the sphere falls on a wall (a material with --wall, or a scene), and its weight acts during the
     contact. eps is 0 where the sphere stays down, and --epsilon includes the weight. At --speed, contacts of --law and
     --program have the duration and the eps of the viscoelastic contact without weight.
+
+    With --adhesion the surfaces of a material, or of a scene, adhere (JKR): eps falls to 0 at the sticking speed.
     """
     require("plot", "matplotlib", *(["scipy"] if data is not None else []))
     kind = picture_kind("--output", output)
@@ -117,7 +121,7 @@ def plot(
 
         points = read.recording([(files.content(data, "CSV or a spreadsheet"), str(data))]).points
     over = {"over": sheet.V_STAR} if of_v_star else {}
-    number = _DRAWN if options["gravity"] is None else _DRAWN_WITH_WEIGHT
+    number = _DRAWN if options["gravity"] is options["adhesion"] is None else _DRAWN_WITH_WEIGHT
     draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, number), points, **over)
     write_all({output: sheet.picture(draw, "eps against the impact speed", command_line(), kind, page)})
     say(f"wrote {output}")
@@ -149,23 +153,27 @@ def _points(font_size: float | None) -> float:
 def table_command(points: int | None, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v*.
 
-    It takes the options of `viscopade plot`. For a material without --gravity the table also has the contact time and
-    the maximal compression. All numbers are in SI units and in double precision.
+    It takes the options of `viscopade plot`. For a material without --gravity and --adhesion the table also has the
+    contact time and the maximal compression. All numbers are in SI units and in double precision.
     """
     import numpy as np
 
+    from viscopade.collision.adhesion import adhesive, sticking
     from viscopade.collision.weight import falling
 
     curves, ends, pair, of_v_star = _curves(**options)
-    if options["gravity"] is not None and points is not None and points > _MOST_WITH_WEIGHT:
-        raise ValueError(f"points is {points}: expected at most {_MOST_WITH_WEIGHT} with --gravity")
+    work = options["adhesion"]
+    if (work is not None or options["gravity"] is not None) and points is not None and points > _MOST_WITH_WEIGHT:
+        with_option = "--gravity" if work is None else "--adhesion"
+        raise ValueError(f"points is {points}: expected at most {_MOST_WITH_WEIGHT} with {with_option}")
     number = max(2, round(3 * float(np.log10(ends[1] / ends[0]))) + 1) if points is None else points
     speeds = np.geomspace(*ends, number)
     key = "v_star" if of_v_star else "speed"
     columns: list[tuple[str, Any]] = [("v*" if of_v_star else "speed (m/s)", speeds)]
     columns += [("eps" if len(curves) == 1 else each.name, each.epsilon(speeds)) for each in curves]
     weight = options["gravity"] and float(options["gravity"])
-    if pair is not None and not weight:
+    is_proven = not weight and work is None
+    if pair is not None and is_proven:
         columns.append(("contact time (s)", pair.contact_time(speeds)))
         columns.append(("max compression (m)", pair.max_compression(speeds)))
     warnings: list[str] = []
@@ -182,16 +190,23 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
     }
     if pair is not None:
         warnings = limits_of(pair, ends[1], options["yield_strength"])
-        if not weight:
+        if is_proven:
             whole |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
         whole["warnings"] = warnings
-    if weight:
-        whole |= {"gravity": weight, "status": "sampled"}
+    slowest = None
+    if work is not None and pair is not None:
+        contact = adhesive(pair, work, weight or 0.0)
+        bond = sticking(lambda _: contact, ends[0])
+        slowest = bond and bond.speed
+    if not is_proven:
+        whole |= {"gravity": weight, "adhesion": work, "sticking_speed": slowest, "status": "sampled"}
     show(style, [name for name, _ in columns], rows, whole)
     if style == "text":
         if pair is not None:
             say(f"A = {pair.A:.{_FIGURES}g} s, beta = {pair.beta:.{_FIGURES}g} (s/m)^(1/5)")
-        if weight and pair is not None:
+        if slowest is not None:
+            say(f"With adhesion (sampled): below {slowest:.4g} m/s the bodies stay together, eps = 0.")
+        if weight and pair is not None and work is None:
             for sentence in falling(pair, ends[1], weight).sentences(*ends, given=True):
                 say(f"{sentence}.")
         for text in warnings:
@@ -209,6 +224,7 @@ def _curves(
     approximants: Sequence[tuple[int, int]],
     programs: Sequence[str],
     gravity: float | None,
+    adhesion: float | None,
     **body: Any,
 ) -> tuple[list[SpeedCurve], tuple[float, float], Pair | None, bool]:
     """Return the curves, the ends of their axis, the pair of a single material, and whether the axis is v*.
@@ -226,12 +242,25 @@ def _curves(
     if nothing and all(value in (None, False, ()) for value in body.values()):
         if gravity is not None:
             raise click.UsageError(NO_FALL)
+        if adhesion is not None:
+            raise click.UsageError(_NO_SURFACES)
         if laws or programs:
             raise click.UsageError("--law and --program need spheres: expected --epsilon with --speed, or a material")
         without_spheres = [speeds.over_v_star(), *(speeds.approximant(m, n, None) for m, n in approximants)]
         return without_spheres, _ends(slowest, fastest, 0.01, 10.0), None, True
     found, pair, ends = _viscoelastic(file, beta, epsilon, speed, body, gravity)
     at = ends[2] if speed is None and file is not None else speed
+    if adhesion is not None:
+        if laws or programs or approximants or epsilon is not None:
+            other = "--law" if laws else "--program" if programs else "--pade" if approximants else "--epsilon"
+            raise click.UsageError(f"{other} and --adhesion are given: expected one of them")
+        for _, of in found:
+            _weight(gravity, 1.0, of)
+        spheres = [(name, of) for name, of in found if not isinstance(of, float)]
+        if len(spheres) < len(found):
+            raise click.UsageError(_NO_SURFACES)
+        curves = [speeds.adhesive_spheres(name, of, adhesion, gravity or 0.0) for name, of in spheres]
+        return curves, _ends(slowest, fastest, *ends[:2]), pair, False
     if (laws or programs) and at is None:
         raise click.UsageError("--law and --program need --speed, at which their eps is that of the spheres")
     typical = ends[2] if at is None else at
@@ -250,6 +279,9 @@ def _curves(
     if len(curves) > speeds.MOST:
         raise ValueError(f"there are {len(curves)} curves: expected up to {speeds.MOST}")
     return curves, _ends(slowest, fastest, *ends[:2]), pair, False
+
+
+_NO_SURFACES = "--adhesion needs surfaces: expected a material with --dissipative-constant, or a scene"
 
 
 def _weight(gravity: float | None, speed: float, of: float | Pair) -> Weight | None:

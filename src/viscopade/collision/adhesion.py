@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike
 
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact, sticking_speed
+from viscopade.collision.spheres import Pair
 
 LARGEST_PULL = 0.75 ** (1 / 3)
 """z where the pull is largest, (3/2) pi w R."""
@@ -107,6 +108,23 @@ class JKR(NamedTuple):
             return self.force(a) + np.asarray(damping(a), float) * v
 
         return Contact(force, mass, load, "break", break_at=self.break_at)
+
+
+def adhesive(pair: Pair, work: float, gravity: float = 0.0) -> Contact:
+    """Return the contact of viscoelastic spheres that adhere, whose neck breaks where dx/da = 0.
+
+    The damping is 2 A E a v, that of Hertz' contact with the contact radius of JKR's.
+
+    Parameters
+    ----------
+    pair : Pair
+    work : float
+        Work of adhesion > 0.
+    gravity : float
+        Acceleration of a sphere that falls on a wall.
+    """
+    E, A, mass = pair.E_eff, pair.A, pair.m_eff
+    return JKR(E, pair.R_eff, work).contact(mass, lambda a: 2 * A * E * a, mass * gravity)
 
 
 class Sticking(NamedTuple):

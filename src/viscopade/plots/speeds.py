@@ -12,8 +12,9 @@ from mpmath import mp
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import exact
+from viscopade.collision.adhesion import adhesive
 from viscopade.collision.curve import curve
-from viscopade.collision.spheres import beta_from_restitution
+from viscopade.collision.spheres import Pair, beta_from_restitution
 from viscopade.collision.weight import FallingContact
 from viscopade.fitting.points import Points
 from viscopade.plots.sheet import (
@@ -94,6 +95,12 @@ def viscoelastic(name: str, beta: float, weight: Weight | None = None) -> SpeedC
     if weight is not None:
         return SpeedCurve(name, weight.epsilon(VISCOELASTIC, beta * weight.speed**0.2))
     return SpeedCurve(name, lambda v: np.asarray(double.epsilon(np.sqrt(beta) * v**0.1)))
+
+
+def adhesive_spheres(name: str, pair: Pair, work: float, gravity: float) -> SpeedCurve:
+    """Return the curve of viscoelastic spheres that adhere, with a weight if gravity is not 0; sampled."""
+    contact = adhesive(pair, work, gravity)
+    return SpeedCurve(name, lambda v: np.array([contact.collide(speed).epsilon for speed in v.tolist()]))
 
 
 def of_law(law: Law | str, epsilon: float, speed: float, weight: Weight | None = None) -> SpeedCurve:
