@@ -48,15 +48,19 @@ _BETAS = f"beta_i {_UNIT}"
 
 
 class Neglected(NamedTuple):
-    """Weight during contacts, if bodies fall, and a sentence on drag if it may matter."""
+    """Weight during contacts, if bodies fall, and sentences on drag and adhesion if they may matter."""
 
     weight: WeightInContacts | None
     drag: str | None
+    adhesion: str | None
 
     @property
     def warnings(self) -> list[str]:
         """Sentences on effects that the fit neglects although they matter."""
-        return [*([self.weight.sentence] if self.weight and self.weight.warns else []), *filter(None, [self.drag])]
+        return [
+            *([self.weight.sentence] if self.weight and self.weight.warns else []),
+            *filter(None, [self.drag, self.adhesion]),
+        ]
 
 
 def _warnings(recording: Recording, found: DampingFit, left: Neglected) -> list[str]:
@@ -283,7 +287,10 @@ def _fitted(
     assert isinstance(sphere, Sphere | None)
     gravity = how.flight.gravity
     drag = None if in_air else neglected.drag(recording, sphere, gravity)
-    left = Neglected(neglected.weight_in_contacts(recording, pair, gravity), drag)
+    weight = neglected.weight_in_contacts(recording, pair, gravity)
+    # A weight that matters, and is not in the fit, looks alike.
+    adhesion = None if weight and weight.warns else neglected.adhesion(found.laws)
+    left = Neglected(weight, drag, adhesion)
     return recording, found, sphere, constants, left
 
 

@@ -1,15 +1,21 @@
-"""Size of the effects that a fit of bounces may neglect: the weight during contacts, and drag in air."""
+"""Size of the effects that a fit of bounces may neglect: the weight during contacts, drag in air, and adhesion."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import optimize
 
+from viscopade.arrays.checked import FloatArray
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.collision.weight import COUNTS
 from viscopade.fitting.flight import Flight
+from viscopade.fitting.likelihood import LawFit
 from viscopade.fitting.read import Recording
+from viscopade.fitting.verdict import CLEAR, FEWEST
 from viscopade.theory.law import VISCOELASTIC
 
 AIR = 1.2
@@ -17,6 +23,8 @@ AIR = 1.2
 
 _LIGHT = Sphere(radius=0.02, mass=0.0027, young_modulus=1, poisson_ratio=0, dissipative_constant=0)
 _SLOW = 1e-9  # speed in m/s of a body that hardly rebounds
+_ROUNDS = 20  # of an iteration that makes its error less than half as large in each
+_LOSSES = (0.03, 0.1, 0.3, 0.6)  # of energy in the neck at the slowest speed, over the energy of impact
 _LEAST_DRAG = 1e-3  # change of eps from which on drag is reported
 
 
@@ -96,3 +104,51 @@ def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | No
     whose = "" if sphere else " of a table-tennis ball (2.7 g, 4 cm)"
     how = "--air-density" if sphere else "--air-density with --radius and --mass"
     return f"drag is neglected: in air it would change eps{whose} by up to {change:+.2g}; {how} includes it"
+
+
+def adhesion(fits: Sequence[LawFit]) -> str | None:
+    """Return a sentence if eps falls at slow speeds as that of adhering bodies does, better than by any law; or None.
+
+    Besides the energy that their law takes, adhering bodies lose about the same energy at every speed: eps^2 = E(v)^2 -
+    (v_0/v)^2. The sticking speed is that at which this is 0.
+
+    Parameters
+    ----------
+    fits : sequence of LawFit
+        Laws fitted to the same points, the viscoelastic one first.
+    """
+    main = fits[0]
+    points, errors, n = main.points, main.standard_errors, len(main.points)
+    slowest = float(points.speed.min())
+    if n < FEWEST:
+        return None
+
+    def residuals(parameters: FloatArray) -> FloatArray:
+        """Return the residuals over their errors, for ln b and (v_0/slowest)^2."""
+        log_b, square = parameters
+        epsilon = main.at(points.speed, np.array([math.exp(log_b)]))
+        lost = square * (slowest / points.speed) ** 2
+        return np.asarray((points.epsilon - np.sqrt(np.maximum(epsilon**2 - lost, 0))) / errors)
+
+    # Where the root is cut off at 0 no slope leads back: the search starts with several losses of the slowest bodies.
+    log_b = math.log(max(float(main.parameters[0]), 1e-9))
+    searches = [optimize.least_squares(residuals, [log_b, loss], bounds=([-50, 0], [50, np.inf])) for loss in _LOSSES]
+    best = min(searches, key=lambda search: float(search.cost))
+    chi2 = max(2 * float(best.cost), 1e-12 * n)
+    # Akaike's criterion of the law minus that with v_0, which is a parameter more; with a fitted scatter chi^2 is the
+    # variance, up to a factor.
+    gain = main.chi2 - chi2 if points.known else n * math.log(main.chi2 / chi2)
+    k = 1 + (not points.known)
+    more = math.inf if n <= k + 2 else 2 + 2 * (k + 1) * (k + 2) / (n - k - 2) - 2 * k * (k + 1) / (n - k - 1)
+    ahead = gain - more
+    if not ahead > max(CLEAR, main.aic - min(fit.aic for fit in fits)):
+        return None
+    v_0 = slowest * math.sqrt(best.x[1])
+    sticking = v_0
+    for _ in range(_ROUNDS):  # E(v) v = v_0
+        sticking = v_0 / float(main.at(np.array([sticking]), np.exp(best.x[:1]))[0])
+    return (
+        f"slow points fall below the law as if the bodies adhered: eps^2 = E^2 - (v_0/v)^2, with v_0 = {v_0:.2g} m/s, "
+        f"has an AIC less by {ahead:.1f}, and below about {sticking:.2g} m/s such bodies would stay together; "
+        "`viscopade epsilon --adhesion` computes their collisions, and a weight that is neglected looks alike"
+    )

@@ -31,12 +31,14 @@ THEORY = float(2 * VISCOELASTIC.c)
 
 _LEVEL = 0.95  # of the interval of p
 _SLACK = 0.01  # of p, which flights and soft contacts shift: by 0.002 in LAMMPS (`viscopade_lab.studies.coverage`)
-_CLEAR = 6.0  # difference of Akaike's criteria that decides: the other law is exp(3) = 20 times less likely
-_DECISIVE = (1 + math.sqrt(1 + _CLEAR)) ** 2  # mean difference d with d - 2 sqrt(d) = _CLEAR
+CLEAR = 6.0
+"""Difference of Akaike's criteria that decides: the other law is exp(3) = 20 times less likely."""
+_DECISIVE = (1 + math.sqrt(1 + CLEAR)) ** 2  # mean difference d with d - 2 sqrt(d) = CLEAR
 _POOR = 1e-3  # probability of a larger chi^2 below which a fit is rejected
 _FAR = 4.5  # standard errors, from which on a point is an outlier
 _FEW = 6  # points; fewer have no outliers
-_FEWEST = 5  # points; fewer cannot show that a law holds
+FEWEST = 5
+"""Number of points; fewer cannot show that a law holds."""
 _WIDEST = 1e8  # largest ratio of speeds that is tried
 
 
@@ -114,8 +116,8 @@ def outliers(points: Points) -> list[tuple[str, float]]:
 def judged(fits: Sequence[LawFit]) -> Verdict:
     """Return the verdict on the first of several laws fitted to the same points.
 
-    Akaike's criteria decide: the law does not hold if another one is better by more than `_CLEAR`, and it holds if a
-    constant eps and nu = 1 are worse by `_CLEAR` or more. If eps scatters more than its standard errors under every
+    Akaike's criteria decide: the law does not hold if another one is better by more than `CLEAR`, and it holds if a
+    constant eps and nu = 1 are worse by `CLEAR` or more. If eps scatters more than its standard errors under every
     law, the laws are compared with this scatter.
     """
     main, others = fits[0], {fit.model.name: fit for fit in fits[1:]}
@@ -139,15 +141,15 @@ def judged(fits: Sequence[LawFit]) -> Verdict:
         trend = (f"1 - eps ~ v^p at small v with {span}; theory: {THEORY:g}",)
     best = min((fit for fit in fits if fit is not free or not of_theory), key=lambda fit: fit.aic)
     ahead = main.aic - best.aic
-    if ahead > _CLEAR:
+    if ahead > CLEAR:
         return Verdict("does not hold", (f"{_named(best)} fits better: its AIC is less by {ahead:.1f}", *trend))
     rivals = [fit for name, fit in others.items() if name in ("constant", "hunt-crossley")]
-    open_ones = [fit for fit in rivals if not fit.aic - main.aic >= _CLEAR]
-    if number >= _FEWEST and not open_ones:
+    open_ones = [fit for fit in rivals if not fit.aic - main.aic >= CLEAR]
+    if number >= FEWEST and not open_ones:
         if of_theory:
             return Verdict("holds", trend)
         return Verdict("holds with a limit", (f"the exponent is near {THEORY:g}, but not within its errors", *trend))
-    few = () if number >= _FEWEST else (f"{number} points are too few: {_FEWEST} or more decide",)
+    few = () if number >= FEWEST else (f"{number} points are too few: {FEWEST} or more decide",)
     if not open_ones:
         return Verdict("undecided", (*few, *trend))
     names = " and ".join(_named(fit) for fit in open_ones)
@@ -190,7 +192,7 @@ def _law_of_exponent(p: float) -> str | None:
 def _advice(main: LawFit, ratio: float | None) -> str:
     """Return the range of speeds that would decide, in words."""
     slow, fast = float(main.points.speed.min()), float(main.points.speed.max())
-    number = max(len(main.points), _FEWEST)
+    number = max(len(main.points), FEWEST)
     if ratio is None:
         return f"no range of speeds with {number} points and such errors would decide"
     if ratio <= fast / slow:
@@ -215,9 +217,9 @@ def _named(fit: LawFit) -> str:
 def deciding_ratio(main: LawFit, other: Model) -> float | None:
     """Return the ratio of the largest to the smallest speed that would distinguish a true law from another one.
 
-    The number of points is the measured one, but at least `_FEWEST`; their speeds are evenly spaced in the logarithm,
+    The number of points is the measured one, but at least `FEWEST`; their speeds are evenly spaced in the logarithm,
     and the square of their standard error is the harmonic mean of the measured squares. The difference of the criteria
-    has mean d and standard deviation 2 sqrt(d), and exceeds `_CLEAR` in five of six measurements. If the fit finds the
+    has mean d and standard deviation 2 sqrt(d), and exceeds `CLEAR` in five of six measurements. If the fit finds the
     scatter, the difference is n ln(1 + d/n).
 
     Returns
@@ -225,7 +227,7 @@ def deciding_ratio(main: LawFit, other: Model) -> float | None:
     float or None
         None if a ratio of 1e8 is not enough.
     """
-    n = max(len(main.points), _FEWEST)
+    n = max(len(main.points), FEWEST)
     wanted = _DECISIVE if main.points.known else n * math.expm1(_DECISIVE / n)
     error = max(1 / math.sqrt(float(np.mean(1 / main.standard_errors**2))), 1e-10)
 
