@@ -17,7 +17,7 @@ from tests.patience import HANGS
 from tools import calculator_tables
 from viscopade import quantity
 from viscopade.calculator import page, tables
-from viscopade.collision import exact, limits, weight
+from viscopade.collision import adhesion, exact, limits, weight
 from viscopade.collision.contact import Contact
 from viscopade.simulators import TARGETS
 
@@ -237,6 +237,28 @@ def test_a_sphere_that_falls(run):
     assert found["epsilon"] == pytest.approx(0.7, rel=1e-7)
     assert found["fall"]["share"] == pytest.approx(body.share(0.05), rel=1e-9)
     assert found["fall"]["sticking"] == pytest.approx(body.sticking_speed, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("speed", "gravity"), [(0.08, 0.0), (0.3, 0.0), (3.0, 0.0), (0.05, 0.0), (0.08, 500.0), (50, 9.81)]
+)
+def test_spheres_that_adhere(run, speed, gravity):
+    """The page integrates in z = (a/a_0)^(1/2), the package in the compression."""
+    sphere = {"radius": 1e-4, "density": 2500.0, "young": 5e7, "poisson": 0.3}
+    bodies = [sphere, sphere | {"radius": "Infinity", "density": "NaN"}]
+    given = of(speed=speed, by="A", damping=1e-6, bodies=bodies, gravity=gravity or None, adhesion=0.07)
+    found, alone, other = run(
+        "calculate(x)", [given, given | {"adhesion": None}, given | {"law": "linear", "by": "kappa"}]
+    )
+    material = {"young_modulus": 5e7, "poisson_ratio": 0.3, "dissipative_constant": 1e-6}
+    pair = vp.Pair(vp.Sphere(radius=1e-4, density=2500, **material), vp.Sphere.wall(**material))
+    contact = adhesion.adhesive(pair, 0.07, gravity)
+    assert found["adhesion"]["epsilon"] == pytest.approx(contact.collide(speed).epsilon, abs=1e-7)
+    assert found["adhesion"]["sticking"] == pytest.approx(adhesion.sticking(contact, speed).speed, rel=1e-3)
+    assert "adhesion" not in alone
+    assert "adhesion" not in other
+    curve = 'page.curveAt({ kind: "adhesion" }, calculate(x), x, [0.01, 1])'
+    assert run(curve, [given])[0] == pytest.approx([0, contact.collide(1.0).epsilon], abs=1e-7)
 
 
 # --- text ---------------------------------------------------------------------------------------------------------

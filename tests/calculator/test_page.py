@@ -9,6 +9,7 @@ import viscopade as vp
 from tests.cli import called
 from tests.devtools import opened
 from viscopade.calculator import page
+from viscopade.collision.adhesion import adhesive
 
 COMMAND = "viscopade calculator"
 MOST_BYTES = 400_000
@@ -253,3 +254,24 @@ def test_a_ball_that_falls(tab):
     assert tab.evaluate(js(shown))[0] == "0: it stays down"
     put(tab, gravity="0")
     assert tab.evaluate(js(shown)) == [None, None, None]
+
+
+def test_spheres_that_adhere(tab):
+    """The work of adhesion is asked for where the law is the paper's; a curve falls to 0 at the sticking speed."""
+    names = ["eps with adhesion", "Sticks below"]
+    shown = f"return {names}.map((name) => row(name)?.textContent);"
+    curves = "document.querySelectorAll('[data-curve=curve-adhesion]').length"
+    put(tab, radius="0.1 mm", young="50 MPa", poisson="0.3", by="A", damping="1 us", speed="0.1")
+    assert tab.evaluate(js(shown)) == [None, None]
+    assert tab.evaluate(curves) == 0
+    put(tab, adhesion="70 mJ/m^2")
+    eps, sticking = tab.evaluate(js(shown))
+    rubber = {"young_modulus": 5e7, "poisson_ratio": 0.3, "dissipative_constant": 1e-6}
+    ball = vp.Sphere(radius=1e-4, density=2500, **rubber)
+    assert float(eps) == pytest.approx(adhesive(vp.Pair(ball, ball), 0.07).collide(0.1).epsilon, abs=1e-6)
+    assert sticking.endswith(" m/s")
+    assert tab.evaluate(curves) == 2  # eps, and its difference from the law
+    put(tab, speed="0.01")
+    assert tab.evaluate(js(shown))[0] == "0: they stick"
+    put(tab, end="return")
+    assert tab.evaluate(js(shown)) == [None, None]

@@ -32,13 +32,14 @@ _UNITS = {
     "density": ("kg/m^3", "g/cm^3", "t/mm^3", "pg/um^3"),
     "time": ("s", "ms", "us", "ns", "h"),
     "acceleration": ("m/s^2", "cm/s^2", "mm/s^2", "um/us^2"),
+    "energy per area": ("J/m^2", "mJ/m^2", "erg/cm^2", "mJ/mm^2", "fJ/um^2"),
 }
 """The units of the page's fields; the command line accepts more."""
 _SYSTEMS = {
-    "SI (m, kg, s)": ("m", "m/s", "Pa", "kg/m^3", "s", "m/s^2"),
-    "CGS (cm, g, s)": ("cm", "cm/s", "dyn/cm^2", "g/cm^3", "s", "cm/s^2"),
-    "mm, t, s (MPa)": ("mm", "mm/s", "MPa", "t/mm^3", "s", "mm/s^2"),
-    "um, pg, us": ("um", "um/us", "pg/um/us^2", "pg/um^3", "us", "um/us^2"),
+    "SI (m, kg, s)": ("m", "m/s", "Pa", "kg/m^3", "s", "m/s^2", "J/m^2"),
+    "CGS (cm, g, s)": ("cm", "cm/s", "dyn/cm^2", "g/cm^3", "s", "cm/s^2", "erg/cm^2"),
+    "mm, t, s (MPa)": ("mm", "mm/s", "MPa", "t/mm^3", "s", "mm/s^2", "mJ/mm^2"),
+    "um, pg, us": ("um", "um/us", "pg/um/us^2", "pg/um^3", "us", "um/us^2", "fJ/um^2"),
 }
 """Consistent units of plain numbers, in the order of `_UNITS`."""
 

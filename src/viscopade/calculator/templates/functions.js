@@ -132,11 +132,9 @@ function kappaFrom(law, end, epsilon) {
 
 // --- weight ------------------------------------------------------------------------------------------------------
 
-// eps of the scaled contact with a load G, 0 if the body stays down: the classical Runge-Kutta method in the variables
-// of `viscopade.collision.contact`, x = s^4 and dt = 4 s^3 dsigma. Null where the damping is too strong for its steps.
-function withLoad(law, end, kappa, G) {
-  const force = (s, v) => s ** (4 * law.a) + kappa * s ** (4 * law.b) * v;
-  const rates = ([s, v]) => [v, 4 * s ** 3 * (G - force(s, v))];
+// The state after which a motion [s, v] is over, null if it turns back before or stays, undefined where its damping is too
+// strong for the steps of a state: the classical Runge-Kutta method, and halving of the last step.
+function motion(rates, state, over, stepOf, stays) {
   const step = ([s, v], h) => {
     const [s1, v1] = rates([s, v]);
     const [s2, v2] = rates([s + (h / 2) * s1, v + (h / 2) * v1]);
@@ -144,28 +142,53 @@ function withLoad(law, end, kappa, G) {
     const [s4, v4] = rates([s + h * s3, v + h * v3]);
     return [s + (h / 6) * (s1 + 2 * s2 + 2 * s3 + s4), v + (h / 6) * (v1 + 2 * v2 + 2 * v3 + v4)];
   };
-  const over = ([s, v]) => v < 0 && (s <= 0 || (end === "force" && force(s, v) <= 0));
-  let state = [0, 1];
-  for (let i = 0; i < 1e5; i += 1) {
-    const next = step(state, FALL_STEP);
-    if (!Number.isFinite(next[1]) || next[0] > 100) return null;
+  for (let i = 0; i < MOST_STEPS; i += 1) {
+    const h = stepOf(state);
+    const next = step(state, h);
+    if (!Number.isFinite(next[1]) || next[0] > 1e4) return undefined;
     if (over(next)) {
-      let [low, high] = [0, FALL_STEP];
+      let [low, high] = [0, h];
       for (let k = 0; k < 40; k += 1) {
         const middle = (low + high) / 2;
         if (over(step(state, middle))) high = middle;
         else low = middle;
       }
-      const [s, v] = step(state, high);
-      return Math.sqrt(Math.max(v * v - 2 * G * Math.max(s, 0) ** 4, 0)); // it rises to x = 0 against its weight
+      return step(state, high);
     }
-    if ((state[1] < 0 && next[1] >= 0) || Math.abs(next[1]) < 1e-12) return 0; // it turns back, or creeps to its rest
+    if ((state[1] < 0 && next[1] >= 0) || stays(next)) return null;
     state = next;
   }
-  return null;
+  return undefined;
+}
+
+// eps of the scaled contact with a load G, 0 if the body stays down, in the variables of `viscopade.collision.contact`:
+// x = s^4 and dt = 4 s^3 dsigma. Null where the damping is too strong.
+function withLoad(law, end, kappa, G) {
+  const force = (s, v) => s ** (4 * law.a) + kappa * s ** (4 * law.b) * v;
+  const rates = ([s, v]) => [v, 4 * s ** 3 * (G - force(s, v))];
+  const over = ([s, v]) => v < 0 && (s <= 0 || (end === "force" && force(s, v) <= 0));
+  const last = motion(rates, [0, 1], over, () => FALL_STEP, ([, v]) => Math.abs(v) < 1e-12); // it creeps to its rest
+  if (!last) return last === null ? 0 : null;
+  const [s, v] = last;
+  return Math.sqrt(Math.max(v * v - 2 * G * Math.max(s, 0) ** 4, 0)); // it rises to x = 0 against its weight
 }
 
 const FALL_STEP = 1 / 256;
+const MOST_STEPS = 1e5;
+
+// The speed below which eps is 0, or null; the search begins at a speed and has as many steps of a factor of 4.
+function stickingSpeed(epsilonAt, speed, steps) {
+  let [low, high] = [speed, speed];
+  for (let i = 0; i < steps && epsilonAt(low) > 0; i += 1) [low, high] = [low / 4, low];
+  for (let i = 0; i < steps && !(epsilonAt(high) > 0); i += 1) [low, high] = [high, high * 4];
+  if (epsilonAt(low) !== 0 || !(epsilonAt(high) > 0)) return null;
+  for (let i = 0; i < 14; i += 1) {
+    const middle = Math.sqrt(low * high);
+    if (epsilonAt(middle) > 0) high = middle;
+    else low = middle;
+  }
+  return high;
+}
 
 // What weight does to a body that falls on a wall: g t_c/v, eps, and the speed below which it stays down (null: none).
 function fallOf(law, end, kappa, gravity, time, speed) {
@@ -176,16 +199,32 @@ function fallOf(law, end, kappa, gravity, time, speed) {
   const epsilonAt = (v) => withLoad(law, end, ...at(v));
   const found = { share: (gravity * time * law.contactTime) / speed, epsilon: epsilonAt(speed), sticking: null };
   if (!kappa || !gravity || found.epsilon === null) return found;
-  let [low, high] = [speed, speed];
-  for (let i = 0; i < 40 && epsilonAt(low) > 0; i += 1) [low, high] = [low / 4, low];
-  for (let i = 0; i < 40 && !(epsilonAt(high) > 0); i += 1) [low, high] = [high, high * 4];
-  if (epsilonAt(low) !== 0 || !(epsilonAt(high) > 0)) return found;
-  for (let i = 0; i < 14; i += 1) {
-    const middle = Math.sqrt(low * high);
-    if (epsilonAt(middle) > 0) high = middle;
-    else low = middle;
-  }
-  return { ...found, sticking: high };
+  return { ...found, sticking: stickingSpeed(epsilonAt, speed, 40) };
+}
+
+// --- adhesion ----------------------------------------------------------------------------------------------------
+
+// eps of viscoelastic spheres that adhere (JKR, `viscopade.collision.adhesion`) as a function of the speed. With the
+// contact radius a_0 z^2 all is a polynomial in z: x = z^4 - z, F = z^6 - 3/2 z^3 + kappa z^2 v, dt = (4 z^3 - 1) dtau.
+// The neck breaks at 4 z^3 = 1. 0 if the bodies stay together, null where the damping is too strong.
+function adhesive(pair, A, work, gravity) {
+  const first = Math.cbrt((2 * Math.PI * work * pair.radius ** 2) / pair.modulus); // a_0
+  const [length, force] = [first ** 2 / pair.radius, (4 / 3) * (pair.modulus / pair.radius) * first ** 3];
+  const unit = Math.sqrt((length * force) / pair.mass); // of speed
+  const kappa = (2 * A * pair.modulus * first * unit) / force;
+  const load = (pair.mass * gravity) / force;
+  const rates = ([z, v]) => [v, (load - (z ** 6 - 1.5 * z ** 3 + kappa * z * z * v)) * (4 * z ** 3 - 1)];
+  const over = ([z, v]) => v < 0 && 4 * z ** 3 <= 1;
+  const elastic = (z) => 0.4 * z ** 10 - z ** 7 + 0.375 * z ** 4 - load * (z ** 4 - z); // energy; too little is left to part
+  return (speed) => {
+    const impact = speed / unit;
+    // A step is a small part of the times in which z changes, the spring swings and the damping slows the bodies down.
+    const stepOf = ([z, v]) => 1 / (72 * (Math.abs(v) / z + z ** 4 + kappa * z ** 5));
+    const last = motion(rates, [1, impact], over, stepOf, ([z, v]) => v * v + 2 * (elastic(z) - elastic(Math.cbrt(1 / 4))) < 0);
+    if (!last) return last === null ? 0 : null;
+    const [z, v] = last;
+    return Math.sqrt(Math.max(v * v - 2 * load * (z ** 4 - z), 0)) / impact;
+  };
 }
 
 // eps of a Padé approximant of the paper's law at v*.
@@ -234,7 +273,7 @@ function meanOfA(pair, first, second) {
 
 // All that the page says of a collision. `input` has law, end, speed, by, damping, at, second (the A of the other
 // body, or null), bodies (null, or [first, second]), strength (or null), gravity (of a body that falls on a wall, or
-// null), and system for the sentences.
+// null), adhesion (the work of adhesion, or null), and system for the sentences.
 function calculate(input) {
   const law = lawOf(input.law);
   const pair = input.bodies && pairOf(...input.bodies);
@@ -261,6 +300,11 @@ function calculate(input) {
   if (pair && pair.second.radius === Infinity && law.a === 1.5 && input.gravity > 0) {
     const time = input.speed ** -0.2 / pair.stiffness;
     answer.fall = fallOf(law, input.end, kappa, input.gravity, time, input.speed);
+  }
+  if (pair && isPaper(law, input.end) && input.adhesion > 0) {
+    const gravity = pair.second.radius === Infinity ? input.gravity || 0 : 0;
+    const epsilonAt = adhesive(pair, answer.A, input.adhesion, gravity);
+    answer.adhesion = { epsilonAt, epsilon: epsilonAt(input.speed), sticking: stickingSpeed(epsilonAt, input.speed, 8) };
   }
   answer.warnings = warningsOf(answer, input);
   return answer;
@@ -306,6 +350,7 @@ function range(low, high, number, isLog) {
 // "reference" (the chosen law by its table), "kernel" and "pade" (of the paper's law).
 function curveAt(curve, answer, input, speeds) {
   const kappaAt = (law, kappa) => (v) => kappa * (v / input.speed) ** law.power;
+  if (curve.kind === "adhesion") return speeds.map((v) => answer.adhesion.epsilonAt(v) ?? NaN);
   if (curve.kind === "law") {
     const law = lawOf(curve.name);
     const kappa = law === answer.law ? answer.kappa : kappaFrom(law, input.end, byTable(answer, input));

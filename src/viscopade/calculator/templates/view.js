@@ -3,7 +3,7 @@
 const $ = (id) => document.getElementById(id);
 const STATE = [
   ...["law", "end", "system", "speed", "by", "damping", "at", "bodies", "radius", "density", "young", "poisson"],
-  ...["strength", "kind", "radius2", "density2", "young2", "poisson2", "second", "gravity", "from", "to", "logarithmic", "vertical", "program"],
+  ...["strength", "kind", "radius2", "density2", "young2", "poisson2", "second", "gravity", "adhesion", "from", "to", "logarithmic", "vertical", "program"],
 ];
 const FIELDS = {
   speed: ["impact speed", "speed"],
@@ -19,6 +19,7 @@ const FIELDS = {
   poisson2: ["the other Poisson ratio", ""],
   second: ["the other A", "time"],
   gravity: ["gravity", "acceleration"],
+  adhesion: ["the work of adhesion", "energy per area"],
   from: ["the slowest speed", "speed"],
   to: ["the fastest speed", "speed"],
 };
@@ -103,6 +104,8 @@ function read() {
   const other = by === "A" && ["sphere", "otherwall"].includes($("kind").value);
   const walls = found.bodies && ["wall", "otherwall"].includes($("kind").value);
   found.gravity = walls && filledIn("gravity") ? number("gravity", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
+  const paper = isPaper(lawOf(found.law), found.end);
+  found.adhesion = paper && filledIn("adhesion") ? number("adhesion", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
   found.second = other && filledIn("second") ? number("second", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
   return found;
 }
@@ -171,6 +174,12 @@ function rows() {
     found.push(["g t_c / v", general(fall.share, 3), fall.share]);
     if (fall.sticking !== null) found.push(["Stays down below", `${general(inUnit(fall.sticking, "speed", input.system), 3)} ${unitOf("speed", input.system)}`, fall.sticking]);
   }
+  const { adhesion } = answer;
+  if (adhesion) {
+    const sticky = adhesion.epsilon === null ? "out of range of this page" : adhesion.epsilon ? general(adhesion.epsilon, 6) : "0: they stick";
+    found.push([input.gravity > 0 ? "eps with adhesion and weight" : "eps with adhesion", sticky, adhesion.epsilon]);
+    if (adhesion.sticking !== null) found.push(["Sticks below", `${general(inUnit(adhesion.sticking, "speed", input.system), 3)} ${unitOf("speed", input.system)}`, adhesion.sticking]);
+  }
   if (paper) found.push(["v*", general(answer.vStar, DIGITS)]);
   found.push(["kappa", general(answer.kappa, DIGITS), answer.kappa]);
   if (answer.beta !== undefined) found.push(["beta", quantityText(answer.beta, "beta"), answer.beta]);
@@ -223,6 +232,7 @@ const CURVES = [
   ...FACTS.kernels.map(({ name, bound }) => ({ kind: "kernel", name, label: `${name.split("_")[0]} ${bound}` })),
   ...FACTS.laws.map(({ name, title }) => ({ kind: "law", name, label: title })),
 ].map((curve, i) => ({ ...curve, id: `curve-${i}`, color: `var(--c${i ? 1 + ((i - 1) % 7) : 0})`, dash: ["", "7 3", "2 3", "9 3 2 3"][Math.floor((i + 6) / 7) % 4] }));
+const ADHESIVE = { kind: "adhesion", name: "adhesion", label: "this law, with adhesion", id: "curve-adhesion", color: "var(--c0)", dash: "4 3" };
 const SHOWN_FIRST = new Set(["[1/4]", "[3/6]"]);
 
 function makeChoices() {
@@ -322,7 +332,7 @@ function draw() {
   const [low, high] = ends();
   const isLog = $("logarithmic").checked;
   const speeds = range(low, high, 241, isLog);
-  const curves = shownCurves();
+  const curves = [...shownCurves(), ...(answer.adhesion ? [ADHESIVE] : [])];
   const values = curves.map((curve) => curveAt(curve, answer, input, speeds));
   const here = curves.map((curve) => curveAt(curve, answer, input, [input.speed])[0]);
   const width = Math.max($("plot").clientWidth, 280);
@@ -466,6 +476,7 @@ function arrange() {
   $("of-other").classList.toggle("hidden", kind === "same" || kind === "wall");
   const used = { radius2: ["size", "sphere"], density2: ["sphere"], young2: ["sphere", "otherwall"], poisson2: ["sphere", "otherwall"] };
   for (const [id, kinds] of Object.entries(used)) $(`row-${id}`).classList.toggle("hidden", !kinds.includes(kind));
+  $("row-adhesion").classList.toggle("hidden", !isPaper(law, $("end").value));
   $("row-gravity").classList.toggle("hidden", !["wall", "otherwall"].includes(kind));
   $("row-second").classList.toggle("hidden", by !== "A" || !used.young2.includes(kind));
 }
