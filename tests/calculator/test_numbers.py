@@ -254,7 +254,7 @@ def test_spheres_that_adhere(run, speed, gravity):
     pair = vp.Pair(vp.Sphere(radius=1e-4, density=2500, **material), vp.Sphere.wall(**material))
     contact = adhesion.adhesive(pair, 0.07, gravity)
     assert found["adhesion"]["epsilon"] == pytest.approx(contact.collide(speed).epsilon, abs=1e-7)
-    assert found["adhesion"]["sticking"] == pytest.approx(adhesion.sticking(contact, speed).speed, rel=1e-3)
+    assert found["adhesion"]["sticking"] == pytest.approx(adhesion.sticking(lambda _: contact, speed).speed, rel=1e-3)
     assert "adhesion" not in alone
     assert "adhesion" not in other
     curve = 'page.curveAt({ kind: "adhesion" }, calculate(x), x, [0.01, 1])'
