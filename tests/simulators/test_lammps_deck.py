@@ -871,7 +871,7 @@ def test_a_file_of_windows_is_the_same(tmp_path):
     """A mark of the order of bytes, ends of lines with a carriage return, and bytes that are no text."""
     text = CONTACT.replace("$x", "&\n 5").replace("\n", "\r\n")
     (tmp_path / "in.deck").write_bytes(b"\xef\xbb\xbf" + f"units si # \xe9\r\n{text}".encode("latin-1"))
-    deck = read(tmp_path / "in.deck", Said())
+    deck = read_input(tmp_path / "in.deck", Said())
     assert deck.runs[0].contacts[0].settings["coefficients"] == "1e4 5"
     assert deck.units.length == "m"
 

@@ -1,5 +1,7 @@
 """Soft contacts, which an implicit step solves: runs of the real engines, and loops that share no code with ours."""
 
+import ctypes
+import ctypes.util
 import math
 
 import numpy as np
@@ -89,7 +91,7 @@ def test_bullet_with_short_steps_is_a_linear_spring():
 
 def test_what_is_written_gives_the_wanted_eps_in_bullet():
     native = simulator_of("bullet").native
-    given = {"contactStiffness": "2e3"}
+    given = {"contactStiffness": "2e3", "contactDamping": "1"}
     written = delivery(native, given, Impact(1.0, 0.7, 0.2, 9.81, 1 / 1000), 0.5).instead
     pairs = {name: f"{value} {value}" for name, value in (given | written).items()}
     run = bullet(pairs, 0.7, 0.2, 9.81, 1 / 1000, False)
@@ -99,4 +101,201 @@ def test_what_is_written_gives_the_wanted_eps_in_bullet():
 def test_a_stiffness_of_bullet_needs_a_mass():
     native = simulator_of("bullet").native
     with pytest.raises(ValueError, match="mass is missing: expected --mass"):
-        delivery(native, {"contactStiffness": "2e3"}, Impact(1.0, None, 0.2, 9.81, 1 / 240))
+        delivery(native, {"contactStiffness": "2e3", "contactDamping": "1"}, Impact(1.0, None, 0.2, 9.81, 1 / 240))
+
+
+class Surface(ctypes.Structure):  # dSurfaceParameters of ode/contact.h, in double precision
+    _fields_ = [("mode", ctypes.c_int)] + [
+        (name, ctypes.c_double)
+        for name in (
+            *("mu", "mu2", "rho", "rho2", "rhoN", "bounce", "bounce_vel", "soft_erp", "soft_cfm"),
+            *("motion1", "motion2", "motionN", "slip1", "slip2"),
+        )
+    ]
+
+
+class Geometry(ctypes.Structure):  # dContactGeom
+    _fields_ = [
+        ("pos", ctypes.c_double * 4),
+        ("normal", ctypes.c_double * 4),
+        ("depth", ctypes.c_double),
+        ("geoms", ctypes.c_void_p * 2),
+        ("sides", ctypes.c_int * 2),
+    ]
+
+
+class TouchPoint(ctypes.Structure):  # dContact
+    _fields_ = [("surface", Surface), ("geom", Geometry), ("fdir1", ctypes.c_double * 4)]
+
+
+def ode_library():
+    name = ctypes.util.find_library("ode") or "libode.so.8"
+    try:
+        own = ctypes.CDLL(name)
+    except OSError:
+        pytest.skip("the library ODE is not installed: the engine is not run")
+    if not own.dCheckConfiguration(b"ODE_double_precision"):
+        pytest.skip("the library ODE is in single precision")
+    own.dInitODE2(0)
+    handles = "dWorldCreate", "dBodyCreate", "dCreateSphere", "dCreatePlane", "dJointGroupCreate", "dJointCreateContact"
+    for function in handles:
+        getattr(own, function).restype = ctypes.c_void_p
+    for function in ("dBodyGetPosition", "dBodyGetLinearVel"):
+        getattr(own, function).restype = ctypes.POINTER(ctypes.c_double)
+    return own
+
+
+def ode(settings, mass, radius, gravity, step, both):
+    """Return a run of ODE: a ball on a plane, or two balls."""
+    own, real, pointer = ode_library(), ctypes.c_double, ctypes.c_void_p
+    numbers = {name: float(text) for name, text in settings.items() if name != "solver"}
+
+    def run(gap, rate):
+        world, group = pointer(own.dWorldCreate()), pointer(own.dJointGroupCreate(0))
+        own.dWorldSetGravity(world, real(0), real(0), real(-gravity))
+        own.dWorldSetContactMaxCorrectingVel(world, real(numbers.get("max_vel", math.inf)))
+        own.dWorldSetContactSurfaceLayer(world, real(numbers.get("min_depth", 0)))
+
+        def ball(height, speed):
+            body, geom = pointer(own.dBodyCreate(world)), pointer(own.dCreateSphere(None, real(radius)))
+            own.dMassSetSphereTotal(inertia := (real * 17)(), real(mass), real(radius))
+            own.dBodySetMass(body, inertia)
+            own.dGeomSetBody(geom, body)
+            own.dBodySetPosition(body, real(0), real(0), real(height))
+            own.dBodySetLinearVel(body, real(0), real(0), real(speed))
+            return body, geom
+
+        upper, first = ball(radius + gap, rate / 2 if both else rate)
+        lower, second = ball(-radius, -rate / 2) if both else (pointer(), None)
+        if not both:
+            second = pointer(own.dCreatePlane(None, real(0), real(0), real(1), real(0)))
+        touch = TouchPoint()
+        touch.surface.mode = 0x004 | 0x008 | 0x010  # dContactBounce, dContactSoftERP, dContactSoftCFM
+        touch.surface.bounce, touch.surface.bounce_vel = numbers.get("bounce", 0), numbers.get("bounce_vel", 0)
+        touch.surface.soft_erp, touch.surface.soft_cfm = numbers["soft_erp"], numbers["soft_cfm"]
+        for _ in range(STEPS):
+            if own.dCollide(first, second, 1, ctypes.byref(touch.geom), ctypes.sizeof(Geometry)):
+                own.dJointAttach(pointer(own.dJointCreateContact(world, group, ctypes.byref(touch))), upper, lower)
+            getattr(own, settings.get("solver", "dWorldStep"))(world, real(step))
+            own.dJointGroupEmpty(group)
+            place, speed = own.dBodyGetPosition(upper)[2], own.dBodyGetLinearVel(upper)[2]
+            if both:
+                yield place - own.dBodyGetPosition(lower)[2] - 2 * radius, speed - own.dBodyGetLinearVel(lower)[2]
+            else:
+                yield place - radius, speed
+
+    return run
+
+
+ODE = [  # settings, speed, gravity, step, whether both are balls
+    ({"soft_erp": "0.9", "soft_cfm": "0.01"}, 1.0, 9.81, 1e-3, False),
+    ({"soft_erp": "0.5", "soft_cfm": "0.02", "min_depth": "0.001"}, 2.0, 9.81, 2e-3, False),
+    ({"soft_erp": "0.9", "soft_cfm": "0.01", "max_vel": "0.7"}, 1.0, 9.81, 1e-3, False),
+    ({"soft_erp": "0.2", "soft_cfm": "1e-10", "bounce": "0.8"}, 1.0, 9.81, 1e-3, False),
+    ({"soft_erp": "0.6", "soft_cfm": "0.01", "bounce": "0.4", "bounce_vel": "0.5"}, 1.0, 9.81, 1e-3, False),
+    ({"soft_erp": "0.9", "soft_cfm": "0.05"}, 1.0, 0.0, 1e-3, True),
+    ({"soft_erp": "0.8", "soft_cfm": "0.02", "solver": "dWorldQuickStep"}, 3.0, 9.81, 1e-3, False),
+]
+
+
+@pytest.mark.parametrize(("settings", "speed", "gravity", "step", "both"), ODE)
+def test_a_ball_in_ode(settings, speed, gravity, step, both):
+    mass, radius = 0.7, 0.2
+    real = measured(ode(settings, mass, radius, gravity, step, both), speed, gravity, step)
+    native = simulator_of("ode").native
+    impact = Impact(speed, mass / 2 if both else mass, None, gravity, step)
+    found = native.contact(native.values(settings), impact).epsilon(PHASES)
+    # QuickStep's iterations leave a small error.
+    assert found == pytest.approx(real, abs=1e-4 if settings.get("solver") == "dWorldQuickStep" else 1e-9)
+    assert found.max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("settings", "written"),
+    [
+        ({"soft_erp": "0.9", "soft_cfm": "0.005"}, {"soft_erp", "soft_cfm"}),
+        ({}, {"bounce"}),  # ERP and CFM of ODE's world, which are as good as hard
+    ],
+)
+def test_what_is_written_gives_the_wanted_eps_in_ode(settings, written):
+    native = simulator_of("ode").native
+    instead = delivery(native, settings, Impact(1.0, 0.7, None, 9.81, 1e-3), 0.5).instead
+    assert {*instead} == written
+    run = ode({"soft_erp": "0.2", "soft_cfm": "1e-10"} | settings | instead, 0.7, 0.2, 9.81, 1e-3, False)
+    assert measured(run, 1.0, 9.81, 1e-3, (np.arange(64) + 0.5) / 64).mean() == pytest.approx(0.5, abs=1e-3)
+
+
+def test_ode_makes_its_spring_of_a_step():
+    """k = erp/(h cfm) and c = (1 - erp)/cfm, so that an uncapped contact has eps of that spring for short steps."""
+    native, stiffness, damping, mass, h = simulator_of("ode").native, 1e4, 20.0, 0.7, 1e-5
+    cfm = 1 / (h * stiffness + damping)
+    settings = {"soft_erp": repr(h * stiffness * cfm), "soft_cfm": repr(cfm)}
+    found = delivery(native, settings, Impact(1.0, mass, None, 0.0, h)).collision.epsilon
+    assert found == pytest.approx(linear_epsilon(stiffness, damping, mass), abs=2e-3)
+    with pytest.raises(ValueError, match="expected --time-step, of which soft_erp and soft_cfm are made"):
+        delivery(native, settings, Impact(1.0, mass))
+
+
+def gazebo_epsilon(kp, kd, e, cap, speed, gravity, h, phase, mass, smoothing=0.01):
+    """Return eps of one ball by the iterations of Gazebo's quickstep: impulses for the way, and for the speed."""
+    erp, cfm = h * kp / (h * kp + kd), 1 / (h * kp + kd) / h
+    start = (phase + 2) * h  # contact begins in the third step
+    z, w = start * speed - gravity / 2 * start**2, gravity * start - speed + gravity * h / 2
+    for _ in range(4000):
+        before = w
+        ways = {"way": math.inf, "speed": cap}
+        after = {}
+        for kind, limit in ways.items():
+            impulse = pushed = 0.0
+            target = min(max(erp / h * max(-z, 0), -e * before), limit)
+            for _ in range(50 if z <= 0 else 0):
+                # SOR with w = 1.3 on (1/m + cfm) impulse = target - rate; the impulse of the speed is smoothed
+                change = 1.3 / (1 / mass + cfm) * (target - before + gravity * h - cfm * impulse - pushed / mass)
+                change = max(change, -impulse)
+                pushed += change
+                impulse += change * (1 - smoothing if kind == "speed" else 1)
+            after[kind] = before - gravity * h + pushed / mass
+        z, w = z + h * after["way"], after["speed"]
+        if z >= 0 and w > gravity * h / 2:
+            return math.hypot(w - gravity * h / 2, math.sqrt(2 * gravity * z)) / speed
+    return 0.0
+
+
+GAZEBO = [  # kp and kd of both bodies together, restitution, max_vel, speed
+    (1e4, 20.0, 0.0, 10.0, 1.0),
+    (1e4, 20.0, 0.0, 0.3, 1.0),
+    (5e3, 2.0, 0.6, 0.5, 1.0),
+    (1e12, 2.0, 0.8, 0.01, 2.0),
+    (1e12, 2.0, 0.8, 5.0, 2.0),
+]
+
+
+@pytest.mark.parametrize(("kp", "kd", "e", "cap", "speed"), GAZEBO)
+def test_gazebo_against_its_iterations(kp, kd, e, cap, speed):
+    native, phases = simulator_of("gazebo").native, (np.arange(4) + 0.5) / 4
+    settings = {"kp": f"{2 * kp} {2 * kp}", "kd": f"{kd / 4} {3 * kd / 4}", "max_vel": f"{cap} 20", "threshold": "0"}
+    settings["restitution_coefficient"] = f"1 {e}"
+    found = native.contact(native.values(settings), Impact(speed, 0.7, None, 9.81, 1e-3)).epsilon(phases)
+    expected = [gazebo_epsilon(kp, kd, e, cap, speed, 9.81, 1e-3, phase, 0.7) for phase in phases]
+    assert found == pytest.approx(expected, abs=1e-6)
+
+
+def test_gazebo_s_restitution_needs_max_vel():
+    """By default max_vel is 0.01 m/s: then a body leaves with that speed, and gains a few millimetres at most."""
+    native, impact = simulator_of("gazebo").native, Impact(1.0, 0.7, None, 9.81, 1e-3)
+    settings = {"restitution_coefficient": "0.8", "threshold": "0"}
+    found = delivery(native, settings, impact, 0.8)
+    assert found.collision.epsilon < 0.1
+    assert any("max_vel is 0.01 m/s" in warning for warning in found.warnings)
+    written = {name: float(value) for name, value in found.instead.items()}
+    assert written["max_vel"] == pytest.approx(written["restitution_coefficient"] * 1.0)
+    assert delivery(native, settings | found.instead, impact).collision.epsilon == pytest.approx(0.8, abs=1e-4)
+    with pytest.raises(ValueError, match="expected --time-step, as max_vel is below the speed"):
+        delivery(native, settings, Impact(1.0, 0.7))
+
+
+def test_gazebo_with_short_steps_is_a_linear_spring():
+    native = simulator_of("gazebo").native
+    settings = {"kp": "2e4", "kd": "4 8", "max_vel": "9"}
+    found = delivery(native, settings, Impact(1.0, 0.7)).collision.epsilon
+    assert found == pytest.approx(linear_epsilon(1e4, 12.0, 0.7), abs=1e-8)

@@ -49,19 +49,26 @@ SIMULATORS: Mapping[str, tuple[str, ...]] = {
     "bullet": (),
     "jolt": (),
     "box2d": (),
+    "ode": (),
+    "gazebo": (),
     "textbook": (),
 }
-"""Names, which are those of the modules except for `IMPULSES`, and the targets for which `viscopade simulators` writes
+"""Names, which are those of the modules except for `SEVERAL`, and the targets for which `viscopade simulators` writes
 each one's text."""
 TARGETS = tuple(target for own in SIMULATORS.values() for target in own)
-IMPULSES = ("physx", "bullet", "jolt", "box2d")
-"""Those of the module `impulse`."""
+SEVERAL = {
+    **dict.fromkeys(("physx", "bullet", "jolt", "box2d"), "impulse"),
+    **dict.fromkeys(("ode", "gazebo"), "soft"),
+}
+"""Modules with several simulators, by the simulators' names."""
 OTHER_NAMES: Mapping[str, str] = {
     "physx": "isaac isaacsim isaaclab isaacgym omniverse sapien maniskill unity",
     "jolt": "godot joltphysics",
     "box2d": "planck liquidfun",
     "bullet": "pybullet",
-    "bullet or simbody": "gazebo ignition",
+    "gazebo": "gazebo-classic gzserver",
+    "gazebo or bullet": "ignition gz-sim",
+    "ode": "opende ode4j pyode open-dynamics-engine",
     "mujoco": "mjx dm_control gymnasium",
     "simbody": "opensim",
     "newton": "warp newton-physics",
@@ -83,8 +90,8 @@ def simulator_of(name: str) -> Simulator:
     """
     if name not in SIMULATORS:
         raise ValueError(f"program is {name!r}: expected {', '.join(SIMULATORS)}")
-    module = import_module(f"{__name__}.{'impulse' if name in IMPULSES else name}")
-    found: Simulator = module.SIMULATORS[name] if name in IMPULSES else module.SIMULATOR
+    module = import_module(f"{__name__}.{SEVERAL.get(name, name)}")
+    found: Simulator = module.SIMULATORS[name] if name in SEVERAL else module.SIMULATOR
     return found
 
 

@@ -507,7 +507,7 @@ _ENGINES = {
         _bullet_warnings,
         soft=Soft(
             native.positive("contactStiffness", "N/m", both=True),
-            Parameter("contactDamping", "N s/m", "0.1", both=True),
+            Parameter("contactDamping", "N s/m", both=True),
             "btManifoldResult::addContactPoint",
         ),
     ),

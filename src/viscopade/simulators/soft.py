@@ -1,0 +1,224 @@
+"""Soft contacts: ODE, and Gazebo Classic with its own ODE.
+
+    contact.surface.soft_erp = h*kp/(h*kp + kd);  contact.surface.soft_cfm = 1/(h*kp + kd);          ODE
+    <contact><ode><kp>1e5</kp><kd>10</kd><max_vel>1</max_vel></ode></contact>                          Gazebo Classic
+
+The contact is a spring and a damper with their force at the end of a step, as of implicit Euler's method, which damps,
+too: `viscopade.simulators.impulse.Spring`, in steps of `viscopade.simulators.impulse.flight_epsilon`. It pushes only.
+
+- ODE, `dxJointContact::getInfo2` of ode/src/joints/contact.cpp (odedevs/ode at commit 624b1c17; 0.16.2 was run):
+  ERP/h times the overlap, less that of the surface layer, is the speed out of an overlap, with the maximum correcting
+  speed at most. A rebound, of the speed without the kick of gravity, is not limited. The contact begins in the step
+  after the bodies met.
+- Gazebo, `ODEPhysics::Collide` (gazebo-classic at commit 73be8911): 1/kp adds up over both bodies, and so does kd; the
+  smaller number of others counts. deps/opende/src/quickstep.cpp (commit 9ca8b87a), quickstep_update_bodies.cpp (commit
+  2217b19e): `max_vel`, 0.01 m/s by default, limits the speed of a body after a step, also that of a rebound, and not
+  its way in this step. `contact_residual_smoothing` is 0.01 in `dWorldCreate` of ode.cpp (commit 6e3233b5).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from mpmath import mp
+
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.contact import Contact
+from viscopade.collision.schemes import IMPLICIT, SEMI_IMPLICIT
+from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa
+from viscopade.simulators.impulse import Ground, Motion, Spring, flight_epsilon
+from viscopade.simulators.native import (
+    SERIES,
+    SMALLER,
+    SUM,
+    Impact,
+    Impulse,
+    Native,
+    Parameter,
+    Values,
+    positive,
+    restitution,
+)
+from viscopade.simulators.simulator import Simulator
+
+_FEW_STEPS = 2  # in a contact; with fewer it is as good as hard
+
+
+def _ode(gap: FloatArray, rate: FloatArray, ground: Ground, is_gazebo: bool = False) -> Motion:
+    """ODE, `dWorldStep` and `dWorldQuickStep`; or Gazebo's `dWorldQuickStep`."""
+    h, fastest, spring = ground.step, ground.numbers["max_vel"], ground.spring
+    assert spring is not None
+    kicked = rate - ground.gravity * h
+    rebound = np.where(-rate > ground.threshold, -ground.restitution * rate, 0)
+    pushout = spring.erp(h) / h * np.maximum(-gap - ground.numbers["min_depth"], 0)
+
+    def pushed(target: FloatArray, share: float) -> FloatArray:
+        return np.where(gap <= 0, kicked + share * np.maximum(target - kicked, 0), kicked)
+
+    if not is_gazebo:
+        new = pushed(np.maximum(np.minimum(pushout, fastest), rebound), spring.share(h))
+        return gap + h * new, new
+    # The way has no limit. For the speed, contact_residual_smoothing s leaves 1 - s of CFM.
+    target, k, c = np.maximum(pushout, rebound), spring.stiffness, spring.damping
+    rest = 1 - ground.numbers["contact_residual_smoothing"]
+    stiffer = Spring(k / rest, c / rest, spring.mass)
+    return gap + h * pushed(target, spring.share(h)), pushed(np.minimum(target, fastest), stiffer.share(h))
+
+
+def _without_steps(reason: str) -> Impulse:
+    """Return a collision that is only known in time steps."""
+
+    def epsilon(phases: FloatArray) -> FloatArray:
+        raise ValueError(f"time-step is missing: expected --time-step, {reason}")
+
+    return Impulse(epsilon)
+
+
+def _hard(spring: Spring, impact: Impact) -> bool:
+    """Return whether a contact without damping, pi sqrt(m/k), has so few steps that it is as good as hard."""
+    return math.pi * math.sqrt(spring.mass / spring.stiffness) < _FEW_STEPS * (impact.step or 0)
+
+
+def _ode_ground(values: Values, impact: Impact) -> Ground:
+    """Return what ODE makes of soft_erp = h k/(h k + c) and soft_cfm = 1/(h k + c)."""
+    h, erp, cfm = impact.step or math.nan, values["soft_erp"], values["soft_cfm"]
+    spring = Spring(erp / (h * cfm), (1 - erp) / cfm, impact.effective_mass)
+    fastest = math.inf
+    if "max_vel" in values:
+        fastest = values["max_vel"]
+    numbers = {"max_vel": fastest, "min_depth": values["min_depth"]}
+    return Ground(values["bounce"], values["bounce_vel"], 0, impact.gravity, h, numbers=numbers, spring=spring)
+
+
+def _ode_collision(values: Values, impact: Impact) -> Impulse:
+    if impact.step is None:
+        return _without_steps("of which soft_erp and soft_cfm are made")
+    return Impulse(partial(flight_epsilon, _ode, _ode_ground(values, impact), impact.speed))
+
+
+def _ode_damped(values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
+    """Return the numbers of the same k with the damping c sqrt(k m); of a hard contact, bounce = exp(-c)."""
+    spring, h = _ode_ground(values, impact).spring, impact.step or math.nan
+    assert spring is not None
+    if _hard(spring, impact):
+        return {"bounce": math.exp(-c)}
+    damped = spring._replace(damping=c * math.sqrt(spring.stiffness * spring.mass))
+    return {"soft_erp": damped.erp(h), "soft_cfm": 1 / (h * damped.stiffness + damped.damping)}
+
+
+def _gazebo_ground(values: Values, impact: Impact) -> Ground:
+    """Return what Gazebo makes of the surfaces of both bodies."""
+    source = "ODEPhysics::Collide"
+    stiffness, damping = values.mix("kp", SERIES, source), values.mix("kd", SUM, source)
+    e, threshold, fastest, depth = (
+        values.mix(name, SMALLER, source) for name in ("restitution_coefficient", "threshold", "max_vel", "min_depth")
+    )
+    numbers = {
+        "max_vel": min(fastest, values["contact_max_correcting_vel"]),
+        "min_depth": depth,
+        "contact_residual_smoothing": values["contact_residual_smoothing"],
+    }
+    spring = Spring(stiffness, damping, impact.effective_mass)
+    return Ground(e, threshold, 0, impact.gravity, impact.step or 0.0, numbers=numbers, spring=spring)
+
+
+def _gazebo_collision(values: Values, impact: Impact) -> Impulse | Contact:
+    ground = _gazebo_ground(values, impact)
+    if impact.step is not None:
+        return Impulse(partial(flight_epsilon, partial(_ode, is_gazebo=True), ground, impact.speed))
+    if ground.numbers["max_vel"] < impact.speed:
+        return _without_steps("as max_vel is below the speed")
+    assert ground.spring is not None
+    e, threshold, depth = ground.restitution, ground.threshold, ground.numbers["min_depth"]
+    k, c = ground.spring.stiffness, ground.spring.damping
+
+    def force(x: FloatArray, v: FloatArray) -> FloatArray:
+        # max(k x, c e v) + c v: the damper acts on the difference to the wanted speed
+        return np.maximum(k * np.maximum(x - depth, 0), np.where(v > threshold, c * e * v, 0)) + c * v
+
+    return ground.spring.contact(impact, force)
+
+
+def _gazebo_damped(values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
+    """Return kd of both bodies for the damping c sqrt(k m); of a hard contact, a rebound e v with max_vel = e v."""
+    spring = _gazebo_ground(values, impact).spring
+    assert spring is not None
+    if _hard(spring, impact):
+        e = math.exp(-c)
+        pairs = {"restitution_coefficient": e, "threshold": 0.0, "max_vel": e * impact.speed}
+        return {name: (value, value) for name, value in pairs.items()}
+    return {"kd": (c * math.sqrt(spring.stiffness * spring.mass) / 2,) * 2}
+
+
+def _gazebo_warnings(values: Values, impact: Impact) -> Iterator[str]:
+    if impact.step:
+        yield "This is from the source of Gazebo, which was not run"
+    numbers = _gazebo_ground(values, impact).numbers
+    if numbers["max_vel"] < impact.speed:
+        yield f"max_vel is {numbers['max_vel']:g} m/s: after a step in contact no body is faster, nor is a rebound"
+
+
+def _row(name: str, parameter: str, source: str, note: str = "") -> tuple[DampingFormula, ...]:
+    """Return the row of the damping that people compute from a damping ratio for contact that ends at x = 0."""
+    accepted = "0", "1e3"
+    return (
+        DampingFormula(
+            name, LINEAR, parameter, mp.mpf, accepted, "other end", source, linear_kappa, note=note, scheme=IMPLICIT
+        ),
+    )
+
+
+_SOURCE, _GAZEBO_SOURCE = "ode/src/joints/contact.cpp", "deps/opende/src/joints/contact.cpp"
+_ENGINES = (
+    Simulator(
+        "ode",
+        "ODE",
+        "commit 624b1c17; 0.16.2 was run",
+        _row("soft_erp and soft_cfm of kp and kd", "kd/sqrt(kp m)", _SOURCE),
+        native=Native(
+            (
+                Parameter("soft_erp", "", "0.2", "a number > 0 and <= 1", lambda pair: 0 < pair[0] <= 1),
+                positive("soft_cfm", "", "1e-10"),
+                Parameter("max_vel", "m/s"),
+                Parameter("min_depth", "m", "0"),
+                restitution("bounce", "0", above=None),
+                Parameter("bounce_vel", "m/s", "0"),
+            ),
+            _ode_collision,
+            _SOURCE,
+            schemes={"dWorldStep": SEMI_IMPLICIT, "dWorldQuickStep": SEMI_IMPLICIT},
+            integrator="solver",
+            damped=_ode_damped,
+        ),
+    ),
+    Simulator(
+        "gazebo",
+        "Gazebo Classic",
+        "gazebo-classic at commits 73be8911 and 9ca8b87a; from the source, not run",
+        _row("kp and kd", "kd/sqrt(kp m)", _GAZEBO_SOURCE, "max_vel is above the speed of the rebound."),
+        native=Native(
+            (
+                positive("kp", "N/m", "1e12", both=True),
+                Parameter("kd", "N s/m", "1", both=True),
+                Parameter("max_vel", "m/s", "0.01", both=True),
+                Parameter("min_depth", "m", "0", both=True),
+                restitution("restitution_coefficient", "0", above=None, both=True),
+                Parameter("threshold", "m/s", "100000", both=True),
+                Parameter("contact_max_correcting_vel", "m/s", "100"),
+                Parameter("contact_residual_smoothing", "", "0.01", "a number < 1", lambda part: 0 <= part[0] < 1),
+            ),
+            _gazebo_collision,
+            _GAZEBO_SOURCE,
+            schemes={"quick": SEMI_IMPLICIT},
+            integrator="solver",
+            damped=_gazebo_damped,
+            warnings=_gazebo_warnings,
+        ),
+        default_step=0.001,
+    ),
+)
+SIMULATORS = {engine.name: engine for engine in _ENGINES}
