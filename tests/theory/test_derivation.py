@@ -176,7 +176,7 @@ def taylor(orders) -> list[list[fmpq]]:
 def test_the_recursion_of_the_series_is_the_hierarchy_term_by_term(name):
     """What `series` computes on both sides solves SymPy's equations of orders 1 … 5, in each of 20 Taylor terms."""
     law = law_of(name)
-    meeting = MeetingPoint.of(law.n_a).r
+    meeting = MeetingPoint.balanced(law.n_a).r
     inner, outer = (kind(Wiener(BITS, TERMS), meeting, law.n_a, law.n_b) for kind in (_Inner, _Outer))
     for n in range(1, ORDERS + 1):
         inner.advance(n, *outer.advance(n))

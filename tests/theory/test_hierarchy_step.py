@@ -46,7 +46,7 @@ of_laws = pytest.mark.parametrize(("n_a", "n_b"), POWERS)
 @cache
 def without_root(kind, n_a, n_b):
     """An instance without its constructor's square root, which needs more terms than this algebra has."""
-    instance = kind(type(ALGEBRA)(60, 60), MeetingPoint.of(n_a).r, n_a, n_b)
+    instance = kind(type(ALGEBRA)(60, 60), MeetingPoint.balanced(n_a).r, n_a, n_b)
     instance.algebra = ALGEBRA
     return instance
 
@@ -57,7 +57,7 @@ def test_outer_integral_and_its_value_at_the_meeting_point(n_a, n_b, pair, n):
     outer = without_root(_Outer, n_a, n_b)
     ball, member = pair
     outer.f = [None] * (n - 1) + [ball]
-    a = rational(1 - MeetingPoint.of(n_a).r)
+    a = rational(1 - MeetingPoint.balanced(n_a).r)
     integrand = member * fmpq_poly([1, -a]) ** (n_b - 1)
     image = fmpq_poly([2 * n_a * a * c / (n + 2 + 2 * j) for j, c in enumerate(integrand.coeffs())])
     p = outer._integral(n)
@@ -87,7 +87,7 @@ def test_inner_right_side(n_a, n_b, pair, n, p_meeting, p_error, sign):
     inner = without_root(_Inner, n_a, n_b)
     ball, member = pair
     inner.g = [None] * (n - 1) + [ball]
-    b = rational(MeetingPoint.of(n_a).r)
+    b = rational(MeetingPoint.balanced(n_a).r)
     integral = n_a * b**n_b * (member * fmpq_poly([*(n_b - 1) * [0], 1])).integral()
     p_at_zero = (p_meeting + sign * p_error) * UNIT + integral(fmpq(1))
     assert_encloses(inner._p(n, p_meeting, p_error), p_at_zero - integral)

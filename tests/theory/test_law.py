@@ -97,7 +97,7 @@ def test_kappa_in_units(name):
 def test_own_damping(name, symbol, definition, unit, value):
     own = law_of(name).own_damping
     assert (own.symbol, own.definition, own.unit) == (symbol, definition, unit)
-    assert own.of(0.7, k=5e3, mass=0.2) == pytest.approx(value, rel=1e-14)
+    assert own.value(0.7, k=5e3, mass=0.2) == pytest.approx(value, rel=1e-14)
 
 
 def test_zeta_is_1_where_contact_ceases_to_return():
@@ -106,7 +106,7 @@ def test_zeta_is_1_where_contact_ceases_to_return():
         law, c = law_of(name, "return"), 0.7
         kappa = law.kappa(1.0, k=2.0, c=c, mass=0.3)
         eps = exact.collision(kappa=kappa, law=law, digits=15).floats()["epsilon"]
-        assert float(nu_2(mpf(law.own_damping.of(c, k=2.0, mass=0.3)), "return")) == pytest.approx(eps, rel=1e-12)
+        assert float(nu_2(mpf(law.own_damping.value(c, k=2.0, mass=0.3)), "return")) == pytest.approx(eps, rel=1e-12)
     assert law_of("3/2,0").own_damping is None
     assert (law_of("tsuji").stiffness_unit, law_of("tsuji").damping_unit) == ("N/m^(3/2)", "N s/m^(5/4)")
     assert (law_of("tsuji").force, law_of("linear").force) == ("k x^(3/2) + c x^(1/4) x'", "k x + c x'")

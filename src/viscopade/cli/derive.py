@@ -423,7 +423,7 @@ class _Bodies:
             c = law.damping_constant(kappa, self._speed, **self.constants)
             found["damping"] = c, law.damping_unit
             if own is not None:
-                found[own.symbol] = own.of(c, **self.constants), own.unit
+                found[own.symbol] = own.value(c, **self.constants), own.unit
             if self.speed is not None:
                 found["max_compression"] = scaled["x_max"] * length, "m"
             if self.speed is not None or law.elastic == 1:

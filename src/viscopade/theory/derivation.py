@@ -21,7 +21,9 @@ from viscopade.theory.equation import ScaledEquation, exponents
 from viscopade.theory.law import End, Law
 from viscopade.theory.series import derived, lambda_coefficients
 
-MORE_DIGITS = 40  # of the lambdas, so that the value of a polynomial fits into the wider enclosure of h_k
+# Of the lambdas: the value of a polynomial has to fit into the enclosure of h_k by `series`, which is a few digits
+# narrower than 10^-digits. The polynomials lose at most one digit (measured for seven laws), so 40 are ample.
+MORE_DIGITS = 40
 LARGEST_POWER = 30  # of kappa: h_60 of the paper's law has 543 terms, and the number grows fast
 
 
@@ -65,12 +67,13 @@ def derive(equation: ScaledEquation, order: int, digits: int, end: End = "force"
 
     # SymPy generates the polynomials; balls give the values of the lambdas.
     polynomials = {k: symbolic.h_polynomial(k, law) for k in range(law.d, order + 1)}
+    # h_k has lambdas up to lambda_(k/d), because kappa^n = v*^(d n) needs lambda_1 … lambda_n only.
     odd = range(1, max(order // law.d, 1) + 1, 2)
     lambdas = dict(zip(odd, lambda_coefficients(len(odd), digits + MORE_DIGITS, law), strict=True))
 
     # The second way to the same numbers: power series in balls.
     enclosures = derived(order, digits, law).h
-    with working(bits_for(digits + MORE_DIGITS) + 64):
+    with working(bits_for(digits + MORE_DIGITS) + 64):  # 64 bits (a machine word) for rounding in sums and products
         values = {k: _value(polynomial, lambdas) for k, polynomial in polynomials.items()}
         outside = [f"h_{k}" for k, value in values.items() if not enclosures[k].contains(value)]
     if outside:
@@ -92,9 +95,10 @@ def derive(equation: ScaledEquation, order: int, digits: int, end: End = "force"
 
 
 def _value(polynomial: sp.Expr, lambdas: Mapping[int, arb]) -> arb:
-    """Return the value of a polynomial in the lambdas as a ball."""
+    """Return the value of a polynomial in lambda_1, lambda_3, … as a ball; `lambdas` has their balls, by index."""
     symbols = {symbolic.lambda_symbol(k): value for k, value in lambdas.items()}
     total = arb(0)
+    # A term is a rational coefficient times a power of each lambda; a power 0 has no part in it.
     for powers, coefficient in sp.Poly(polynomial, *symbols).terms():
         term = ball_of(Fraction(int(coefficient.p), int(coefficient.q)))
         for value, power in zip(symbols.values(), powers, strict=True):

@@ -38,6 +38,7 @@ def scaled_equation(law: Law | str = VISCOELASTIC) -> ScaledEquation:
     """
     import sympy
 
+    # x is not negative during contact, and kappa is positive: without these assumptions SymPy does not simplify powers.
     tau, kappa = sympy.Symbol("tau", real=True), sympy.Symbol("kappa", positive=True)
     x = sympy.Function("x", nonnegative=True)(tau)
     a, b = law_of(law).elastic, law_of(law).damping
@@ -61,7 +62,8 @@ def exponents(equation: ScaledEquation) -> tuple[Fraction, Fraction]:
     damping = equation.lhs.diff(equation.kappa) / speed
     # The exponent of a power F(x) is x F'(x)/F(x).
     a, b = (sympy.simplify(x * force.diff(x) / force) for force in (elastic, damping))
-    # Factors and further terms have no place in such powers, so the equation is compared with the one they make.
+    # A factor of x^a or a further term does not change these quotients or is lost in them. So the equation is compared
+    # with the one that the exponents make.
     powers = x**a + speed.diff(equation.tau) + equation.kappa * speed * x**b
     if not (a.is_Rational and b.is_Rational) or sympy.simplify(equation.lhs - powers) != 0:
         raise ValueError(f"the equation is {equation.lhs} = 0: expected x'' + x^a + kappa x^b x' = 0")

@@ -1,8 +1,14 @@
 """Laws of contact m xi'' + k xi^a + c xi^b xi' = 0; the paper's law of viscoelastic spheres is (3/2, 1/2).
 
-In the units `Law.length_scale` and `Law.time_scale` it is x'' + x^a + kappa x^b x' = 0, x(0) = 0, x'(0) = 1. For the
-coefficient of restitution the family has one parameter, nu = (a + 1)/(b + 1). `derivations/15_laws.py` derives these
-formulas.
+xi is the compression of two bodies in contact, m their effective mass. In the units `Law.length_scale` and
+`Law.time_scale` it is x'' + x^a + kappa x^b x' = 0, x(0) = 0, x'(0) = 1. For the coefficient of restitution eps the
+family has one parameter, nu = (a + 1)/(b + 1). With the maximal compression x_max, r = (x/x_max)^((b+1)/n_b) and a
+scaled speed g(r), nu = n_a/n_b, loading obeys
+
+    d(g^2)/dr = -n_a r^(n_a-1) - n_a K g r^(n_b-1),    g(1) = 0,    V(K) = g(0),
+
+and unloading the same with -K. eps0 = V(-K)/V(K) is the coefficient of restitution if contact ends at x = 0.
+`derivations/15_laws.py` derives these formulas.
 """
 
 from __future__ import annotations
@@ -21,15 +27,17 @@ End = Literal["force", "return"]
 ENDS: tuple[End, ...] = ("force", "return")
 Exponent = str | int | float | Fraction
 
+# What is accepted; the theory has no such limits. The singularities of the flow in r, the roots of r^n_a = 1, come as
+# near to r = 1 as 2 sin(pi/n_a), so that larger powers need more and more terms.
 LARGEST_EXPONENT = 10  # of a and b
 LARGEST_POWER = 40  # of r = (x/x_max)^(1/m) in the polynomial flow of `viscopade.collision.flow`
+LEAST_ELASTIC = Fraction(1, 1000)  # a number that a message can name for a > 0; m (a + 1) <= 40 allows a >= 1/39 anyway
 
-LEAST_ELASTIC = Fraction(1, 1000)
 _HALF = Fraction(1, 2)
 
 
 class OwnDamping(NamedTuple):
-    """A law's usual damping constant: c of the force is factor constant k^power mass^(1 - power)."""
+    """A law's usual damping constant, such as a damping ratio: c is factor constant k^power mass^(1 - power)."""
 
     symbol: str
     definition: str
@@ -38,8 +46,8 @@ class OwnDamping(NamedTuple):
     factor: float
     power: Fraction
 
-    def of(self, c: float, *, k: float, mass: float) -> float:
-        """Return the constant."""
+    def value(self, c: float, *, k: float, mass: float) -> float:
+        """Return the constant of the force k xi^a + c xi^b xi' between bodies of this effective mass."""
         return float(c / (self.factor * k ** float(self.power) * mass ** float(1 - self.power)))
 
 
@@ -73,15 +81,16 @@ class Law:
     end: End
 
     def __init__(self, elastic: Exponent, damping: Exponent, end: str = "force") -> None:
-        values = {
+        fields = {
             "elastic": _exponent("a", elastic, least=LEAST_ELASTIC),
             "damping": _exponent("b", damping, least=Fraction(0)),
             "end": end,
         }
-        for name, value in values.items():
+        for name, value in fields.items():
             object.__setattr__(self, name, value)  # the class is frozen
         if str(end) not in ENDS:  # an array is compared with no text
             raise ValueError(arguments.refusal("end", end, "'force' or 'return'"))
+        # The exact function integrates a polynomial flow in r with the powers m (a + 1) and m (b + 1).
         if max(self.powers) > LARGEST_POWER:
             raise ValueError(
                 f"the exponents {self} have too large denominators: expected a and b such that m (a + 1) and m (b + 1) "
@@ -95,13 +104,13 @@ class Law:
     @property
     def equation(self) -> str:
         """The scaled equation of motion as text."""
-        elastic, damping = map(_of_x, (self.elastic, self.damping))
+        elastic, damping = map(_power_of_x, (self.elastic, self.damping))
         return f"x'' + {elastic} + kappa{damping and ' '}{damping} x' = 0"
 
     @property
     def force(self) -> str:
         """The force of the constants k and c as text."""
-        elastic, damping = map(_of_x, (self.elastic, self.damping))
+        elastic, damping = map(_power_of_x, (self.elastic, self.damping))
         return f"k {elastic} + c{damping and ' '}{damping} x'"
 
     @property
@@ -117,16 +126,20 @@ class Law:
     @property
     def own_damping(self) -> OwnDamping | None:
         """The constant that papers and programs use in place of c, such as a damping ratio; None if there is none."""
-        if self.nu == 2:  # zeta = K/2; from 1 on, the end "return" does not exist
+        # nu = 2, oscillators: zeta = kappa/(2 sqrt(b + 1)), kappa = c/sqrt(k m), so c = 2 sqrt(b + 1) zeta sqrt(k m).
+        # From zeta = 1 on, the end "return" does not exist.
+        if self.nu == 2:
             root = "(2 sqrt(k m))" if self.damping == 0 else f"sqrt({4 * (self.damping + 1)} k m)"
             return OwnDamping("zeta", f"c/{root}", "", 2 * math.sqrt(self.damping + 1), _HALF)
+        # a = b, Hunt and Crossley: the force is k xi^a (1 + d xi'), so c = d k.
         if self.elastic == self.damping:
             return OwnDamping("d", "c/k", "s/m", 1.0, Fraction(1))
+        # b = a - 1, material of Kelvin and Voigt: the damping is A d(k xi^a)/dt, so c = a A k (eq:viscoelastic: 3/2 A
+        # rho).
         if self.elastic == self.damping + 1:
-            over, under = self.elastic.denominator, self.elastic.numerator
-            return OwnDamping(
-                "A", f"{over} c/({under} k)" if over > 1 else f"c/({under} k)", "s", float(self.elastic), Fraction(1)
-            )
+            top, bottom = self.elastic.numerator, self.elastic.denominator
+            definition = f"{bottom} c/({top} k)" if bottom > 1 else f"c/({top} k)"
+            return OwnDamping("A", definition, "s", float(self.elastic), Fraction(1))
         return None
 
     @cached_property
@@ -202,6 +215,7 @@ class Law:
     @cached_property
     def contact_time(self) -> float:
         """Duration of the undamped contact, tau_c at kappa = 0: pi for the linear spring, 3.218 for Hertz'."""
+        # 2 int_0^x_max dx/sqrt(1 - 2 x^(a+1)/(a+1)), with x_max^(a+1) = (a+1)/2: a Beta function of 1/(a+1) and 1/2.
         power = float(self.elastic) + 1
         gammas = math.gamma(1 + 1 / power) / math.gamma(0.5 + 1 / power)
         return 2 * math.sqrt(math.pi) * float((power / 2) ** (1 / power)) * gammas
@@ -225,6 +239,7 @@ class Law:
             If a value is not a positive number (c and speed may be 0).
         """
         number = self._physical(speed=speed, k=k, damping=c, mass=mass)
+        # (b+1)/(a+1) = 1/nu, and 2 c = 2/nu - 1.
         return number["damping"] / number["mass"] * _power(number, 1 / self.nu, 2 * self.c)
 
     def damping_constant(self, kappa: float, speed: float, *, k: float, mass: float) -> float:
@@ -242,35 +257,42 @@ class Law:
         return _power(self._physical(speed=speed, k=k, mass=mass), power, 2 * power - 1)
 
     def _physical(self, **values: float) -> dict[str, float]:
-        """Return checked numbers; speed and damping may be 0."""
+        """Return checked physical quantities by their names: speed, k, damping (the constant c), mass.
+
+        Speed and damping may be 0, the others are positive; quantities with a unit (of Astropy or Pint) are converted.
+        """
+        # The units of k and c depend on the exponents; `arguments.UNITS` has the others.
         units = {"k": self.stiffness_unit, "damping": self.damping_unit}
         accepted = "a positive number (speed and damping may be 0)"
 
         def number(name: str, value: float) -> float:
-            least = 0.0 if name in ("speed", "damping") else math.ulp(0)
-            allowed = Fraction(least), Fraction(sys.float_info.max)
-            exact = arguments.exact_number(
-                name, value, accepted, lambda x: allowed[0] <= x <= allowed[1], units.get(name)
-            )
-            return float(exact)
+            # From 0 or the smallest positive double to the largest double; the exact number is then rounded to a
+            # double.
+            low = Fraction(0.0 if name in ("speed", "damping") else math.ulp(0))
+            high = Fraction(sys.float_info.max)
+            return float(arguments.exact_number(name, value, accepted, lambda x: low <= x <= high, units.get(name)))
 
         return {name: number(name, value) for name, value in values.items()}
 
 
-def _of_x(power: Fraction) -> str:
+def _power_of_x(power: Fraction) -> str:
     """Return x^power as text."""
     return "" if power == 0 else "x" if power == 1 else f"x^{power}" if power.denominator == 1 else f"x^({power})"
 
 
 def _metres(power: Fraction) -> str:
     """Return the unit m^power as text."""
-    return _of_x(power).replace("x", "m")
+    return _power_of_x(power).replace("x", "m")
 
 
 def _exponent(name: str, value: object, least: Fraction) -> Fraction:
-    """Return an exponent as an exact fraction; a string may be a fraction, such as 3/2."""
+    """Return an exponent of a law as an exact fraction from `least` to 10; a string may be a fraction, such as 3/2.
+
+    `name` is that of the exponent in messages, such as a.
+    """
     accepted = f"a rational number such as 3/2 or 0.25, from {least} to {LARGEST_EXPONENT}"
     if isinstance(value, str) and value.count("/") == 1:
+        # Numerator and denominator; a number with ten digits or more is no exponent that anybody means.
         top, bottom = (
             arguments.exact_number(name, part, accepted, lambda x: abs(x) < 10**9) for part in value.split("/")
         )
@@ -345,13 +367,16 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
     if not isinstance(text, str):
         raise TypeError(arguments.refusal("law", text, f"{ACCEPTED_LAWS}, or a Law"))
     name, _, n = text.strip().partition(":")
-    given = text.split(",")
+    numbers = text.split(",")
+    # A name, and for some laws an exponent: "hunt-crossley:3/2". n from 1/10 on, as Kelvin-Voigt bodies have b = 1/n <=
+    # 10. Laws without an exponent get 1, which they do not use.
     if name in NAMED and (not n or NAMED[name].n is not None):
         named = NAMED[name]
         exponent = _exponent("n", n, Fraction(1, LARGEST_EXPONENT)) if n else named.n or Fraction(1)
         exponents: Sequence[Exponent] = named.exponents(exponent)
-    elif len(given) == 2:
-        exponents = [part.strip() for part in given]
+    # Two exponents, "3/2,1/4".
+    elif len(numbers) == 2:
+        exponents = [number.strip() for number in numbers]
     else:
         near = arguments.meant(name, NAMED) if name not in NAMED else ""
         raise ValueError(f"law is {text!r}{near or f': expected {ACCEPTED_LAWS}'}")

@@ -1,6 +1,7 @@
 """Padé approximants [m/n] of the series (eq:padeDef): proven coefficients, poles, zeros and domain of use.
 
-The conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition number grows
+eps(v*) = sum h_k v*^k is the coefficient of restitution, v* the scaled speed of impact, and [m/n] = a(v*)/b(v*). The
+conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition number grows
 roughly like 10^(0.35 (m+n)) for m = n - 3 (the hard case pade-systems measures it); enclosing the solution loses up to
 half as many digits again. mpmath builds a and b from the middles of the h_k (`built`). Ball arithmetic proves the
 distance of these numbers from the true coefficients (`solution`). If the 0.7 (m+n) additional digits are too few for
@@ -41,11 +42,16 @@ from viscopade.theory.series import derived
 if TYPE_CHECKING:
     from mpmath import mp
 
-DOUBLET_TOLERANCE = 0.01
-# Number of coefficients beyond order m+n, among which is the first one that differs from the approximant's series.
+DOUBLET_TOLERANCE = 0.01  # distance of a pole and a zero over the pole's modulus, below which they count as a doublet
+# Number of coefficients beyond order m+n, among which is the first one that differs from the approximant's series
+# (measured for 199 approximants of four laws: number 1 or 2 of them).
 LOOK_AHEAD = 6
-NEAR, NEAR_DIGITS = 4, 20  # largest |m' - m| + |n' - n| of degrees that replace [m/n] in a message, and their digits
-LARGEST_DECIDED = 40  # largest m + n for which a singular system is proven to be singular
+# Degrees that replace [m/n] in a message: the largest |m' - m| + |n' - n|, and the digits to which they are determined;
+# any few digits show that they exist.
+NEAR, NEAR_DIGITS = 4, 20
+# Largest m + n for which a singular system is told from one that needs more digits: h_k as polynomials in the lambdas
+# have more and more terms (543 for h_60 of the paper's law).
+LARGEST_DECIDED = 40
 
 
 _SPEEDS = Accepted("a number >= 0, or inf", lambda x: x >= 0)
@@ -185,13 +191,14 @@ class Pade(Determined):
             return "defined for all v* >= 0 (no positive real pole or zero)"
         if self.domain_end is None:
             return "not usable for all v* >= 0: it does not tend to 0 for large v*"
-        found = [
+        # Six digits of each place, as the paper's table has them.
+        places = [
             f"a {kind} at v* = {root.decimals(min(6, self.digits))[0]}"
             for kind, roots in (("zero", self.zeros), ("pole", self.poles))
             for root in roots
             if root.positive
         ]
-        return "not usable for all v* >= 0: it has " + " and ".join(found)
+        return "not usable for all v* >= 0: it has " + " and ".join(places)
 
     @property
     def residual(self) -> float:
@@ -201,6 +208,7 @@ class Pade(Determined):
     def doublets(self, tolerance: float = DOUBLET_TOLERANCE) -> tuple[Doublet, ...]:
         """Return the pole-zero pairs closer than `tolerance` times the pole's modulus, closest first."""
         pairs = []
+        # Each pole with its nearest zero; middles of the enclosures are accurate enough to measure a distance.
         for pole in self.poles if self.zeros else ():
             zero = min(self.zeros, key=lambda z: float(abs(z.value - pole.value).mid()))
             distance = float((abs(zero.value - pole.value) / abs(pole.value)).mid())
@@ -233,9 +241,12 @@ class Pade(Determined):
         return elementwise(self._quotient, "v_star", v_star, _SPEEDS)
 
     def _quotient(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return a(v)/b(v); infinity gives the limit."""
         a, b = (np.array([float(c.mid()) for c in _stripped(side)]) for side in (self.a, self.b))
+        # Up to v* = 1 in powers of v*; beyond, of u = 1/v*, which neither overflow nor give inf/inf:
+        # a(v)/b(v) = u^(degree of b - degree of a) (a_m + a_(m-1) u + …)/(b_n + b_(n-1) u + …).
         low = np.minimum(v, 1.0)
-        u = 1 / np.maximum(v, 1.0)  # beyond v* = 1, powers of 1/v* neither overflow nor give inf/inf
+        u = 1 / np.maximum(v, 1.0)
         degree = len(b) - len(a)
         high = (u**degree if degree >= 0 else np.maximum(v, 1.0) ** -degree) * (horner(a[::-1], u) / horner(b[::-1], u))
         return np.where(v <= 1, horner(a, low) / horner(b, low), high)
@@ -271,17 +282,23 @@ def pade(m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30, law: La
 
 @lru_cache(maxsize=64)
 def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
+    # Measured for 51 pairs of degrees up to [40/43]: the paper's law loses at most 0.47 (m+n) digits, so that 0.7 (m+n)
+    # and eight guard digits serve at once. Other laws lose up to 1.8 (m+n), and need a second or third attempt.
     series_digits = digits + 8 + int(0.7 * (m + n))
+    # Ten times as many digits as the coefficients and one for each order: five times the largest loss above. A system
+    # that these do not determine has a coefficient that is 0, or so it seems.
     limit = 10 * (digits + m + n + 10)
     while series_digits <= limit:
         # Both are rounded up, so that approximants of like degrees share a derivation.
         h = derived(_rounded_up(m + n + LOOK_AHEAD), _rounded_up(series_digits), law).h[: m + n + LOOK_AHEAD + 1]
+        # 64 bits (a machine word) more, for the rounding of the elimination.
         with working(bits_for(series_digits) + 64):
             try:
                 return _solved(h, m, n, digits)
             except _TooWideError as shortage:
-                series_digits += shortage.digits + 4
+                series_digits += shortage.digits + 4  # four more than seem to be missing, so that one attempt is enough
             except ZeroDivisionError:
+                # The system is singular, or looks so in balls that are too wide: by how much is not known.
                 _refuse_if_degenerate(m, n, law)
                 series_digits += digits + m + n
     raise ArithmeticError(
@@ -299,6 +316,8 @@ def _determined_near(m: int, n: int, law: Law) -> str:
     """Return the degrees nearest to [m/n] that `NEAR_DIGITS` digits determine, as the end of an error message."""
     near = [(i, k) for i in range(m + NEAR + 1) for k in range(max(n - NEAR, 0), n + NEAR + 1)]
     near = [(i, k) for i, k in near if 0 < abs(i - m) + abs(k - n) <= NEAR]
+    # One series for all of them. Four digits an order are several times what an ordinary system loses, as there is no
+    # second attempt here.
     series_digits = NEAR_DIGITS + 4 * (m + n + NEAR)
     h = derived(m + n + NEAR + LOOK_AHEAD, series_digits, law).h
     with working(bits_for(series_digits) + 64):
@@ -361,10 +380,12 @@ def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[a
     enclosed. The proof assumes nothing about x and R; a poor x makes a wide ball.
     """
     numerator, denominator = built(h, m, n)
-    # b_0 = 1 is the normalisation. The error b - x of the others solves the system with the residual as its right side.
+    # b_0 = 1 is the normalisation: mpmath's number, with its distance from 1 as radius. The error b - x of the others
+    # solves the system with the residual as its right side.
     b = [arb(denominator[0], 1 - denominator[0])]
     if n:
         entries, right = order_system(h, m, n, arb(0))
+        # A, x, R, and R (y - A x)
         matrix, x = arb_mat(n, n, entries), denominator[1:]
         identity = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
         inverse = matrix.mid().solve(identity, algorithm="approx")
@@ -378,11 +399,12 @@ def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[a
 
 def built(h: Sequence[arb], m: int, n: int) -> tuple[list[arb], list[arb]]:
     """Return a and b of [m/n] as mpmath builds them from the middles of the h_k, at FLINT's precision; not proven."""
-    own = context(ctx.prec)
-    # mpmath eliminates column after column, and swaps rows once in each: column j costs (n - j)^2 operations.
-    columns, swap_row = iter(track(range(n), f"mpmath builds [{m}/{n}]", lambda j: (n - j) ** 2)), own.swap_row
-    own.swap_row = lambda *rows: (next(columns, None), swap_row(*rows))
-    a, b = own.pade([own.mpf(to_mpf(h_k)) for h_k in h], m, n)
+    mpmath = context(ctx.prec)
+    # For the progress bar: mpmath eliminates column after column, and swaps rows once in each. Column j costs (n - j)^2
+    # operations.
+    columns, swap_row = iter(track(range(n), f"mpmath builds [{m}/{n}]", lambda j: (n - j) ** 2)), mpmath.swap_row
+    mpmath.swap_row = lambda *rows: (next(columns, None), swap_row(*rows))
+    a, b = mpmath.pade([mpmath.mpf(to_mpf(h_k)) for h_k in h], m, n)
     for _ in columns:  # the last column has no rows to swap
         pass
     return [arb(a_k) for a_k in a], [arb(b_i) for b_i in b]
@@ -411,11 +433,14 @@ def _upper(ball: arb) -> float:
 
 def _contact(a: Sequence[arb], b: Sequence[arb], h: Sequence[arb]) -> tuple[int, arb]:
     """Return (k, c) with eps - a/b = c v*^(k+1) + …; c is 0 only if a/b agrees with all of h."""
+    # b eps - a vanishes up to order m + n, which makes m + n + 1 conditions. As b_0 = 1, its first term that does not
+    # vanish is that of eps - a/b.
     conditions = len(a) + len(b) - 1
     for k, defect in enumerate(_defects(a, b, h)[conditions:], conditions):
         if not defect.contains(0):
             return k - 1, defect
         if not (defect.is_exact() and defect.is_zero()):
+            # Contains 0, but not proven to be 0. How many digits would tell is not known; ten narrow the ball by 10^10.
             raise _TooWideError(10)
     return len(h) - 1, arb(0)
 
@@ -423,6 +448,7 @@ def _contact(a: Sequence[arb], b: Sequence[arb], h: Sequence[arb]) -> tuple[int,
 def _demand(balls: Sequence[arb], digits: int) -> None:
     """Raise `_TooWideError` unless every ball determines its decimal to `digits` digits."""
     if any(decimal_string(ball, digits) is None for ball in balls):
+        # Two digits more than are shown, or one more if a ball straddles a boundary of rounding.
         raise _TooWideError(max(digits + 2 - relative_digits(balls), 1))
 
 
@@ -451,11 +477,15 @@ def _roots(coefficients: Sequence[arb], digits: int) -> tuple[Root, ...]:
     polynomial = _stripped(coefficients)
     if len(polynomial) == 1:
         return ()
+    # FLINT stops refining below 10^-(digits + 6); the balls of the coefficients may leave the roots wider. Six digits
+    # more than are shown, as a part of a root is shown to the place of its modulus, which may be as small as 10^-3 or
+    # so.
     try:
         values = acb_poly(list(polynomial)).roots(tol=arb(10) ** -(digits + 6))
     except ValueError:  # not isolated: too few digits, or a multiple root
         raise _TooWideError(digits) from None
     roots = [Root(value, 1, is_real(value, values)) for value in values]
+    # Each root has two digits more than are shown, and its parts round to one decimal number.
     for root in roots:
         missing = digits + 2 - relative_digits([abs(root.value)])
         if missing > 0:
@@ -472,9 +502,11 @@ def is_real(value: acb, values: Sequence[acb]) -> bool:
     """
     if not value.imag.contains(0):
         return False
+    # The conjugate of a root is a root, which lies in one of the enclosures: if only in this one, it is the root
+    # itself.
     mirror = value.conjugate()
     if sum(mirror.overlaps(other) for other in values) > 1:
-        raise _TooWideError(10)
+        raise _TooWideError(10)  # not known by how much; ten digits make the enclosures 10^10 times narrower
     return True
 
 
@@ -482,6 +514,7 @@ def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
     """Raise `DegenerateError` if the system for b is singular; the message names the next n with a regular one."""
     if not _singular(m, n, law):
         return
+    # The next n, as far as can be decided, so that the message names degrees that exist.
     larger = next((k for k in range(n + 1, LARGEST_DECIDED - m + 1) if not _singular(m, k, law)), None)
     raise DegenerateError(
         f"[{m}/{n}] does not exist: the order conditions contradict each other, because some h_k are 0"
@@ -502,6 +535,8 @@ def _singular(m: int, n: int, law: Law) -> bool:
     from viscopade.theory.symbolic import h_polynomial  # loads SymPy, only for a system that may be singular
 
     h = [h_polynomial(k, law) for k in range(m + n + 1)]
+    # Primes in place of the lambdas, 3, 5, 7, … and 113, 127, …: a determinant that is not identically 0 will hardly be
+    # 0 for both, as it is a polynomial with rational coefficients.
     symbols = sorted(set().union(*(h_k.free_symbols for h_k in h)), key=str)
     for offset in (2, 30):
         values = {symbol: sympy.prime(offset + i) for i, symbol in enumerate(symbols)}

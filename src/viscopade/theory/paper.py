@@ -78,7 +78,10 @@ class PrintedCoefficient:
 
 
 def approximants(digits: int) -> tuple[Pade, ...]:
-    """Return the approximants of the paper's table, derived to 12 digits or more, because `compare` rounds them."""
+    """Return the approximants of the paper's table, derived to 12 digits or more, because `compare` rounds them.
+
+    The table has up to six digits; the other six tell to which of these ours rounds.
+    """
     digits = arguments.integer("digits", digits, 12, arguments.MAX_DIGITS)
     return tuple(pade(m, n, digits) for m, n in TABLE)
 
@@ -86,8 +89,8 @@ def approximants(digits: int) -> tuple[Pade, ...]:
 def compare(ours: Iterable[Pade]) -> tuple[PrintedCoefficient, ...]:
     """Return every entry of the paper's table beside ours, in the printed order (32 entries for all four)."""
     return tuple(
-        PrintedCoefficient(p.m, p.n, symbol, index, printed, own)
+        PrintedCoefficient(p.m, p.n, symbol, index, printed, our_decimal)
         for p in ours
-        for symbol, row, values in zip("ab", TABLE[p.m, p.n], p.decimals(), strict=True)
-        for index, (printed, own) in enumerate(zip(row, values, strict=True))
+        for symbol, row, decimals in zip("ab", TABLE[p.m, p.n], p.decimals(), strict=True)
+        for index, (printed, our_decimal) in enumerate(zip(row, decimals, strict=True))
     )

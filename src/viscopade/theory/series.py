@@ -1,9 +1,11 @@
 """The series eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) with a proven enclosure of every coefficient.
 
-Four steps, each a function below, lead from the equation of motion to h_k. For a law of contact (a, b),
+eps is the coefficient of restitution, v* the scaled speed of impact, and K and kappa two measures of the damping. Four
+steps, each a function below, lead from the equation of motion to h_k. For a law of contact (a, b),
 nu = (a + 1)/(b + 1) = n_a/n_b, in brackets for the paper's law:
 
-1. `g_coefficients`: G_n, the coefficients of V(K) = g(0), by Taylor series from both ends of 0 <= r <= 1, in the ball
+1. `g_coefficients`: G_n, the coefficients of V(K) = g(0), g(r) the scaled speed during loading, r = 0 at first contact
+   and r = 1 at the turning point; by Taylor series from both ends of 0 <= r <= 1, in the ball
    arithmetic of functions of `viscopade.arithmetic.function_balls`;
 2. `lambda_coefficients`: the odd function Lambda of time reversal, not needed for
 3. `_log_eps0`: ln eps0 as a power series in kappa, from eps0 = V(-K)/V(K), kappa = ((a+1)/2)^(1-1/nu) K V(K)^(2/nu-1)
@@ -48,11 +50,15 @@ from viscopade.theory.law import VISCOELASTIC, Law, law_of
 if TYPE_CHECKING:
     from mpmath import mp
 
+# Beyond the bits of the decimals: an enclosure of half a unit of the last digit straddles a boundary of rounding half
+# of the time, one that is 2^8 times narrower once in 256 times.
 GUARD_BITS = 8
-# Two attempts usually suffice; after so many, a coefficient is exactly zero.
+# Two attempts usually suffice (measured: five at most, see `Effort.guess`); after so many, a coefficient is exactly
+# zero.
 MAX_ATTEMPTS = 20
-MOST_MEMORY = 4  # in GB, for the orders
-ORDER_COST = 6  # constant part of the cost of order n, over the cost of a term of its sum over lower orders
+MOST_MEMORY = 4  # in GB, for the orders: a choice, so that a request does not fill a small computer's memory
+# Constant part of the cost of order n, over the cost of a term of its sum over lower orders; for the progress bar.
+ORDER_COST = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,9 +156,10 @@ _derivations: deque[Series] = deque(maxlen=16)  # the latest ones
 @lru_cache(maxsize=64)
 def _series(order: int, digits: int, law: Law) -> Series:
     """Return h_0 … h_order, from a longer and more accurate series if one was derived before."""
-    for known in tuple(_derivations):  # another thread may append
-        h = known.h[: order + 1]
-        enough = known.law == law and known.order >= order and known.digits >= digits
+    for longer in tuple(_derivations):  # a copy, as another thread may append
+        h = longer.h[: order + 1]
+        enough = longer.law == law and longer.order >= order and longer.digits >= digits
+        # More digits were determined, but an enclosure may straddle a boundary of rounding to fewer.
         if enough and all(_determined(h_k, digits) for h_k in h):
             return Series(order, digits, h, law)
     return derived(order, digits, law)
@@ -162,9 +169,9 @@ def _series(order: int, digits: int, law: Law) -> Series:
 def derived(order: int, digits: int, law: Law = VISCOELASTIC) -> Series:
     """Return h_0 … h_order, derived to just these digits; the balls do not depend on earlier derivations."""
     h = _enclosed(lambda effort: _h(order, effort, law), order // law.d, digits, law)
-    found = Series(order, digits, h, law)
-    _derivations.append(found)
-    return found
+    new = Series(order, digits, h, law)
+    _derivations.append(new)
+    return new
 
 
 def lambda_coefficients(
@@ -174,14 +181,16 @@ def lambda_coefficients(
 
     c = 1/nu - 1/2. Every decimal is determined to `digits` significant digits.
     """
-    count, of = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4), law_of(law)
-    return _enclosed(lambda effort: _lambda(2 * count, effort, of), 2 * count, arguments.digits(digits), of)
+    count, exponents = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4), law_of(law)
+    return _enclosed(
+        lambda effort: _lambda(2 * count, effort, exponents), 2 * count, arguments.digits(digits), exponents
+    )
 
 
 def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> tuple[arb, ...]:
     """Return enclosures of G_0 … G_order, the coefficients of V(K) = g(0), to `digits` digits."""
-    n, of = arguments.integer("order", order, 0, arguments.MAX_ORDER // 2), law_of(law)
-    return _enclosed(lambda effort: _g(n, effort, of), n, arguments.digits(digits), of)
+    n, exponents = arguments.integer("order", order, 0, arguments.MAX_ORDER // 2), law_of(law)
+    return _enclosed(lambda effort: _g(n, effort, exponents), n, arguments.digits(digits), exponents)
 
 
 # --- effort: how much precision and how many terms ----------------------------------------------------------------
@@ -194,19 +203,29 @@ class MeetingPoint(NamedTuple):
     bits_per_term: float
 
     @classmethod
-    def of(cls, n_a: int, orders_per_term: float = 0.0) -> MeetingPoint:
+    def balanced(cls, n_a: int, orders_per_term: float = 0.0) -> MeetingPoint:
         """Return the point at which the last terms of both series are nearly equal in the last order.
 
         The nearest singularities, the roots of r^n_a = 1, are at distance 1 of r = 0 and R = 2 sin(pi/n_a) of r = 1.
         Except for a common factor, term j of g_n is like r^j on the inner side and, with a = 1 - r, like
-        (a/R)^(j + n/2) R^-n on the outer one. For n_a = 5, n much below j, they meet at 0.46.
+        (a/R)^(j + n/2) R^-n on the outer one. For n_a = 5, n much below j, they meet at 0.46. Any point is right for
+        the proof; this one needs the fewest terms.
+
+        Parameters
+        ----------
+        n_a : int
+            Power of the elastic force, `Law.n_a`.
+        orders_per_term : float
+            n/j, the highest order in K over the number of Taylor coefficients.
         """
-        radius = 2 * sin(pi / max(n_a, 2))
+        radius = 2 * sin(pi / max(n_a, 2))  # n_a = 1 has no root but r = 1: any R serves
 
         def inner_is_larger(i: int) -> bool:
+            # The j-th root of r^j / ((a/R)^(j + n/2) R^-n) = (r R/a)^j (R^3/a)^(n/2)
             r = i / 1024
             return bool(r * radius / (1 - r) * sqrt(radius**3 / (1 - r)) ** orders_per_term > 1)
 
+        # A multiple of 1/1024, so that powers of the fraction r are short. The bits are rounded down.
         r = Fraction(bisect_left(range(1024), True, key=inner_is_larger), 1024)
         return cls(r, floor(-1000 * log2(float(r))) / 1000)
 
@@ -226,25 +245,43 @@ class Effort:
         larger than that of g_0 by about j^n/n!, and an order costs about log2(1 + terms/orders) bits of truncation.
         The larger nu above 5/3, the faster fall the h_k, and the more bits an order costs; for 1 <= nu < 3/2 an order
         costs fewer.
+
+        No proof depends on these numbers: too few bits or terms cost another attempt, too many cost time. Measured for
+        24 laws, nu from 1/2 to 11: for 10 orders to 15 digits the first attempt is always enough, for 40 orders to 30
+        digits it is for 21 laws, for 120 orders to 15 digits it is for 14, and the others need two to five.
+
+        Parameters
+        ----------
+        orders : int
+            Highest power of K.
+        digits : int
+            Significant decimal digits of every coefficient.
         """
         nu = float(law.nu)
+        # Bits that an order costs because the h_k fall, and bits that it costs less; both measured.
         falling = min(max(6.0 * (nu - 5 / 3), 0.0), 1.6) if nu >= 1 else 2.5
         saved = 0.8 if 1 <= nu < 1.5 else 0.0
         needed = bits_for(digits) + GUARD_BITS
+        # The loss depends on the number of terms, and this number on the loss: four rounds come close to the fixed
+        # point.
         terms = needed
         for _ in range(4):
+            # The estimate above, with half a bit an order as measured, and 0.8 more from order 120 on.
             lost = orders * (log2(1 + terms / max(orders, 1)) + 0.5 + falling - saved)
             lost += 0.8 * max(orders - 120, 0)
-            terms = int((needed + lost) / MeetingPoint.of(law.n_a, orders / terms).bits_per_term) + 8
+            terms = int((needed + lost) / MeetingPoint.balanced(law.n_a, orders / terms).bits_per_term) + 8
+        # Rounding: 22 bits, and measured 1.1 bits an order or more.
         return cls(int(needed + (1.1 + 0.25 * falling) * orders) + 22, terms)
 
     def memory(self, orders: int) -> float:
         """Return the approximate number of bytes of the orders: those of both sides, and of a product of two."""
+        # Each order has `terms` coefficients of `bits` bits on either side; products and sums take as much as 40
+        # orders.
         return (2 * orders + 40) * self.terms * self.bits / 8
 
     def raised(self, missing_bits: int, bits_per_term: float) -> Effort:
         """Return the estimated effort for `missing_bits` more bits."""
-        more = missing_bits + 8
+        more = missing_bits + 8  # a byte more, as the estimate may be short by a few bits
         return Effort(self.bits + more, self.terms + int(more / bits_per_term) + 1)
 
 
@@ -252,12 +289,14 @@ def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits:
     """Compute with growing effort until every enclosure determines its decimal to `digits` digits."""
     _require_memory(orders, digits, law)
     effort = Effort.guess(orders, digits, law)
-    bits_per_term = MeetingPoint.of(law.n_a, orders / effort.terms).bits_per_term
-    bits_per_term -= log2(e) * orders / (orders + effort.terms)  # what an order costs grows with the terms
+    # What another term gains: the bits of `MeetingPoint`, less the growth of the loss, as orders log2(1 + terms/orders)
+    # has the derivative log2(e) orders/(orders + terms).
+    bits_per_term = MeetingPoint.balanced(law.n_a, orders / effort.terms).bits_per_term
+    bits_per_term -= log2(e) * orders / (orders + effort.terms)
     for _ in range(MAX_ATTEMPTS):
         try:
             balls = compute(effort)
-        except ArithmeticError:
+        except ArithmeticError:  # a condition of the square root fails, by an unknown number of bits: twice as many
             effort = effort.raised(effort.bits, bits_per_term)
             continue
         if all(_determined(ball, digits) for ball in balls):
@@ -271,13 +310,14 @@ def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits:
 def _require_memory(orders: int, digits: int, law: Law) -> None:
     """Raise ValueError if the orders take more than `MOST_MEMORY`, before they are computed."""
 
-    def needed(digits: int) -> float:
+    def gigabytes(digits: int) -> float:
         return Effort.guess(orders, digits, law).memory(orders) / 2**30
 
-    if needed(digits) > MOST_MEMORY:
-        fewer = bisect_left(range(digits), True, key=lambda number: needed(number) > MOST_MEMORY) - 1
+    if gigabytes(digits) > MOST_MEMORY:
+        # The message has the largest number of digits that fits.
+        fewer = bisect_left(range(digits), True, key=lambda number: gigabytes(number) > MOST_MEMORY) - 1
         raise ValueError(
-            f"{digits} digits of a series to this order need about {needed(digits):.0f} GB of memory: expected what "
+            f"{digits} digits of a series to this order need about {gigabytes(digits):.0f} GB of memory: expected what "
             f"needs at most {MOST_MEMORY} GB, to this order up to {fewer} digits"
         )
 
@@ -299,9 +339,10 @@ def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tupl
     inner side, r = b y, all of g_n is expanded; on the outer side, 1 - r = a y, g_n = y^((n+1)/2) f_n(y) and f_n is.
     The two meet at y = 1, a + b = 1 (`MeetingPoint`).
     """
-    algebra, meeting = Wiener(effort.bits, effort.terms), MeetingPoint.of(n_a, order / effort.terms).r
+    algebra, meeting = Wiener(effort.bits, effort.terms), MeetingPoint.balanced(n_a, order / effort.terms).r
     inner, outer = _Inner(algebra, meeting, n_a, n_b), _Outer(algebra, meeting, n_a, n_b)
-    values = [(1 << effort.bits, 0)]
+    values = [(1 << effort.bits, 0)]  # G_0 = g_0(0) = 1
+    # P_n at the meeting point comes from g_(n-1) on the outer side, and carries the integral on to the inner side.
     for n in track(range(1, order + 1), "perturbation orders", lambda n: n + ORDER_COST):
         p_meeting = outer.advance(n)
         values.append(inner.advance(n, *p_meeting))
@@ -309,7 +350,8 @@ def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tupl
 
 
 def _next_order(algebra: Wiener, f: Orders, half_inverse: FunctionBall, p: FunctionBall) -> FunctionBall:
-    """Return f_n = (p_n - sum f_i f_{n-i}) / (2 f_0) for the next n."""
+    """Return f_n = (p_n - sum_{0<i<n} f_i f_{n-i}) / (2 f_0) for the next n; `half_inverse` is 1/(2 f_0)."""
+    # Products have units of 2^(-2 bits): p_n is brought into them, and the difference is rounded once.
     products, error = f.convolution()
     right = algebra.rounded(p.polynomial * (1 << algebra.bits) - products, error + (p.error << algebra.bits))
     return algebra.product(right, half_inverse)
@@ -325,11 +367,14 @@ class _Outer:
         square = [-comb(n_a, j) * (-a) ** j for j in range(1, n_a + 1)]
         f0, self.half_inverse = algebra.root_and_half_inverse(square)
         self.f = Orders([f0])
+        # For the integral below, in integers: weight = scale^(n_b-1) (1 - a y)^(n_b-1), with scale a whole number; its
+        # coefficients have the absolute values of those of (scale + scale a y)^(n_b-1), whose sum is their value at y =
+        # 1.
         scale = a.denominator
-        self.weight = fmpz_poly([scale, -a.numerator]) ** (n_b - 1)  # scale^(n_b-1) (1 - a y)^(n_b-1)
+        self.weight = fmpz_poly([scale, -a.numerator]) ** (n_b - 1)
         self.weight_norm = (scale + a.numerator) ** (n_b - 1)
         self.scale = scale ** (n_b - 1)
-        self.factor = 2 * n_a * a  # of the integral below
+        self.factor = 2 * n_a * a
 
     def advance(self, n: int) -> tuple[int, int]:
         """Append f_n and return P_n at y = 1 as (value, error)."""
@@ -343,6 +388,8 @@ class _Outer:
         top, bottom = self.factor.numerator, self.factor.denominator * self.scale
         integrand = (previous.polynomial * self.weight).coeffs()
         coefficients = [top * c // (bottom * (n + 2 + 2 * j)) for j, c in enumerate(integrand)]
+        # The factors are at most that of j = 0: the error is at most 2 n_a a/(n + 2) ||weight|| times that of f_(n-1)
+        # (docs/theory/error-bounds.md, step 2), and one unit a coefficient for rounding down.
         error = divided_up(top * self.weight_norm * previous.error, bottom * (n + 2)) + len(coefficients)
         return self.algebra.element(coefficients, error)
 
@@ -352,8 +399,9 @@ class _Inner:
 
     def __init__(self, algebra: Wiener, b: Fraction, n_a: int, n_b: int) -> None:
         self.algebra = algebra
-        f0, self.half_inverse = algebra.root_and_half_inverse([Fraction(1), *(n_a - 1) * [Fraction(0)], -(b**n_a)])
-        self.g = Orders([f0])
+        # g_0^2 = 1 - r^n_a = 1 - b^n_a y^n_a
+        g0, self.half_inverse = algebra.root_and_half_inverse([Fraction(1), *(n_a - 1) * [Fraction(0)], -(b**n_a)])
+        self.g = Orders([g0])
         self.n_b = n_b
         self.factor = n_a * b**n_b  # of the integral below
 
@@ -367,12 +415,14 @@ class _Inner:
     def _p(self, n: int, p_meeting: int, p_meeting_error: int) -> FunctionBall:
         """Return P_n = P_n(0) - integral; the integral's error enters twice, once in P_n(0)."""
         integral, error = self._integral(n)
+        # P_n(0) = P_n at y = 1, plus the integral to y = 1, which is the sum of its coefficients.
         coefficients = [-c for c in integral]
-        coefficients[0] += p_meeting + sum(integral)  # P_n(0)
+        coefficients[0] += p_meeting + sum(integral)
         return self.algebra.element(coefficients, p_meeting_error + 2 * error)
 
     def _integral(self, n: int) -> tuple[list[int], int]:
         """Return the coefficients of n_a b^n_b int_0^y g_{n-1} q^(n_b-1) dq, and the error's norm."""
+        # Coefficient j of g_(n-1) becomes that of y^(j + n_b), times n_a b^n_b/(j + n_b) <= n_a b^n_b/n_b.
         previous, n_b = self.g[n - 1], self.n_b
         top, bottom = self.factor.numerator, self.factor.denominator
         coefficients = [int(top * c) // (bottom * (j + n_b)) for j, c in enumerate(previous.polynomial.coeffs())]
@@ -433,6 +483,9 @@ def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
     if not law.delayed:
         return (Fraction(1), *order * [Fraction(0)])
     n_a, n_b = law.n_a, law.n_b
+
+    # k = sum mu^i k_i(p). Order mu^i: 2 k_0 k_i = (1 - p^n_a if i = 1) - n_a int_p^1 k_(i-1) q^(n_b-1) dq
+    # - sum_{0<j<i} k_j k_(i-j), k_0 = 1; the products in pairs, and for an even i a square.
     k = [fmpq_poly([1])]
     for i in range(1, order + 1):
         integral = (k[i - 1] * fmpq_poly([*(n_b - 1) * [0], 1])).integral()
@@ -443,6 +496,8 @@ def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
         if i % 2 == 0:
             products += k[i // 2] * k[i // 2]
         k.append((right - products) / 2)
+
+    # H_j = 1/j [mu^(j-1)] (ln F)' F^(1 + e j), F = 1/k(0). The fractions are exact at any precision in bits.
     end = [Fraction(1)]
     with working(64, order + 1):
         log_f: Any = -fmpq_series([k_i[0] for k_i in k], prec=order + 1).log()  # the stub lacks products with fmpq
@@ -467,15 +522,17 @@ def _coefficient(power_series: fmpq_series, j: int) -> fmpq:
 
 def _h(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
     """Return h_0 … h_order from eps = sum_j H_j (2/(a+1))^j v*^(n_a j) eps0^(1 + e j), eps0 in powers of v*^d."""
-    orders = order // law.d
+    orders = order // law.d  # of kappa = v*^d
     with working(effort.bits, orders + 1):
         log_eps0 = _log_eps0(orders, effort, law)
         h = [arb(0)] * (order + 1)
+        # The term of j begins with v*^(n_a j); without delayed recovery H = 1.
         for j, end_coefficient in enumerate(end_series(order // law.n_a if law.delayed else 0, law)):
+            # H_j (2/(a+1))^j, and eps0^(1 + e j) in powers of kappa
             factor_ball = ball_of(end_coefficient * (2 / (law.elastic + 1)) ** j)
             exponent = 1 + law.e * j
             power = _padded((log_eps0 * ball_of(exponent)).exp(), orders + 1)
-            vanishing = _vanishing(exponent, law)
+            vanishing = _vanishing(exponent, law)  # a ball around a coefficient that is 0 would determine no digit
             for n in range((order - law.n_a * j) // law.d + 1):
                 if n != vanishing:
                     h[law.n_a * j + law.d * n] += factor_ball * power[n]

@@ -57,15 +57,19 @@ def turning_point_equation(law: Law | str = VISCOELASTIC) -> sp.Eq:
     sympy.Eq
         In the module's symbols `r`, `K` and `g`.
     """
-    of = law_of(law)
-    equation = scaled_equation(of)
-    x, tau, a, b = equation.x, equation.tau, rational(of.elastic), rational(of.damping)
+    law = law_of(law)
+    equation = scaled_equation(law)
+    x, tau, a, b = equation.x, equation.tau, rational(law.elastic), rational(law.damping)
     x_max = sp.Symbol("x_max", positive=True)
-    compression = x_max * r ** (of.n_b / (b + 1))
+    # x = x_max r^(n_b/(b+1)), x' = sqrt(2/(a+1)) x_max^((a+1)/2) g(r), x'' = x' dx'/dx = x' (dx'/dr)/(dx/dr)
+    compression = x_max * r ** (law.n_b / (b + 1))
     speed = sp.sqrt(2 / (a + 1)) * x_max ** ((a + 1) / 2) * g
-    acceleration = speed * speed.diff(r) / compression.diff(r)  # x'' = x' dx'/dx
+    acceleration = speed * speed.diff(r) / compression.diff(r)
+    # kappa = sqrt((a+1)/2) K x_max^((a-1)/2-b), which makes x_max drop out
     kappa = sp.sqrt((a + 1) / 2) * K * x_max ** ((a - 1) / 2 - b)
+    # The highest derivative first: SymPy would replace x inside x' and x'', too.
     in_r = equation.lhs.subs(x.diff(tau, 2), acceleration).subs(x.diff(tau), speed).subs(x, compression)
+    # The equation is linear in g' = slope, and d(g^2)/dr = 2 g g'.
     (slope,) = sp.solve(in_r.subs(equation.kappa, kappa), g.diff(r))
     return sp.Eq(sp.Derivative(g**2, r), sp.expand(2 * g * slope))
 
@@ -106,6 +110,7 @@ def hierarchy(n: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Eq:
     """
     n = arguments.integer("n", n, 0, arguments.MAX_ORDER)
     equation = turning_point_equation(law)
+    # Higher orders of g do not reach K^n.
     ansatz = sum(K**i * g_function(i) for i in range(n + 1))
     sides = (side.subs(g, ansatz).doit().expand().coeff(K, n) for side in equation.args)
     return sp.Eq(*sides)
@@ -147,22 +152,30 @@ def delayed_recovery_series(order: SupportsIndex, law: Law | str = VISCOELASTIC)
 
 @lru_cache(maxsize=8)
 def _end_series(order: int, law: Law) -> tuple[Fraction, ...]:
+    """Return H_0 … H_order from H = sum delta^j h_j(H^(1/d)) (`delayed_recovery_series`)."""
     if not law.delayed:
         return (Fraction(1), *order * [Fraction(0)])
     polynomials = _unloading_polynomials(order, law)
     end_values = [fmpq(1)]
-    powers = [[fmpq(1)] for _ in range(law.n_a * order + 1)]  # powers[m][i]: coefficient i of H^(m/d)
+    # powers[m][i] is coefficient i of H^(m/d). h_j has the degree n_a j: delta always comes with s^n_a.
+    powers = [[fmpq(1)] for _ in range(law.n_a * order + 1)]
     for n in range(1, order + 1):
+        # H_n = sum_(1<=j<=n) [delta^(n-j)] h_j(H^(1/d)), with h_j(s) = sum_m c_m s^m.
         terms = (c * powers[m][n - j] for j in range(1, n + 1) for m, c in enumerate(polynomials[j]))
         end_values.append(sum(terms, fmpq(0)))
+        # With H_n, coefficient n of all powers follows, which the next orders need.
         for m, power in enumerate(powers):
             power.append(_next_in_power(end_values, power, fmpq(m, law.d)))
     return tuple(Fraction(int(value.p), int(value.q)) for value in end_values)
 
 
 def _unloading_polynomials(order: int, law: Law) -> list[list[fmpq]]:
-    """Return the coefficients of h_0(s) … h_order(s), ascending."""
+    """Return the coefficients of h_0(s) … h_order(s), ascending.
+
+    h = sum delta^j h_j(s) solves h^2 = 1 - delta s^n_a + n_a delta int_0^s h q^(n_b-1) dq.
+    """
     h = [fmpq_poly([1])]
+    # Order delta^j: 2 h_0 h_j = n_a int_0^s h_(j-1) q^(n_b-1) dq - (s^n_a if j = 1) - sum_(0<i<j) h_i h_(j-i), h_0 = 1.
     for j in range(1, order + 1):
         right = law.n_a * (h[j - 1] * fmpq_poly([*(law.n_b - 1) * [0], 1])).integral()
         if j == 1:
@@ -174,6 +187,7 @@ def _unloading_polynomials(order: int, law: Law) -> list[list[fmpq]]:
 
 def _next_in_power(base: list[fmpq], power: list[fmpq], exponent: fmpq) -> fmpq:
     """Return the coefficient after `power` of base^exponent, base[0] = 1, from (f^a)' f = a f^a f'."""
+    # p = f^a: n p_n = sum_(1<=i<=n) (i (a + 1) - n) f_i p_(n-i)
     n = len(power)
     return sum(((i * (exponent + 1) - n) * base[i] * power[n - i] for i in range(1, n + 1)), fmpq(0)) / n
 
@@ -224,20 +238,23 @@ def lambda_from_G(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
     Lambda = -ln eps0 = 2 O(K), and its argument is kappa eps0^c = ((a+1)/2)^(1-1/nu) K exp(2 c E). Lagrange's
     inversion gives lambda_k = (2/k) ((a+1)/2)^(k/nu-k) [K^(k-1)] O'(K) exp(-2 c k E).
     """
-    k, of = _odd(k), law_of(law)
-    rate = -2 * k * rational(of.c)
+    k, law = _odd(k), law_of(law)
     domain, *symbols = sp.ring([G_symbol(n) for n in range(1, k + 1)], sp.QQ)
-    values = [domain.one, *symbols]
+    G = [domain.one, *symbols]
+    # V = sum G_n K^n, and L = ln V from V' = L' V: n G_n = sum_(1<=j<=n) j L_j G_(n-j)
     logarithm = [domain.zero]
     for n in range(1, k + 1):
-        known = sum((j * logarithm[j] * values[n - j] for j in range(1, n)), domain.zero)
-        logarithm.append(values[n] - known * sp.QQ(1, n))
-    power = [domain.one]  # exp(-2 c k E), odd coefficients left zero
+        lower_orders = sum((j * logarithm[j] * G[n - j] for j in range(1, n)), domain.zero)
+        logarithm.append(G[n] - lower_orders * sp.QQ(1, n))
+    # P = exp(rate E), E the even part of L, from P' = rate E' P: n P_n = rate sum_(even j<=n) j L_j P_(n-j)
+    rate = -2 * k * rational(law.c)
+    power = [domain.one]
     for n in range(1, k):
         even = sum((j * logarithm[j] * power[n - j] for j in range(2, n + 1, 2)), domain.zero)
         power.append(even * sp.QQ(rate.p, rate.q * n))
+    # [K^(k-1)] O'(K) P(K), O the odd part of L
     polynomial = sum((n * logarithm[n] * power[k - n] for n in range(1, k + 1, 2)), domain.zero)
-    return sp.expand(polynomial.as_expr() * sp.Rational(2, k)) * _kappa_scale(of) ** -k
+    return sp.expand(polynomial.as_expr() * sp.Rational(2, k)) * _kappa_scale(law) ** -k
 
 
 def h_polynomial(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
@@ -268,21 +285,26 @@ def h_polynomial(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
 
         h_k = sum H_j (2/(a+1))^j q/(q + c n) [x^n] exp(-(q + c n) Lambda(x)).
     """
-    k, of = arguments.integer("k", k, 0, arguments.MAX_ORDER), law_of(law)
+    k, law = arguments.integer("k", k, 0, arguments.MAX_ORDER), law_of(law)
     terms: list[sp.Expr] = []
-    for j, end_value in enumerate(delayed_recovery_series(k // of.n_a, of)):
-        n, rest = divmod(k - of.n_a * j, of.d)
+    # end_value is H_j, and n the power of x with n_a j + d n = k.
+    for j, end_value in enumerate(delayed_recovery_series(k // law.n_a, law)):
+        n, rest = divmod(k - law.n_a * j, law.d)
         if not rest and end_value:
-            q = 1 + of.e * j
-            terms += _exponential_terms(end_value * (2 / (of.elastic + 1)) ** j, q, -(q + of.c * n), n)
+            q = 1 + law.e * j
+            terms += _exponential_terms(end_value * (2 / (law.elastic + 1)) ** j, q, -(q + law.c * n), n)
     return sp.Add(*terms)
 
 
 def _exponential_terms(factor: Fraction, q: Fraction, rate: Fraction, n: int) -> Iterator[sp.Expr]:
     """Yield the monomials of -factor q/rate [x^n] exp(rate Lambda(x)), also for rate = 0."""
+    # n = 0: rate = -q, and the coefficient of x^0 is 1.
     if n == 0:
         yield rational(factor)
         return
+    # exp(rate Lambda) = sum_count rate^count Lambda^count/count!, Lambda = sum lambda_part x^part: the monomials of x^n
+    # are the partitions of n into odd parts, each with rate^count/(product of times!). One factor rate cancels with
+    # 1/rate.
     for partition in _odd_partitions(n, n):
         count = sum(partition.values())
         weight = -factor * q * rate ** (count - 1) / prod(map(factorial, partition.values()))
@@ -295,6 +317,8 @@ def _odd_partitions(n: int, largest: int) -> Iterator[dict[int, int]]:
     if n == 0:
         yield {}
         return
+    # The largest part first, from the largest odd number up to n and `largest` (x - 1 | 1), then the rest by smaller
+    # ones.
     for part in range(min(n, largest) - 1 | 1, 0, -2):
         for times in range(n // part, 0, -1):
             for rest in _odd_partitions(n - part * times, part - 2):
@@ -344,8 +368,8 @@ def lambda_1(law: Law | str = VISCOELASTIC) -> sp.Expr:
 
     It is 2 (4/5)^(2/5) G_1 = 1.153… for the paper's law.
     """
-    of = law_of(law)
-    return _beta_1(of) / _kappa_scale(of)
+    law = law_of(law)
+    return _beta_1(law) / _kappa_scale(law)
 
 
 def lambda_3() -> sp.Expr:
