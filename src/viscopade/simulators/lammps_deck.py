@@ -18,10 +18,10 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -99,7 +99,10 @@ def read_input(path: Path, said: Said) -> Deck:
     reader.read(path)
     if not reader.runs:
         reader.take_run(None)
-    types = dict.fromkeys(map(str, reader.numbers()))
+    types = {str(number): number for number in reader.numbers()}
+    if reader.missing:  # a variable: with the sizes that are missing, too, the message has all
+        for number in types.values():
+            reader.sizes(number)
     names = ("variable", said.variables, reader.variables.names), ("type", {**said.radii, **said.densities}, types)
     for kind, options, present in names:
         for name in options:
@@ -349,11 +352,11 @@ class _Reader:
         state, first, second = self.state, type_range(words[1]), type_range(words[2])
         style = words[3] if state.pair_style.startswith("hybrid") else state.pair_style or "granular"
         style = " ".join(words[3:5]) if " ".join(words[3:5]) in state.styles else style
-        contact = self.contact(words) if style == "granular" else state.styles.get(style)
         if first.start > second.start and len(first) == len(second) == 1:
             first, second = second, first
         for types in (first, second):
             state.spheres.types = max(state.spheres.types, types.stop - 1 if types.stop <= _MOST_TYPES else 0)
+        contact = self.contact(words) if style == "granular" else state.styles.get(style)
         key = first, second, style if state.pair_style == "hybrid/overlay" else ""
         state.coefficients.pop(key, None)  # so that the newest stands last
         state.coefficients[key] = _Coefficients(style, self.line, contact)
@@ -369,7 +372,8 @@ class _Reader:
             if style == "wall/gran" and words[4][0] in "0123456789." and self.state.pair_style.startswith("gran/"):
                 words = [*words[:4], self.state.pair_style.removeprefix("gran/"), *words[4:]]
             contact = self.contact(words) if style.startswith("wall/gran") else None
-            _ = [self.number(word) for word in words[6:] if style == "property/global"]  # refuses others
+            for word in words[6:] if style == "property/global" else ():
+                self.number(word)  # refuses other words
             self.state.fixes[name] = _Fix(self.line, words, contact)
             if style.startswith(("pour", "deposit", "insert/")):
                 for number, grain in lammps_spheres.inserted_grains(words, self.state.fix_words, self.number):
@@ -456,7 +460,7 @@ class _Reader:
         step = lammps.DEFAULT_STEPS[state.units] if state.step is None else state.step
         self.gravity = [fix for fix in state.fixes.values() if fix.words[3].startswith("gravity")]
         acceleration = self.number(self.gravity[-1].words[4]) if self.gravity else 0.0
-        contacts = tuple(self.contacts())
+        contacts = self.grouped(self.contacts())
         facts = [(c.name, tuple(c.settings.items()), c.sizes, c.reason, c.marks) for c in contacts]
         if contacts and (step, acceleration, facts) != self.last:
             self.last = step, acceleration, facts
@@ -486,6 +490,30 @@ class _Reader:
                 if isinstance(contact, GranularLine) and len(touching) > 1:
                     contact = contact.at_wall(number)
                 yield self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, (number, wall_type), [])
+
+    @staticmethod
+    def grouped(contacts: Iterable[DeckContact]) -> tuple[DeckContact, ...]:
+        """Return contacts, those of a type with like walls as one: a box has six."""
+        groups: dict[object, list[DeckContact]] = {}
+        for contact in contacts:
+            body, is_wall, _ = contact.name.partition(" - wall ")
+            facts = (*sorted(contact.settings.items()),), contact.sizes, contact.falls, contact.reason, contact.marks
+            groups.setdefault((body, facts) if is_wall else contact.name, []).append(contact)
+
+        def rewritten(walls: list[DeckContact], settings: Mapping[str, str]) -> tuple[str, ...]:
+            return tuple(dict.fromkeys(line for wall in walls for line in wall.rewritten(settings)))
+
+        return tuple(
+            replace(
+                first,
+                name=", ".join((first.name, *(wall.name.partition(" - wall ")[2] for wall in others))),
+                count=1 + len(others),
+                rewritten=partial(rewritten, [first, *others]),
+            )
+            if others
+            else first
+            for first, *others in groups.values()
+        )
 
     def pair(self, i: int, j: int) -> tuple[Line | None, AnyLine | None, str, *tuple[str, ...]]:
         """Return the line and the contact of two types, the reason why there is none, and marks."""
