@@ -51,6 +51,9 @@ SIMULATORS: Mapping[str, tuple[str, ...]] = {
     "box2d": (),
     "ode": (),
     "gazebo": (),
+    "phasicflow": (),
+    "demengine": (),
+    "jaxsim": (),
     "textbook": (),
 }
 """Names, which are those of the modules except for `SEVERAL`, and the targets for which `viscopade simulators` writes
@@ -72,6 +75,8 @@ OTHER_NAMES: Mapping[str, str] = {
     "mujoco": "mjx dm_control gymnasium",
     "simbody": "opensim",
     "newton": "warp newton-physics",
+    "phasicflow": "pflow phasic-flow",
+    "demengine": "dem-engine dem_engine deme pydeme",
 }
 """Programs, and what people type who mean them."""
 OWN_LAW = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
