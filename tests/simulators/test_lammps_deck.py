@@ -428,27 +428,27 @@ def test_pouring_in_two_dimensions(tmp_path):
 @pytest.mark.parametrize(
     ("commands", "presses"),
     [
-        ("fix g all gravity 1 vector 0 0 -1", (False, False, True, False)),
-        ("fix g all gravity 1 vector 1 0 -1", (True, False, True, True)),
-        ("fix g all gravity 1 chute 26", (True, False, True, True)),
-        ("fix g all gravity 1 chute 0", (False, False, True, False)),
-        ("fix g all gravity 1 spherical 0 180", (False, False, True, False)),
-        ("fix g all gravity 1 spherical 90 90", (False, True, False, True)),
-        ("dimension 2\nfix g all gravity 1 spherical 0 -180", (False, True, False, True)),
+        ("fix g all gravity 1 vector 0 0 -1", (0, 0, 1, 0)),
+        ("fix g all gravity 1 vector 1 0 -1", (0.5**0.5, 0, 0.5**0.5, 0.5)),
+        ("fix g all gravity 1 chute 26", (0.438371147, 0, 0.898794046, 0.309975211)),
+        ("fix g all gravity 1 chute 0", (0, 0, 1, 0)),
+        ("fix g all gravity 1 spherical 0 180", (0, 0, 1, 0)),
+        ("fix g all gravity 1 spherical 90 90", (0, 1, 0, 0.5**0.5)),
+        ("dimension 2\nfix g all gravity 1 spherical 0 -180", (0, 1, 0, 0.5**0.5)),
     ],
 )
-def test_weight_presses_on_planes_that_are_not_along_gravity(tmp_path, commands, presses):
-    """The fourth wall is a plane with the normal (1, 1, 0)."""
+def test_the_part_of_the_weight_along_a_normal_presses(tmp_path, commands, presses):
+    """It is the cosine. The fourth wall is a plane with the normal (1, 1, 0)."""
     walls = "region p plane 0 0 0 1 1 0\n" + "".join(
         f"fix {name} all wall/gran granular hooke 1 1 {shape}\n"
         for name, shape in [("x", "xplane 0 1"), ("y", "yplane 0 1"), ("z", "zplane 0 1"), ("r", "region p")]
     )
     contacts = deck_of(tmp_path, f"create_atoms 1 box\n{commands}\n{walls}run 1\n").runs[0].contacts
-    # Walls on which a weight presses are one contact, and the others are another.
+    # Walls on which the same part of the weight presses are one contact.
     names = [contact.name.removeprefix("type 1 - wall ").split(", ") for contact in contacts]
     assert [contact.count for contact in contacts] == [len(walls) for walls in names]
     falls = {wall: contact.falls for walls, contact in zip(names, contacts, strict=True) for wall in walls}
-    assert tuple(falls[wall] for wall in "xyzr") == presses
+    assert tuple(falls[wall] for wall in "xyzr") == pytest.approx(presses, abs=2e-9)
     assert len(contacts) == len(set(presses))
 
 
@@ -747,6 +747,14 @@ def test_a_formula_of_a_run_is_asked_for_only_where_a_contact_needs_it(tmp_path)
         tmp_path, f"variable x equal 2*step\nvariable y equal lx\nregion r block 0 ${{y}} 0 1 0 1\n{CONTACT}"
     )
     assert deck.missing == ("the value of the variable x (--variable x=VALUE): step is known only in a run",)
+
+
+def test_a_gravity_of_a_run_is_asked_for(tmp_path):
+    text = f"variable x index 5\nvariable g equal ramp(0,9.81)\nfix g all gravity v_g vector 0 0 -1\n{CONTACT}"
+    needs = "the value of the variable g (--variable g=VALUE): ramp is known only in a run"
+    assert deck_of(tmp_path, text).missing == deck_of(tmp_path, text.replace("run 1\n", "")).missing == (needs,)
+    with pytest.raises(ValueError, match=r"in\.deck:7: run has too few words"):
+        deck_of(tmp_path, text.replace(" v_g vector 0 0 -1", "").replace("run 1\n", ""))
 
 
 def test_options_need_an_effect(tmp_path):

@@ -31,6 +31,9 @@ class Size(NamedTuple):
     mass: float
 
 
+INCLINED = "an inclined plane: of the weight its part along the normal presses"
+
+
 @dataclass(frozen=True)
 class DeckContact:
     """A contact of two kinds of bodies, or of one and a wall.
@@ -46,8 +49,9 @@ class DeckContact:
     sizes : tuple of (Size, Size or None)
         The pairs of sizes that touch; None for a wall, or the ground, which does not move. Of a range of sizes they are
         smallest-smallest, smallest-largest and largest-largest.
-    falls : bool
-        Whether a weight presses the bodies together: a wall or the ground is one of them.
+    falls : float
+        The part of the weight that presses the bodies together: 1 if one of them is a wall or the ground, the cosine on
+        an inclined plane, 0 if both fall.
     count : int
         How many pairs of bodies of the file have this contact.
     reason : str
@@ -62,7 +66,7 @@ class DeckContact:
     line: Line
     settings: Mapping[str, str]
     sizes: tuple[tuple[Size, Size | None], ...]
-    falls: bool = False
+    falls: float = 0.0
     count: int = 1
     reason: str = ""
     marks: tuple[str, ...] = ()

@@ -125,7 +125,7 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         run, settings = deck.runs[i], (*sorted(contact.settings.items()),)
         bodies = [size for size in sizes if size is not None]
         mass, radius = effective([size.mass for size in bodies]), effective([size.radius for size in bodies])
-        impact = Impact(speed, mass, radius, run.gravity if contact.falls else 0.0, run.step)
+        impact = Impact(speed, mass, radius, run.gravity * contact.falls, run.step)
         try:
             if contact.reason:
                 raise ValueError(contact.reason)

@@ -19,7 +19,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 from viscopade import files
 from viscopade.simulators import lammps, lammps_spheres, liggghts
-from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Line, Said, Size
+from viscopade.simulators.deck import INCLINED, Deck, DeckContact, DeckRun, Line, Said, Size
 from viscopade.simulators.lammps import GranularLine, OtherModel, granular_line, type_range
 from viscopade.simulators.lammps_spheres import UNKNOWN, Spheres
 from viscopade.simulators.lammps_variables import Unsaid, Variables, commands
@@ -97,12 +97,14 @@ def read_input(path: Path, said: Said) -> Deck:
     """
     reader = _Reader(path, said)
     reader.read(path)
-    if not reader.runs:
-        reader.take_run(None)
-    types = {str(number): number for number in reader.numbers()}
-    if reader.missing:  # a variable: with the sizes that are missing, too, the message has all
-        for number in types.values():
-            reader.sizes(number)
+    types = dict[str, int]()
+    with reader.noting("run"):
+        if not reader.runs:
+            reader.take_run(None)
+        types = {str(number): number for number in reader.numbers()}
+        if reader.missing:  # a variable: with the sizes that are missing, too, the message has all
+            for number in types.values():
+                reader.sizes(number)
     names = ("variable", said.variables, reader.variables.names), ("type", {**said.radii, **said.densities}, types)
     for kind, options, present in names:
         for name in options:
@@ -215,7 +217,7 @@ class _Reader:
         line, (name, *_) = self.line, text.split(None, 1) or ("#",)
         if name.startswith("#"):
             return
-        try:
+        with self.noting(name):
             name = self.variables.words(name)[0] if "$" in name else name
             method = getattr(self, f"do_{name}", None)
             if method is None:
@@ -233,6 +235,13 @@ class _Reader:
             if decides:
                 self.changed = self.changed or name not in ("run", "minimize")
                 self.deciding.update(dict.fromkeys(self.variables.used, f"line {line.number}"))
+
+    @contextmanager
+    def noting(self, name: str) -> Iterator[None]:
+        """Note what a command needs and the file does not say; give errors the place of the command."""
+        line = self.line
+        try:
+            yield
         except Unsaid as unsaid:
             self.missing.update(dict.fromkeys(unsaid.args))
         except IndexError:
@@ -461,7 +470,7 @@ class _Reader:
         self.gravity = [fix for fix in state.fixes.values() if fix.words[3].startswith("gravity")]
         acceleration = self.number(self.gravity[-1].words[4]) if self.gravity else 0.0
         contacts = self.grouped(self.contacts())
-        facts = [(c.name, tuple(c.settings.items()), c.sizes, c.reason, c.marks) for c in contacts]
+        facts = [(c.name, tuple(c.settings.items()), c.sizes, c.falls, c.reason, c.marks) for c in contacts]
         if contacts and (step, acceleration, facts) != self.last:
             self.last = step, acceleration, facts
             self.runs.append(DeckRun(line, step, acceleration, contacts))
@@ -553,7 +562,8 @@ class _Reader:
     ) -> DeckContact:
         """Return a contact, or the reason why it has no number; its types are those of both bodies."""
         state, (first, second), settings = self.state, types, dict[str, str]()
-        falls = is_wall = " - wall " in name
+        is_wall = " - wall " in name
+        falls = float(is_wall)
         whole: GranularLine | MaterialLine | None = contact if isinstance(contact, GranularLine) else None
         if isinstance(contact, ModelLine):
             fixes = (words for words in state.fix_words.values() if words[3] == "property/global")
@@ -573,11 +583,13 @@ class _Reader:
             if isinstance(contact, GranularLine):
                 curvature, *more = lammps.wall_curvature(contact.shape, state.regions, self.number, state.has_lattice)
                 marks += ["the line of the wall alone decides", *more]
-            # On a plane along gravity no weight presses; angles in degrees are right to 1e-9.
+            # On a plane the part of the weight along its normal presses: its cosine, which is right to 1e-9.
             normal = lammps.wall_normal(line.text.split(), state.regions, self.number)
             if normal and self.gravity:
                 down = lammps.gravity_direction(self.gravity[-1].words, self.number, state.dimension)
-                falls = abs(sum(x * y for x, y in zip(normal, down, strict=True))) > 1e-9
+                product = sum(x * y for x, y in zip(normal, down, strict=True))
+                falls = round(abs(product) / math.hypot(*normal) / math.hypot(*down), 9)
+                marks += [INCLINED] * (0 < falls < 1)
             # R_eff = R R_wall/(R + R_wall)
             radii = [r * curvature / (r + curvature) if curvature and r else r for r, _ in spheres]
             sizes = ((Size(r, size.mass), None) for r, size in zip(radii, spheres, strict=True))

@@ -38,7 +38,7 @@ import numpy as np
 
 from viscopade import files
 from viscopade.extras import require
-from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Line, Said, Size
+from viscopade.simulators.deck import INCLINED, Deck, DeckContact, DeckRun, Line, Said, Size
 from viscopade.simulators.mujoco import SIMULATOR, Surface, mixed_surface
 from viscopade.simulators.native import FileUnits
 
@@ -59,8 +59,8 @@ class Kind(NamedTuple):
         Those of a contact are the sums of both geoms'.
     moves : bool
         Whether its body has degrees of freedom.
-    level : bool
-        Whether a body's whole weight may press on it.
+    pressing : float
+        The part of a body's weight that presses on it: on an inclined plane the cosine.
     mark : str
         Why eps is not that of free bodies whose centres lie on the normal; "" if it is.
     """
@@ -69,7 +69,7 @@ class Kind(NamedTuple):
     margin: float
     adhesion: float
     moves: bool
-    level: bool
+    pressing: float
     mark: str
 
 
@@ -77,7 +77,7 @@ class State(NamedTuple):
     """What is equal in all contacts of a row; `element` is a `<pair>` but for its geoms and solref."""
 
     settings: tuple[tuple[str, str], ...]
-    falls: bool
+    falls: float
     marks: tuple[str, ...]
     reason: str
     element: str
@@ -194,7 +194,7 @@ def _kind(model: Any, data: Any, gravity: Any, geom: int) -> Kind:
 
     body = model.geom_bodyid[geom]
     shape, moves = mujoco.mjtGeom(model.geom_type[geom]).name, bool(model.body_dofnum[model.body_weldid[body]])
-    level, mark = True, ""
+    pressing, mark = 1.0, ""
     if moves:
         joint, dof = model.body_jntadr[body], model.body_dofadr[body]
         free = model.body_jntnum[body] == 1 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
@@ -206,15 +206,15 @@ def _kind(model: Any, data: Any, gravity: Any, geom: int) -> Kind:
         elif shape != "mjGEOM_SPHERE" or distance > 1e-9 * model.geom_size[geom][0]:
             mark = "a geom that is no sphere around its body's centre of mass: eps is that of such a sphere"
     elif shape == "mjGEOM_PLANE":
-        # The part of the weight that presses on a plane is that along its normal, the third column of the matrix.
-        pressing = float(-data.geom_xmat[geom][2::3] @ gravity) / (float(np.linalg.norm(gravity)) or 1.0)
-        level = pressing > 1 - 1e-6
-        mark = "an inclined plane: eps is without weight" if pressing > 1e-6 and not level else ""
+        # The normal of a plane is the third column of its matrix.
+        cosine = float(-data.geom_xmat[geom][2::3] @ gravity) / (float(np.linalg.norm(gravity)) or 1.0)
+        pressing = max(round(cosine, 9), 0.0)
+        mark = INCLINED if 0 < pressing < 1 else ""
     elif shape in ("mjGEOM_HFIELD", "mjGEOM_SDF"):
         mark = "a geom that touches at several points: eps is that of a single one"
     numbers: list[Any] = [getattr(model, f"geom_{name}")[geom].tolist() for name in Surface._fields]
     surface = Surface(*numbers[:3], *map(tuple, numbers[3:]))
-    return Kind(surface, float(model.geom_margin[geom]), float(model.geom_adhesion[geom]), moves, level, mark)
+    return Kind(surface, float(model.geom_margin[geom]), float(model.geom_adhesion[geom]), moves, pressing, mark)
 
 
 def _touching(model: Any, flags: set[str], kinds: list[Kind]) -> Iterator[tuple[int, list[int], int | None]]:
@@ -279,7 +279,8 @@ def _state(model: Any, flags: set[str], first: Kind, second: Kind, k: int | None
     reason = "adhesion pulls, which is not computed" if adhesion else ""
     if "mjENBL_DIAGEXACT" in flags and settings["cone"] == "pyramidal" and condim > 1:
         reason = "the flag diagexact changes the pyramidal cone, which is not computed"
-    falls = first.moves != second.moves and first.level and second.level
+    # The other one, which moves, has 1.
+    falls = first.pressing * second.pressing if first.moves != second.moves else 0.0
     element = f'solimp="{solimp}" friction="{friction}" condim="{condim}"' + (
         f' margin="{margin:.15g}"' if margin else ""
     )
