@@ -63,7 +63,7 @@ def deck(tmp_path, monkeypatch):
         jkr = DeckContact("type 1 - type 3", line(5, "pair_coeff"), {}, (), reason="jkr is not computed here")
         first = DeckRun(line(8, "run 10"), 2e-6, 9.81, (pair(4, said.variables.get("e", "0.5")), wall, jkr))
         second = DeckRun(line(12, "run 20"), 2e-6, 9.81, (pair(11, "0.9"), wall, jkr))
-        unread = (line(3, "thermo 10"), line(7, "dump 1 all"))
+        unread = (line(3, "thermo 10"), line(7, "fix 1 all move linear 0 0 1"))
         file_units = {"si": FileUnits(), "lj": PLAIN}[units]
         missing = changes.get("missing", ())
         return Deck(simulator_of("lammps"), path, file_units, (first, second), missing, unread, ("bonds are not read",))
@@ -93,7 +93,7 @@ def test_a_table_for_each_run(deck):
     for sentence in (
         "row 4: no number: jkr is not computed here.",
         "rows 1, 2, 5, 6: mixed from 1 1 and 2 2.",
-        "Warning: bonds are not read. not read: thermo (line 3), dump (line 7)",
+        "Warning: bonds are not read. not read: thermo (line 3), fix move (line 7)",
     ):
         assert sentence in flat
 
@@ -201,7 +201,7 @@ def test_all_that_is_missing_is_one_message(deck):
     file, changes = deck
     changes["missing"] = ("the density of type 1 (--density 1=2500)", "the radius of type 2 (--radius 2=1mm)")
     message = "does not say the density of type 1 (--density 1=2500); the radius of type 2 (--radius 2=1mm)"
-    assert message in " ".join(run(file).stderr.split())
+    assert f"{message}. bonds are not read" in " ".join(run(file).stderr.split())
 
 
 def test_a_file_without_a_number_is_refused(deck):

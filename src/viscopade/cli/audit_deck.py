@@ -75,7 +75,8 @@ def show_deck(
     is_xml = files.content(file, DECKS).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
     deck = mujoco_model.read_model(file, said) if is_xml else lammps_deck.read_input(file, said)
     if deck.missing:
-        raise click.UsageError(f"{file} does not say {'; '.join(deck.missing)}")
+        # A file that was not found may be why.
+        raise click.UsageError(". ".join((f"{file} does not say {'; '.join(deck.missing)}", *deck.warnings)))
     if deck.units.unsized and sized:
         raise click.UsageError(f"--{sized[0]} has a unit, and {deck.units.unsized}")
 
@@ -93,8 +94,9 @@ def show_deck(
     deck = replace(deck, runs=tuple(runs))
     table = contact_rows(deck, impact.speed, wanted)
     if all(row.answer.collision is None for row in table):
-        reasons = "; ".join(dict.fromkeys(row.answer.reason for row in table)) or f"expected {DECKS}"
-        raise click.UsageError(f"{file} has no contact with a number: {reasons}")
+        reasons = "; ".join(dict.fromkeys(row.answer.reason for row in table))
+        number = " with a number" * bool(reasons)
+        raise click.UsageError(f"{file} has no contact{number}: {reasons or 'expected geoms that may touch'}")
     if style == "text":
         _say_deck(deck, table, epsilon, "" if si["speed"] else ", as --speed is not given")
         return
@@ -198,12 +200,23 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     for (weight, lines), numbers in replacements.items():
         say(f"for eps = {epsilon}{weight} in {_rows(numbers)} write")
         click.echo("\n".join(f"    {printable(line)}" for line in lines))
+    # A command has the name of what it sets in its first three words.
+    written = dict.fromkeys(line for _, lines in replacements for line in lines)
+    if len({(*line.split()[:3],) for line in written}) < len(written):
+        say("Of lines that begin alike the last one counts: each is for its rows alone.")
     if deck.unread:
-        say(f"not read: {', '.join(f'{line.text.split()[0]} (line {_place(line, deck)})' for line in deck.unread)}")
+        names = [_command(line.text.split()) for line in deck.unread]
+        places = [f"{name} (line {_place(line, deck)})" for name, line in zip(names, deck.unread, strict=True)]
+        say(f"not read: {', '.join(places)}")
 
 
 def _rows(numbers: Sequence[int]) -> str:
     return f"row{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+
+
+def _command(words: Sequence[str]) -> str:
+    """Return the name of a command, of a fix with its style."""
+    return " ".join(words[:4:3] if words[0] == "fix" else words[:1])
 
 
 def _place(line: Line, deck: Deck) -> str:
