@@ -485,6 +485,20 @@ def test_a_chute_of_liggghts(tmp_path):
     assert chute.rewritten({"coefficientRestitution": "0.25"}) == (line,)
 
 
+def test_walls_of_other_types_have_other_numbers_to_write(tmp_path):
+    matrix = "fix e all property/global coefficientRestitution peratomtypepair 3"
+    text = "units si\ncreate_box 3 b\ncreate_atoms 1 b\n"
+    text += "fix y all property/global youngsModulus peratomtype 5e6 5e6 5e6\n"
+    text += "fix p all property/global poissonsRatio peratomtype 0.3 0.3 0.3\n"
+    text += f"{matrix} 0.9 0.7 0.7 0.7 1 1 0.7 1 1\npair_style gran model hertz\n"
+    for name, number in (("w1", 2), ("w2", 3), ("w3", 2)):
+        text += f"fix {name} all wall/gran model hertz primitive type {number} zplane 0\n"
+    _, both, other = deck_of(tmp_path, f"{text}run 1\n").runs[0].contacts
+    assert (both.name, other.name) == ("type 1 - wall w1, w3", "type 1 - wall w2")
+    assert both.rewritten({"coefficientRestitution": "0.5"}) == (f"{matrix} 0.9 0.5 0.7 0.5 1 1 0.7 1 1",)
+    assert other.rewritten({"coefficientRestitution": "0.5"}) == (f"{matrix} 0.9 0.7 0.5 0.7 1 1 0.5 1 1",)
+
+
 def test_numbers_of_liggghts_in_cgs_are_in_si_units(tmp_path):
     """1 dyn/cm^2 is 0.1 Pa; 1/(cm s) is 100/(m s)."""
     text = "units cgs\ncreate_box 1 b\nfix 1 all property/global kn peratomtypepair 1 4e8\n"

@@ -481,13 +481,13 @@ class _Reader:
         if len(self.gravity) > 1:
             self.warnings[f"of {len(self.gravity)} fixes gravity the last counts"] = None
 
-    def contacts(self) -> Iterator[DeckContact]:
-        """Yield the contacts of two types, and of a type and a wall."""
+    def contacts(self) -> Iterator[tuple[tuple[int, int], DeckContact]]:
+        """Yield the contacts of two types, and of a type and a wall, each with the types of both bodies."""
         state, numbers = self.state, self.numbers()
         for i, j in itertools.combinations_with_replacement(numbers, 2):
             line, contact, reason, *marks = self.pair(i, j)
             if line is not None:
-                yield self.deck_contact(f"type {i} - type {j}", line, contact, (i, j), marks, reason)
+                yield (i, j), self.deck_contact(f"type {i} - type {j}", line, contact, (i, j), marks, reason)
         for name, fix in state.fixes.items():
             ranges = state.groups.get(fix.words[2]) or (type_range("*"),)
             touching = [number for number in numbers if any(number in types for types in ranges)]
@@ -498,16 +498,17 @@ class _Reader:
                 contact = fix.contact
                 if isinstance(contact, GranularLine) and len(touching) > 1:
                     contact = contact.at_wall(number)
-                yield self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, (number, wall_type), [])
+                types = number, wall_type
+                yield types, self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, types, [])
 
     @staticmethod
-    def grouped(contacts: Iterable[DeckContact]) -> tuple[DeckContact, ...]:
-        """Return contacts, those of a type with like walls as one: a box has six."""
+    def grouped(contacts: Iterable[tuple[tuple[int, int], DeckContact]]) -> tuple[DeckContact, ...]:
+        """Return contacts, those of a type with like walls of one type as one: a box has six."""
         groups: dict[object, list[DeckContact]] = {}
-        for contact in contacts:
-            body, is_wall, _ = contact.name.partition(" - wall ")
+        for types, contact in contacts:
+            _, is_wall, _ = contact.name.partition(" - wall ")
             facts = (*sorted(contact.settings.items()),), contact.sizes, contact.falls, contact.reason, contact.marks
-            groups.setdefault((body, facts) if is_wall else contact.name, []).append(contact)
+            groups.setdefault((types, facts) if is_wall else contact.name, []).append(contact)
 
         def rewritten(walls: list[DeckContact], settings: Mapping[str, str]) -> tuple[str, ...]:
             return tuple(dict.fromkeys(line for wall in walls for line in wall.rewritten(settings)))
