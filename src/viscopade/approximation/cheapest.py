@@ -1,4 +1,8 @@
-"""Search over degrees [m/n] of best approximants: the cheapest for an accuracy, the most accurate for a cost."""
+"""Search over degrees [m/n] of best approximants: the cheapest for an accuracy, the most accurate for a cost.
+
+[m/n] is a quotient of polynomials in v* (the scaled speed of impact) of degrees m and n, and approximates the
+coefficient of restitution eps(v*) on an interval (`minimax.fit`). Its cost is its number of operations.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +23,7 @@ from viscopade.approximation.minimax import (
 )
 from viscopade.collision.exact import Exact
 
+# Not both degrees below 2: a_0 = b_0 = 1 and a_1 = b_1 leave N/D = 1 alone.
 CANDIDATES = [(m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1) if max(m, n) >= 2]
 """The degrees of the search, ascending in m."""
 
@@ -44,12 +49,14 @@ def cheapest_fit(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0) -> F
     accepted = f"a number below 1, and at least {float(SMALLEST_ERROR):g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: SMALLEST_ERROR <= x < 1))
 
-    reached = 1.0
+    # From the lowest cost upwards, the first best approximant that is accurate enough.
+    reached = 1.0  # the smallest error so far, for the message
     for price in sorted({cost(*pair) for pair in CANDIDATES}):
         best = min(_fits(price, interval), key=lambda fit: fit.error, default=None)
         if best is not None and best.error <= limit:
             return best
         reached = min(reached, best.error if best is not None else reached)
+    # The message proposes 1 % more than was reached: rounding to three digits takes off half a percent at most.
     m, n = CANDIDATES[-1]
     raise ValueError(
         f"accuracy is {limit:g}: expected {1.01 * reached:.3g} or more, which [m/n] up to [{m}/{n}] "
@@ -67,9 +74,9 @@ def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0) -> Fit |
 def _fits(price: int, interval: Interval) -> tuple[Fit, ...]:
     """Return the best approximants of a cost, without degrees that have no good one."""
     low, high = interval
-    found = list[Fit]()
+    fits = list[Fit]()
     for m, n in CANDIDATES:
         if cost(m, n) == price:
-            with suppress(ValueError):  # no best approximant, or no good one
-                found.append(fit(m, n, high, low))
-    return tuple(found)
+            with suppress(ValueError):  # no best approximant, an error of 100 %, or one below 1e-12
+                fits.append(fit(m, n, high, low))
+    return tuple(fits)

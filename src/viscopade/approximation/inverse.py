@@ -1,5 +1,6 @@
 r"""Minimax approximants of the inverse, eps -> v*, on (0, 1].
 
+eps is the coefficient of restitution and v* the scaled speed of impact at which it occurs.
 The variable is q = (1 - eps)/eps, from 0 at eps = 1 to infinity at eps = 0, which needs 1 - eps for eps near 1.
 v* is sqrt(q) times a smooth function of sqrt(q) near 0, and behaves like q^(3/10) at infinity. So
 
@@ -26,7 +27,9 @@ from viscopade.approximation.target import loss_limit, target
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import double
 
-_Y_MAX = 2000.0  # of q^(1/10): q up to 1e33
+# Stands for infinity: y^2 N/D of the quotients below differs there, at q = 1e33, by less than 1e-16 from its limit
+# (measured), and their errors are above 1e-8.
+_Y_MAX = 2000.0
 
 # The best powers of q^(1/10) in a search for 4, 5, … coefficients.
 BEST = (
@@ -66,6 +69,7 @@ def fit_inverse(powers: Powers) -> LacunaryFit:
         raise ValueError(
             f"powers are {powers.label}: expected deg D = deg N + {DEGREES_LESS}, because v* behaves like q^(3/10)"
         )
+    # v* = (q/c)^(1/2) (1 + …), and q^(1/2) = y^5: the factor c^(-1/2) makes the target 1 at 0, as a_0 = b_0 = 1.
     with working(lawson.BITS):
         factor = 1 / loss_limit().root(2)
     return lawson.best(powers, _values, _Y_MAX, Coordinate(half_line=True), factor, inverse_sample())
@@ -75,22 +79,26 @@ def _values(y: arb) -> tuple[arb, arb]:
     """Return v* (c/q)^(1/2), 1 at 0, with the weight 1; c = (1 - eps)/v*^2 at 0."""
     if y == 0:
         return arb(1), arb(1)
-    q = y ** (SHIFT * 2)
+    q = y ** (SHIFT * 2)  # q^(1/2) = y^SHIFT
     return _v_star(q.mid()) * (loss_limit() / q).root(2), arb(1)
 
 
 def _v_star(q: arb) -> arb:
     """Return v* at (1 - eps)/eps = q: double precision, then a step of Newton's method on ln q."""
+    # eps = 1/(1 + q) and 1 - eps = q/(1 + q): the smaller one has all digits.
     near = float(q)
     start = double.v_star_from(1 / (1 + near)) if near > 1 else double.v_star_from(one_minus_epsilon=near / (1 + near))
-    slope = -double.slope(float(start)) / float(double.one_minus_epsilon(start))  # d ln q/d ln v*
+    # d ln q/d ln v* = -(d ln eps/d ln v*)/(1 - eps). With the 16 digits of the start, one step has as many as `target`.
+    slope = -double.slope(float(start)) / float(double.one_minus_epsilon(start))
     epsilon, loss, _ = target(arb(start))
+    # ln v* = ln start + (ln q - ln(loss/eps))/slope
     return (arb(start) * (1 + (q * epsilon / loss).log() / slope)).mid()
 
 
 @lru_cache(maxsize=1)
 def inverse_sample() -> Sample:
     """Return the target at points dense enough for rough fits."""
+    # v* from 0.004 to 1e5: measured for the powers above, the errors on a grid 30 times finer are at most 6 % larger.
     v_star = lawson.dense_speeds(15, 18)
     q = double.one_minus_epsilon(v_star) / double.epsilon(v_star)
     return Sample(q**0.1, v_star * np.sqrt(float(loss_limit()) / q), np.ones_like(q))

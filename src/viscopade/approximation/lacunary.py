@@ -25,6 +25,7 @@ class Powers:
     bottom: tuple[int, ...]
 
     def __post_init__(self) -> None:
+        # Exponents ascend from 0: without y^0, N/D would be 0 or infinite at y = 0.
         for name, exponents in (("top", self.top), ("bottom", self.bottom)):
             if not exponents or exponents[0] != 0 or any(b <= a for a, b in pairwise(exponents)):
                 raise ValueError(f"{name} is {exponents}: expected ascending exponents that begin with 0")

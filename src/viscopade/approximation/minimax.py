@@ -1,4 +1,4 @@
-r"""Best rational approximants of eps(v*) on an interval.
+r"""Best rational approximants of eps(v*), the coefficient of restitution at the scaled speed v*, on an interval.
 
 Among N/D with a_0 = b_0 = 1 and a_1 = b_1, which eps = 1 - c v*^2 + … requires, `fit` finds the one with the smallest
 largest error, max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions are accurate.
@@ -24,11 +24,14 @@ from viscopade.approximation.target import target
 from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
 
-MAX_M, MAX_N = 6, 9
+# What is accepted; the theory has no such limits. On [0, 1] the best [5/9] already has an error below 1e-12.
+MAX_M, MAX_N = 6, 9  # largest degrees in the search of `cheapest`
 MAX_FIT_M, MAX_FIT_N = 12, 15  # largest degrees of a single fit
 LARGEST = 10**6  # v*
 SMALLEST = Fraction(1, 10**6)  # end v* > 0 and length of an interval
-COEFFICIENT_DIGITS = 30  # digits of coefficients beyond those of the error
+# Digits of coefficients beyond those of the error: more than enough, as kernels round them to doubles
+# (docs/theory/minimax.md).
+COEFFICIENT_DIGITS = 30
 SMALLEST_ERROR = Fraction(1, 10**12)  # which the values of eps allow (`remez.TooAccurate`)
 
 
@@ -75,6 +78,7 @@ class Fit:
     deviations: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        # The coefficients: their number, a_0 = b_0 = 1, and a_1 = b_1, which is 0 if a degree is 0.
         a, b = self.exact
         if (len(a), len(b)) != (self.m + 1, self.n + 1):
             raise ValueError(f"{self.label} has {self.m + 1} and {self.n + 1} coefficients, not {len(a)} and {len(b)}")
@@ -82,6 +86,9 @@ class Fit:
             raise ValueError("a_0 and b_0 must be 1")
         if (*a, 0)[1] != (*b, 0)[1]:
             raise ValueError("a_1 and b_1 must be the same number")
+        # D has no zero on the interval. Multiplied by the common denominator it has integer coefficients, whose roots
+        # FLINT isolates; 128 bits, more than the two doubles of the interval have, tell on which side of its ends they
+        # lie.
         low, high = map(float, self.interval)
         scale = math.lcm(*(c.denominator for c in b))
         with working(128):
@@ -89,6 +96,8 @@ class Fit:
             for root, _ in roots:
                 if root.imag == 0 and low <= float(root.real) <= high:
                     raise ValueError(f"the denominator of {self.label} has a zero at v* = {float(root.real):.6g}")
+        # The error alternates at m + n points, one more than there are free coefficients (`remez`), between its two
+        # bounds.
         number = self.m + self.n
         if not len(self.points) == len(self.deviations) == number:
             raise ValueError(f"there are {len(self.points)} points: expected {number}")
@@ -146,6 +155,7 @@ def fit(
 
 def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
     """Check the degrees; errors as for `fit`."""
+    # The free coefficients are a_1 = b_1, a_2 …, b_2 …
     m = arguments.integer("m", m, 0, MAX_FIT_M)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
     if max(m, n) < 2:
@@ -162,6 +172,7 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
     low = arguments.exact_number("v_star_min", v_star_min, accepted, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
     accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"
     high = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: low < v <= LARGEST)
+    # A shorter interval, in absolute or relative length, has too few doubles for points of different error.
     if high - low < SMALLEST * max(low, Fraction(1)):
         raise ValueError(
             f"the interval [{float(low):g}, {float(high):g}] is too short: expected a length of "
@@ -174,7 +185,7 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
 def _fit(m: int, n: int, interval: Interval) -> Fit:
     name = f"[{m}/{n}] on {interval_text(interval)}"
     try:
-        found = remez.solve(minimax_problem(m, n, interval))
+        best = remez.solve(minimax_problem(m, n, interval))
     except remez.TooAccurate:
         raise ValueError(
             f"the best {name} has an error below {float(SMALLEST_ERROR):g}: expected lower degrees, or the kernel of "
@@ -182,28 +193,32 @@ def _fit(m: int, n: int, interval: Interval) -> Fit:
         ) from None
     except remez.NoBest as reason:
         raise ValueError(f"{name}: {reason}; expected other degrees") from None
-    if not found.error < 1:
+    # From an error of 100 % on, N/D = 0 would be as good.
+    if not best.error < 1:
         raise TooCoarse(
-            f"the best {name} has a relative error of {found.error:.3g}: expected an error below 1, as with a shorter "
+            f"the best {name} has a relative error of {best.error:.3g}: expected an error below 1, as with a shorter "
             "interval or with n = m + 3"
         )
-    places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))
+    digits = COEFFICIENT_DIGITS + math.ceil(-math.log10(best.error))
     # Middles are exact, so every one has a decimal.
-    a, b = (tuple(str(decimal_string(c, places)) for c in values) for values in (found.a, found.b))
-    levels = found.error, found.lower_bound, found.points, found.deviations
+    a, b = (tuple(str(decimal_string(c, digits)) for c in coefficients) for coefficients in (best.a, best.b))
+    levels = best.error, best.lower_bound, best.points, best.deviations
     return Fit(m, n, interval, a, b, *levels)
 
 
 def minimax_problem(m: int, n: int, interval: Interval) -> remez.Problem:
     """Return the approximation problem of `fit` for `remez.solve`."""
+    # The doubles nearest to the ends that lie inside.
     low, high = map(float, interval)
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),
               high if high <= interval[1] else math.nextafter(high, 0.0))  # fmt: skip
 
     def values(v_star: arb) -> tuple[arb, arb]:
+        """Return g = (1 - eps)/v*^2 and p = v*^2/w, w = min(eps, 1 - eps): the error is the larger relative one."""
         epsilon, loss, loss_ratio = target(v_star)
         return loss_ratio, 1 / loss_ratio if loss < epsilon else v_star**2 / epsilon
 
+    # Contact of order 2, N - D = O(v*^2): a_0 = b_0 and a_1 = b_1.
     return remez.Problem(full_powers(m, n), values, inside, contact=2)
 
 

@@ -1,5 +1,6 @@
 """Target of fits: eps(v*) and 1 - eps(v*) at many points, to 17 digits (sampled; `exact` is proven).
 
+eps is the coefficient of restitution and v* the scaled speed of impact.
 The values are those of the exact rows of `double`'s table: on each panel, polynomials in z = (v* - centre)/(half
 width). Their arguments are the middles of balls, and their results middles without a radius, at FLINT's present
 precision (`balls.working`), which must exceed `bits_for(DIGITS)`.
@@ -33,17 +34,18 @@ class TargetValues(NamedTuple):
 
 def target(v_star: arb) -> TargetValues:
     """Return eps, 1 - eps and (1 - eps)/v*^2; ValueError if v* is negative or NaN."""
+    # The double next to v* tells the panel; at the joint of two panels either one serves.
     near = float(v_star)
     if not near >= 0:
         raise ValueError(f"v_star is {near!r}: expected a number >= 0")
     index, folds = panels.index_of(near)
-    return _panel(index).at(v_star, folds)
+    return _panel(index).values(v_star, folds)
 
 
 @lru_cache(maxsize=1)
 def loss_limit() -> arb:
     """Return c, the limit of (1 - eps)/v*^2 at v* = 0, which is -h_2."""
-    with working(bits_for(DIGITS) + 64):
+    with working(bits_for(DIGITS) + 64):  # 64 bits (a machine word) more, so that rounding does not count
         return target(arb(0)).loss_ratio
 
 
@@ -58,14 +60,20 @@ class _Panel:
     half_width: Fraction
     polynomials: tuple[arb_poly, ...]
 
-    def at(self, v_star: arb, folds: int = 0) -> TargetValues:
-        """Return the values at v*, from those at v*/8^folds on the panel, where eps is 2^(10 folds) larger."""
+    def values(self, v_star: arb, folds: int = 0) -> TargetValues:
+        """Return the values at v*, from those at s = v*/8^folds on the panel, where eps is 2^(10 folds) larger.
+
+        For large v* eps = (3/2)^(2/3) v*^(-10/3), and 8^(10/3) = 2^10; PERIOD = 3 is the exponent of 8 = 2^3.
+        """
+        # z = (s - centre)/(half width)
         z = (v_star * arb(2) ** (-PERIOD * folds) - ball_of(self.centre)) / ball_of(self.half_width)
         values = [polynomial(z).mid() for polynomial in self.polynomials]
+        # On panel 0, (1 - eps)/v*^2 gives the others.
         if len(values) == 1:
             (loss_ratio,) = values
             loss = (loss_ratio * v_star**2).mid()
             return TargetValues((1 - loss).mid(), loss, loss_ratio)
+        # Elsewhere eps and 1 - eps have a polynomial each, beyond 2^FOLD eps alone.
         epsilon, loss = values
         if folds:
             epsilon = (epsilon * arb(2) ** (-10 * folds)).mid()
@@ -75,15 +83,18 @@ class _Panel:
 
 @lru_cache(maxsize=PANELS)
 def _panel(index: int) -> _Panel:
+    """Return a panel from the table of `double`."""
     epsilon, loss = (panels.rows()[name, index] for name in ("epsilon", "one_minus_epsilon"))
     centre, half_width = Fraction(CENTRES[index]), Fraction(HALF_WIDTHS[index])
     if index:
         return _Panel(centre, half_width, (_exact_row(epsilon), _exact_row(loss)))
+    # Panel 0: 1 - eps = 2^e (a_2 z^2 + a_3 z^3 + …), v* = z half_width, and half_width is a power of 2. So
+    # (1 - eps)/v*^2 = 2^e (a_2 + a_3 z + …)/half_width^2.
     exponent = loss.exponent - 2 * int(math.log2(half_width))
     return _Panel(centre, half_width, (_exact_row(Row(exponent, loss.a[2:])),))
 
 
 def _exact_row(row: Row) -> arb_poly:
     """Return 2^e (a_0 + a_1 z + …), exactly: integers of up to 70 bits."""
-    with working(128):
+    with working(128):  # more than the integers have, so that the products are exact
         return arb_poly([arb(a) * arb(2) ** row.exponent for a in row.a])

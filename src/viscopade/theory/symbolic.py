@@ -239,6 +239,7 @@ def lambda_from_G(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
     inversion gives lambda_k = (2/k) ((a+1)/2)^(k/nu-k) [K^(k-1)] O'(K) exp(-2 c k E).
     """
     k, law = _odd(k), law_of(law)
+    rate = -2 * k * rational(law.c)
     domain, *symbols = sp.ring([G_symbol(n) for n in range(1, k + 1)], sp.QQ)
     G = [domain.one, *symbols]
     # V = sum G_n K^n, and L = ln V from V' = L' V: n G_n = sum_(1<=j<=n) j L_j G_(n-j)
@@ -247,7 +248,6 @@ def lambda_from_G(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
         lower_orders = sum((j * logarithm[j] * G[n - j] for j in range(1, n)), domain.zero)
         logarithm.append(G[n] - lower_orders * sp.QQ(1, n))
     # P = exp(rate E), E the even part of L, from P' = rate E' P: n P_n = rate sum_(even j<=n) j L_j P_(n-j)
-    rate = -2 * k * rational(law.c)
     power = [domain.one]
     for n in range(1, k):
         even = sum((j * logarithm[j] * power[n - j] for j in range(2, n + 1, 2)), domain.zero)
