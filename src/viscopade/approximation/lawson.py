@@ -78,7 +78,8 @@ def rough(powers: Powers, sample: Sample, steps: int = STEPS) -> Rough:
         # is linear in c. Lawson: least squares with weights that approach those of the largest error.
         scale = sample.weight / denominator * np.sqrt(lawson_weight)
         coefficients = _least_squares(design * scale[:, None], one * scale)
-        # D itself; if it has a zero between the points, the old one moves towards it, and the step is repeated.
+        # D itself. If it is not positive at all points, the next step begins from D where that is, and elsewhere from a
+        # small part of the old one (`fmax` ignores a NaN).
         new_denominator = one - design[:, size:] @ coefficients[size:]
         if not (np.isfinite(coefficients).all() and (new_denominator > 0).all()):
             denominator = np.fmax(new_denominator, _KEEP * denominator)

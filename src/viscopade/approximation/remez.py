@@ -19,6 +19,10 @@ of the error of R at these points, hence m + n - 1 zeros in between: q = 0. So t
 every approximant's error from below (de la Vallee-Poussin); it is reported beside the largest error of R. If both
 agree, R is the best approximant, and the only one. (Without contact the number of points is m + n + 2.)
 
+The algorithm: at m + n points, the points of reference, an eigenvalue problem gives the quotient whose errors there are
+E, -E, E, … (`_level`; E is the level). Its extrema on the interval (`_extrema`) become the next points of reference
+(`_exchange`), until the largest error is the level. Other first points are tried if that fails (`_references`).
+
 Arithmetic: FLINT's, with many more bits than the values have; nothing here is proven.
 """
 
@@ -47,7 +51,7 @@ Extremum = tuple[float, float]
 # to [6/9] on [0, 1], [0, 5] and [0, 30], 175 fits with a result (with [0, 100]: 224).
 TOLERANCE = 1e-9  # of levelling: (error - lower bound)/error
 ROUGH_TOLERANCE = 1e-6  # if the error is as small as the last digits of the values
-MAX_EXCHANGES = 40  # measured: at most nine are needed
+MAX_EXCHANGES = 40  # measured: at most nine are needed; other first points follow if these fail
 MAX_NEWTON = 8  # measured: at most eight are needed, five or fewer for 95 of 100 solutions
 # Points between neighbours, on the fixed grid and again between the points of reference. Measured: with 32 the errors
 # are the same to 1.5e-7, with 8 to 8e-5, with 4 to 1.2e-2.
@@ -59,10 +63,10 @@ APART = 0.02
 # Error of an extremum's place, over its bracket: the error of its value is quadratic in it, 1e-10.
 CLOSE = 1e-5
 # Scales of the coordinate for first points of reference, in the order of trial. Measured: with 1 alone 6 of 224 fits
-# are lost.
+# are lost, with the first three none.
 SCALES = (1, 0.3, 3, 0.1, 10)
 # Places of additional points, as parts of the distance to the nearest point. Measured: without them 5 of 224 fits are
-# lost.
+# lost, with the first two none.
 LAYERS = (0.3, 0.03, 1e-3, 1e-5)
 # Digits of the values beyond the error's. The values of eps have 17 digits, so that errors from 10^-12 on have five.
 GUARD = 5
@@ -144,7 +148,8 @@ class Problem:
     def bits(self) -> int:
         """Working precision: far more than the digits of the values, as linear systems lose some.
 
-        Measured: 64 bits beyond the digits, without a part for the degrees, give the same fits up to [6/9].
+        Measured: 64 bits beyond the digits of the values give the same fits up to [6/9]. Four times the digits, and 16
+        bits for each degree, leave room for systems of higher degrees.
         """
         return 4 * bits_for(self.digits) + 16 * (self.powers.m + self.powers.n) + 64
 
@@ -160,6 +165,7 @@ class Problem:
             return False
         # The weighted error is p (S/D + g) = p (S + g D)/D with D(0) = 1: what each coefficient adds to p (S + g D) at
         # 0.
+        # Below the accuracy of the values it counts as 0.
         g, p = self.values_at(0.0)
         changes = (p * (s(arb(0)) + g * d(arb(0))) for s, d in self.directions)
         return any(abs(change) > arb(10) ** -self.digits for change in changes)
@@ -283,8 +289,8 @@ def _starts(problem: Problem) -> Iterator[list[float]]:
     """Yield the extrema of Chebyshev's polynomial in different coordinates, without a left end that does not count."""
     number = problem.number_of_points
     vanishing = int(problem.interval[0] == 0 and not problem.sees_zero)  # the error at the left end is 0
-    # cos(pi i/(number - 1)), from -1 to 1; without the left end, of one point more. The scale of the logarithmic
-    # coordinate decides where the points crowd.
+    # cos(pi i/(number - 1)), from -1 to 1; without the left end, of one point more (for a single point, not 0/0). The
+    # scale of the logarithmic coordinate decides where the points crowd.
     cosines = np.cos(np.pi * (np.arange(number - 1, -1, -1) / max(number - 1 + vanishing, 1)))
     for factor in SCALES:
         yield _spread(problem, cosines, replace(problem.coordinate, scale=factor * problem.coordinate.scale))
@@ -302,7 +308,8 @@ def _from_lower_degrees(problem: Problem, lower: Problem) -> Iterator[list[float
         points = _first_success(lower, _starts(lower)).points
     except _NotFromHere:
         return
-    # In the coordinate: near the left end and at the right one, near both ends, or two that cut a gap into thirds.
+    # In the coordinate: near the left end and at the right one, near both ends, or two that cut a gap into thirds. Two
+    # in one gap fit into the alternation there, and where the error of [m/n] alternates twice more is not known.
     t = problem.coordinate.t(np.array(points))
     low, high = problem.coordinate.t(np.array(problem.interval))
     additions = [(low + (t[1] - low) * part, high) for part in LAYERS]
@@ -348,7 +355,8 @@ def _exchange(problem: Problem, reference: list[float]) -> Approximation:
     """
     solution: _Solution | None = None
     for step in range(1, MAX_EXCHANGES + 1):
-        # Level: the quotient whose errors at the points of reference are E, -E, E, …
+        # Level: the quotient whose errors at the points of reference are E, -E, E, … The last exchange accepts a
+        # rougher levelling, as the last digits of the values may not allow a finer one.
         tolerance = TOLERANCE if step < MAX_EXCHANGES else ROUGH_TOLERANCE
         solution = _level(problem, reference, solution)
         a, b = problem.placed(solution.vector, arb(0))
@@ -396,7 +404,8 @@ def _extrema(problem: Problem, a: Sequence[arb], b: Sequence[arb], reference: Se
         denominator = d(x).mid()
         return float((p * (s(x).mid() / denominator + g)).mid()) if denominator > 0 else math.nan
 
-    # Chebyshev's points in the coordinate, `GRID` for each extremum, and half as many between points of reference.
+    # Chebyshev's points in the coordinate, `GRID` for each extremum and one more, and half as many between points of
+    # reference.
     number = GRID * (problem.number_of_points + 1)
     fixed = _spread(problem, np.cos(np.pi * np.arange(number, -1, -1) / number), problem.coordinate)
     grid = _inside(problem, np.array([*fixed, *between(problem, reference, GRID // 2)]))
