@@ -109,7 +109,7 @@ def decimal_string(ball: arb, digits: int) -> str | None:
     # Rounding is monotone: if both ends of the ball round to one decimal number, so does every number between them.
     context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-_LARGEST_EXPONENT, Emax=_LARGEST_EXPONENT)
     rounded_ends = {
-        context.create_decimal(Decimal((int(end < 0), _digits_of(end), exponent)))
+        context.create_decimal(Decimal((int(end < 0), Decimal(abs(end)).as_tuple().digits, exponent)))
         for end in (middle - radius, middle + radius)
     }
     if len(rounded_ends) != 1:
@@ -128,10 +128,6 @@ def _in_powers_of_10(ball: arb, digits: int) -> tuple[int, int, int]:
     with working(bits_for(count) + 64):
         middle, radius, exponent = (int(part) for part in ball.mid_rad_10exp(count))
     return middle, radius, exponent
-
-
-def _digits_of(number: int) -> tuple[int, ...]:
-    return Decimal(abs(number)).as_tuple().digits
 
 
 def to_mpf(ball: arb) -> mp.mpf:

@@ -157,7 +157,7 @@ def _columns() -> tuple[FloatArray, ...]:
 
 
 def _value(function: int, place: Place) -> FloatArray:
-    """Return a function of the table at s, v* = 8^folds s."""
+    """Return a function of the table (`_EPSILON`, `_LOSS`, …) at s, v* = 8^folds s."""
     row = place.panel + PANELS * function
     high, low, *powers = _columns()
     # f = high + (low + z p(z)), p(z) = a_1 + a_2 z + … by Horner's rule. The part in brackets is much smaller than high
@@ -197,12 +197,14 @@ def _of_v_star(function: int, v_star: Values) -> Values:
 
 
 def _compiled(function: int, v_star: FloatArray) -> FloatArray:
+    """Return a function of the table at v*, by the extension."""
     result = np.empty(v_star.shape)
     extension.panels(function, _rows(), np.require(v_star, requirements=["C", "A"]), result)
     return result
 
 
 def _by_numpy(function: int, v_star: FloatArray) -> FloatArray:
+    """Return a function of the table at v*, by NumPy."""
     # 1 - eps is 1 to double precision from 2^FOLD on: there eps is below 2^-66.
     place = place_of(np.minimum(v_star, 2.0**FOLD) if function == _LOSS else v_star)
     value = _value(function, place)
@@ -213,6 +215,7 @@ def _by_numpy(function: int, v_star: FloatArray) -> FloatArray:
 
 
 def _slope(v_star: FloatArray) -> FloatArray:
+    """Return d ln eps/d ln v*."""
     place = place_of(v_star)
     # d ln eps/d ln v* = (d eps/d ln v*)/eps = -(d (1 - eps)/d ln v*)/eps. For large v* the row of 1 - eps has lost the
     # digits of the derivative; up to v* = 5 both rows give the same (measured: to 5e-16), so any end below serves.

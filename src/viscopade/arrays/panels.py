@@ -36,8 +36,8 @@ PERIOD = 3  # octaves after which the leading terms repeat themselves, as v*^(1/
 
 _OCTAVES = 2.0 ** np.arange(FIRST, FOLD + PERIOD)  # where they begin
 
-# Panel j of an octave [o, 2 o) is o [1 + j/2^SPLIT, 1 + (j + 1)/2^SPLIT): its centre is o (1 + (2 j + 1)/2^(SPLIT +
-# 1)), and its half width o/2^(SPLIT + 1).
+# Panel j of an octave [o, 2 o) is o [1 + j/2^SPLIT, 1 + (j + 1)/2^SPLIT): its half width is w = o/2^(SPLIT + 1), and
+# its centre o + (2 j + 1) w.
 _CENTRES_IN_OCTAVE = 1 + np.arange(1, 2 << SPLIT, 2) / (2 << SPLIT)
 CENTRES: FloatArray = np.concatenate([[0.0], np.outer(_OCTAVES, _CENTRES_IN_OCTAVE).ravel()])
 HALF_WIDTHS: FloatArray = np.concatenate([[_OCTAVES[0]], np.repeat(_OCTAVES / (2 << SPLIT), 1 << SPLIT)])

@@ -273,7 +273,7 @@ class Effort:
             lost += 0.8 * max(orders - 120, 0)
             terms = int((needed + lost) / MeetingPoint.balanced(law.n_a, orders / terms).bits_per_term) + 8
         # Rounding costs 22 bits and 1.1 bits an order or more. Measured for nine laws: these are tight, as 22 bits less
-        # are too few for every law with 10 orders, and half a bit less an order for seven of nine with 40 orders.
+        # are too few for every law with 10 orders, and half a bit less an order for eight of nine with 40 orders.
         return cls(int(needed + (1.1 + 0.25 * falling) * orders) + 22, terms)
 
     def memory(self, orders: int) -> float:
@@ -371,13 +371,12 @@ class _Outer:
         f0, self.half_inverse = algebra.root_and_half_inverse(square)
         self.f = Orders([f0])
         # For the integral below, in integers: weight = scale^(n_b-1) (1 - a y)^(n_b-1), with scale a whole number; its
-        # coefficients have the absolute values of those of (scale + scale a y)^(n_b-1), whose sum is their value at y =
-        # 1.
+        # coefficients have the absolute values of those of (scale + scale a y)^(n_b-1), whose sum is the value at 1.
         scale = a.denominator
         self.weight = fmpz_poly([scale, -a.numerator]) ** (n_b - 1)
         self.weight_norm = (scale + a.numerator) ** (n_b - 1)
         self.scale = scale ** (n_b - 1)
-        self.factor = 2 * n_a * a
+        self.factor = 2 * n_a * a  # of the integral
 
     def advance(self, n: int) -> tuple[int, int]:
         """Append f_n and return P_n at y = 1 as (value, error)."""
