@@ -81,7 +81,7 @@ def fit_half_line(powers: Powers) -> LacunaryFit:
         """Return the target (1/eps - 1)/(c v*^2), and the factor max(eps, 1 - eps).
 
         The factor leads from its relative error to that of the smaller one of eps and 1 - eps. c = `loss_limit()` makes
-        the function 1 at 0, as N/D is: a_0 = b_0 = 1.
+        the target 1 at 0.
         """
         epsilon, loss, loss_ratio = target(y * y * y)
         return loss_ratio / epsilon / loss_limit(), max(epsilon, loss)

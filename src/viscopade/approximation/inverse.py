@@ -69,7 +69,7 @@ def fit_inverse(powers: Powers) -> LacunaryFit:
         raise ValueError(
             f"powers are {powers.label}: expected deg D = deg N + {DEGREES_LESS}, because v* behaves like q^(3/10)"
         )
-    # v* = (q/c)^(1/2) (1 + …), and q^(1/2) = y^5: the factor c^(-1/2) makes the target 1 at 0, as a_0 = b_0 = 1.
+    # v* = (q/c)^(1/2) (1 + …), and q^(1/2) = y^5: the factor c^(-1/2) leaves a target that is 1 at 0.
     with working(lawson.BITS):
         factor = 1 / loss_limit().root(2)
     return lawson.best(powers, _values, _Y_MAX, Coordinate(half_line=True), factor, inverse_sample())

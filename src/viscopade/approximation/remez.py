@@ -521,7 +521,7 @@ class _Solution:
 
 
 def _level(problem: Problem, reference: list[float], previous: _Solution | None) -> _Solution:
-    """Return the D > 0 whose weighted errors at the points of reference are E, -E and so on.
+    """Return the quotient, D > 0, whose weighted errors at the points of reference are E, -E and so on.
 
     p (S/D + g) = ±E, times D, is linear in the coefficients c: (A - E B) c = 0 with A c = p (S + g D) and B c = ±D.
 
@@ -542,7 +542,8 @@ def _level(problem: Problem, reference: list[float], previous: _Solution | None)
         rows_a.append([(p * (s + g * d)).mid() for s, d in pairs])
         rows_b.append([d if i % 2 == 0 else -d for _, d in pairs])
     a, b = arb_mat(rows_a), arb_mat(rows_b)
-    # There are as many solutions as eigenvalues, and at most one has D > 0 at all points.
+    # There are as many solutions as eigenvalues; with all powers up to the degrees, at most one has D > 0 at all
+    # points.
     for guess in chain([] if previous is None else [previous], _eigenvectors(problem, a, b)):
         if (solution := _newton(problem, a, b, guess)) is not None:
             return solution

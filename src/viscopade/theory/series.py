@@ -7,7 +7,8 @@ nu = (a + 1)/(b + 1) = n_a/n_b, in brackets for the paper's law:
 1. `g_coefficients`: G_n, the coefficients of V(K) = g(0), g(r) the scaled speed during loading, r = 0 at first contact
    and r = 1 at the turning point; by Taylor series from both ends of 0 <= r <= 1, in the ball
    arithmetic of functions of `viscopade.arithmetic.function_balls`;
-2. `lambda_coefficients`: the odd function Lambda of time reversal, not needed for
+2. `lambda_coefficients`: the odd function Lambda of time reversal, ln eps0 = -Lambda(kappa eps0^c), c = 1/nu - 1/2,
+   with the restitution eps0 if contact ends at x = 0; not needed for
 3. `_log_eps0`: ln eps0 as a power series in kappa, from eps0 = V(-K)/V(K), kappa = ((a+1)/2)^(1-1/nu) K V(K)^(2/nu-1)
    [(5/4)^(2/5) K V(K)^(1/5)];
 4. `end_series`, `series`: with v* = kappa^(1/d), d = n_a - n_b [2], and the rational series H,

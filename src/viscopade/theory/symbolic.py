@@ -1,10 +1,13 @@
 """Symbolic derivation of the series: the hierarchy of equations, the rational H_k, h_k as polynomials in lambda_k.
 
-The way from the scaled equation to eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) in exact terms:
+The way from the scaled equation of motion of two bodies in contact to their coefficient of restitution
+eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced), v* the scaled speed of impact, in exact terms:
 
 1. `turning_point_equation`: time eliminated, compression measured by the turning point;
 2. `hierarchy`: its perturbation equations, one per order in K, whose end values are G_n = g_n(0);
-3. `lambda_from_G`: the odd function of time reversal, lambda_1, lambda_3, … in the G_n;
+3. `lambda_from_G`: time reversal makes ln eps0 = -Lambda(kappa eps0^c) an odd function, c = 1/nu - 1/2, where
+   eps0 = V(-K)/V(K), V(K) = sum G_n K^n, is the restitution if contact ends at x = 0; its coefficients lambda_1,
+   lambda_3, … in the G_n;
 4. `delayed_recovery_series`: the rational series H of the delayed recovery;
 5. `h_polynomial`: every h_k as a polynomial with rational coefficients in lambda_1, lambda_3, ….
 
@@ -155,7 +158,7 @@ def _end_series(order: int, law: Law) -> tuple[Fraction, ...]:
     """Return H_0 … H_order from H = sum delta^j h_j(H^(1/d)) (`delayed_recovery_series`)."""
     if not law.delayed:
         return (Fraction(1), *order * [Fraction(0)])
-    polynomials = _unloading_polynomials(order, law)
+    polynomials = _unloading_polynomials(order, law)  # h_0, h_1, …
     end_values = [fmpq(1)]
     # powers[m][i] is coefficient i of H^(m/d). h_j has the degree n_a j: delta always comes with s^n_a.
     powers = [[fmpq(1)] for _ in range(law.n_a * order + 1)]
