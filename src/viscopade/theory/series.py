@@ -182,6 +182,8 @@ def lambda_coefficients(
 
     c = 1/nu - 1/2. Every decimal is determined to `digits` significant digits.
     """
+    # At most as many as h_1000 of the paper's law has: v*^1000 = kappa^500, so lambda_1, lambda_3, … lambda_499.
+    # `count` lambdas are the odd coefficients below order 2 count.
     count, exponents = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4), law_of(law)
     return _enclosed(
         lambda effort: _lambda(2 * count, effort, exponents), 2 * count, arguments.digits(digits), exponents
@@ -190,6 +192,7 @@ def lambda_coefficients(
 
 def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> tuple[arb, ...]:
     """Return enclosures of G_0 … G_order, the coefficients of V(K) = g(0), to `digits` digits."""
+    # At most as many as h_1000 of the paper's law needs: v*^1000 = kappa^500.
     n, exponents = arguments.integer("order", order, 0, arguments.MAX_ORDER // 2), law_of(law)
     return _enclosed(lambda effort: _g(n, effort, exponents), n, arguments.digits(digits), exponents)
 
@@ -315,7 +318,7 @@ def _require_memory(orders: int, digits: int, law: Law) -> None:
     """Raise ValueError if the orders take more than `MOST_MEMORY`, before they are computed."""
 
     def gigabytes(digits: int) -> float:
-        return Effort.guess(orders, digits, law).memory(orders) / 2**30
+        return Effort.guess(orders, digits, law).memory(orders) / 2**30  # 2^30 bytes are a GB
 
     if gigabytes(digits) > MOST_MEMORY:
         # The message has the largest number of digits that fits.
