@@ -121,6 +121,44 @@ def test_jaxsim_against_its_force(p, q):
     )
 
 
+# ke, kd and mu of both shapes, effective mass, speed, gravity, phase, and eps in Newton 1.8.0 in steps of 1 ms: spheres
+# of 2 and 3 kg on a plane, and of 3 and 1.5 kg with each other.
+FORCE_SPACE = [
+    (("1e4", "100", "1"), 2.0, 1.0, 0.0, 0.5, 0.7892588),
+    (("1e5", "1000", "0.5"), 2.0, 1.0, 0.0, 0.5, 0.7418698),
+    (("2e5 1e5", "300 500", "0.8 0.6"), 3.0, 1.5, 9.81, 0.25, 0.8593759),
+    (("2e5", "300", "1"), 1.0, 1.0, 0.0, 0.25, 0.8008135),
+]
+
+
+@pytest.mark.parametrize(("surfaces", "mass", "speed", "gravity", "phase", "real"), FORCE_SPACE)
+def test_newton_in_force_space(surfaces, mass, speed, gravity, phase, real):
+    native = simulator_of("newton").native
+    settings = dict(zip(("ke", "kd", "mu"), surfaces, strict=True))
+    settings |= {"solver": "SolverMuJoCo", "use_mujoco_contacts": "False", "solref_mode": "0"}
+    contact = native.contact(native.values(settings), Impact(speed, mass, None, gravity, 1e-3))
+    scheme = native.schemes["SolverMuJoCo"]
+    assert contact.collide(speed, step=1e-3, scheme=scheme, phases=[phase]).epsilon == pytest.approx(real, abs=2e-5)
+
+
+def test_newton_s_force_space_has_a_mass_and_names_its_solref():
+    """timeconst = 2/kd', dampratio = kd'/(2 sqrt(ke')), with 0.05 mu^2 (1 + mu^2)/2/m = 0.025 times both at mu = 1."""
+    native = simulator_of("newton").native
+    per_mass = {"solver": "SolverMuJoCo", "ke": "1e4", "kd": "100"}
+    forces = per_mass | {"use_mujoco_contacts": "False", "solref_mode": "0"}
+    found = delivery(native, forces, Impact(1.0, 2.0), 0.6)
+    assert found.values.mixed["solref"].value == pytest.approx((2 / 2.5, 2.5 / 2 / math.sqrt(250)))
+    assert delivery(native, forces | found.instead, Impact(1.0, 2.0)).collision.epsilon == pytest.approx(0.6, abs=1e-6)
+    with pytest.raises(ValueError, match="mass is missing: expected --mass"):
+        delivery(native, forces, Impact(1.0))
+    # One of both settings alone changes nothing, and is warned of.
+    usual = delivery(native, per_mass, Impact(1.0)).collision
+    for name, value in (("use_mujoco_contacts", "False"), ("solref_mode", "0")):
+        alone = delivery(native, per_mass | {name: value}, Impact(1.0))
+        assert alone.collision == usual
+        assert any("forces need both" in warning for warning in alone.warnings)
+
+
 BOX = """<sdf version="1.7"><model name="box"><link name="base">
 <inertial><mass>4</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial>
 <collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision></link></model></sdf>"""

@@ -8,8 +8,12 @@ Read in newton/_src/solvers of Newton 1.8.0; numbers of both shapes count by the
 - SolverXPBD, xpbd/restitution_kernels.py: `viscopade.simulators.impulse.xpbd`, if `enable_restitution` is set; its
   threshold is 2 g h.
 - SolverMuJoCo, mujoco/kernels.py: `convert_solref` makes a `solref` of each shape, 2/kd, kd/(2 sqrt(ke)), or 0.02 1
-  without kd, so that ke and kd are per effective mass; `contact_params` takes the mean of both, and the larger mu. This
-  is the default `solref_mode`; with SOLREF_MODE_FORCE_SPACE ke and kd are forces, which is not computed here.
+  without kd, so that ke and kd are per effective mass; `contact_params` takes the mean of both, and the larger mu.
+- The same in force space, which needs Newton's own contacts, `use_mujoco_contacts=False`, and `solref_mode` 0 in
+  `model.mujoco` for both shapes (2 is the default): `convert_newton_contacts_to_mjwarp_kernel` makes one solref of the
+  means of ke and kd, times (1 - solimp[1]) times the sum of `body_invweight0`, which is 1/m of free bodies, and in the
+  pyramidal cone times mu^2 (1 + mu^2)/(condim - 1) (`_normal_contact_gain_factor`). That gives a body at rest the depth
+  that ke says. In a collision both are smaller by about this factor times m.
 
 A box that falls flat has four contacts, each with the same ke and kd: in all four times of both.
 """
@@ -27,13 +31,15 @@ from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
 from viscopade.simulators import impulse, mujoco
 from viscopade.simulators.formula import LINEAR, LINEAR_RETURN, DampingFormula, linear_kappa, viscoelastic_kappa
-from viscopade.simulators.native import LARGER, MEAN, Impact, Impulse, Native, Parameter, Values, restitution
+from viscopade.simulators.native import LARGER, MEAN, Impact, Impulse, Mixed, Native, Parameter, Values, restitution
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import VISCOELASTIC
 
 _CONTACT = "newton/_src/solvers/semi_implicit/kernels_contact.py"
 _EVALUATE, _PARAMS = "_eval_body_contact", "contact_params"
+_CONVERT = "convert_newton_contacts_to_mjwarp_kernel"
 _DEFAULT_SOLREF = 0.02, 1.0  # of SolverMuJoCo
+_LEAST_GAIN = 2.220446049250313e-16  # MJ_MINVAL
 
 
 def approach_kappa(kappa: Any) -> Any:
@@ -50,6 +56,16 @@ def approach_kappa(kappa: Any) -> Any:
     return 2 * s / mp.sqrt(1 + s**2)
 
 
+def _is_in_force_space(values: Values) -> bool:
+    return (values["use_mujoco_contacts"], values["solref_mode"]) == ("False", "0")
+
+
+def _gain_factor(mu: float) -> float:
+    """Return what makes ke and kd per mass of forces, but for the mass."""
+    # (1 - d) q, q = mu^2 (1 + mu^2)/(condim - 1): MuJoCo's default solimp and condim, in the pyramidal cone
+    return (1 - 0.95) * mu**2 * (1 + mu**2) / (3 - 1)
+
+
 def _contact(values: Values, impact: Impact) -> Contact | Impulse:
     """Return the contact of a solver, with numbers of both shapes."""
     solver = values["solver"]
@@ -61,6 +77,15 @@ def _contact(values: Values, impact: Impact) -> Contact | Impulse:
         threshold = 2 * impact.gravity * impact.step if is_on else math.inf
         ground = impulse.Ground(epsilon, threshold, 0, impact.gravity, impact.step)
         return Impulse(lambda phases: impulse.flight_epsilon(impulse.xpbd, ground, impact.speed, phases))
+    if solver == "SolverMuJoCo" and _is_in_force_space(values):
+        mu = values.mix("mu", LARGER, _PARAMS)
+        factor = _gain_factor(mu) / impact.effective_mass
+        ke, kd = (max(factor * values.mix(name, MEAN, _CONVERT), _LEAST_GAIN) for name in ("ke", "kd"))
+        timeconst, dampratio = 2 / kd, kd / 2 / math.sqrt(ke)
+        meaning = "ke and kd times (1 - solimp[1]) mu^2 (1 + mu^2)/2/m"
+        values.mixed["solref"] = Mixed((timeconst, dampratio), "made in force space", meaning, (ke, kd), _CONVERT)
+        settings = {"solref": f"{timeconst!r} {dampratio!r}", "friction": repr(mu)}
+        return mujoco.NATIVE.contact(mujoco.NATIVE.values(settings), impact)
     if solver == "SolverMuJoCo":
         # Each shape has a solref of its own, and MuJoCo's contact the mean of both.
         solrefs = [
@@ -82,8 +107,11 @@ def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
     if values["solver"] == "SolverXPBD":
         on = {} if values["enable_restitution"] == "True" else {"enable_restitution": "True"}
         return {"restitution": (math.exp(-c),) * 2} | on
-    mass = 1.0 if values["solver"] == "SolverMuJoCo" else impact.effective_mass
-    return {"kd": (c * math.sqrt(sum(values["ke"]) / 2 * mass),) * 2}
+    ke, mass = sum(values["ke"]) / 2, 1.0 if values["solver"] == "SolverMuJoCo" else impact.effective_mass
+    if values["solver"] == "SolverMuJoCo" and _is_in_force_space(values):
+        # ke and kd are multiplied by one factor: kd factor = c sqrt(ke factor)
+        mass = impact.effective_mass / _gain_factor(values.mix("mu", LARGER, _PARAMS))
+    return {"kd": (c * math.sqrt(ke * mass),) * 2}
 
 
 def _per_mass(unit: str) -> dict[str, str]:
@@ -94,6 +122,9 @@ def _per_mass(unit: str) -> dict[str, str]:
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
     if values["solver"] == "SolverXPBD" and values["enable_restitution"] == "False":
         yield "enable_restitution is off, the default: SolverXPBD then ignores restitution"
+    own_contacts, forces = values["use_mujoco_contacts"] == "False", values["solref_mode"] == "0"
+    if values["solver"] == "SolverMuJoCo" and own_contacts != forces:
+        yield "ke and kd are per effective mass: forces need both use_mujoco_contacts=False and solref_mode=0"
 
 
 _NATIVE = Native(
@@ -105,6 +136,8 @@ _NATIVE = Native(
         Parameter("mu", default="1", both=True),
         restitution("restitution", "0", above=None, both=True),
         Parameter("enable_restitution", default="False", words=("False", "True")),
+        Parameter("use_mujoco_contacts", default="True", words=("True", "False")),
+        Parameter("solref_mode", default="2", words=("2", "0")),
     ),
     _contact,
     _CONTACT,
