@@ -299,3 +299,60 @@ def test_gazebo_with_short_steps_is_a_linear_spring():
     settings = {"kp": "2e4", "kd": "4 8", "max_vel": "9"}
     found = delivery(native, settings, Impact(1.0, 0.7)).collision.epsilon
     assert found == pytest.approx(linear_epsilon(1e4, 12.0, 0.7), abs=1e-8)
+
+
+def bepu_epsilon(frequency, ratio, recovery, substeps, speed, gravity, frame, phase, mass=0.7):
+    """Return eps of a ball by the lines of PenetrationLimit.cs, with impulses that are kept, and 3 iterations."""
+    dt, omega = frame / substeps, 2 * math.pi * frequency
+    to_velocity = omega / (omega * dt + 2 * ratio)
+    extra = 1 / (omega * dt * (omega * dt + 2 * ratio))
+    scale = 1 / (1 + extra)
+    start = (phase + 2) * frame  # contact begins in the third frame
+    z, w, kept = start * speed - gravity / 2 * start**2, gravity * start - speed + gravity * frame / 2, 0.0
+    for _ in range(4000):
+        if z > frame * abs(w - gravity * frame):
+            w, kept = w - gravity * frame, 0.0
+            z += frame * w
+        else:
+            depth = -z
+            for _ in range(substeps):
+                w += kept / mass - gravity * dt
+                bias = min(depth / dt, min(depth * to_velocity, recovery))
+                for _ in range(3):
+                    change = kept * extra * scale + (w - bias) * mass * scale
+                    impulse = max(0.0, kept - change)
+                    w, kept = w + (impulse - kept) / mass, impulse
+                depth -= w * dt
+            z = -depth
+        if z >= 0 and w > gravity * frame / 2:
+            return math.hypot(w - gravity * frame / 2, math.sqrt(2 * gravity * z)) / speed
+    return 0.0
+
+
+BEPU = [  # frequency, damping ratio, MaximumRecoveryVelocity, substeps, speed, gravity
+    (5.0, 0.05, 1e9, 1, 4.0, 9.81),
+    (5.0, 0.0, 1e9, 8, 3.0, 9.81),
+    (10.0, 0.05, 0.4, 4, 1.0, 0.0),
+    (30.0, 0.2, 2.0, 8, 4.0, 9.81),
+]
+
+
+@pytest.mark.parametrize(("frequency", "ratio", "recovery", "substeps", "speed", "gravity"), BEPU)
+def test_bepu_against_its_impulses(frequency, ratio, recovery, substeps, speed, gravity):
+    native, phases = simulator_of("bepu").native, (np.arange(4) + 0.5) / 4
+    settings = {"Frequency": f"{frequency}", "DampingRatio": f"{ratio}", "SubstepCount": f"{substeps}"}
+    settings["MaximumRecoveryVelocity"] = f"{recovery}"
+    found = native.contact(native.values(settings), Impact(speed, None, None, gravity, 1 / 60)).epsilon(phases)
+    expected = [bepu_epsilon(frequency, ratio, recovery, substeps, speed, gravity, 1 / 60, phase) for phase in phases]
+    assert found == pytest.approx(expected, abs=1e-9)
+    assert found.max() > 0.05
+
+
+def test_bepu_with_short_steps_is_a_damping_ratio():
+    native = simulator_of("bepu").native
+    found = delivery(native, {"Frequency": "5", "DampingRatio": "0.3"}, Impact(1.0), 0.5)
+    assert found.collision.epsilon == pytest.approx(linear_epsilon(1.0, 0.6, 1.0), abs=1e-8)
+    ratio = float(found.instead["DampingRatio"])
+    assert linear_epsilon(1.0, 2 * ratio, 1.0) == pytest.approx(0.5, abs=1e-7)
+    with pytest.raises(ValueError, match="expected --time-step, as MaximumRecoveryVelocity is below the speed"):
+        delivery(native, {}, Impact(3.0))

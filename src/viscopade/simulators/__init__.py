@@ -51,6 +51,7 @@ SIMULATORS: Mapping[str, tuple[str, ...]] = {
     "box2d": (),
     "ode": (),
     "gazebo": (),
+    "bepu": (),
     "phasicflow": (),
     "demengine": (),
     "jaxsim": (),
@@ -61,7 +62,7 @@ each one's text."""
 TARGETS = tuple(target for own in SIMULATORS.values() for target in own)
 SEVERAL = {
     **dict.fromkeys(("physx", "bullet", "jolt", "box2d"), "impulse"),
-    **dict.fromkeys(("ode", "gazebo"), "soft"),
+    **dict.fromkeys(("ode", "gazebo", "bepu"), "soft"),
 }
 """Modules with several simulators, by the simulators' names."""
 OTHER_NAMES: Mapping[str, str] = {
@@ -76,6 +77,7 @@ OTHER_NAMES: Mapping[str, str] = {
     "simbody": "opensim",
     "newton": "warp newton-physics",
     "phasicflow": "pflow phasic-flow",
+    "bepu": "bepuphysics bepuphysics2 stride",
     "demengine": "dem-engine dem_engine deme pydeme",
 }
 """Programs, and what people type who mean them."""

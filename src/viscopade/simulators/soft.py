@@ -1,7 +1,8 @@
-"""Soft contacts: ODE, and Gazebo Classic with its own ODE.
+"""Soft contacts: ODE, Gazebo Classic with its own ODE, and BEPU.
 
     contact.surface.soft_erp = h*kp/(h*kp + kd);  contact.surface.soft_cfm = 1/(h*kp + kd);          ODE
     <contact><ode><kp>1e5</kp><kd>10</kd><max_vel>1</max_vel></ode></contact>                          Gazebo Classic
+    pairMaterial.SpringSettings = new SpringSettings(30, 1);                                           BEPU
 
 The contact is a spring and a damper with their force at the end of a step, as of implicit Euler's method, which damps,
 too: `viscopade.simulators.impulse.Spring`, in steps of `viscopade.simulators.impulse.flight_epsilon`. It pushes only.
@@ -14,6 +15,11 @@ too: `viscopade.simulators.impulse.Spring`, in steps of `viscopade.simulators.im
   smaller number of others counts. deps/opende/src/quickstep.cpp (commit 9ca8b87a), quickstep_update_bodies.cpp (commit
   2217b19e): `max_vel`, 0.01 m/s by default, limits the speed of a body after a step, also that of a rebound, and not
   its way in this step. `contact_residual_smoothing` is 0.01 in `dWorldCreate` of ode.cpp (commit 6e3233b5).
+- BEPU, bepu/bepuphysics2 at commit 956a679f: `ComputeSpringiness` of BepuPhysics/Constraints/SpringSettings.cs makes
+  k = w^2 and c = 2 zeta w per effective mass of the frequency w/(2 pi) and the damping ratio zeta, in each substep.
+  `Solve` of Constraints/Contact/PenetrationLimit.cs closes a gap at most, so that the contact acts in the step in which
+  bodies meet; MaximumRecoveryVelocity limits the speed out of an overlap. A material is the user's; the defaults here
+  are those of the demos.
 """
 
 from __future__ import annotations
@@ -29,7 +35,7 @@ from mpmath import mp
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import IMPLICIT, SEMI_IMPLICIT
-from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa
+from viscopade.simulators.formula import LINEAR, DampingFormula, formulas, linear_kappa, ratio_for_return, twice
 from viscopade.simulators.impulse import Ground, Motion, Spring, flight_epsilon
 from viscopade.simulators.native import (
     SERIES,
@@ -67,6 +73,24 @@ def _ode(gap: FloatArray, rate: FloatArray, ground: Ground, is_gazebo: bool = Fa
     rest = 1 - ground.numbers["contact_residual_smoothing"]
     stiffer = Spring(k / rest, c / rest, spring.mass)
     return gap + h * pushed(target, spring.share(h)), pushed(np.minimum(target, fastest), stiffer.share(h))
+
+
+def _bepu(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
+    """BEPU, with substeps for bodies that may meet in a step."""
+    n, spring = int(ground.numbers["SubstepCount"]), ground.spring
+    assert spring is not None
+    h = ground.step / n
+    kicked = rate - ground.gravity * ground.step
+    place, new = gap, rate
+    for _ in range(n):
+        free = new - ground.gravity * h
+        pushout = np.minimum(-spring.erp(h) / h * place, ground.numbers["MaximumRecoveryVelocity"])
+        target = np.minimum(-place / h, pushout)
+        new = free + spring.share(h) * np.maximum(target - free, 0)
+        place = place + h * new
+    # The speculative margin is the way of a step.
+    is_seen = gap <= ground.step * np.abs(kicked)
+    return np.where(is_seen, place, gap + ground.step * kicked), np.where(is_seen, new, kicked)
 
 
 def _without_steps(reason: str) -> Impulse:
@@ -162,6 +186,23 @@ def _gazebo_warnings(values: Values, impact: Impact) -> Iterator[str]:
         yield f"max_vel is {numbers['max_vel']:g} m/s: after a step in contact no body is faster, nor is a rebound"
 
 
+def _bepu_collision(values: Values, impact: Impact) -> Impulse | Contact:
+    omega = 2 * math.pi * values["Frequency"]
+    spring = Spring(omega**2, 2 * values["DampingRatio"] * omega, 1.0)
+    numbers = {name: values[name] for name in ("MaximumRecoveryVelocity", "SubstepCount")}
+    if impact.step is not None:
+        ground = Ground(0, math.inf, math.inf, impact.gravity, impact.step, numbers=numbers, spring=spring)
+        return Impulse(partial(flight_epsilon, _bepu, ground, impact.speed))
+    if numbers["MaximumRecoveryVelocity"] < impact.speed:
+        return _without_steps("as MaximumRecoveryVelocity is below the speed")
+    return spring.contact(impact)
+
+
+def _bepu_warnings(values: Values, impact: Impact) -> Iterator[str]:
+    if impact.step:
+        yield "This is from the source of BEPU, which was not run"
+
+
 def _row(name: str, parameter: str, source: str, note: str = "") -> tuple[DampingFormula, ...]:
     """Return the row of the damping that people compute from a damping ratio for contact that ends at x = 0."""
     accepted = "0", "1e3"
@@ -173,6 +214,7 @@ def _row(name: str, parameter: str, source: str, note: str = "") -> tuple[Dampin
 
 
 _SOURCE, _GAZEBO_SOURCE = "ode/src/joints/contact.cpp", "deps/opende/src/joints/contact.cpp"
+_BEPU_SOURCE = "BepuPhysics/Constraints/Contact/PenetrationLimit.cs"
 _ENGINES = (
     Simulator(
         "ode",
@@ -219,6 +261,39 @@ _ENGINES = (
             warnings=_gazebo_warnings,
         ),
         default_step=0.001,
+    ),
+    Simulator(
+        "bepu",
+        "BEPU",
+        "bepuphysics2 at commit 956a679f; from the source, not run",
+        formulas(
+            "DampingRatio",
+            ("0", "1e3"),
+            _BEPU_SOURCE,
+            (
+                "SpringSettings",
+                LINEAR,
+                twice,
+                "other end",
+                "MaximumRecoveryVelocity is above the speed of the rebound.",
+            ),
+            written=ratio_for_return,
+            scheme=None,
+        ),
+        native=Native(
+            (
+                positive("Frequency", "", "30"),
+                Parameter("DampingRatio", "", "1"),
+                Parameter("MaximumRecoveryVelocity", "m/s", "2"),
+                Parameter("SubstepCount", "", "1", "an integer from 1 to 100", lambda count: count[0] in range(1, 101)),
+            ),
+            _bepu_collision,
+            _BEPU_SOURCE,
+            schemes={"velocity iterations": SEMI_IMPLICIT},
+            integrator="solver",
+            damped=lambda values, c, impact: {"DampingRatio": c / 2},
+            warnings=_bepu_warnings,
+        ),
     ),
 )
 SIMULATORS = {engine.name: engine for engine in _ENGINES}
