@@ -430,6 +430,7 @@ def test_pouring_in_two_dimensions(tmp_path):
     [
         ("fix g all gravity 1 vector 0 0 -1", (0, 0, 1, 0)),
         ("fix g all gravity 1 vector 1 0 -1", (0.5**0.5, 0, 0.5**0.5, 0.5)),
+        ("fix g all gravity -1 vector 0 0 1", (0, 0, 1, 0)),
         ("fix g all gravity 1 chute 26", (0.438371147, 0, 0.898794046, 0.309975211)),
         ("fix g all gravity 1 chute 0", (0, 0, 1, 0)),
         ("fix g all gravity 1 spherical 0 180", (0, 0, 1, 0)),
@@ -443,7 +444,9 @@ def test_the_part_of_the_weight_along_a_normal_presses(tmp_path, commands, press
         f"fix {name} all wall/gran granular hooke 1 1 {shape}\n"
         for name, shape in [("x", "xplane 0 1"), ("y", "yplane 0 1"), ("z", "zplane 0 1"), ("r", "region p")]
     )
-    contacts = deck_of(tmp_path, f"create_atoms 1 box\n{commands}\n{walls}run 1\n").runs[0].contacts
+    (run,) = deck_of(tmp_path, f"create_atoms 1 box\n{commands}\n{walls}run 1\n").runs
+    contacts, acceleration = run.contacts, run.gravity
+    assert acceleration == 1
     # Walls on which the same part of the weight presses are one contact.
     names = [contact.name.removeprefix("type 1 - wall ").split(", ") for contact in contacts]
     assert [contact.count for contact in contacts] == [len(walls) for walls in names]
@@ -725,6 +728,12 @@ CONTACT = (
         ("variable x index five\n", "in.deck:4: a coefficient of hooke is 'five': expected a number >= 0"),
         ("variable x index '5 6 7'\n", "in.deck:4: '6' is not known after hooke"),
         ("units metal\n", "in.deck:1: units is 'metal': expected lj, si, cgs, micro, nano"),
+        ("group a\n", "in.deck:1: group has too few words"),
+        ("create_box 1000000000 b\npair_style gran/hooke 1 1 1 1 1 0\nrun 1\n",
+         "in.deck:3: there are more than 100 types with spheres: expected fewer"),
+        ("create_box 1000000000 b\nread_restart r\n", "in.deck:2: there are 1000000000 types: expected at most 1000"),
+        ("create_atoms 1 b\nset type 1 diameter 0\npair_style gran/hooke 1 1 1 1 1 0\nrun 1\n",
+         "in.deck:4: a sphere of type 1 has no size or no mass: expected a radius and a density > 0"),
         ("timestep 0\n", "in.deck:1: timestep is 0: expected a number > 0"),
         ("timestep\n", "in.deck:1: timestep has too few words"),
         ("timestep soon\n", "in.deck:1: the number is 'soon': expected one such as 1e-5"),
@@ -754,6 +763,8 @@ def test_nothing_of_a_file_is_run(tmp_path):
     assert not (tmp_path / "made").exists()
     assert not deck.missing
     assert [line.text.split()[0] for line in deck.unread] == ["shell", "python", "if", "jump"]
+    deck = deck_of(tmp_path, text.replace("run 1", "run 9 every 3 'pair_coeff 1 1 hooke 1 1'"))
+    assert deck.warnings[0] == "run … every (in.deck:9): its commands are not read"
 
 
 def test_a_formula_of_a_run_is_asked_for_only_where_a_contact_needs_it(tmp_path):

@@ -57,7 +57,7 @@ class DeckContact:
     reason : str
         Why there is no number; "" if there is one.
     marks : tuple of str
-        What a reader of the row has to know, such as "mixed from 1 1 and 2 2" or "geom on a jointed body".
+        What a reader of the row has to know, such as "mixed from the lines of each type" or "geom on a jointed body".
     rewritten : callable
         From texts of parameters, by name, to the lines of this file that give them.
     """

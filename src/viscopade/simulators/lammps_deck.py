@@ -292,7 +292,9 @@ class _Reader:
     def do_clear(self, _: list[str]) -> None:
         self.state = _State()
 
-    def do_run(self, _: list[str]) -> None:
+    def do_run(self, words: list[str]) -> None:
+        if "every" in words:
+            self.warnings[f"run … every ({self.place}): its commands are not read"] = None
         self.take_run(self.line)
 
     do_minimize = do_run
@@ -323,7 +325,7 @@ class _Reader:
         self.changed = True  # a wall may be there
 
     def do_group(self, words: list[str]) -> None:
-        name, style, *rest = words[1:]
+        name, style, rest = words[1], words[2], words[3:]
         # A second command adds to a group; None is a group of which nothing is known.
         before, types = self.state.groups.get(name, ()), None
         if before is not None and style == "type" and re.fullmatch(r"[0-9* ]+", " ".join(rest)):
@@ -348,7 +350,7 @@ class _Reader:
             names = (i for i in range(2, len(words)) if words[i][0].isalpha() and words[i] not in _NO_STYLES)
             starts = [i for i in names if "gran" not in words[2:i]]
         styles = [words[start] for start in starts]
-        for i, (start, end) in enumerate(zip(starts, [*starts[1:], len(words)], strict=True)):
+        for i, (start, end) in enumerate(zip(starts, [*starts[1:], len(words)], strict=False)):
             contact, name = None, words[start]
             if name.startswith("gran") and name != "granular":
                 contact = self.contact(["pair_style", *words[start:end]])
@@ -436,12 +438,12 @@ class _Reader:
         """Return the types that have spheres; all, but those of walls, if the file has no spheres."""
         numbers = {number for number, grains in self.state.spheres.grains.items() if grains}
         if not numbers:
-            numbers = {*range(1, max(self.state.spheres.types, 1) + 1)}
+            numbers = {*range(1, min(max(self.state.spheres.types, 1), _MOST_TYPES + 1) + 1)}
             walls = [fix.words for fix in self.state.fixes.values() if isinstance(fix.contact, ModelLine)]
             types = (liggghts.surfaces(words, self.state.fix_words).values() for words in walls)
             numbers = numbers.difference(*types) or numbers
         if len(numbers) > _MOST_TYPES:
-            raise ValueError(f"there are {len(numbers)} types: expected at most {_MOST_TYPES}")
+            raise ValueError(f"there are more than {_MOST_TYPES} types with spheres: expected fewer")
         return sorted(numbers)
 
     def sizes(self, number: int) -> list[Size]:
@@ -456,7 +458,9 @@ class _Reader:
             if any(sphere[i] is None for sphere in spheres):
                 self.missing[f"the {option.split()[0]} of type {name} (--{option})"] = None
         is_disc = self.state.dimension == "2" and self.is_liggghts
-        whole = ((r, rho) for r, rho in spheres if r is not None and rho is not None)
+        whole = [(r, rho) for r, rho in spheres if r is not None and rho is not None]
+        if any(r <= 0 or rho <= 0 for r, rho in whole):
+            raise ValueError(f"a sphere of type {name} has no size or no mass: expected a radius and a density > 0")
         return [Size(r, math.pi * r**2 * (1 if is_disc else 4 / 3 * r) * rho) for r, rho in whole]
 
     # Runs.
@@ -468,7 +472,7 @@ class _Reader:
         self.changed, state = False, self.state
         step = lammps.DEFAULT_STEPS[state.units] if state.step is None else state.step
         self.gravity = [fix for fix in state.fixes.values() if fix.words[3].startswith("gravity")]
-        acceleration = self.number(self.gravity[-1].words[4]) if self.gravity else 0.0
+        acceleration = abs(self.number(self.gravity[-1].words[4])) if self.gravity else 0.0
         contacts = self.grouped(self.contacts())
         facts = [(c.name, tuple(c.settings.items()), c.sizes, c.falls, c.reason, c.marks) for c in contacts]
         if contacts and (step, acceleration, facts) != self.last:
@@ -546,7 +550,7 @@ class _Reader:
         if one == other:  # both have the line of a style gran/…
             return second[0].line, one, ""
         try:
-            return second[0].line, lammps.mixture(one, other, (i, j)), "", f"mixed from {i} {i} and {j} {j}"
+            return second[0].line, lammps.mixture(one, other, (i, j)), "", "mixed from the lines of each type"
         except OtherModel as error:
             return second[0].line, None, str(error)
 

@@ -19,6 +19,7 @@ Sphere = tuple[float | None, float | None]
 
 SETTABLE = ("diameter", "density", "density/disc", "mass", "type", "type/fraction", "type/ratio", "type/subset")
 """Keywords of the command `set` that `Spheres.set` takes."""
+_MOST_TYPES = 1000
 _MOST_SIZES = 6  # of one type that make a row each; more make a range
 _MOST_GRAINS = 50  # of one type, before only the smallest and the largest are kept
 _Number = Callable[[str], float]
@@ -61,6 +62,8 @@ class Spheres:
     def add(self, number: int, *grains: Grain) -> None:
         """Add spheres of a type; of type 0, as for molecules, spheres of all types of which nothing is known."""
         if number < 1:
+            if self.types > _MOST_TYPES:
+                raise ValueError(f"there are {self.types} types: expected at most {_MOST_TYPES}")
             for unknown in range(1, self.types + 1):
                 self.add(unknown, UNKNOWN)
         else:
