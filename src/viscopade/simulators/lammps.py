@@ -420,7 +420,17 @@ SILENT = frozenset(
         *("angle_style", "atom_modify", "balance", "bond_style", "boundary", "change_box", "comm_modify", "comm_style"),
         *("communicate", "compute", "compute_modify", "dump", "dump_modify", "echo", "info", "log", "neigh_modify"),
         *("neighbor", "newton", "package", "pair_modify", "print", "processors", "reset_timestep", "restart", "thermo"),
-        *("soft_particles", "special_bonds", "suffix", "thermo_modify", "thermo_style", "timer", "uncompute", "undump"),
+        *(
+            "hard_particles",
+            "soft_particles",
+            "special_bonds",
+            "suffix",
+            "thermo_modify",
+            "thermo_style",
+            "timer",
+            "uncompute",
+            "undump",
+        ),
         *("velocity", "write_data", "write_dump", "write_restart"),
     )
 )
