@@ -280,6 +280,18 @@ run 1
 """
 
 
+def test_lines_that_replace_each_other(tmp_path):
+    """A style gran/hooke has one damping for both types, whose eps differ: of two lines the last one counts."""
+    file = tmp_path / "in.two"
+    text = "create_atoms 1 b\ncreate_atoms 2 b\nset type 2 diameter 2 density 1\ntimestep 1e-3\n"
+    text += "fix w all wall/gran hooke 1e4 NULL 9 NULL 0 0 zplane 0 NULL\n"
+    sentence = "Of lines that begin alike the last one counts: each is for its rows alone."
+    file.write_text(f"{text}run 1\n")
+    assert sentence not in text_of(str(file), "--epsilon", "0.6")
+    file.write_text(f"{text}pair_style gran/hooke 1e4 NULL 9 NULL 0 0\npair_coeff * *\nrun 1\n")
+    assert sentence in text_of(str(file), "--epsilon", "0.6")
+
+
 def test_the_name_of_a_simulator_is_no_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("mujoco").touch()

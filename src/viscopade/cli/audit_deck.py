@@ -201,9 +201,9 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     for (weight, lines), numbers in replacements.items():
         say(f"for eps = {epsilon}{weight} in {_rows(numbers)} write")
         click.echo("\n".join(f"    {printable(line)}" for line in lines))
-    # A command has the name of what it sets in its first three words.
+    # A command names what it sets in its first three words; a model has one <option>.
     written = dict.fromkeys(line for _, lines in replacements for line in lines)
-    if len({(*line.split()[:3],) for line in written}) < len(written):
+    if len({(*line.split()[: 1 if line.startswith("<option") else 3],) for line in written}) < len(written):
         say("Of lines that begin alike the last one counts: each is for its rows alone.")
     if deck.unread:
         names = [_command(line.text.split()) for line in deck.unread]

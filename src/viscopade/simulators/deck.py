@@ -31,7 +31,7 @@ class Size(NamedTuple):
     mass: float
 
 
-INCLINED = "an inclined plane: of the weight its part along the normal presses"
+INCLINED = "on an inclined plane only the part of the weight along its normal presses"
 
 
 @dataclass(frozen=True)
