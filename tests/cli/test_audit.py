@@ -169,6 +169,12 @@ def test_restitution_that_is_off():
     assert "Warning: enable_restitution is off" in text
 
 
+def test_the_radius_of_a_body_that_stays_counts_for_what_to_write():
+    words = ("box2d", "--speed", "5", "--radius", "0.1", "--gravity", "9.81", "--time-step", "1/60 s", "--epsilon")
+    found = json.loads(run(*words, "0.5", "--format", "json").output)
+    assert (found["parts"], float(found["instead"]["restitution"])) == (False, pytest.approx(0.5, abs=0.1))
+
+
 def test_an_impulse_has_no_depth_and_no_duration():
     words = ("rebound", "--set", "coefficient_of_restitution=0.5", "--speed", "1")
     assert "depth" not in run(*words).output

@@ -245,6 +245,15 @@ BAD = [
     ("audit bullet --set restitution=0.5 --speed 1 --time-step '1/60 s'", "radius is missing: expected --radius"),
     ("audit physx --set restitution=-0.5 --speed 1", "restitution is '-0.5': expected a number from 0 to 1"),
     ("audit physx --set contact_offset=0 --set restitution=1 --speed 1", "--set contact_offset has no effect on this"),
+    ("audit bullet --set restitution=1 --set contactDamping=1 --speed 1", "--set contactDamping has no effect on this"),
+    (
+        "audit physx --set solver_type=TGS --set restitution=1 --mass 1 --speed 1 --time-step '1/60 s'",
+        "--mass has no effect on this contact",
+    ),
+    (
+        "audit gazebo --set kp=1e4 --set max_vel=9 --mass 1 --radius 1 --speed 1 --time-step '1 ms'",
+        "--radius has no effect on this contact",
+    ),
     ("audit jolt --speed 1 --time-step '1/0 s'", "time-step is '1/0 s': expected a time > 0"),
     ("audit --force 'c*x' --constant c=1 --constant d=1 --speed 1 --mass 1", "constant d is not in the force 'c*x'"),
     ("audit --force 'c*x' --constant c=1 --constant c=2 --speed 1 --mass 1", "constant c is given twice"),

@@ -543,7 +543,7 @@ class Native:
 def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) -> tuple[str, ...]:
     """Return the names, "mass", "radius" or those of set parameters, on which the contact does not depend.
 
-    An impulse that is switched off depends on nothing. Then all are accepted: the program's warning names the switch.
+    An impulse after which a body stays shows no dependence on mass and radius: both are accepted.
 
     Raises
     ------
@@ -561,11 +561,12 @@ def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) 
         except ValueError:
             return None
 
-    off = isinstance(native.contact(values, hit), Impulse) and any(native.warnings(values, hit))
-    reference = None if off else collision(hit)
+    reference = collision(hit)
     if reference is None:
         return ()
     without = {"mass": replace(hit, mass=None), "radius": replace(hit, radius=None)}
+    if not (reference.parts or reference.depth):
+        without.clear()
     bodies = [name for name, other in without.items() if other != hit and collision(other) == reference]
     return (*bodies, *(name for name in settings if name not in values.read))
 
