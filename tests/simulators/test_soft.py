@@ -9,7 +9,7 @@ import pytest
 
 from tests.simulators.test_impulse import PHASES, measured, package
 from viscopade.simulators import simulator_of
-from viscopade.simulators.native import Impact, delivery
+from viscopade.simulators.native import Impact, delivery, without_effect
 
 STEPS = 400  # after which a body that has not left stays
 
@@ -96,6 +96,16 @@ def test_what_is_written_gives_the_wanted_eps_in_bullet():
     pairs = {name: f"{value} {value}" for name, value in (given | written).items()}
     run = bullet(pairs, 0.7, 0.2, 9.81, 1 / 1000, False)
     assert measured(run, 1.0, 9.81, 1 / 1000, (np.arange(64) + 0.5) / 64).mean() == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_soft_contact_of_a_million_steps_is_that_of_infinitely_many():
+    """Without damping eps is 1. All steps would take minutes."""
+    native, given = simulator_of("gazebo").native, {"kp": "2", "kd": "0", "max_vel": "10"}
+    impact = Impact(1.0, 1.0, None, 0.0, 1e-6)
+    assert without_effect(native, given, impact) == ()
+    found = delivery(native, given, impact, weight_is_known=True)
+    assert found.collision.epsilon == pytest.approx(1, abs=1e-9)
+    assert found.warnings == ("A contact has 3.1e+06 time steps: this is eps with infinitely many",)
 
 
 def test_a_stiffness_of_bullet_needs_a_mass():

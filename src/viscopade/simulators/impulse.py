@@ -42,6 +42,7 @@ from viscopade.simulators.native import Impact, Impulse, Parameter, Rule, Values
 from viscopade.simulators.simulator import Simulator
 
 _MOST_STEPS = 1000  # until a body has left a hard contact
+_MOST_SOFT = 10_000  # steps in a soft contact
 _LEAD = 2  # steps before contact, from which on a margin may act
 _LEAST_WRITTEN = 1e-15  # restitution
 _REST = 1e-6  # change of a rate in a step, over the speed of impact, of a body that stays
@@ -131,8 +132,11 @@ def flight_epsilon(step: Step, ground: Ground, speed: float, phases: FloatArray)
     gap, rate = lead * speed - g / 2 * lead**2, g * lead - speed + g * h / 2
     epsilon, has_left = np.zeros_like(phases), np.zeros(phases.shape, bool)
     # A soft contact without damping lasts for pi sqrt(m/k).
-    soft_time = 0.0 if ground.spring is None else 10 * math.sqrt(ground.spring.mass / ground.spring.stiffness)
-    for _ in range(_MOST_STEPS + int(soft_time / h)):
+    soft_time = 0.0 if ground.spring is None else math.pi * math.sqrt(ground.spring.mass / ground.spring.stiffness)
+    if soft_time > _MOST_SOFT * h:
+        steps = f"an undamped contact lasts {soft_time:.3g} s, and at most {_MOST_SOFT} steps are computed"
+        raise ValueError(f"time-step is {h:g} s: expected a longer one, or a stiffer contact: {steps}")
+    for _ in range(_MOST_STEPS + int(3 * soft_time / h)):
         last_gap, last_rate = gap, rate
         gap, rate = step(gap, rate, ground)
         leaves = ~has_left & (gap >= 0) & (rate > g * h / 2)

@@ -561,6 +561,7 @@ def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) 
         except ValueError:
             return None
 
+    hit, _ = _in_steps(native, values, hit)
     reference = collision(hit)
     if reference is None:
         return ()
@@ -646,17 +647,7 @@ def delivery(
         others = f"; expected with one --scheme {', '.join(with_steps)}" if with_steps else ""
         raise ValueError(f"time-step is given: {name} chooses its own steps{others}")
 
-    # A time step is compared with the undamped contact time that the parameters say; a program may soften the contact.
-    said, of_steps = contact_time(native, values, replace(hit, step=None)), []
-    if hit.step is not None and said is not None:
-        steps = said / hit.step
-        if steps > _MOST_STEPS:
-            of_steps.append(f"A contact has {steps:.2g} time steps: this is eps with infinitely many")
-            hit = replace(hit, step=None)
-        elif steps < _FEW_STEPS:
-            few = f"A contact has {steps:.2g} time steps only"
-            long = f"A time step is {1 / steps:.2g} contacts long"
-            of_steps.append(f"{few if steps >= 1 else long}: eps depends on where in a step contact begins")
+    hit, of_steps = _in_steps(native, values, hit)
     warnings = [*native.warnings(values, hit), *of_steps]
 
     # Both numbers, with and without weight, are those of the program: in its time steps, if there are some.
@@ -716,6 +707,22 @@ def delivery(
         sticking = adhesion.sticking(contact_of_speed, hit.speed)
     stepped = hit.step is not None
     return Delivery(values, name, collision, instead, tuple(warnings), units, falling, stepped, duration, sticking)
+
+
+def _in_steps(native: Native, values: Values, hit: Impact) -> tuple[Impact, list[str]]:
+    """Return the impact, without its time step if a contact has very many, and warnings of very many or few steps."""
+    # The undamped contact time is that which the parameters say; in its steps a program may soften the contact.
+    duration = contact_time(native, values, replace(hit, step=None))
+    if hit.step is None or duration is None:
+        return hit, []
+    steps = duration / hit.step
+    if steps > _MOST_STEPS:
+        return replace(hit, step=None), [f"A contact has {steps:.2g} time steps: this is eps with infinitely many"]
+    if steps >= _FEW_STEPS:
+        return hit, []
+    few = f"A contact has {steps:.2g} time steps only"
+    long = f"A time step is {1 / steps:.2g} contacts long"
+    return hit, [f"{few if steps >= 1 else long}: eps depends on where in a step contact begins"]
 
 
 def delivered(native: Native, values: Values, hit: Impact) -> SampledCollision:
