@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import SEMI_IMPLICIT
@@ -44,18 +44,19 @@ _ONE = "as the other one is that of the wall"
 def _force(values: native.Values, impact: native.Impact) -> native.Power | Contact:
     """Return the force between two types of particles, or of one and the wall."""
     other, source = values["other"], "set_effective_properties"
-    young, poisson, restitution, energies = (
-        values[f"{name} particles"]
-        if other == "particle"
-        else (values.single(f"{name} particles", _ONE), values[f"{name} wall"])
-        for name in ("young modulus", "poisson ratio", "restitution coefficient", "surface energy")
-    )
+
+    def of_both(name: str) -> tuple[float, float]:
+        if other == "particle":
+            return cast("tuple[float, float]", values[f"{name} particles"])
+        return values.single(f"{name} particles", _ONE), values[f"{name} wall"]
+
+    young, poisson, restitution = map(of_both, ("young modulus", "poisson ratio", "restitution coefficient"))
     modulus = native.effective_modulus(values, young, poisson, source)
     e = values.mix("restitution coefficient", native.HARMONIC, source, restitution)
     mass, stiffness = impact.effective_mass, modulus * math.sqrt(impact.effective_radius)
     hertz = native.power_of(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
     if values[_METHOD.format(other)].endswith("JKR"):
-        return adhesion.lethe_contact(modulus, hertz, energies, impact)
+        return adhesion.lethe_contact(modulus, hertz, of_both("surface energy"), impact)
     if values[_METHOD.format(other)] != "linear":
         return hertz
     # k = 16/15 sqrt(R) E (15/16 m v_c^2/(sqrt(R) E))^(1/5), v_c = 1 m/s
