@@ -12,7 +12,7 @@ import click
 
 from viscopade import arguments, files
 from viscopade.cli.audit_contact import BETWEEN, si_number, values_by_name
-from viscopade.cli.console import say, show
+from viscopade.cli.console import say, show, text_width
 from viscopade.generated import printable
 
 if TYPE_CHECKING:
@@ -26,10 +26,11 @@ _NUMBERS = (
         ("to", "largest", ".4f"),
         ("falling", "falling", ".4f"),
     ),
-    *(("g t_c/v", "g_t_c_over_v", ".2g"), ("t_c/step", "steps", ".3g")),
-    ("sticks below", "sticking_speed", ".3g"),
+    *(("t_c/step", "steps", ".3g"), ("sticks below", "sticking_speed", ".3g")),
 )
 """Columns of numbers, each with its name in JSON and its format."""
+_WIDE = 100
+"""Columns that a table with lines and masses needs."""
 _NUMBER = r"\d[\d.]*(e[+-]?\d+)?"
 DECKS = "an input of LAMMPS or LIGGGHTS, or a model of MuJoCo"
 
@@ -173,6 +174,8 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     for run in deck.runs:
         cells = [_columns(i, row, deck) for i, row in numbered if row.run is run]
         heads = [head for head in (cells[0] if cells else ()) if any(row[head] for row in cells)]
+        if text_width() < _WIDE:  # JSON has these
+            heads = [head for head in heads if head != "line" and not head.startswith("m_eff")]
         step = "no time step" if run.step is None else f"time step {run.step:.4g} {units.time}"
         title = f"{step}, gravity {run.gravity:.4g} {units.length}/{units.time}^2"
         if run.line is not None:
@@ -183,7 +186,7 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
 
     # Equal remarks and lines are printed once, and so are warnings that differ in their numbers only.
     sentences: dict[tuple[str, str], dict[int, str]] = {}
-    replacements: dict[tuple[str, tuple[str, ...]], list[int]] = {}
+    replacements: dict[tuple[str, str, tuple[str, ...]], list[int]] = {}
     for i, row in numbered:
         reasons = [f"no number: {row.answer.reason}"] if row.answer.reason else []
         kinds = {"": (*reasons, *row.contact.marks), "Warning, ": row.answer.warnings}
@@ -191,28 +194,48 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
             sentences.setdefault((kind, re.sub(_NUMBER, "#", text) if kind else text), {})[i] = text
         lines = row.contact.rewritten(row.answer.instead) if row.answer.instead else ()
         if lines:
-            replacements.setdefault((" with weight" if row.impact.gravity else "", lines), []).append(i)
+            weight, place = " with weight" if row.impact.gravity else "", _position(lines, row.contact.line, deck)
+            replacements.setdefault((weight, place, lines), []).append(i)
     for (kind, _), texts in sentences.items():
         i, text = next(iter(texts.items()))
         source = f" (the numbers of row {i})" if {*texts.values()} != {text} else ""
         say(f"{kind}{_rows([*texts])}: {text}{source}.")
     for text in deck.warnings:
         say(f"Warning: {text}.")
-    for (weight, lines), numbers in replacements.items():
-        say(f"for eps = {epsilon}{weight} in {_rows(numbers)} write")
+    for (weight, place, lines), numbers in replacements.items():
+        say(f"for eps = {epsilon}{weight} in {_rows(numbers)} write{place}")
         click.echo("\n".join(f"    {printable(line)}" for line in lines))
     # A command names what it sets in its first three words; a model has one <option>.
-    written = dict.fromkeys(line for _, lines in replacements for line in lines)
+    written = dict.fromkeys(line for _, _, lines in replacements for line in lines)
     if len({(*line.split()[: 1 if line.startswith("<option") else 3],) for line in written}) < len(written):
-        say("Of lines that begin alike the last one counts: each is for its rows alone.")
+        say("Of lines that begin alike the last one counts: each is for its rows alone. Give sizes types of their own.")
     if deck.unread:
         names = [_command(line.text.split()) for line in deck.unread]
         places = [f"{name} (line {_place(line, deck)})" for name, line in zip(names, deck.unread, strict=True)]
         say(f"not read: {', '.join(places)}")
 
 
+def _position(lines: Sequence[str], line: Line, deck: Deck) -> str:
+    """Return where in a file the lines to write belong; `line` is that of the contact."""
+    command = lines[-1].split()[0]
+    if command.startswith("<"):
+        return {"<geom": " in both geoms of each pair", "<pair": " in <contact>"}.get(command, "")
+    if "property/global" in lines[-1]:  # the fix of this name, and not the line of the contact
+        return f" instead of {' '.join(lines[-1].split()[:2])}"
+    # A later pair_coeff replaces an earlier one; a wall would be there twice.
+    return f" {'after' if command == 'pair_coeff' else 'instead of'} line {_place(line, deck)}"
+
+
 def _rows(numbers: Sequence[int]) -> str:
-    return f"row{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+    """Return "row 1", or "rows 1 to 3, 5": three consecutive numbers or more are a range."""
+    ranges: list[list[int]] = []
+    for i in numbers:
+        if ranges and ranges[-1][-1] == i - 1:
+            ranges[-1].append(i)
+        else:
+            ranges.append([i])
+    words = (f"{each[0]} to {each[-1]}" if len(each) > 2 else ", ".join(map(str, each)) for each in ranges)
+    return f"row{'s' * (len(numbers) > 1)} {', '.join(words)}"
 
 
 def _command(words: Sequence[str]) -> str:
@@ -230,9 +253,11 @@ def _columns(i: int, row: DeckRow, deck: Deck) -> dict[str, str]:
     fields, contact, units = _fields(row), row.contact, deck.units
     if row.impact.step is None:  # then there is no range over phases
         fields |= {"least": None, "largest": None}
+    typed = contact.name.startswith("type ")
+    pairs = f" ({contact.count} pairs)" if contact.count > 1 else ""
     return {
         "row": str(i),
-        "contact": contact.name + (f" ({contact.count} pairs)" if contact.count > 1 else ""),
+        "types" if typed else "contact": contact.name.replace("type ", "") if typed else contact.name + pairs,
         "line": _place(contact.line, deck),
         f"radius ({units.length})": ", ".join(f"{radius:.4g}" for radius in row.radii),
         f"m_eff ({units.mass})": "" if row.impact.mass is None else f"{row.impact.mass:.4g}",
