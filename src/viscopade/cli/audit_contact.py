@@ -239,8 +239,10 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
             below = f"below {sticking.speed:.4g} {units.speed} the bodies stay together"
         energy = f"; without damping the neck costs {sticking.neck_energy:.4g} {units.energy}"
         say(f"{below}{energy if sticking.neck_energy else ''}")
-    others = [f"{name} (default)" if i == 0 else name for i, name in enumerate(native.schemes)]
-    say(f"integrator: {found.scheme if stepped else 'infinitely fine steps'}; there are {', '.join(others)}")
+    default, *others = native.schemes
+    continuous = "infinitely fine steps" if collision.depth else "none, as there is no --time-step"
+    choice = f"; there are {', '.join([f'{default} (default)', *others])}" if others else ""
+    say(f"integrator: {found.scheme if stepped else continuous}{choice}")
     if found.instead is not None:
         at = f"{speed * units.seconds / units.metres:.6g} {units.speed}"
         say(f"for eps = {epsilon} at {at} write {_words(found.instead)}")
