@@ -237,7 +237,7 @@ BAD = [
         "--radius 1 --speed 1",
         "--set youngsModulus has no effect on this contact",
     ),
-    ("audit mujoco --speed 1 --all", "--all is given with --speed: expected one of both"),
+    ("audit mujoco --speed 1 --all", "--all is given with --speed: expected a command without it"),
     ("audit --force '1e5*x' --speed 1", "mass is missing: expected --mass"),
     ("audit --force '1e5*y' --speed 1 --mass 1", "force has 'y': expected numbers, x, v"),
     ("audit isaac --epsilon 0.5", "simulator is 'isaac': did you mean physx?"),

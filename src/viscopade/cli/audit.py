@@ -163,7 +163,7 @@ def audit(
 def _refuse(where: str, options: Mapping[str, object]) -> None:
     for flag, value in options.items():
         if value not in _NOTHING:
-            raise click.UsageError(f"{flag} is given {where}: expected one of both")
+            raise click.UsageError(f"{flag} is given {where}: expected a command without it")
 
 
 COMMANDS = (audit,)

@@ -79,8 +79,8 @@ def show_deck(
         # A file that was not found may be why.
         raise click.UsageError(". ".join((f"{file} does not say {'; '.join(deck.missing)}", *deck.warnings)))
     if deck.units.unsized and sized:
-        accepted, _, _ = deck.units.unsized.partition(", or --set")
-        raise click.UsageError(f"--{sized[0]} has a unit, and {accepted}")
+        reason = deck.units.unsized.partition(", or --set")[0]  # a file says its units itself
+        raise click.UsageError(f"--{sized[0]} has a unit, and {reason}")
 
     if si["gravity"] is not None and not any(contact.falls for run in deck.runs for contact in run.contacts):
         raise click.UsageError(f"--gravity has no effect: {file} has no contact with a wall or the ground")
