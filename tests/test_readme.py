@@ -154,13 +154,6 @@ def page(name):
     return (ROOT / "docs" / f"{name}.md").read_text("utf-8")
 
 
-def test_the_number_to_write_into_liggghts():
-    sentence = r"`coefficientRestitution 0.3` with.*?gives eps = ([0-9.]+); the number to write is ([0-9.]+)"
-    naive, right = re.search(sentence, page("usage/simulators"), re.DOTALL).groups()
-    assert naive == f"{float(nu_2(ratio_for_return(mpf('0.3')), 'force')):.3f}"
-    assert right == f"{float(nu_2(ratio_at_force_end(mpf('0.3')), 'return')):.6f}"
-
-
 def test_the_restitutions_of_the_tsuji_damping():
     """Wanted eps, e to write, eps if e = eps is written, betan."""
     rows = re.findall(
