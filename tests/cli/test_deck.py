@@ -435,6 +435,20 @@ def test_pasted_lines_that_are_refused(words, message):
     assert message in (refused.stderr or str(refused.exception)).replace("\n", " ")
 
 
+@pytest.mark.parametrize("head", ["pair_coeff 1 1", "pair_coeff * * granular", "fix 1 all wall/gran granular"])
+def test_the_line_to_write_is_pasted_again(head):
+    """Its numbers after the model change, and no others: those of the types are equal to them here."""
+    text = f"{head} hooke 1 1 tangential linear_nohistory 1 1 damping mass_velocity zplane 0 NULL"
+    text = text if head.startswith("fix") else text.partition(" zplane")[0]
+    words = ("--set", "units=si", "--mass", "1", "--speed", "1")
+    output = run("lammps", "--set", text, *words, "--epsilon", "0.5").output
+    line = output.partition("write\n    ")[2].split("\n")[0]
+    number = line.split(" hooke 1 ")[1].split()[0]
+    assert line == text.replace("hooke 1 1", f"hooke 1 {number}")
+    answer = json.loads(run("lammps", "--set", line, *words, "--format", "json").output)
+    assert answer["delivered"] == pytest.approx(0.5, abs=1e-7)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -11,6 +11,7 @@ import click
 
 from viscopade import arguments
 from viscopade.cli.console import Quantity, say, show
+from viscopade.generated import printable
 from viscopade.simulators import simulator_of, simulators
 from viscopade.theory.law import End
 
@@ -121,7 +122,8 @@ def show_contact(
         hit, bodies = impact.in_units(units), ""
         if density:
             bodies = f"effective mass {hit.mass:.6g} {units.mass}, effective radius {hit.radius:.6g} {units.length}"
-        _say_contact(title, found, native, epsilon, impact.speed, bodies)
+        line = _pasted_again(pasted, texts, found.instead or {})
+        _say_contact(title, found, native, epsilon, impact.speed, bodies, line)
     else:
         fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})
         row = ["" if value is None else value for value in fields.values()]
@@ -210,8 +212,21 @@ def _words(values: Mapping[str, str]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in values.items())
 
 
-def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | None, speed: float, bodies: str) -> None:
-    """Print a collision in sentences."""
+def _pasted_again(pasted: Sequence[str], texts: Mapping[str, str], instead: Mapping[str, str]) -> str:
+    """Return a pasted line with other coefficients after its normal model; "" for a line without that, as gran/… is."""
+    model, numbers = texts.get("normal"), texts.get("coefficients")
+    lines = (" ".join(text.split()) for text in pasted if [*instead] == ["coefficients"])
+    return "".join(
+        line.replace(f" {model} {numbers}", f" {model} {instead['coefficients']}")
+        for line in lines
+        if f" {model} {numbers}" in line
+    )
+
+
+def _say_contact(
+    title: str, found: Delivery, native: Native, epsilon: str | None, speed: float, bodies: str, line: str
+) -> None:
+    """Print a collision in sentences; `line` is the pasted line for the wanted eps."""
     collision, units, stepped = found.collision, found.units, found.stepped
 
     def eps(of: SampledCollision, why: str = "") -> str:
@@ -245,6 +260,8 @@ def _say_contact(title: str, found: Delivery, native: Native, epsilon: str | Non
     say(f"integrator: {found.scheme if stepped else continuous}{choice}")
     if found.instead is not None:
         at = f"{speed * units.seconds / units.metres:.6g} {units.speed}"
-        say(f"for eps = {epsilon} at {at} write {_words(found.instead)}")
+        say(f"for eps = {epsilon} at {at} write{'' if line else f' {_words(found.instead)}'}")
+        if line:
+            click.echo(f"    {printable(line)}")
     for text in found.warnings:
         say(f"Warning: {text}.")
