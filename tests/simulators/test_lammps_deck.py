@@ -679,6 +679,7 @@ def test_a_pasted_line_says_a_contact(line, settings):
     [
         ("pair_coeff 1 1 hoke 1 2", "'hoke' is no normal model: expected hooke, hertz, "),
         ("pair_coeff 1 1 hooke 1", "hooke has 1 numbers: expected 2"),
+        ("pair_coeff 1 1 hertz/material 1e7 0.6 damping tsuji", "hertz/material has 2 numbers: expected 3"),
         ("pair_coeff 1 1 hooke 1 x", "a coefficient of hooke is 'x': expected a number >= 0"),
         ("pair_coeff 1 1 hooke 1 2 damping fast", "damping is 'fast': expected velocity, "),
         ("pair_coeff 1 1 hooke 1 2 sticky", "'sticky' is not known after hooke: expected damping, "),

@@ -548,8 +548,10 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
     count = 6 if is_classic else _COEFFICIENTS.get(name)
     if count is None:
         raise ValueError(f"{name!r} is no normal model: expected {', '.join(_COEFFICIENTS)}")
-    if len(rest) <= count:
-        raise ValueError(f"{name} has {len(rest) - 1} numbers: expected {count}")
+    keywords = {*_SUBMODELS, *WALL_SHAPES, "limit_damping", "cutoff"}
+    numbers = [*itertools.takewhile(lambda word: word not in keywords, rest[1 : count + 1])]
+    if len(numbers) < count:
+        raise ValueError(f"{name} has {len(numbers)} numbers: expected {count}")
     models, tail = {"normal": tuple(rest[: count + 1])}, []
     rest = rest[count + 1 :]
     while rest and rest[0] not in WALL_SHAPES:
