@@ -124,6 +124,8 @@ def audit(
 
     There are three ways to use it. The first example reads FILE, an input of LAMMPS or LIGGGHTS or a model of MuJoCo,
     and prints a row for each contact. With --epsilon it prints the lines to write instead.
+    In a row, from and to are the range of eps over where in a time step contact begins, falling is eps with the weight
+    of a body that falls on a plane, and t_c/step is the contact time without damping in time steps.
 
     The second example starts from the eps that you want: the table has the number that the
     program's manual tells you to write, the eps that this number gives, the reason, and the number to write instead.
