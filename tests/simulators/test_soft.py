@@ -366,3 +366,80 @@ def test_bepu_with_short_steps_is_a_damping_ratio():
     assert linear_epsilon(1.0, 2 * ratio, 1.0) == pytest.approx(0.5, abs=1e-7)
     with pytest.raises(ValueError, match="expected --time-step, as MaximumRecoveryVelocity is below the speed"):
         delivery(native, {}, Impact(3.0))
+
+
+def physx_epsilon(k, c, solver, iterations, speed, gravity, h, phase, mass=0.7, margin=0.04):
+    """Return eps of a ball by computeCompliantContactCoefficients and ...TGS of DyContactPrepShared.h."""
+    start = (phase + 2) * h  # contact begins in the third step
+    z, w = start * speed - gravity / 2 * start**2, gravity * start - speed + gravity * h / 2
+    for _ in range(4000):
+        w -= gravity * h
+        dt = h if solver == "PGS" else h / iterations
+        damping = 0.0 if z >= 0 and not -w > z / h else c
+        a = dt * (damping + dt * k)
+        x = 1 / (1 + a / mass)
+        if z >= margin:
+            z += h * w
+        elif solver == "PGS":
+            kicked, impulse = w, 0.0
+            for _ in range(iterations):
+                # f impulseMultiplier + biasedErr - (w - kicked) velMultiplier, with biasedErr = -kicked x a - h k x z
+                impulse = max(0.0, impulse * (1 - x) - kicked * x * a - h * k * x * z - (w - kicked) * x * a)
+                w = kicked + impulse / mass
+            z += h * w
+        else:
+            applied = 0.0
+            for _ in range(iterations):
+                # deltaF = -velMultiplier w - bias/response, bias = sep dt (-k) x response
+                change = max(-x * a * w - dt * k * x * z, -applied)
+                applied += change
+                w += change / mass
+                z += dt * w
+        if z >= 0 and w > gravity * h / 2:
+            return math.hypot(w - gravity * h / 2, math.sqrt(2 * gravity * z)) / speed
+    return 0.0
+
+
+PHYSX = [  # stiffness and damping of the contact, solver, iterations, speed, gravity, step
+    (5e3, 5.0, "PGS", 4, 1.0, 9.81, 1 / 240),
+    (300.0, 2.0, "PGS", 1, 2.0, 0.0, 1 / 60),
+    (5e3, 5.0, "TGS", 4, 1.0, 9.81, 1 / 240),
+    (2e3, 1.0, "TGS", 8, 3.0, 9.81, 1 / 60),
+]
+
+
+@pytest.mark.parametrize(("k", "c", "solver", "iterations", "speed", "gravity", "step"), PHYSX)
+def test_compliant_contacts_of_physx(k, c, solver, iterations, speed, gravity, step):
+    native, phases = simulator_of("physx").native, (np.arange(4) + 0.5) / 4
+    settings = {"compliant_contact_stiffness": f"{k / 2} {3 * k / 2}", "compliant_contact_damping": f"0 {2 * c}"}
+    settings |= {"solver_type": solver, "restitution": "0.9", "solver_velocity_iteration_count": "0"}
+    settings["solver_position_iteration_count"] = f"{iterations}"
+    found = native.contact(native.values(settings), Impact(speed, 0.7, 0.2, gravity, step)).epsilon(phases)
+    expected = [physx_epsilon(k, c, solver, iterations, speed, gravity, step, phase) for phase in phases]
+    assert found == pytest.approx(expected, abs=1e-9)
+    assert found.min() > 0.05
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "damping", "mode", "k", "c"),
+    [
+        ("100 300", "1 3", "average", 200, 2),
+        ("100 300", "1 3", "min", 300, 2),  # of the restitutions -100 and -300
+        ("100 300", "1 3", "max", 100, 2),
+        ("100 0", "1 3", "average", 100, 3),  # one material is hard
+    ],
+)
+def test_physx_combines_compliant_materials(stiffness, damping, mode, k, c):
+    native, impact = simulator_of("physx").native, Impact(1.0, 0.7)
+    settings = {"compliant_contact_stiffness": stiffness, "compliant_contact_damping": damping}
+    settings["restitution_combine_mode"] = mode
+    found = delivery(native, settings, impact, 0.6)
+    assert found.collision.epsilon == pytest.approx(linear_epsilon(k, c, 0.7), abs=1e-8)
+    assert delivery(native, settings | found.instead, impact).collision.epsilon == pytest.approx(0.6, abs=1e-6)
+
+
+def test_a_compliant_contact_with_velocity_iterations_of_tgs_is_refused():
+    native = simulator_of("physx").native
+    settings = {"compliant_contact_stiffness": "1e4", "solver_type": "TGS"}
+    with pytest.raises(ValueError, match="solver_velocity_iteration_count is 1: expected 0"):
+        delivery(native, settings, Impact(1.0, 0.7, 0.2, 9.81, 1 / 60))

@@ -19,6 +19,7 @@ each function of a step below says which of them its engine has:
 What a rebound has lost or gained in height counts in eps, which is that of the flight after it.
 
     p.changeDynamics(ball, -1, contactStiffness=1e4, contactDamping=10)       Bullet
+    compliant_contact_stiffness=1e4, compliant_contact_damping=10             PhysX, by Isaac: a material
 
 A stiffness makes the contact soft: the step of such an engine then has the force of a `Spring`.
 """
@@ -168,10 +169,18 @@ def _physx_pgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     Reflected speed and threshold contain the kick. A body that would meet the plane in this step rebounds at once, from
     where it is. Others come to the plane, or move out of it by 0.8 of an overlap, which is no speed afterwards. (Up to
     5.3.1 they come only 0.8 of the way, and lose speed.)
+
+    A compliant contact is an implicit step of its spring, and acts also in the step in which bodies meet
+    (`computeCompliantContactCoefficients`).
     """
     h = ground.step
     kicked = rate - ground.gravity * h
     is_seen = gap < ground.margin
+    if (spring := ground.spring) is not None:
+        target = -spring.erp(h) / h * gap
+        acts = is_seen & ((gap < 0) | (gap + h * kicked < 0))
+        new = np.where(acts, kicked + spring.share(h) * np.maximum(target - kicked, 0), kicked)
+        return gap + h * new, new
     rebounding = is_seen & (gap + h * kicked < 0) & (-kicked > ground.threshold)
     to_plane = -gap / h * np.where(gap < 0, 0.8, 1)  # invDtp8
     rebound = -ground.restitution * kicked
@@ -190,7 +199,8 @@ def _physx_tgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
 
     As with PGS, but the position iterations are short steps, in which the place of a rebound has a target, too. The
     velocity iterations leave a body no more speed than what would close its gap in a short step: one that meets the
-    plane early in the next step is slowed down before. (Up to 5.4.1 it rebounds a short step earlier instead.)
+    plane early in the next step is slowed down before. (Up to 5.4.1 it rebounds a short step earlier instead.) A
+    compliant contact is an implicit step of its spring in each short step.
     """
     n_position, n_velocity = (
         int(ground.numbers[f"solver_{kind}_iteration_count"]) for kind in ("position", "velocity")
@@ -205,6 +215,16 @@ def _physx_tgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
     error = gap + target * (h + gap / np.where(rebounding, kicked, 1))
     # A short step closes a gap, and leaves an overlap by mBiasCoefficient, at most 0.8.
     rate_of_error = np.where(gap > 0, 1, min(0.8, 2 / math.sqrt(n_position))) * n_position / h
+    share, acts = 1.0, is_seen
+    if (spring := ground.spring) is not None:
+        if n_velocity:
+            raise ValueError(
+                f"solver_velocity_iteration_count is {n_velocity}: expected 0, as others are not computed with TGS and "
+                "a compliant contact"
+            )
+        target, error, share = np.zeros_like(gap), gap, spring.share(h / n_position)
+        rate_of_error = np.full_like(gap, spring.erp(h / n_position) * n_position / h)
+        acts = is_seen & ((gap < 0) | (gap + h * kicked < 0))
 
     place, speed, impulse = gap, kicked, np.zeros_like(gap)
     for i in range(n_position + n_velocity):
@@ -212,7 +232,7 @@ def _physx_tgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
         if i >= n_position:  # velocity iterations remove no overlap, and do not move the body
             remaining = np.maximum(remaining, 0)
         # The sum of all pushes is no pull.
-        push = np.where(is_seen, np.maximum(target - rate_of_error * remaining - speed, -impulse), 0)
+        push = np.where(acts, np.maximum(share * (target - rate_of_error * remaining - speed), -impulse), 0)
         impulse, speed = impulse + push, speed + push
         if i < n_position:
             place = place + h / n_position * speed
@@ -220,6 +240,8 @@ def _physx_tgs(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
 
 
 def _physx_warnings(values: Values, impact: Impact) -> Iterator[str]:
+    if impact.step and "compliant_contact_stiffness" in values:
+        yield "Compliant contacts are those of the source of PhysX, which was not run with them"
     if values["solver_type"] == "TGS" and values["solver_velocity_iteration_count"]:
         text = "Velocity iterations of TGS take the speed of some rebounds"
         yield f"{text}: from the source of PhysX 5.4.2 and later, which was not run"
@@ -353,20 +375,43 @@ class Soft(NamedTuple):
     Attributes
     ----------
     stiffness, damping : Parameter
-    combining : str
-        Function of the engine that makes one spring of two.
+    combined : callable
+        From values with a stiffness to the stiffness and the damping of the contact, which is hard without stiffness.
+    rebounds : bool
+        Whether restitution acts, too.
     """
 
     stiffness: Parameter
     damping: Parameter
-    combining: str
+    combined: Callable[[Values], tuple[float, float]]
+    rebounds: bool
 
     def spring(self, values: Values, impact: Impact) -> Spring | None:
-        """Return the spring of both bodies, which are springs in series; None if the contact is hard."""
+        """Return the spring of both bodies; None if the contact is hard."""
         if self.stiffness.name not in values:
             return None
-        stiffness = values.mix(self.stiffness.name, native.SERIES, self.combining)
-        return Spring(stiffness, values.mix(self.damping.name, native.SUM, self.combining), impact.effective_mass)
+        stiffness, damping = self.combined(values)
+        return Spring(stiffness, damping, impact.effective_mass) if stiffness > 0 else None
+
+
+def _springs_in_series(values: Values) -> tuple[float, float]:
+    source = "btManifoldResult::addContactPoint"
+    return values.mix("contactStiffness", native.SERIES, source), values.mix("contactDamping", native.SUM, source)
+
+
+def _compliance(values: Values) -> tuple[float, float]:
+    """Return what PhysX makes of both materials, of which one may be hard."""
+    source, stiffness, dampings = "PxsCombineMaterials", "compliant_contact_stiffness", (0.0, 0.0)
+    if "compliant_contact_damping" in values:
+        dampings = values["compliant_contact_damping"]
+    # PhysX combines the restitutions, which are -k: the least is the stiffest.
+    mode = max(values["restitution_combine_mode"], key=[*_RULES].index)
+    of_stiffness = {"average": native.MEAN, "min": native.LARGER, "multiply": PRODUCT, "max": native.SMALLER}[mode]
+    of_damping = native.MEAN
+    if min(values[stiffness]) == 0:  # that of the compliant material
+        of_stiffness = of_damping = native.LARGER
+    damping = values.mix("compliant_contact_damping", of_damping, source, dampings)
+    return values.mix(stiffness, of_stiffness, source), damping
 
 
 class Engine(NamedTuple):
@@ -423,7 +468,8 @@ class Engine(NamedTuple):
         if spring is not None and impact.step is None:
             # Up to the rebound's rate e v, the damper acts on v + e v.
             k, c = spring.stiffness, spring.damping
-            return spring.contact(impact, lambda x, v: k * x + c * v * (1 + combined * (v > threshold)))
+            e = combined if self.soft is not None and self.soft.rebounds else 0.0
+            return spring.contact(impact, lambda x, v: k * x + c * v * (1 + e * (v > threshold)))
         if impact.step is None:
             epsilon = combined if impact.speed > threshold else 0.0
             return Impulse(lambda phases: np.full_like(phases, epsilon), lambda: threshold if sticks else None)
@@ -442,11 +488,12 @@ class Engine(NamedTuple):
         return Impulse(partial(flight, impact.speed), slowest)
 
     def damped(self, values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
-        """Return for both bodies the damping c sqrt(k m)/2 of a soft contact, else the restitution exp(-c)."""
+        """Return for both bodies the damping of a soft contact, c sqrt(k m) together, else the restitution exp(-c)."""
         spring = None if self.soft is None else self.soft.spring(values, impact)
         if self.soft is None or spring is None:
             return {self.restitution: (max(math.exp(-c), _LEAST_WRITTEN),) * 2}
-        return {self.soft.damping.name: (c * math.sqrt(spring.stiffness * spring.mass) / 2,) * 2}
+        one = self.soft.combined(Values({**values, self.soft.damping.name: (1.0, 1.0)}))[1]
+        return {self.soft.damping.name: (c * math.sqrt(spring.stiffness * spring.mass) / one,) * 2}
 
     def simulator(self, name: str) -> Simulator:
         """Return the engine as a simulator."""
@@ -494,6 +541,12 @@ _ENGINES = {
         "solver_type",
         {"PGS": _physx_pgs, "TGS": _physx_tgs},
         _physx_warnings,
+        Soft(
+            Parameter("compliant_contact_stiffness", "N/m", both=True),
+            Parameter("compliant_contact_damping", "N s/m", both=True),
+            _compliance,
+            rebounds=False,
+        ),
     ),
     "bullet": Engine(
         "Bullet",
@@ -512,7 +565,8 @@ _ENGINES = {
         soft=Soft(
             native.positive("contactStiffness", "N/m", both=True),
             Parameter("contactDamping", "N s/m", both=True),
-            "btManifoldResult::addContactPoint",
+            _springs_in_series,
+            rebounds=True,
         ),
     ),
     "jolt": Engine(
