@@ -30,27 +30,17 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from mpmath import mp
 
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import IMPLICIT, SEMI_IMPLICIT
-from viscopade.simulators.formula import LINEAR, DampingFormula, formulas, linear_kappa, ratio_for_return, twice
+from viscopade.simulators import native
+from viscopade.simulators.formula import LINEAR, formulas, linear_kappa, ratio_for_return, same, twice
 from viscopade.simulators.impulse import Ground, Motion, Spring, flight_epsilon
-from viscopade.simulators.native import (
-    SERIES,
-    SMALLER,
-    SUM,
-    Impact,
-    Impulse,
-    Native,
-    Parameter,
-    Values,
-    positive,
-    restitution,
-)
+from viscopade.simulators.native import SERIES, SMALLER, SUM, Impact, Impulse, Native, Parameter, Values
 from viscopade.simulators.simulator import Simulator
 
+_NOT_RUN = "This is from the source of {}, which was not run"
 _FEW_STEPS = 2  # in a contact; with fewer it is as good as hard
 
 
@@ -111,9 +101,8 @@ def _ode_ground(values: Values, impact: Impact) -> Ground:
     """Return what ODE makes of soft_erp = h k/(h k + c) and soft_cfm = 1/(h k + c)."""
     h, erp, cfm = impact.step or math.nan, values["soft_erp"], values["soft_cfm"]
     spring = Spring(erp / (h * cfm), (1 - erp) / cfm, impact.effective_mass)
-    fastest = math.inf
-    if "max_vel" in values:
-        fastest = values["max_vel"]
+    # get() would not say that it was read
+    fastest = values["max_vel"] if "max_vel" in values else math.inf  # noqa: SIM401
     numbers = {"max_vel": fastest, "min_depth": values["min_depth"]}
     return Ground(values["bounce"], values["bounce_vel"], 0, impact.gravity, h, numbers=numbers, spring=spring)
 
@@ -180,7 +169,7 @@ def _gazebo_damped(values: Values, c: float, impact: Impact) -> Mapping[str, Any
 
 def _gazebo_warnings(values: Values, impact: Impact) -> Iterator[str]:
     if impact.step:
-        yield "This is from the source of Gazebo, which was not run"
+        yield _NOT_RUN.format("Gazebo")
     numbers = _gazebo_ground(values, impact).numbers
     if numbers["max_vel"] < impact.speed:
         yield f"max_vel is {numbers['max_vel']:g} m/s: after a step in contact no body is faster, nor is a rebound"
@@ -198,21 +187,9 @@ def _bepu_collision(values: Values, impact: Impact) -> Impulse | Contact:
     return spring.contact(impact)
 
 
-def _bepu_warnings(values: Values, impact: Impact) -> Iterator[str]:
-    if impact.step:
-        yield "This is from the source of BEPU, which was not run"
-
-
-def _row(name: str, parameter: str, source: str, note: str = "") -> tuple[DampingFormula, ...]:
-    """Return the row of the damping that people compute from a damping ratio for contact that ends at x = 0."""
-    accepted = "0", "1e3"
-    return (
-        DampingFormula(
-            name, LINEAR, parameter, mp.mpf, accepted, "other end", source, linear_kappa, note=note, scheme=IMPLICIT
-        ),
-    )
-
-
+_CAPPED = "{} is above the speed of the rebound."
+# The damping that people compute from a damping ratio for contact that ends at x = 0
+_row = partial(formulas, "kd/sqrt(kp m)", ("0", "1e3"), written=linear_kappa, scheme=IMPLICIT)
 _SOURCE, _GAZEBO_SOURCE = "ode/src/joints/contact.cpp", "deps/opende/src/joints/contact.cpp"
 _BEPU_SOURCE = "BepuPhysics/Constraints/Contact/PenetrationLimit.cs"
 _ENGINES = (
@@ -220,14 +197,14 @@ _ENGINES = (
         "ode",
         "ODE",
         "commit 624b1c17; 0.16.2 was run",
-        _row("soft_erp and soft_cfm of kp and kd", "kd/sqrt(kp m)", _SOURCE),
+        _row(_SOURCE, ("soft_erp and soft_cfm of kp and kd", LINEAR, same, "other end")),
         native=Native(
             (
                 Parameter("soft_erp", "", "0.2", "a number > 0 and <= 1", lambda pair: 0 < pair[0] <= 1),
-                positive("soft_cfm", "", "1e-10"),
+                native.positive("soft_cfm", "", "1e-10"),
                 Parameter("max_vel", "m/s"),
                 Parameter("min_depth", "m", "0"),
-                restitution("bounce", "0", above=None),
+                native.restitution("bounce", "0", above=None),
                 Parameter("bounce_vel", "m/s", "0"),
             ),
             _ode_collision,
@@ -241,14 +218,14 @@ _ENGINES = (
         "gazebo",
         "Gazebo Classic",
         "gazebo-classic at commits 73be8911 and 9ca8b87a; from the source, not run",
-        _row("kp and kd", "kd/sqrt(kp m)", _GAZEBO_SOURCE, "max_vel is above the speed of the rebound."),
+        _row(_GAZEBO_SOURCE, ("kp and kd", LINEAR, same, "other end", _CAPPED.format("max_vel"))),
         native=Native(
             (
-                positive("kp", "N/m", "1e12", both=True),
+                native.positive("kp", "N/m", "1e12", both=True),
                 Parameter("kd", "N s/m", "1", both=True),
                 Parameter("max_vel", "m/s", "0.01", both=True),
                 Parameter("min_depth", "m", "0", both=True),
-                restitution("restitution_coefficient", "0", above=None, both=True),
+                native.restitution("restitution_coefficient", "0", above=None, both=True),
                 Parameter("threshold", "m/s", "100000", both=True),
                 Parameter("contact_max_correcting_vel", "m/s", "100"),
                 Parameter("contact_residual_smoothing", "", "0.01", "a number < 1", lambda part: 0 <= part[0] < 1),
@@ -270,19 +247,13 @@ _ENGINES = (
             "DampingRatio",
             ("0", "1e3"),
             _BEPU_SOURCE,
-            (
-                "SpringSettings",
-                LINEAR,
-                twice,
-                "other end",
-                "MaximumRecoveryVelocity is above the speed of the rebound.",
-            ),
+            ("SpringSettings", LINEAR, twice, "other end", _CAPPED.format("MaximumRecoveryVelocity")),
             written=ratio_for_return,
             scheme=None,
         ),
         native=Native(
             (
-                positive("Frequency", "", "30"),
+                native.positive("Frequency", "", "30"),
                 Parameter("DampingRatio", "", "1"),
                 Parameter("MaximumRecoveryVelocity", "m/s", "2"),
                 Parameter("SubstepCount", "", "1", "an integer from 1 to 100", lambda count: count[0] in range(1, 101)),
@@ -292,7 +263,7 @@ _ENGINES = (
             schemes={"velocity iterations": SEMI_IMPLICIT},
             integrator="solver",
             damped=lambda values, c, impact: {"DampingRatio": c / 2},
-            warnings=_bepu_warnings,
+            warnings=lambda values, impact: [_NOT_RUN.format("BEPU")] * bool(impact.step),
         ),
     ),
 )
