@@ -443,3 +443,11 @@ def test_a_compliant_contact_with_velocity_iterations_of_tgs_is_refused():
     settings = {"compliant_contact_stiffness": "1e4", "solver_type": "TGS"}
     with pytest.raises(ValueError, match="solver_velocity_iteration_count is 1: expected 0"):
         delivery(native, settings, Impact(1.0, 0.7, 0.2, 9.81, 1 / 60))
+
+
+def test_a_warning_hides_no_option_without_effect():
+    """BEPU's numbers are per mass, and Gazebo needs no radius; both warn that they were not run."""
+    settings = {"Frequency": "5", "DampingRatio": "0.1", "MaximumRecoveryVelocity": "1e9"}
+    assert without_effect(simulator_of("bepu").native, settings, Impact(4.0, 0.7, None, 0.0, 1 / 60)) == ("mass",)
+    settings = {"kp": "1e4", "max_vel": "9"}
+    assert without_effect(simulator_of("gazebo").native, settings, Impact(1.0, 0.7, 0.1, 9.81, 1e-3)) == ("radius",)
