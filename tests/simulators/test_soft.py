@@ -451,3 +451,12 @@ def test_a_warning_hides_no_option_without_effect():
     assert without_effect(simulator_of("bepu").native, settings, Impact(4.0, 0.7, None, 0.0, 1 / 60)) == ("mass",)
     settings = {"kp": "1e4", "max_vel": "9"}
     assert without_effect(simulator_of("gazebo").native, settings, Impact(1.0, 0.7, 0.1, 9.81, 1e-3)) == ("radius",)
+
+
+def test_the_step_itself_damps():
+    """A spring of 20 and 50 steps without damping: the page's exp(-pi^2/(2 n)), which is exact for many steps."""
+    native, h = simulator_of("ode").native, 1e-3
+    for n, close in ((20, 0.015), (50, 0.003)):
+        cfm = 1 / (h * (math.pi / (n * h)) ** 2)
+        found = delivery(native, {"soft_erp": "1", "soft_cfm": repr(cfm)}, Impact(1.0, 1.0, None, 0.0, h))
+        assert found.collision.epsilon == pytest.approx(math.exp(-(math.pi**2) / 2 / n), abs=close)
