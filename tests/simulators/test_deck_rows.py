@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from viscopade.simulators import simulator_of
 from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Line, Size
-from viscopade.simulators.deck_rows import contact_rows
+from viscopade.simulators.deck_rows import TOO_DEEP, contact_rows
 from viscopade.simulators.native import FileUnits, delivery
 
 LINE = Line(Path("in.x"), 7, "pair_coeff 1 1 ...")
@@ -42,6 +42,17 @@ def test_a_linear_contact_of_two_spheres():
     assert (row.impact.mass, row.impact.radius, row.radii) == (pytest.approx(mass), None, (1e-3, 2e-3))
     assert row.answer.contact_time == pytest.approx(math.pi * math.sqrt(mass / 1e5))
     assert (row.answer.falling, row.steps, row.g_t_c_over_v) == (None, None, None)
+
+
+@pytest.mark.parametrize(("speed", "is_too_deep"), [(180.0, True), (140.0, False)])
+@pytest.mark.parametrize(("units", "name", "length"), [(FileUnits(), "si", 1.0), (CGS, "cgs", 100.0)])
+def test_an_overlap_beyond_the_radius_is_a_warning(speed, is_too_deep, units, name, length):
+    """Of an undamped linear contact it is v sqrt(m/k): 1 mm at 157 m/s, for m = 1e-5*8e-5/9e-5 kg and k = 2.2e5 N/m."""
+    k = 157**2 * (8e-5 / 9) / 1e-3**2 * (1e3 if name == "cgs" else 1)  # 1 N/m is 1000 dyn/cm
+    settings = {"normal": "hooke", "coefficients": f"{k!r} 0", "damping": "velocity", "units": name}
+    sizes = [Size(size.radius * length, size.mass / units.kilograms) for size in (BEAD, BALL)]
+    (row,) = contact_rows(deck(run(contact(settings, tuple(sizes))), units=units), speed * length)
+    assert (TOO_DEEP in row.answer.warnings) == is_too_deep
 
 
 def test_weight_and_time_steps_at_a_wall():

@@ -12,6 +12,8 @@ from viscopade.progress import track
 from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Size
 from viscopade.simulators.native import FileUnits, Impact, delivery, effective, without_effect
 
+TOO_DEEP = "The overlap is larger than the radius: the bodies pass through each other, whatever eps is"
+
 
 class Answer(NamedTuple):
     """What a contact gives.
@@ -26,6 +28,8 @@ class Answer(NamedTuple):
         That of the undamped contact; None for an impulse, or if the bodies do not part without damping.
     sticking_speed : float or None
         Speed below which adhering bodies stay together.
+    depth : float
+        The largest overlap, in the units of the file.
     instead : mapping of str to str or None
         The parameters that give the wanted eps, with the weight if there is one; None if nothing gives it.
     warnings : tuple of str
@@ -38,6 +42,7 @@ class Answer(NamedTuple):
     falling: SampledCollision | None = None
     contact_time: float | None = None
     sticking_speed: float | None = None
+    depth: float = 0.0
     instead: Mapping[str, str] | None = None
     warnings: tuple[str, ...] = ()
     reason: str = ""
@@ -109,7 +114,8 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         # LIGGGHTS's parameters are in SI units, whatever the units of its file are.
         time = None if whole.contact_time is None else whole.contact_time * whole.units.seconds / units.seconds
         sticking_speed = whole.sticking and whole.sticking.speed
-        return Answer(collision, falling, time, sticking_speed, whole.instead, whole.warnings)
+        depth = whole.collision.depth * whole.units.metres / units.metres
+        return Answer(collision, falling, time, sticking_speed, depth, whole.instead, whole.warnings)
 
     # A contact without a number, or without sizes, has one row.
     unknown: tuple[tuple[Size | None, Size | None], ...] = ((None, None),)
@@ -135,6 +141,8 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
             impact, result = Impact(speed), Answer(reason=str(error))
         # The radii of bodies say their masses, too.
         sphere_radii = [size.radius for size in bodies if size.radius is not None]
+        if sphere_radii and result.depth > min(sphere_radii):
+            result = result._replace(warnings=(*result.warnings, TOO_DEEP))
         radii = () if impact.mass is impact.radius is None else (*sphere_radii,)
         # Sizes on which eps does not depend make one row.
         key = (contact.name, settings, radii, impact, result.reason)
