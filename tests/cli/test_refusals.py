@@ -258,6 +258,11 @@ BAD = [
         "audit ode --set soft_erp=0.5 --set soft_cfm=1e6 --mass 1 --speed 1 --time-step '10 us'",
         "time-step is 1e-05 s: expected a longer one, or a stiffer contact: an undamped contact lasts 14 s, and",
     ),
+    (
+        "audit lethe --set 'particle particle contact force method=hertz' --set 'surface energy particles=0.03' "
+        "--mass 1 --radius 1 --speed 1",
+        "--set surface energy particles has no effect on this",
+    ),
     ("audit jolt --speed 1 --time-step '1/0 s'", "time-step is '1/0 s': expected a time > 0"),
     ("audit --force 'c*x' --constant c=1 --constant d=1 --speed 1 --mass 1", "constant d is not in the force 'c*x'"),
     ("audit --force 'c*x' --constant c=1 --constant c=2 --speed 1 --mass 1", "constant c is given twice"),

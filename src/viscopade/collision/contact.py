@@ -332,7 +332,8 @@ class Contact:
     def neck(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Return the values of the function `break_at`."""
         assert callable(self.break_at)
-        return _values(self.break_at, "break_at", x, v)
+        holds = _values(self.break_at, "break_at", x, v)
+        return np.where(np.isnan(holds), -1, holds)  # where the function has no value there is no neck
 
     @property
     def neck_energy(self) -> float:
