@@ -86,8 +86,8 @@ def second_route(contact, speed):
 
     level = event(lambda t, state: state[0], 0)
     turn, turn_back = (event(lambda t, state: state[1], direction) for direction in (-1, 1))
-    breaks = event(lambda t, state: neck(*state), -1)
-    while True:
+    breaks = event(lambda t, state: 1 if state[0] >= contact.begin else neck(*state), -1)
+    while not (returns and x < contact.begin and neck(x, v) <= 0):
         events = (level, breaks, turn_back) if returns else (level, turn)
         run = solve_ivp(rates, (0, 99), (x, v), method="DOP853", rtol=1e-13, atol=1e-15, events=events, first_step=1e-6)
         x, v = run.y[:, -1]
@@ -95,8 +95,11 @@ def second_route(contact, speed):
             x = 1e-13 * v  # on the other side of x = 0
         elif not returns:
             returns, v = True, -1e-300
+        elif not run.t_events[1].size:
+            return 0.0
         else:
-            return math.sqrt(v * v - 2 * g * (x - contact.begin)) / speed if run.t_events[1].size else 0.0
+            break
+    return math.sqrt(v * v - 2 * g * (x - contact.begin)) / speed
 
 
 def hertz(x):
@@ -150,6 +153,22 @@ def test_steps_remember_that_a_neck_has_formed(begin, phase):
             v -= h * float(damped(c)(np.array([x]), np.array([v]))[0])
     contact = Contact(damped(c), end="break", begin=begin, break_at=break_at)
     assert contact.rebounds(speed, h, phase).epsilon == pytest.approx(-v / speed, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("function", "lowest"),
+    [
+        (lambda x, v: x - 0.1, 0.0),
+        (lambda x, v: v + 0.5, 0.0),
+        (lambda x, v: np.nan * x, 0.0),
+        (lambda x, v: np.where(x > -0.3, 1, np.nan), -0.3),
+    ],
+)
+def test_a_neck_without_value_is_broken_and_none_breaks_before_it_has_formed(function, lowest):
+    """An elastic spring loses x^2/2 up to the lowest compression; what the function says at x > 0 does not count."""
+    contact = Contact(lambda x, v: x, end="break", break_at=function)
+    assert contact.collide(1.0).epsilon == pytest.approx(math.sqrt(1 - lowest**2), abs=1e-10)
+    assert contact.collide(1.0, step=1e-3, phases=[0.3]).epsilon == pytest.approx(math.sqrt(1 - lowest**2), abs=1e-3)
 
 
 def test_a_longer_contact_and_the_damping_of_an_eps():

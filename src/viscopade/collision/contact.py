@@ -161,7 +161,7 @@ class Contact:
         With the end "break", the compression at which contact forms; eps compares speeds there.
     break_at : float or callable
         With the end "break", the compression < 0 at which the neck breaks, or a function of compression and rate that
-        is positive while a neck holds; it counts from the turning point on.
+        is positive while a neck holds; it counts on the way back, from `begin` on.
 
     Raises
     ------
@@ -818,7 +818,8 @@ class _Motion:
         if name == "level":
             return (1 if phase.above else -1) * (s - (-self.floor) ** 0.25)
         if name == "end" and callable(self.contact.break_at):
-            return self.contact.neck(self.length * (s**4 + self.floor), self.speed * v)
+            x = s**4 + self.floor
+            return np.where(x > self.begin, 1, self.contact.neck(self.length * x, self.speed * v))
         return {"turn": v, "turns back": -v}.get(name, s)
 
     def event(self, piece: _Piece, s: float, v: float, phase: _Phase) -> _Event | None:
