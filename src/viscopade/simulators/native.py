@@ -226,7 +226,7 @@ class Values(dict[str, Any]):
     read : set of str
         Names of those that were looked up.
     mixed : mapping of str to Mixed
-        Numbers that followed from different ones of both bodies, by name.
+        Numbers that are not those of both bodies, by name.
     """
 
     def __init__(self, *values: Any) -> None:
@@ -237,7 +237,7 @@ class Values(dict[str, Any]):
     def mix(
         self, name: str, rule: Rule, source: str, bodies: tuple[float, float] | None = None, meaning: str = ""
     ) -> Any:
-        """Return the number of a contact, and remember the rule if those of both bodies differ.
+        """Return the number of a contact, and remember the rule if it is not the number of both bodies.
 
         Parameters
         ----------
@@ -253,7 +253,9 @@ class Values(dict[str, Any]):
         """
         first, second = self[name] if bodies is None else bodies
         value = rule.of_both(first, second)
-        if first != second:
+        # A product or a sum of two equal numbers is another number, too.
+        is_other = bodies is None and isinstance(value, float) and not math.isclose(value, first)
+        if first != second or is_other:
             self.mixed[name] = Mixed(value, rule.words, meaning, (first, second), source)
         return value
 
