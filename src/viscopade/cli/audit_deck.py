@@ -26,11 +26,9 @@ _NUMBERS = (
         ("to", "largest", ".4f"),
         ("falling", "falling", ".4f"),
     ),
-    *(("t_c/step", "steps", ".3g"), ("sticks below", "sticking_speed", ".3g")),
+    *(("g t_c/v", "g_t_c_over_v", ".2g"), ("t_c/step", "steps", ".3g"), ("sticks below", "sticking_speed", ".3g")),
 )
 """Columns of numbers, each with its name in JSON and its format."""
-_WIDE = 100
-"""Columns that a table with lines and masses needs."""
 _NUMBER = r"\d[\d.]*(e[+-]?\d+)?"
 DECKS = "an input of LAMMPS or LIGGGHTS, or a model of MuJoCo"
 
@@ -174,8 +172,11 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     for run in deck.runs:
         cells = [_columns(i, row, deck) for i, row in numbered if row.run is run]
         heads = [head for head in (cells[0] if cells else ()) if any(row[head] for row in cells)]
-        if text_width() < _WIDE:  # JSON has these
-            heads = [head for head in heads if head != "line" and not head.startswith("m_eff")]
+        # A terminal that is too narrow does without these, which JSON has.
+        for optional in ("g t_c/v", f"m_eff ({units.mass})", "line"):
+            width = sum(2 + max(len(row[head]) for row in ({head: head}, *cells)) for head in heads)
+            if width > text_width() and optional in heads:
+                heads.remove(optional)
         step = "no time step" if run.step is None else f"time step {run.step:.4g} {units.time}"
         title = f"{step}, gravity {run.gravity:.4g} {units.length}/{units.time}^2"
         if run.line is not None:
