@@ -74,30 +74,30 @@ def show_contact(
     unsized = native.units(native.values(texts)).unsized
     if sized and unsized:
         raise click.UsageError(f"--{sized[0]} has a unit, and {unsized}")
-    wanted = None
+    target = None
     if epsilon is not None and force is not None and vary is None:
         raise click.UsageError(
             "--epsilon is given with --force: expected --vary NAME, the --constant that is the damping"
         )
     if epsilon is not None:
-        wanted = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
+        target = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
     for useless in without_effect(native, texts, impact):
         # The mass depends on the radius of spheres; a pasted line is whole.
         if (useless == "radius" and density) or f"{useless}={texts.get(useless)}" in of_lines:
             continue
         option = f"--set {useless}" if useless in texts else "--density" if density else f"--{useless}"
         raise click.UsageError(f"{option} has no effect on this contact: expected a command without it")
-    found = delivery(native, texts, impact, wanted)
+    outcome = delivery(native, texts, impact, target)
     if units_are_assumed:
         text = f"units is not set, and taken to be si because --{sized[0]} has a unit: --set units=…"
-        found = replace(found, warnings=(*found.warnings, text))
+        outcome = replace(outcome, warnings=(*outcome.warnings, text))
     default = None if simulator is None or time_step else simulator_of(simulator).default_step
-    steps = found.collision.duration / default if default and found.units == FileUnits() else FEWEST_STEPS
+    steps = outcome.collision.duration / default if default and outcome.units == FileUnits() else FEWEST_STEPS
     if steps < FEWEST_STEPS:
         step = SI.time_text(default or 0.0)
         long = f"{title}'s default step of {step} is {1 / steps:.2g} contacts long"
-        found = replace(found, warnings=(*found.warnings, f'{long}: --time-step "{step}" computes its eps'))
-    collision, units = found.collision, found.units
+        outcome = replace(outcome, warnings=(*outcome.warnings, f'{long}: --time-step "{step}" computes its eps'))
+    collision, units = outcome.collision, outcome.units
     fields: dict[str, Any] = {
         "simulator": simulator,
         "delivered": collision.epsilon,
@@ -106,9 +106,9 @@ def show_contact(
         "depth": collision.depth or None,  # an impulse has none, and no duration
         "duration": collision.duration if 0 < collision.duration < math.inf else None,
         "parts": collision.parts,
-        "instead": None if found.instead is None else dict(found.instead),
-        "scheme": found.scheme if found.stepped else None,
-        "sticking_speed": found.sticking and found.sticking.speed,
+        "instead": None if outcome.instead is None else dict(outcome.instead),
+        "scheme": outcome.scheme if outcome.stepped else None,
+        "sticking_speed": outcome.sticking and outcome.sticking.speed,
         "source": ", ".join(filter(None, (native.source, version))),
     }
     errors = {name: error if error < math.inf else None for name, error in collision.errors.items()}
@@ -116,19 +116,19 @@ def show_contact(
         "status": collision.status,
         "units": {"length": units.length, "time": units.time},
         "errors": errors,
-        "neck_energy": found.sticking and found.sticking.neck_energy,
+        "neck_energy": outcome.sticking and outcome.sticking.neck_energy,
     }
     if style == "text":
         hit, bodies = impact.in_units(units), ""
         if density:
             bodies = f"effective mass {hit.mass:.6g} {units.mass}, effective radius {hit.radius:.6g} {units.length}"
-        line = _pasted_again(pasted, texts, found.instead or {})
-        _say_contact(title, found, native, epsilon, impact.speed, bodies, line)
+        line = _pasted_again(pasted, texts, outcome.instead or {})
+        _say_contact(title, outcome, native, epsilon, impact.speed, bodies, line)
     else:
-        fields["instead"] = fields["instead"] if style == "json" else _words(found.instead or {})
+        fields["instead"] = fields["instead"] if style == "json" else _words(outcome.instead or {})
         row = ["" if value is None else value for value in fields.values()]
-        rules = {name: mixed._asdict() for name, mixed in found.values.mixed.items()}
-        show(style, [*fields], [row], fields | more | {"mixed": rules, "warnings": [*found.warnings]})
+        rules = {name: mixed._asdict() for name, mixed in outcome.values.mixed.items()}
+        show(style, [*fields], [row], fields | more | {"mixed": rules, "warnings": [*outcome.warnings]})
 
 
 def si_number(option: str, text: str, sized: list[str]) -> float:
@@ -190,7 +190,7 @@ def _native(
             raise click.UsageError(f"{flag} is given for a simulator, which has its own: expected --force with it")
     program = simulator_of(str(simulator))
     if program.native is None:
-        with_one = ", ".join(each.name for each in simulators() if each.native is not None)
+        with_one = ", ".join(one.name for one in simulators() if one.native is not None)
         raise ValueError(f"{program.title} has no contact of native parameters here: expected {with_one}")
     return program.title, program.version, program.native
 
@@ -224,31 +224,35 @@ def _pasted_again(pasted: Sequence[str], texts: Mapping[str, str], instead: Mapp
 
 
 def _say_contact(
-    title: str, found: Delivery, native: Native, epsilon: str | None, speed: float, bodies: str, line: str
+    title: str, outcome: Delivery, native: Native, epsilon: str | None, speed: float, bodies: str, line: str
 ) -> None:
     """Print a collision in sentences; `line` is the pasted line for the wanted eps."""
-    collision, units, stepped = found.collision, found.units, found.stepped
+    collision, units, stepped = outcome.collision, outcome.units, outcome.stepped
 
-    def eps(of: SampledCollision, why: str = "") -> str:
-        if not of.parts:
+    def eps(sampled: SampledCollision, why: str = "") -> str:
+        if not sampled.parts:
             return "0"
-        return f"{of.epsilon:.4f} ({of.least:.4f} to {of.largest:.4f}{why})" if stepped else f"{of.epsilon:.6g}"
+        return (
+            f"{sampled.epsilon:.4f} ({sampled.least:.4f} to {sampled.largest:.4f}{why})"
+            if stepped
+            else f"{sampled.epsilon:.6g}"
+        )
 
     text = eps(collision, ": where in a step contact begins") if collision.parts else "0, as the bodies do not part"
-    if collision.parts and found.falling is not None:
-        text += f" without weight; {eps(found.falling)} for a body that falls on a plane"
+    if collision.parts and outcome.falling is not None:
+        text += f" without weight; {eps(outcome.falling)} for a body that falls on a plane"
     say(f"{title}{': ' if title else ''}eps = {text}, sampled")
     duration = f", duration {collision.duration:.4g} {units.time}"
     if collision.duration == math.inf:
         duration = "; if contact begins at some places in a step, the bodies do not part"
     if collision.depth:  # an impulse has none
         say(f"depth {collision.depth:.4g} {units.length}{duration if collision.parts else ''}")
-    used = {name: value for name, value in found.values.items() if name in found.values.read - {native.integrator}}
+    used = {name: value for name, value in outcome.values.items() if name in outcome.values.read - {native.integrator}}
     if used:
         say(f"for {', '.join(filter(None, (_words(native.written(used)), bodies)))}")
-    for name, mixed in found.values.mixed.items():
+    for name, mixed in outcome.values.mixed.items():
         say(mixed.sentence(name))
-    if (sticking := found.sticking) is not None:
+    if (sticking := outcome.sticking) is not None:
         below = "no speed is found below which the bodies stay together"
         if sticking.speed is not None:
             below = f"below {sticking.speed:.4g} {units.speed} the bodies stay together"
@@ -257,11 +261,11 @@ def _say_contact(
     default, *others = native.schemes
     continuous = "infinitely fine steps" if collision.depth else "none, as there is no --time-step"
     choice = f"; there are {', '.join([f'{default} (default)', *others])}" if others else ""
-    say(f"integrator: {found.scheme if stepped else continuous}{choice}")
-    if found.instead is not None:
-        at = f"{speed * units.seconds / units.metres:.6g} {units.speed}"
-        say(f"for eps = {epsilon} at {at} write{'' if line else f' {_words(found.instead)}'}")
+    say(f"integrator: {outcome.scheme if stepped else continuous}{choice}")
+    if outcome.instead is not None:
+        speed_text = f"{speed * units.seconds / units.metres:.6g} {units.speed}"
+        say(f"for eps = {epsilon} at {speed_text} write{'' if line else f' {_words(outcome.instead)}'}")
         if line:
             click.echo(f"    {printable(line)}")
-    for text in found.warnings:
+    for text in outcome.warnings:
         say(f"Warning: {text}.")

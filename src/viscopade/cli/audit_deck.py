@@ -64,9 +64,9 @@ def show_deck(
     said = Said(values_by_name("--variable", variable, "n=5"), radii, densities)
     texts = {**quantities, "time-step": time_step}
     si = {name: None if text is None else si_number(name, text, sized) for name, text in texts.items()}
-    wanted = None
+    target = None
     if epsilon is not None:
-        wanted = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
+        target = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
 
     if file.is_fifo():  # a file is read more than once, and names others beside it
         raise click.UsageError(f"{file} is a pipe: expected a file")
@@ -92,7 +92,7 @@ def show_deck(
         for run in deck.runs
     )
     deck = replace(deck, runs=tuple(runs))
-    table = contact_rows(deck, impact.speed, wanted)
+    table = contact_rows(deck, impact.speed, target)
     if all(row.answer.collision is None for row in table):
         reasons = "; ".join(dict.fromkeys(row.answer.reason for row in table))
         number = " with a number" * bool(reasons)
@@ -235,7 +235,7 @@ def _rows(numbers: Sequence[int]) -> str:
             ranges[-1].append(i)
         else:
             ranges.append([i])
-    words = (f"{each[0]} to {each[-1]}" if len(each) > 2 else ", ".join(map(str, each)) for each in ranges)
+    words = (f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in ranges)
     return f"row{'s' * (len(numbers) > 1)} {', '.join(words)}"
 
 
