@@ -162,6 +162,12 @@ def test_drakes_defaults():
     )
 
 
+@pytest.mark.parametrize(("gravity", "warnings"), [((), 1), (("--gravity", "0"), 0), (("--gravity", "9.81"), 0)])
+def test_a_gravity_of_0_says_that_there_is_no_weight(gravity, warnings):
+    words = ("newton", "--set", "ke=1e5", "--set", "kd=1e3", "--mass", "1", "--speed", "1", "--format", "json")
+    assert len(json.loads(run(*words, *gravity).output)["warnings"]) == warnings
+
+
 def test_restitution_that_is_off():
     words = ("newton", "--scheme", "SolverXPBD", "--set", "restitution=0.3", "--mass", "1", "--speed", "1")
     text = " ".join(run(*words, "--epsilon", "0.3").output.split())

@@ -87,7 +87,7 @@ def show_contact(
             continue
         option = f"--set {useless}" if useless in texts else "--density" if density else f"--{useless}"
         raise click.UsageError(f"{option} has no effect on this contact: expected a command without it")
-    outcome = delivery(native, texts, impact, target)
+    outcome = delivery(native, texts, impact, target, weight_is_known=quantities["gravity"] is not None)
     if units_are_assumed:
         text = f"units is not set, and taken to be si because --{sized[0]} has a unit: --set units=…"
         outcome = replace(outcome, warnings=(*outcome.warnings, text))
