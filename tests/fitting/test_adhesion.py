@@ -32,3 +32,8 @@ def test_points_of_other_laws(tmp_path, seed):
     """The viscoelastic law, a constant eps, and an eps that rises with the speed."""
     laws = double.epsilon(np.sqrt(0.39) * SPEEDS**0.1), 0.7 + 0 * SPEEDS, double.epsilon(np.sqrt(0.2) * SPEEDS**-0.1)
     assert [said_of_adhesion(tmp_path, seed, np.asarray(epsilon)) for epsilon in laws] == [[], [], []]
+
+
+def test_points_of_bodies_that_all_stay(tmp_path):
+    """No speed is known at which they part."""
+    assert said_of_adhesion(tmp_path, 0, 0 * SPEEDS, noise=0) == []

@@ -147,6 +147,8 @@ def adhesion(fits: Sequence[LawFit]) -> str | None:
     sticking = v_0
     for _ in range(_ROUNDS):  # E(v) v = v_0
         sticking = v_0 / float(main.at(np.array([sticking]), np.exp(best.x[:1]))[0])
+    if not sticking < points.speed.max():  # no point would rebound
+        return None
     return (
         f"slow points fall below the law as if the bodies adhered: eps^2 = E^2 - (v_0/v)^2, with v_0 = {v_0:.2g} m/s, "
         f"has an AIC less by {ahead:.1f}, and below about {sticking:.2g} m/s such bodies would stay together; "
