@@ -7,7 +7,8 @@ Read in ami-iit/jaxsim at commit 98939044 (run: 0.8.2):
 - `SoftContacts.hunt_crossley_contact_model` of src/jaxsim/rbda/contacts/soft.py: the force of each collidable point,
   max(0, K x^(1 + p) + D x^q x'). With p = q = 1/2, the defaults, this is the viscoelastic law.
 - src/jaxsim/api/integrators.py: semi-implicit Euler's method, the default, and the classical Runge-Kutta method.
-  `JaxSimModel` of api/model.py has a time step of 1 ms.
+  `JaxSimModel` of api/model.py has a time step of 1 ms. Its default contact is RelaxedRigidContacts, which is not
+  computed here.
 """
 
 from __future__ import annotations
@@ -60,6 +61,7 @@ SIMULATOR = Simulator(
         schemes={"SemiImplicitEuler": SEMI_IMPLICIT, "RungeKutta4": RUNGE_KUTTA},
         integrator="integrator",
         damped=_damped,
+        warnings=lambda values, impact: ("This is SoftContacts; RelaxedRigidContacts is JaxSim's default",),
     ),
     default_step=0.001,
 )
