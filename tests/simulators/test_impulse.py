@@ -243,6 +243,16 @@ def test_a_threshold_below_the_kick_of_a_step_keeps_no_body_down():
         assert (found.sticking is not None) == sticks
 
 
+@pytest.mark.parametrize(
+    ("name", "threshold"), [("physx", "bounce_threshold_velocity"), ("jolt", "mMinVelocityForRest")]
+)
+def test_below_the_threshold_the_answer_is_to_lower_it(name, threshold):
+    native = simulator_of(name).native
+    for speed, warns in ((0.19, True), (1.01, False)):
+        texts = delivery(native, {}, Impact(speed), 0.5).warnings
+        assert any(threshold in text and "slower bodies do not rebound; write less" in text for text in texts) == warns
+
+
 def test_a_rule_that_is_none_is_refused():
     native = simulator_of("physx").native
     for words in ("avg", "average max min", ""):

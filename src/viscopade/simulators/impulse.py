@@ -487,6 +487,14 @@ class Engine(NamedTuple):
 
         return Impulse(partial(flight, impact.speed), slowest)
 
+    def all_warnings(self, values: Values, impact: Impact) -> Iterator[str]:
+        """Yield the engine's warnings, and that of a threshold that keeps the body down."""
+        threshold = values.get(self.threshold.name, 0.0)
+        is_soft = self.soft is not None and values.get(self.soft.stiffness.name) is not None
+        if impact.speed <= threshold and not is_soft:
+            yield f"{self.threshold.name} is {threshold:g} m/s: slower bodies do not rebound; write less"
+        yield from self.warnings(values, impact)
+
     def damped(self, values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
         """Return for both bodies the damping of a soft contact, c sqrt(k m) together, else the restitution exp(-c)."""
         spring = None if self.soft is None else self.soft.spring(values, impact)
@@ -513,7 +521,7 @@ class Engine(NamedTuple):
             schemes=dict.fromkeys(self.steps, SEMI_IMPLICIT),
             integrator=self.choice,
             damped=self.damped,
-            warnings=self.warnings,
+            warnings=self.all_warnings,
         )
         return Simulator(name, self.title, self.version, rows, native=contact)
 
