@@ -48,6 +48,14 @@ def adhesive_epsilon(speed, gravity=0.0):
     return math.sqrt(v * v - 2 * load * (z**4 - z)) / (speed / unit)
 
 
+@pytest.mark.parametrize(("work", "warns"), [("70 mJ/m^2", False), ("1 kJ/m^2", True)])
+def test_adhesion_alone_may_make_the_overlap_too_large(work, warns):
+    """For 1 kJ/m^2 a_0^2/R, the unit of compressions, is 1.7 radii; without adhesion the overlap is 0.003 radii."""
+    for words in (("epsilon", "--speed", 0.1), ("table", "--from", 0.01, "--to", 0.1, "--points", 2)):
+        sentences = json_of(*words, *MATERIAL, "--adhesion", work)["warnings"]
+        assert any("the overlap reaches" in sentence for sentence in sentences) == warns
+
+
 @pytest.mark.parametrize(("speed", "gravity"), [(0.08, None), (0.3, None), (3.0, None), (0.08, 500), (0.05, None)])
 def test_epsilon_of_a_material(speed, gravity):
     falls = () if gravity is None else ("--gravity", gravity)

@@ -378,11 +378,13 @@ NO_FALL = "--gravity needs a sphere and a plane: expected a material with --wall
 """Refusal of a weight where no sphere falls on a plane."""
 
 
-def limits_of(pair: Pair, fastest: float, yield_strength: float | None) -> list[str]:
-    """Return a sentence for each assumption of the model that a pair violates at a speed."""
+def limits_of(pair: Pair, fastest: float, yield_strength: float | None, adhesion: float | None = None) -> list[str]:
+    """Return a sentence for each assumption of the model that a pair, with a work of adhesion, violates at a speed."""
     from viscopade.collision import limits
+    from viscopade.collision.adhesion import adhesive
 
-    return list(limits.violations(pair, fastest, yield_strength=yield_strength))
+    depth = None if adhesion is None else adhesive(pair, adhesion).collide(fastest).depth
+    return list(limits.violations(pair, fastest, yield_strength=yield_strength, depth=depth))
 
 
 def picture_kind(option: str, file: Path) -> str:

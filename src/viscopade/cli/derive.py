@@ -478,7 +478,7 @@ class _Bodies:
         rows = [(name, f"{value:.{_SAMPLED}g}", unit) for name, (value, unit) in numbers.items()]
         if bond is not None and bond.speed is not None:
             rows.append(("sticking_speed", f"{bond.speed:.4g}", "m/s"))
-        warnings = limits_of(pair, speed, self.strength)
+        warnings = limits_of(pair, speed, self.strength, work)
         whole = {name: text for name, text, _ in rows} | {
             "units": {name: unit for name, _, unit in rows if unit},
             "parts": collision.parts,

@@ -125,7 +125,7 @@ def plot(
     draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, number), points, **over)
     write_all({output: sheet.picture(draw, "eps against the impact speed", command_line(), kind, page)})
     say(f"wrote {output}")
-    for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"]):
+    for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"], options["adhesion"]):
         say(f"Warning: {text}.")
 
 
@@ -189,7 +189,7 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
         ],
     }
     if pair is not None:
-        warnings = limits_of(pair, ends[1], options["yield_strength"])
+        warnings = limits_of(pair, ends[1], options["yield_strength"], options["adhesion"])
         if is_proven:
             whole |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
         whole["warnings"] = warnings

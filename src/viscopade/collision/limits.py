@@ -36,6 +36,7 @@ def violations(
     *,
     strongest: Pair | None = None,
     yield_strength: float | None = None,
+    depth: float | None = None,
 ) -> Iterator[str]:
     """Yield a sentence, without its full stop, for each assumption of the model that a pair violates.
 
@@ -49,6 +50,8 @@ def violations(
         The pair with the radii of the largest v* at a speed, if sizes are distributed.
     yield_strength : float, optional
         The smaller yield strength of both materials, a pressure.
+    depth : float, optional
+        The maximal compression at this speed, if more than Hertz's force and the damping decide it.
 
     Raises
     ------
@@ -56,7 +59,7 @@ def violations(
         If the strength is not a number > 0, or the speed is not a number >= 0.
     """
     fastest = checked.number("fastest", fastest, _SPEED)
-    share, speed = overlap(pair, fastest), f"{fastest:.3g} m/s"
+    share, speed = overlap(pair, fastest, depth), f"{fastest:.3g} m/s"
     if share > LARGEST_OVERLAP:
         yield SENTENCES["depth"].format(share=f"{share:.2g}", limit=f"{LARGEST_OVERLAP:g}")
     limit = math.inf if yield_strength is None else yield_speed(pair, yield_strength)
@@ -76,9 +79,9 @@ def violations(
         yield SENTENCES["relaxation"].format(speed=speed, share=f"{share:.2g}", limit=f"{LONGEST_RELAXATION:g}")
 
 
-def overlap(pair: Pair, speed: float) -> float:
-    """Return the maximal compression at an impact speed over the smaller radius."""
-    return float(pair.max_compression(speed)) / min(pair.first.radius, pair.second.radius)
+def overlap(pair: Pair, speed: float, depth: float | None = None) -> float:
+    """Return the maximal compression at an impact speed, or a given one, over the smaller radius."""
+    return (float(pair.max_compression(speed)) if depth is None else depth) / min(pair.first.radius, pair.second.radius)
 
 
 def yield_speed(pair: Pair, strength: float) -> float:
