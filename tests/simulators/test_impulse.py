@@ -253,6 +253,13 @@ def test_below_the_threshold_the_answer_is_to_lower_it(name, threshold):
         assert any(threshold in text and "slower bodies do not rebound; write less" in text for text in texts) == warns
 
 
+def test_a_kick_above_the_speed_is_said():
+    """g h is 0.1635 m/s."""
+    for speed, warns in ((0.16, True), (0.17, False)):
+        texts = delivery(simulator_of("jolt").native, {}, Impact(speed, gravity=9.81, step=1 / 60)).warnings
+        assert any("m/s in a time step, more than the speed" in text for text in texts) == warns
+
+
 def test_a_rule_that_is_none_is_refused():
     native = simulator_of("physx").native
     for words in ("avg", "average max min", ""):

@@ -488,11 +488,13 @@ class Engine(NamedTuple):
         return Impulse(partial(flight, impact.speed), slowest)
 
     def all_warnings(self, values: Values, impact: Impact) -> Iterator[str]:
-        """Yield the engine's warnings, and that of a threshold that keeps the body down."""
+        """Yield the engine's warnings, and those of a threshold that keeps the body down, and of a large kick."""
         threshold = values.get(self.threshold.name, 0.0)
         is_soft = self.soft is not None and values.get(self.soft.stiffness.name) is not None
         if impact.speed <= threshold and not is_soft:
             yield f"{self.threshold.name} is {threshold:g} m/s: slower bodies do not rebound; write less"
+        if impact.speed < (kick := impact.gravity * (impact.step or 0)):
+            yield f"Gravity adds {kick:.3g} m/s in a time step, more than the speed: expected a shorter step"
         yield from self.warnings(values, impact)
 
     def damped(self, values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
