@@ -108,6 +108,13 @@ def test_a_soft_contact_of_a_million_steps_is_that_of_infinitely_many():
     assert found.warnings == ("A contact has 3.1e+06 time steps: this is eps with infinitely many",)
 
 
+@pytest.mark.parametrize(("threshold", "warns"), [("1e5", True), ("0", False)])
+def test_gazebo_says_that_its_threshold_keeps_bodies_down(threshold, warns):
+    given = {"restitution_coefficient": "0.8", "threshold": threshold, "max_vel": "10"}
+    found = delivery(simulator_of("gazebo").native, given, Impact(1.0, 1.0, None, 9.81, 1e-3))
+    assert any("threshold is 100000 m/s: slower bodies do not rebound" in text for text in found.warnings) == warns
+
+
 def test_a_stiffness_of_bullet_needs_a_mass():
     native = simulator_of("bullet").native
     with pytest.raises(ValueError, match="mass is missing: expected --mass"):

@@ -170,7 +170,10 @@ def _gazebo_damped(values: Values, c: float, impact: Impact) -> Mapping[str, Any
 def _gazebo_warnings(values: Values, impact: Impact) -> Iterator[str]:
     if impact.step:
         yield _NOT_RUN.format("Gazebo")
-    numbers = _gazebo_ground(values, impact).numbers
+    ground = _gazebo_ground(values, impact)
+    numbers = ground.numbers
+    if ground.restitution and impact.speed <= ground.threshold:
+        yield f"threshold is {ground.threshold:g} m/s: slower bodies do not rebound; write less"
     if numbers["max_vel"] < impact.speed:
         yield f"max_vel is {numbers['max_vel']:g} m/s: after a step in contact no body is faster, nor is a rebound"
 
