@@ -499,6 +499,11 @@ def test_springs_in_yade_itself(other, radius, share, kn, cn):
             "young modulus particles is 1e+06 2e+06: expected one number, as the other one is that of the wall",
         ),
         ("lethe", {METHOD: "DMT"}, "is 'DMT': expected linear, hertz_mindlin_limit_overlap"),
+        (
+            "lethe",
+            {METHOD: "hertz_JKR"},
+            "surface energy is 0 0: expected numbers > 0, or a contact force method without",
+        ),
         ("mfix", {"KN": "1e4"}, 'UNITS is not set: expected --set "UNITS=SI" or "UNITS=CGS"'),
         ("mfix", {"UNITS": "SI", "DES_INTG_METHOD": "ADAMS_BASHFORTH"}, "expected EULER"),
         ("trixi", {"normal_stiffness": "1e4"}, "contact_model is not set"),
