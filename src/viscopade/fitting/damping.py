@@ -204,5 +204,5 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
         raise ValueError(f"there are {len(points)} points: expected at most {MANY} with --robust")
     if len(points) > MANY and points.of_independent_errors:
         points = points.grouped(GROUPS)
-    fits = verdict.compared(points, [Model.of(str(law), law_of(law)) for law in laws], robust=robust)
+    fits = verdict.compared(points, [Model.from_law(str(law), law_of(law)) for law in laws], robust=robust)
     return DampingFit(points, fits, verdict.judged(fits), tuple(verdict.outliers(points)))

@@ -68,7 +68,7 @@ class Model:
     exponent: float | None
 
     @classmethod
-    def of(cls, name: str, law: Law) -> Model:
+    def from_law(cls, name: str, law: Law) -> Model:
         """Return the model of a law of contact: p = 2/nu - 1."""
         return cls(name, law, float(2 * law.c))
 

@@ -19,9 +19,9 @@ from viscopade.theory.law import VISCOELASTIC, Law, law_of
 Word = Literal["holds", "holds with a limit", "does not hold", "undecided"]
 
 MODELS = (
-    Model.of("viscoelastic", VISCOELASTIC),
+    Model.from_law("viscoelastic", VISCOELASTIC),
     Model("constant", VISCOELASTIC, 0.0),
-    Model.of("hunt-crossley", law_of("hunt-crossley")),
+    Model.from_law("hunt-crossley", law_of("hunt-crossley")),
     Model("free exponent", VISCOELASTIC, None),
 )
 """Compared laws: nu = 5/3; a constant eps, nu = 2; nu = 1; and 1 - eps ~ v^p at small v, with the curve of 5/3."""
