@@ -19,7 +19,7 @@ ContactTime = float | Pair
 LEAST_EPSILON = 1e-6
 """Smaller eps have the contact time of this one."""
 
-_ROUNDS = 8  # until contact times and loads agree
+_ROUNDS = 8  # until contact times and loads agree: a choice
 
 
 def weight_speed(contact: ContactTime | FloatArray, gravity: float, speed: FloatArray, epsilon: FloatArray) -> float:
@@ -34,26 +34,34 @@ def weight_speed(contact: ContactTime | FloatArray, gravity: float, speed: Float
     """
     if isinstance(contact, Pair):
         falls = contact.first.is_wall or contact.second.is_wall
+        # G(v) = g T/v with the time scale T ~ v^(-1/5), so G = (v_G/v)^(6/5) and v_G = G(1)^(5/6).
         return float((gravity * contact.time_scale(1.0)) ** (5 / 6)) if falls else 0.0
     seen = np.broadcast_to(contact, speed.shape) > 0
     if not seen.any():
         return 0.0
-    lasting, v, e = np.broadcast_to(contact, speed.shape)[seen], speed[seen], epsilon[seen]
-    last = weight_table.duration if np.ndim(contact) else weight_table.return_time
+    times, v, e = np.broadcast_to(contact, speed.shape)[seen], speed[seen], epsilon[seen]
+    # A measured duration ends where the force vanishes; a time between flights, where the body is back at its height.
+    scaled_time = weight_table.duration if np.ndim(contact) else weight_table.return_time
     scaled: FloatArray | float = float(VISCOELASTIC.contact_time)
     for _ in range(_ROUNDS):
-        load = gravity * lasting / (scaled * v)
-        scaled = last(weight_table.kappa_from(e, load), load)
+        # G = g t_c/(tau_c v), where tau_c depends on kappa, and so on eps and G again
+        load = gravity * times / (scaled * v)
+        scaled = scaled_time(weight_table.kappa_from(e, load), load)
+    # ln v_G = ln v + 5/6 ln G, the mean over the points
     return float(np.exp(np.mean(np.log(load) / 1.2 + np.log(v))))
 
 
-def lasting(contact: ContactTime | FloatArray, speed: FloatArray, epsilon: FloatArray, of_weight: float) -> FloatArray:
-    """Return the times from first contact until the body is back at that height; `of_weight` is v_G."""
+def lasting(
+    contact: ContactTime | FloatArray, speed: FloatArray, epsilon: FloatArray, unit_load_speed: float
+) -> FloatArray:
+    """Return the times from first contact until the body is back at that height; `unit_load_speed` is v_G."""
     if isinstance(contact, Pair) or np.ndim(contact):
-        load = weight_table.load_at(speed, of_weight)
+        load = weight_table.load_at(speed, unit_load_speed)
         kappa = weight_table.kappa_from(np.clip(epsilon, LEAST_EPSILON, 1.0), load)
         whole = weight_table.return_time(kappa, load)
         if isinstance(contact, Pair):
+            # t = tau T(v), with the pair's time scale T
             return np.asarray(whole * contact.time_scale(speed))
+        # From the measured end of the force, add the rise to the height of first contact.
         return np.asarray(contact * whole / weight_table.duration(kappa, load))
     return np.full(speed.shape, contact)
