@@ -29,9 +29,9 @@ from viscopade.store import recorded
 LEAST, LARGEST = 9e-4, 6.5
 """Range of kappa in the table: eps without weight is 0.999 and 0.05. Below it D hardly changes with kappa."""
 
-_NODES = 81, 53  # in ln kappa and in arcsin (G/G_s)^(1/2)
-_ORDER, _STEP = 16, 0.2  # order of the series, and step of sigma over the time scale of the motion
-_HALVINGS = 50  # of a step, to find its event
+_NODES = 81, 53  # in ln kappa and in arcsin (G/G_s)^(1/2): a choice, for errors of 1e-8
+_ORDER, _STEP = 16, 0.2  # order of the series, and step of sigma over the time scale of the motion; choices
+_HALVINGS = 50  # of a step, to find its event: 2^-50 of it remain, near round-off
 _CLOSE = 1e-14  # error of a kappa, and of eps
 _DEGREE = 5  # of the splines
 
@@ -67,13 +67,14 @@ def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
     Beyond the table weight is assumed to change eps by the same factor as at its largest kappa.
     """
     k, place, stays = _place(kappa, load)
+    # eps^2 = 1 - kappa D
     squares = 1 - np.minimum(kappa, k) * np.exp(_table().loss(np.log(k), place))
-    found = np.sqrt(np.where(stays, 0.0, np.maximum(squares, 0.0)))
+    rebound = np.sqrt(np.where(stays, 0.0, np.maximum(squares, 0.0)))
     beyond = kappa > k
     return (
-        found * double.epsilon(np.sqrt(kappa)) / double.epsilon(np.sqrt(np.minimum(kappa, k)))
+        rebound * double.epsilon(np.sqrt(kappa)) / double.epsilon(np.sqrt(np.minimum(kappa, k)))
         if beyond.any()
-        else found
+        else rebound
     )
 
 
@@ -90,33 +91,38 @@ def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
     speed is eps.
     """
     rebound, pull = epsilon(kappa, load), kappa * load
+    # eps^2 = w^2 - 2 G x_c with x_c = kappa w gives w = kappa G + ((kappa G)^2 + eps^2)^(1/2).
     w = pull + np.hypot(pull, rebound)
+    # The rise x_c at the mean speed (w + eps)/2 takes 2 kappa w/(w + eps) under the load.
     return duration(kappa, load) + 2 * kappa * w / np.maximum(w + rebound, np.finfo(float).tiny)
 
 
-def kappa_from(wanted: FloatArray, load: FloatArray) -> FloatArray:
+def kappa_from(target: FloatArray, load: FloatArray) -> FloatArray:
     """Return the kappa that gives each eps at each load; 0 for an eps of 1 or more, and infinite for 0."""
     # Weight increases the loss, and D is at most 1/kappa. Between, Chandrupatla's method (1997), as in `contact`.
-    inside = np.clip(wanted, 1e-300, 1.0)
+    inside = np.clip(target, 1e-300, 1.0)
     a, b = (1 - inside**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(inside)) ** 2
-    fa, fb, t = epsilon(a, load) - wanted, epsilon(b, load) - wanted, np.full_like(b, 0.5)
+    fa, fb, t = epsilon(a, load) - target, epsilon(b, load) - target, np.full_like(b, 0.5)
     for _ in range(_HALVINGS):
+        # A new point between a and b; the root then lies between the new a and b, and c is the point given up.
         x = a + t * (b - a)
-        fx = epsilon(x, load) - wanted
+        fx = epsilon(x, load) - target
         same = (fx > 0) == (fa > 0)
         c, fc = np.where(same, (a, fa), (b, fb))
         b, fb = np.where(same, (b, fb), (a, fa))
         a, fa = x, fx
         with np.errstate(all="ignore"):
+            # The relative tolerance of a, as a share of the interval; 1/2 if the interval is as small.
             least = np.fmin(_CLOSE * a / np.abs(b - a), 0.5)
             xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            # Inverse quadratic interpolation through a, b and c, where xi and phi allow it; else bisection.
             inner = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-        found = (least == 0.5) | (np.abs(fa) <= _CLOSE)
-        if found.all():
+        converged = (least == 0.5) | (np.abs(fa) <= _CLOSE)
+        if converged.all():
             break
         part = np.clip(np.where((phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi), inner, 0.5), least, 1 - least)
-        t = np.where(found, 0.0, part)
-    return np.where(wanted <= 0, math.inf, a)
+        t = np.where(converged, 0.0, part)
+    return np.where(target <= 0, math.inf, a)
 
 
 def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
@@ -130,10 +136,12 @@ def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray,
 def _table() -> _Table:
     from scipy.interpolate import InterpolatedUnivariateSpline, RectBivariateSpline  # imported here: SciPy is optional
 
-    made = collisions_at_nodes()
-    ends = np.log(made.kappa), _places()
-    surfaces = (RectBivariateSpline(*ends, each, kx=_DEGREE, ky=_DEGREE).ev for each in (made.loss, made.duration))
-    return _Table(InterpolatedUnivariateSpline(ends[0], np.log(made.sticking), k=_DEGREE), *surfaces)
+    nodes = collisions_at_nodes()
+    ends = np.log(nodes.kappa), _places()
+    surfaces = (
+        RectBivariateSpline(*ends, values, kx=_DEGREE, ky=_DEGREE).ev for values in (nodes.loss, nodes.duration)
+    )
+    return _Table(InterpolatedUnivariateSpline(ends[0], np.log(nodes.sticking), k=_DEGREE), *surfaces)
 
 
 def _places() -> FloatArray:
@@ -148,16 +156,18 @@ def collisions_at_nodes() -> Nodes:
     kappa = np.geomspace(LEAST, 1.2 * LARGEST, _NODES[0])
     load = 0.375 * kappa ** (-6 / 11) * (1 + 0.8 * kappa) ** -2.2
     start = np.array([kappa * np.sqrt(2 * load), -2 * load * kappa, 0 * kappa, 0 * kappa])
+    # Backward to p = 0. Scaled to a speed 1 at first contact, kappa changes by v^(1/5) and G by v^(-6/5).
     speed = _motion(start, kappa, load, -1, lambda p, v, k: p)[1]
     kappa, sticking = kappa * speed**0.2, load * speed**-1.2
 
     # From first contact at each kappa and load, to the instant at which the force vanishes.
     shares = np.sin(_places()) ** 2
-    k, g = (each.ravel() for each in np.broadcast_arrays(kappa[:, None], sticking[:, None] * shares))
+    k, g = (values.ravel() for values in np.broadcast_arrays(kappa[:, None], sticking[:, None] * shares))
     start = np.array([0 * k, 0 * k + 1, 0 * k, 0 * k])
     _, v, time, lost = _motion(start, k, g, 1, lambda p, v, k: np.minimum(p, p**2 + k * v))
+    # ln D: D = L + 4/5 x_c^(5/2)/kappa, with x_c = kappa |w|
     loss = np.log(lost + 0.8 * k**1.5 * np.abs(v) ** 2.5)
-    rows = (tuple(map(tuple, each.reshape(_NODES).tolist())) for each in (loss, time))
+    rows = (tuple(map(tuple, values.reshape(_NODES).tolist())) for values in (loss, time))
     return Nodes(tuple(kappa.tolist()), tuple(sticking.tolist()), *rows)
 
 
@@ -169,22 +179,24 @@ def _motion(
     event: Callable[..., FloatArray],
 ) -> FloatArray:
     """Return p, v, t and L at the first zero of an event, a function of p, v and kappa."""
-    found = np.empty_like(state)
+    event_state = np.empty_like(state)
     step, moving = direction * _STEP / np.sqrt(1 + 2 * load + kappa), np.arange(len(kappa))
     while len(moving):
+        # A step of all bodies whose event has not occurred yet.
         series = _series(state, kappa[moving], load[moving])
         state = _sum(series, step[moving])
         ends = event(*state[:2], kappa[moving]) <= 0
         if ends.any():
-            of, part = moving[ends], series[:, :, ends]
-            low, high = np.zeros(len(of)), step[of]
+            stopped, stopped_series = moving[ends], series[:, :, ends]
+            # Bisection in the step's own series: before the zero at `low`, behind it at `high`.
+            low, high = np.zeros(len(stopped)), step[stopped]
             for _ in range(_HALVINGS):
                 middle = (low + high) / 2
-                before = event(*_sum(part[:, :2], middle), kappa[of]) > 0
+                before = event(*_sum(stopped_series[:, :2], middle), kappa[stopped]) > 0
                 low, high = np.where(before, middle, low), np.where(before, high, middle)
-            found[:, of] = _sum(part, high)
+            event_state[:, stopped] = _sum(stopped_series, high)
         state, moving = state[:, ~ends], moving[~ends]
-    return found
+    return event_state
 
 
 def _series(state: FloatArray, kappa: FloatArray, load: FloatArray) -> FloatArray:
@@ -192,6 +204,7 @@ def _series(state: FloatArray, kappa: FloatArray, load: FloatArray) -> FloatArra
     p, v, t, lost, p2, p4, loss = np.zeros((7, _ORDER + 1, len(kappa)))
     p[0], v[0], t[0], lost[0] = state
     for i in range(_ORDER):
+        # Orders i + 1 from the orders up to i: p' = v, t' = 2 p, L' = 4 p^2 v^2, v' = 2 (p (G - p^3) - kappa p^2 v).
         p2[i] = _term(p, p, i)
         p4[i], loss[i] = _term(p2, p2, i), _term(p2, v, i)
         p[i + 1], t[i + 1], lost[i + 1] = v[i] / (i + 1), 2 * p[i] / (i + 1), 4 * _term(loss, v, i) / (i + 1)
@@ -206,7 +219,8 @@ def _term(one: FloatArray, other: FloatArray, i: int) -> FloatArray:
 
 def _sum(series: FloatArray, step: FloatArray) -> FloatArray:
     """Return the values of series at a step."""
-    total = series[-1]
-    for each in series[-2::-1]:
-        total = total * step + each
-    return np.asarray(total)
+    # Horner's scheme, from the highest order down
+    value = series[-1]
+    for coefficient in series[-2::-1]:
+        value = value * step + coefficient
+    return np.asarray(value)
