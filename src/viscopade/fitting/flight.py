@@ -23,8 +23,8 @@ DRAG_COEFFICIENT = 0.47
 _POSITIVE = Accepted("a finite number > 0", lambda x: 0 < x < math.inf)
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
 _POSITIVE_OR_INFINITE = Accepted("a number > 0, or inf", lambda x: x > 0)
-_STEPS = 60
-_STEEPEST = 1.55  # g t/v_t; a rising body has no finite speed at pi/2 and more
+_STEPS = 60  # of Newton's method, at most: a choice
+_STEEPEST = 1.55  # g t/v_t; a rising body has no finite speed at pi/2 and more: a choice below it
 
 
 @dataclass(frozen=True)
@@ -72,15 +72,18 @@ class Flight:
         drag = number("drag_coefficient", drag_coefficient, _NON_NEGATIVE)
         if air >= d:
             raise ValueError(f"air_density is {air:g}: expected less than the sphere's density, {d:g}")
+        # g' = g (1 - d_air/d), and v_t^2 = 8/3 r g' d/(d_air c), at which drag balances the weight less buoyancy
         falling = g * (1 - air / d)
         return cls(falling, math.sqrt(8 / 3 * r * falling * d / (air * drag)) if air * drag else math.inf)
 
     def launch(self, duration: FloatArray) -> FloatArray:
         """Return the speeds at the starts of flights of given durations."""
+        # In vacuum u = g t/2; in air the start is faster, so this is a lower bound.
         speed = self.gravity * duration / 2
         if self.terminal_speed < math.inf:  # the duration is at most v_t/g (pi/2 + arsinh s): a lower bound of s
-            longest = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 300.0)
-            speed = np.maximum(speed, self.terminal_speed * np.sinh(longest))
+            # sinh(300) is finite in doubles; the limit is a choice.
+            least_arsinh = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 300.0)
+            speed = np.maximum(speed, self.terminal_speed * np.sinh(least_arsinh))
         for _ in range(_STEPS):  # the duration is a concave function of the speed: Newton's method rises to the root
             before, speed = speed, speed + (duration - self.duration(speed)) * self.launch_slope(speed)
             if np.all(np.abs(speed - before) <= 1e-15 * speed):
@@ -92,31 +95,37 @@ class Flight:
         if self.terminal_speed == math.inf:
             return 2 * launch / self.gravity
         s = launch / self.terminal_speed
+        # t = v_t/g (arctan s + arsinh s)
         return self.terminal_speed / self.gravity * (np.arctan(s) + np.arcsinh(s))
 
     def launch_slope(self, launch: FloatArray) -> FloatArray:
         """Return the derivative of the launch speed with respect to the duration."""
         s = launch / self.terminal_speed
+        # du/dt = g/(1/(1 + s^2) + 1/sqrt(1 + s^2))
         return self.gravity / (1 / (1 + s**2) + 1 / np.sqrt(1 + s**2))
 
     def impact(self, launch: FloatArray) -> FloatArray:
         """Return the speeds at the ends of flights that start at given speeds."""
+        # v = u/sqrt(1 + s^2)
         return launch / np.sqrt(1 + (launch / self.terminal_speed) ** 2)
 
     def impact_slope(self, launch: FloatArray) -> FloatArray:
         """Return the derivative of `impact`."""
+        # dv/du = (1 + s^2)^(-3/2)
         return np.asarray((1 + (launch / self.terminal_speed) ** 2) ** -1.5)
 
     def launch_to(self, height: FloatArray) -> FloatArray:
         """Return the speeds at the starts of flights that rise to given heights."""
         if self.terminal_speed == math.inf:
             return np.sqrt(2 * self.gravity * height)
+        # h = v_t^2/(2 g) ln(1 + s^2), so s^2 = exp(2 g h/v_t^2) - 1
         return self.terminal_speed * np.sqrt(np.expm1(self._fallen(height)))
 
     def launch_to_slope(self, height: FloatArray) -> FloatArray:
         """Return the derivative of `launch_to`."""
-        grown = np.exp(self._fallen(height))
-        return np.asarray(self.gravity * grown / self.launch_to(height))
+        # u du/dh = g exp(2 g h/v_t^2)
+        growth = np.exp(self._fallen(height))
+        return np.asarray(self.gravity * growth / self.launch_to(height))
 
     def fall(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the distance from the apex, the speed downward and the acceleration at times from the apex on.
@@ -126,10 +135,13 @@ class Flight:
         g, v = self.gravity, self.terminal_speed
         if v == math.inf:
             return g * time**2 / 2, g * time, np.full_like(time, g)
+        # In units of v_t^2/g and v_t: rising, the distance is -ln cos s, the speed tan s; falling, ln cosh s, tanh s.
+        # ln cosh s = ln(exp(s) + exp(-s)) - ln 2 does not overflow.
         s = np.maximum(g * time / v, -_STEEPEST)
         rising = np.minimum(s, 0.0)
         distance = np.where(s < 0, -np.log(np.cos(rising)), np.logaddexp(s, -s) - math.log(2))
         speed = np.where(s < 0, np.tan(rising), np.tanh(s))
+        # a = g (1 - v |v|/v_t^2)
         return v * v / g * distance, v * speed, g * (1 - speed * np.abs(speed))
 
     def _fallen(self, height: FloatArray) -> FloatArray:
