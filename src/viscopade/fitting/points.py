@@ -24,11 +24,12 @@ if TYPE_CHECKING:
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
+# Limits of standard errors of eps; both are choices.
 _SIGMA = Accepted("a number from 1e-10 to 1000", lambda x: (x >= 1e-10) & (x <= 1000))
 _SIGMA_OR_0 = Accepted("0, or a number from 1e-10 to 1000", lambda x: (x == 0) | ((x >= 1e-10) & (x <= 1000)))
 _FINITE = Accepted("a finite number", np.isfinite)
-_SPAN = 0.01  # of ln v
-_ABOVE = 5.0  # standard errors by which a measured eps may be above 1
+_SPAN = 0.01  # of ln v: one per cent of speed, in which all laws are straight lines
+_ABOVE = 5.0  # standard errors by which a measured eps may be above 1: a choice
 _LARGEST = 2.0  # measured eps if it scatters; a larger one is a percentage without its unit
 
 
@@ -91,6 +92,7 @@ class Points:
     @property
     def resolution(self) -> float:
         """Smallest difference between two unequal eps: one unit in the last digit of rounded data."""
+        # Steps below 1e-12 are round-off.
         steps = np.diff(np.sort(self.epsilon))
         return float(steps[steps > 1e-12].min(initial=1.0)) if (steps > 1e-12).any() else 0.0
 
@@ -140,36 +142,39 @@ class Points:
         require("Points.measured", "scipy")
         from scipy import sparse  # imported here, so that `import viscopade` needs no SciPy
 
-        given = {"speed": speed, "epsilon": epsilon, "sigma_epsilon": 0.0 if sigma_epsilon is None else sigma_epsilon}
-        given |= {"sigma_speed": sigma_speed, "contact_time": 1.0 if contact_time is None else contact_time}
-        _require_one_index(given)
-        plain = [without_unit(name, values) for name, values in given.items()]
+        # Columns that are not there have values that pass all checks.
+        columns = {"speed": speed, "epsilon": epsilon, "sigma_epsilon": 0.0 if sigma_epsilon is None else sigma_epsilon}
+        columns |= {"sigma_speed": sigma_speed, "contact_time": 1.0 if contact_time is None else contact_time}
+        _require_one_index(columns)
+        plain = [without_unit(name, values) for name, values in columns.items()]
         shapes = [np.shape(values) for values in plain]
         if len(shapes[0]) != 1 or shapes[0] != shapes[1]:
             raise ValueError(f"speed and epsilon have the shapes {shapes[0]} and {shapes[1]}: expected one length")
-        for name, shape in zip(given, shapes, strict=True):
+        for name, shape in zip(columns, shapes, strict=True):
             if shape not in ((), shapes[0]):
                 raise ValueError(f"{name} has the shape {shape}: expected one number, or {shapes[0][0]}")
+        # A point with a masked number in any column is left out.
         data, hidden = unmasked(plain)
         shown = np.ones(shapes[0], dtype=bool) if hidden is None else ~hidden
-        known = sigma_epsilon is not None and not scatter
-        accepted = (_POSITIVE, _FINITE, _SIGMA if known else _SIGMA_OR_0, _NON_NEGATIVE, _POSITIVE)
-        v, e, of_e, of_v, times = (
+        complete = sigma_epsilon is not None and not scatter
+        accepted = (_POSITIVE, _FINITE, _SIGMA if complete else _SIGMA_OR_0, _NON_NEGATIVE, _POSITIVE)
+        v, e, sigma_e, sigma_v, times = (
             array(name, np.broadcast_to(values, shapes[0])[shown], test)
-            for name, values, test in zip(given, data, accepted, strict=True)
+            for name, values, test in zip(columns, data, accepted, strict=True)
         )
         names = tuple(labels) or tuple(f"point {i}" for i in range(1, len(shown) + 1))
         if len(names) != len(shown):
             raise ValueError(f"there are {len(names)} labels: expected {len(shown)}, one for each point")
+        # Columns of the Jacobian matrices: the errors of all speeds, then those of all eps.
         zero = sparse.csr_array((len(v), len(v)))
         return cls(
             v,
             e,
-            sparse.hstack([zero, sparse.diags_array(of_v)], format="csr"),
-            sparse.hstack([sparse.diags_array(of_e), zero], format="csr"),
+            sparse.hstack([zero, sparse.diags_array(sigma_v)], format="csr"),
+            sparse.hstack([sparse.diags_array(sigma_e), zero], format="csr"),
             tuple(name for name, kept in zip(names, shown, strict=True) if kept),
             None if contact_time is None else times,
-            known,
+            complete,
             masked=int(np.count_nonzero(~shown)),
         )
 
@@ -181,17 +186,21 @@ class Points:
         """
         from scipy import sparse
 
+        # A new group begins after every n/number points, and where ln v enters another interval of the width _SPAN.
         order = np.argsort(self.speed, kind="stable")
         place = np.arange(len(order)) * number // len(order)
         bins = np.floor(np.log(self.speed[order]) / _SPAN)
         starts = np.flatnonzero(np.concatenate([[True], (np.diff(place) != 0) | (np.diff(bins) != 0)]))
+        # weights 1/sigma_i^2, or 1 if eps scatters
         weights = (1 / self.standard_errors**2 if self.known else np.ones(len(order)))[order]
         total = np.add.reduceat(weights, starts)
 
         def mean(values: FloatArray) -> FloatArray:
+            # sum w x/sum w
             return np.asarray(np.add.reduceat(values[order] * weights, starts) / total)
 
         def error(matrix: sparse.csr_array) -> sparse.csr_array:
+            # sigma^2 of a mean = sum w^2 sigma_i^2/(sum w)^2
             squares = np.asarray(matrix.multiply(matrix).sum(axis=1))[order]
             return sparse.csr_array(sparse.diags_array(np.sqrt(np.add.reduceat(squares * weights**2, starts)) / total))
 
@@ -243,9 +252,9 @@ class Points:
         )
 
 
-def _require_one_index(given: dict[str, Any]) -> None:
+def _require_one_index(columns: dict[str, Any]) -> None:
     """Raise ValueError if pandas columns have different indices, because points are made from rows by position."""
-    indices = {name: values.index for name, values in given.items() if hasattr(values, "iloc")}
+    indices = {name: values.index for name, values in columns.items() if hasattr(values, "iloc")}
     for name, index in indices.items():
         first = next(iter(indices))
         if not index.equals(indices[first]):
