@@ -22,21 +22,23 @@ MOST_INSTANTS = 20_000
 
 _FINITE = Accepted("a finite number", np.isfinite)
 _ERRORS = Accepted("a number >= 0", lambda x: x >= 0)
-_ROUNDS = 8  # of iteration: speeds give contact times, which change the speeds
-_SETTLED = 1e-12  # relative change of a speed or a contact time that ends an iteration
+_ROUNDS = 8  # of iteration, a choice: speeds give contact times, which change the speeds
+_SETTLED = 1e-12  # relative change of a speed or a contact time that ends an iteration: a choice, above round-off
 _LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
 
 HEARING = 1e-3
 """Standard error in seconds that `heard` assumes for instants."""
+# Costs are squares of deviations in standard errors, as chi^2 is.
 _LOST = 16.0  # cost of an echo, and of a bounce that was not heard: four standard errors
-_UNLIKE = 35.0  # cost of two flights of different drops
-_DISTINCT = 9.0  # a sound is ambiguous if the costs of two of its roles differ by less
-_VARIATION = 0.04  # of eps from bounce to bounce, relative
-_LOSS, _LIKE = 0.05, 0.3  # of 1 - eps: a loss that counts, and the ratio of later losses to the first one
-_RISE = 3.0  # standard errors by which a rebound may be higher than the height before it
+_UNLIKE = 35.0  # cost of two flights of different drops: a choice, above the 32 of an echo and a missed bounce
+_DISTINCT = 9.0  # a sound is ambiguous if the costs of two of its roles differ by less: a choice
+_VARIATION = 0.04  # of eps from bounce to bounce, relative: a choice
+_LOSS, _LIKE = 0.05, 0.3  # of 1 - eps: a loss that counts, and the ratio of later losses to the first one; choices
+_RISE = 3.0  # standard errors by which a rebound may be higher than the height before it: a choice
+# Spans between bounces get shorter; the three limits are choices.
 # Fewer spans, of a larger relative range, or that shorten by more than this each, are not those of a recording.
 _FEWEST_SPANS, _RANGE_OF_SPANS, _CHANGE_OF_SPANS = 5, 0.4, 1e-3
-_RATIOS = np.exp(np.arange(math.log(0.1), 1e-9, 0.01))  # of successive flights
+_RATIOS = np.exp(np.arange(math.log(0.1), 1e-9, 0.01))  # T_2/T_1, in steps of 1 %
 # Kinds of intervals between bounces: one flight, one with an echo, two flights (a bounce was not heard), both.
 _STEP, _MISSED = np.array([1, 2, 1, 2]), np.array([[False], [False], [True], [True]])
 _COST = np.array([[0.0], [_LOST], [_LOST], [2 * _LOST]])
@@ -74,38 +76,51 @@ def heard(instants: FloatArray, sigma: float = HEARING) -> tuple[list[list[int]]
     n, r = len(instants), _RATIOS
     if n < 3:
         return [], []
+    # Before the first sound and after the last one there are none: there, costs are NaN, which fmin and nanmin skip.
     padded = np.concatenate([[math.nan] * 2, instants, [math.nan] * 2])
-    last, first = (np.where(_MISSED, part / (1 + r), 1.0) for part in (r, np.ones_like(r)))
+    # An interval with a missed bounce has the flights T and r T: the last is r/(1 + r) of it, the first 1/(1 + r).
+    last_share, first_share = (np.where(_MISSED, part / (1 + r), 1.0) for part in (r, np.ones_like(r)))
     kinds = np.arange(4)
 
-    def of_pairs(j: int) -> FloatArray:
+    def pair_costs(j: int) -> FloatArray:
         """Return the costs at sound j by the kind of interval before it, the kind after it, and r."""
-        before = 1 / ((padded[j + 2] - padded[j + 2 - _STEP])[:, None] * last)[:, None]
-        after = 1 / ((padded[j + 2 + _STEP] - padded[j + 2])[:, None] * first)
+        # 1/T_1 and 1/T_2, of the flights next to the sound
+        rate_before = 1 / ((padded[j + 2] - padded[j + 2 - _STEP])[:, None] * last_share)[:, None]
+        rate_after = 1 / ((padded[j + 2 + _STEP] - padded[j + 2])[:, None] * first_share)
         with np.errstate(over="ignore"):
-            errors = (
+            # s^2 = 0.04^2 + sigma^2 (1/T_1^2 + 1/T_2^2 + (1/T_1 + 1/T_2)^2)
+            variance = (
                 _VARIATION**2
-                + np.square(sigma * before)
-                + np.square(sigma * after)
-                + np.square(sigma * (before + after))
+                + np.square(sigma * rate_before)
+                + np.square(sigma * rate_after)
+                + np.square(sigma * (rate_before + rate_after))
             )
-        return np.asarray(np.log(before / (after * r)) ** 2 / errors)
+        # (ln(T_2/(r T_1))/s)^2
+        return np.asarray(np.log(rate_before / (rate_after * r)) ** 2 / variance)
 
-    until = np.full((n + 2, 4, len(r)), math.inf)  # least cost up to a sound, by the kind of interval before it
-    until[_STEP, kinds] = _COST
+    # Forward: the least cost of all sounds before, if the sound is a bounce.
+    cost_to = np.full((n + 2, 4, len(r)), math.inf)  # least cost up to a sound, by the kind of interval before it
+    cost_to[_STEP, kinds] = _COST
     for j in range(1, n - 1):
-        least = (until[j][:, None] + np.fmin(of_pairs(j), _UNLIKE)).min(axis=0) + _COST
-        until[j + _STEP, kinds] = np.minimum(until[j + _STEP, kinds], least)
-    since = np.full((2, 4, len(r)), math.inf)  # least cost from the next sound and the one after it, by the same
-    since[0] = 0.0
+        least = (cost_to[j][:, None] + np.fmin(pair_costs(j), _UNLIKE)).min(axis=0) + _COST
+        cost_to[j + _STEP, kinds] = np.minimum(cost_to[j + _STEP, kinds], least)
+    # Backward: the same from the last sound on. Both together are the least cost of a reading with a role of the sound.
+    cost_from = np.full((2, 4, len(r)), math.inf)  # least cost from the next sound and the one after it, by the same
+    cost_from[0] = 0.0
     roles = []
     for j in range(n - 2, 0, -1):
-        pairs, rest = of_pairs(j), _COST + since[_STEP - 1, kinds]
-        both = until[j][:, None] + rest
-        echo = (until[j + 1] + since[0])[_STEP == 2]
-        costs = [*np.nanmin(both + pairs, axis=2, initial=math.inf).ravel(), echo.min(), both.min() + _UNLIKE]
+        pairs, rest = pair_costs(j), _COST + cost_from[_STEP - 1, kinds]
+        # As a bounce, it costs what is before, the pair of flights, and what is after; or 35 instead of the pair.
+        bounce_costs = cost_to[j][:, None] + rest
+        # As an echo, it lies in an interval of two steps, between the sounds next to it.
+        echo_costs = (cost_to[j + 1] + cost_from[0])[_STEP == 2]
+        costs = [
+            *np.nanmin(bounce_costs + pairs, axis=2, initial=math.inf).ravel(),
+            echo_costs.min(),
+            bounce_costs.min() + _UNLIKE,
+        ]
         roles.append(np.array(costs))
-        since = np.array([(np.fmin(pairs, _UNLIKE) + rest).min(axis=1), since[0]])
+        cost_from = np.array([(np.fmin(pairs, _UNLIKE) + rest).min(axis=1), cost_from[0]])
     return _runs(roles[::-1])
 
 
@@ -176,8 +191,8 @@ def of_times(
     """
     parts = []
     contact = contact_time if isinstance(contact_time, Pair) else number("contact_time", contact_time, _ERRORS)
-    for i, (given, labels) in enumerate(drops):
-        instants = array("instants", given, _FINITE)
+    for i, (drop_instants, labels) in enumerate(drops):
+        instants = array("instants", drop_instants, _FINITE)
         require_ascending(instants, labels)
         if len(instants) > 2:
             measured = array("contact_time", durations[i], _ERRORS) if len(durations) else None
@@ -241,6 +256,7 @@ def evenly_spaced(times: FloatArray, digit: float = 0.0) -> bool:
     spans, half = np.diff(times), (len(times) - 1) // 2
     if len(spans) < _FEWEST_SPANS or not np.ptp(spans) <= _RANGE_OF_SPANS * abs(spans.mean()):
         return False
+    # First half and second half of the recording: the mean spans of a fixed rate are equal, up to their last digit.
     change = abs(float(spans[half:].mean() / spans[:half].mean()) - 1)
     return change <= _CHANGE_OF_SPANS * half + 2 * digit / half / float(spans.mean())
 
@@ -257,6 +273,7 @@ def _of_drop(
     spans = np.diff(instants)
     contact = contact_time if durations is None else durations[:-1]
     contacts = np.zeros_like(spans) + (0.0 if isinstance(contact, Pair) else contact)
+    # Speeds give contact times, which shorten the flights and so change the speeds: iterate.
     for _ in range(1 if isinstance(contact, float) else _ROUNDS):
         if (short := contacts >= spans).any():
             k = int(np.argmax(short))
@@ -265,12 +282,14 @@ def _of_drop(
             )
         launch = flight.launch(spans - contacts)
         speed = flight.impact(launch[:-1])
+        # The body launched after a contact lands at `impact`: eps is the next launch over this.
         epsilon = np.clip(launch[1:] / speed, LEAST_EPSILON, 1.0)
+        # Only bounces with a flight on both sides have an eps; the first speed comes from the law.
         if not isinstance(contact, float):
-            known = contact if durations is None else durations[1:-1]
-            of_weight = weight_speed(known, flight.gravity, speed, epsilon)
-            speed = np.append(_first_speed(launch[0], speed, epsilon, of_weight), speed)
-            before, contacts = contacts, lasting(contact, speed, launch / speed, of_weight)
+            inner_contact = contact if durations is None else durations[1:-1]
+            unit_load_speed = weight_speed(inner_contact, flight.gravity, speed, epsilon)
+            speed = np.append(_first_speed(launch[0], speed, epsilon, unit_load_speed), speed)
+            before, contacts = contacts, lasting(contact, speed, launch / speed, unit_load_speed)
             if np.all(np.abs(contacts - before) <= _SETTLED * contacts):
                 break
     # A late instant lengthens the flight before, and shortens the one after, unless the end of contact was measured.
@@ -278,17 +297,17 @@ def _of_drop(
         sparse.diags_array([sign], offsets=[k], shape=(len(spans), len(instants))) @ _rows(sigma)
         for sign, k in ((1.0, 1), (-1.0, 0))
     )
-    of_span = ends if of_flights else ends + starts if durations is None else sparse.hstack([ends, starts])
-    made = _points(flight, launch, _rows(flight.launch_slope(launch)) @ of_span, labels[1:-1])
+    span_errors = ends if of_flights else ends + starts if durations is None else sparse.hstack([ends, starts])
+    made = _points(flight, launch, _rows(flight.launch_slope(launch)) @ span_errors, labels[1:-1])
     return made if durations is None else replace(made, contact_time=durations[1:-1])
 
 
-def _first_speed(launch: float, speed: FloatArray, epsilon: FloatArray, of_weight: float) -> float:
+def _first_speed(launch: float, speed: FloatArray, epsilon: FloatArray, unit_load_speed: float) -> float:
     """Return the impact speed of a drop's first bounce, by the law, from the speed after it and the other bounces."""
-    beta = np.median(weight_table.kappa_from(epsilon, weight_table.load_at(speed, of_weight)) * speed**-0.2)
+    beta = np.median(weight_table.kappa_from(epsilon, weight_table.load_at(speed, unit_load_speed)) * speed**-0.2)
     first = np.array(launch)
     for _ in range(_LAW_ROUNDS):
-        rebound = weight_table.epsilon(beta * first**0.2, weight_table.load_at(first, of_weight))
+        rebound = weight_table.epsilon(beta * first**0.2, weight_table.load_at(first, unit_load_speed))
         before, first = first, launch / np.maximum(rebound, LEAST_EPSILON)
         if abs(first - before) <= _SETTLED * first:
             break
@@ -308,8 +327,8 @@ def of_heights(
     """
     contact = contact_time if isinstance(contact_time, Pair) else number("contact_time", contact_time, _ERRORS)
     parts = []
-    for i, (given, labels) in enumerate(drops):
-        heights = array("heights", given, _FINITE)
+    for i, (drop_heights, labels) in enumerate(drops):
+        heights = array("heights", drop_heights, _FINITE)
         if (low := heights <= 0).any():
             k = int(np.argmax(low))
             raise ValueError(f"{labels[k]}: the height is {heights[k]:g}: expected a number > 0")
@@ -325,8 +344,9 @@ def of_heights(
 
 def _weighted(points: Points, contact: ContactTime, flight: Flight) -> Points:
     """Return the points with the load of the body's weight during contacts."""
-    known = contact if points.contact_time is None else points.contact_time
-    return replace(points, weight_speed=weight_speed(known, flight.gravity, points.speed, points.epsilon))
+    # The scale v_G of the load comes from measured durations of contact, if there are any.
+    contact_or_times = contact if points.contact_time is None else points.contact_time
+    return replace(points, weight_speed=weight_speed(contact_or_times, flight.gravity, points.speed, points.epsilon))
 
 
 def of_speeds(
@@ -339,27 +359,31 @@ def of_speeds(
 ) -> Points:
     """Return the points of collisions from the speeds before and after, with their standard errors."""
     epsilon = after / speed
-    errors, errors_after = (_rows(np.broadcast_to(each, speed.shape)) for each in (sigma, sigma_after))
-    of_epsilon = sparse.hstack([_rows(-epsilon / speed) @ errors, _rows(1 / speed) @ errors_after], format="csr")
-    of_speed = sparse.hstack([errors, errors * 0], format="csr")
-    return Points(speed, epsilon, sparse.csr_array(of_speed), sparse.csr_array(of_epsilon), tuple(labels))
+    errors, errors_after = (
+        _rows(np.broadcast_to(standard_error, speed.shape)) for standard_error in (sigma, sigma_after)
+    )
+    # d eps = d v_after/v - eps d v/v
+    epsilon_errors = sparse.hstack([_rows(-epsilon / speed) @ errors, _rows(1 / speed) @ errors_after], format="csr")
+    speed_errors = sparse.hstack([errors, errors * 0], format="csr")
+    return Points(speed, epsilon, sparse.csr_array(speed_errors), sparse.csr_array(epsilon_errors), tuple(labels))
 
 
 def _errors(sigma: float | Sequence[FloatArray], drop: int, values: FloatArray, unit: str) -> FloatArray:
     """Return the standard error of each value in a drop."""
-    given = sigma if isinstance(sigma, list | tuple) else without_unit("sigma", sigma, unit)
-    of_drop = given[drop] if isinstance(given, Sequence) or np.ndim(given) else given
-    return np.broadcast_to(array("sigma", without_unit("sigma", of_drop, unit), _ERRORS), values.shape)
+    sigmas = sigma if isinstance(sigma, list | tuple) else without_unit("sigma", sigma, unit)
+    drop_sigma = sigmas[drop] if isinstance(sigmas, Sequence) or np.ndim(sigmas) else sigmas
+    return np.broadcast_to(array("sigma", without_unit("sigma", drop_sigma, unit), _ERRORS), values.shape)
 
 
-def _points(flight: Flight, launch: FloatArray, of_launch: sparse.sparray, labels: Sequence[str]) -> Points:
+def _points(flight: Flight, launch: FloatArray, launch_errors: sparse.sparray, labels: Sequence[str]) -> Points:
     """Return the points of successive flights from their launch speeds and the errors of these."""
     speed = flight.impact(launch[:-1])
     epsilon = launch[1:] / speed
-    of_launch = sparse.csr_array(of_launch)
-    of_speed = _rows(flight.impact_slope(launch[:-1])) @ of_launch[:-1]
-    of_epsilon = _rows(1 / speed) @ (of_launch[1:] - _rows(epsilon) @ of_speed)
-    return Points(speed, epsilon, sparse.csr_array(of_speed), sparse.csr_array(of_epsilon), tuple(labels))
+    launch_errors = sparse.csr_array(launch_errors)
+    # d v = (dv/du) d u of the flight before, d eps = (d u_after - eps d v)/v
+    speed_errors = _rows(flight.impact_slope(launch[:-1])) @ launch_errors[:-1]
+    epsilon_errors = _rows(1 / speed) @ (launch_errors[1:] - _rows(epsilon) @ speed_errors)
+    return Points(speed, epsilon, sparse.csr_array(speed_errors), sparse.csr_array(epsilon_errors), tuple(labels))
 
 
 def _rows(values: FloatArray) -> sparse.sparray:
@@ -369,8 +393,9 @@ def _rows(values: FloatArray) -> sparse.sparray:
 
 def together(parts: Sequence[Points]) -> Points:
     """Return the points of several tables or drops, whose errors are independent."""
-    known = {part.known for part in parts}
-    if len(known) > 1:
+    # Either all tables have complete errors, or none: the fit has one scatter.
+    completeness = {part.known for part in parts}
+    if len(completeness) > 1:
         raise ValueError("only some tables have a column sigma_epsilon: expected all or none of them, or --scatter")
     times = [part.contact_time for part in parts if part.contact_time is not None]
     return Points(
@@ -380,7 +405,7 @@ def together(parts: Sequence[Points]) -> Points:
         sparse.block_diag([part.epsilon_errors for part in parts], format="csr"),
         tuple(label for part in parts for label in part.labels),
         np.concatenate(times) if len(times) == len(parts) else None,
-        known.pop(),
+        completeness.pop(),
         masked=sum(part.masked for part in parts),
         weight_speed=math.prod(part.weight_speed ** (len(part) / sum(map(len, parts))) for part in parts),
     )
