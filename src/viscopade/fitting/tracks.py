@@ -29,16 +29,19 @@ FEWEST = 5
 """Smallest number of frames of a flight."""
 
 _FINITE = Accepted("a finite number", np.isfinite)
-_ROUNDS, _CLOSE = 6, 1e-7  # number of Newton steps, and the relative size of the last one
-_OFF = 5.0  # standard errors: a frame farther off belongs to no free flight
-_CURVED = 5.0  # standard errors of the acceleration of a body that falls, and is not held
-_SAME = 3.0, 0.15  # standard errors, and relative difference, of accelerations that flights share
-_DIFFERENT = 3.0  # standard errors by which the acceleration differs from g because of a wrong unit
-_CLEAR = 8.0, 0.01  # least rise after a contact, in standard errors and as a fraction of the range of positions
-_GAP = 3.5, 0.1  # frames, and part of a flight, that lie between two flights and belong to a contact
-_JITTER = 0.1  # of the time from frame to frame, besides its last digit
+_ROUNDS, _CLOSE = 6, 1e-7  # number of Newton steps, and the relative size of the last one: choices
+_OFF = 5.0  # standard errors: a frame farther off belongs to no free flight; a choice
+_CURVED = 5.0  # standard errors of the acceleration of a body that falls, and is not held; a choice
+_SAME = 3.0, 0.15  # standard errors, and relative difference, of accelerations that flights share; choices
+_DIFFERENT = 3.0  # standard errors by which the acceleration differs from g because of a wrong unit; a choice
+_CLEAR = (
+    8.0,
+    0.01,
+)  # least rise after a contact, in standard errors and as a fraction of the range of positions; choices
+_GAP = 3.5, 0.1  # frames, and part of a flight, that lie between two flights and belong to a contact; choices
+_JITTER = 0.1  # of the time from frame to frame, besides its last digit; a choice
 _USUAL_EPSILON = 0.8  # a guess; contact times hardly depend on it
-_MOVING = 0.1  # of large displacements in three frames: smaller ones are those of a body that is held
+_MOVING = 0.1  # of large displacements in three frames: smaller ones are those of a body that is held; a choice
 _QUANTILE, _OF_NORMAL = 0.3, 0.3853  # of third differences, most of which lie in flights; that of |z| for a normal z
 
 
@@ -77,12 +80,13 @@ class Track:
 
     def warning(self, gravity: float, length: float, rate: float | None) -> str:
         """Return a warning that the acceleration is not g, for positions in units of a length, at a frame rate."""
+        # The positions are too small by g/a; or the frames come faster by its root, because a ~ length/time^2.
         ratio = gravity / self.acceleration
         frames = f", or --rate {rate * math.sqrt(ratio):.4g}," if rate else ""
-        found = f"{uncertain(self.acceleration, self.standard_error)} m/s^2, not {gravity:.4g}"
+        measured = f"{uncertain(self.acceleration, self.standard_error)} m/s^2, not {gravity:.4g}"
         scale = f"--length-per-unit '{1000 * length * ratio:.3g} mm'{frames} gives this"
         return (
-            f"the flights accelerate with {found}: {scale}; "
+            f"the flights accelerate with {measured}: {scale}; "
             "eps is fitted with their own acceleration, but the speeds are wrong if gravity is right"
         )
 
@@ -101,6 +105,7 @@ class _Parabola:
     @classmethod
     def fitted(cls, time: FloatArray, height: FloatArray, frames: slice) -> _Parabola:
         """Fit a parabola to frames."""
+        # Least squares in powers of t - m, 1 to t^2: the pseudoinverse P gives c = P y, and its covariance is P P^T.
         t = time[frames] - time[frames].mean()
         powers = np.vander(t, 3, increasing=True)
         inverse = np.linalg.pinv(powers)
@@ -112,6 +117,7 @@ class _Parabola:
     def obeyed(self, time: FloatArray, height: FloatArray, noise: float) -> FloatArray:
         """Return whether frames obey it."""
         powers = np.vander(time - self.middle, 3, increasing=True)
+        # The variance of a frame outside the fit: 1 of the frame, and that of the parabola.
         variance = 1 + np.einsum("ki,ij,kj->k", powers, self.covariance, powers)
         return np.asarray(np.abs(height - powers @ self.c) <= _OFF * noise * np.sqrt(variance))
 
@@ -123,6 +129,7 @@ class _Parabola:
     @property
     def acceleration(self) -> float:
         """Its second derivative."""
+        # h'' = 2 c_2
         return float(2 * self.c[2])
 
     @property
@@ -142,6 +149,7 @@ class _Curve:
 
     def residuals(self, time: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the residuals at times, and the variances that frames outside the fit have for errors of 1."""
+        # r = y - (h - D(t - a)); the curve's derivatives are D' with respect to a, and 1 to h
         distance, speed, _ = self.flight.fall(time - self.apex[0])
         slopes = np.stack([speed, np.ones_like(speed)])
         return height - self.apex[1] + distance, 1 + np.einsum("ik,ij,jk->k", slopes, self.covariance, slopes)
@@ -237,21 +245,22 @@ def of_track(
     instants = _lows(time, height, runs)
     for fewest in (FEWEST - 2, FEWEST):
         scaled = replace(flight, gravity=scale * flight.gravity, terminal_speed=scale * flight.terminal_speed)
-        curves, of_weight = _curves(time, height, scaled, runs, instants, noise, contact_time, fewest)
+        curves, unit_load_speed = _curves(time, height, scaled, runs, instants, noise, contact_time, fewest)
         if not any(curves):
             raise TooFew(f"the track has no free flight of {FEWEST} frames or more")
         pairs = []
         for k, (before, after) in enumerate(pairwise(curves)):
             meet = before and after and _follows(time, before.frames, after.frames)
             if before and after and meet and before.apex[0] < instants[k] < after.apex[0]:
-                found = _collision(before, after, instants[k], contact_time, of_weight)
-                if abs(found.time - instants[k]) <= 2 * frame and found.epsilon > 0:
-                    pairs.append((k, found))
-                    instants[k] = found.time
+                contact = _collision(before, after, instants[k], contact_time, unit_load_speed)
+                if abs(contact.time - instants[k]) <= 2 * frame and contact.epsilon > 0:
+                    pairs.append((k, contact))
+                    instants[k] = contact.time
         flights, error = _accelerations([curve for curve in curves if curve], time, height, labels)
-        weights, each = np.array([[f.standard_error**-2, f.acceleration] for f in flights]).T
-        mean = float(weights @ each / weights.sum())
-        spread = float(weights @ (each - mean) ** 2) / max(len(each) - 1, 1)
+        # The weighted mean of accelerations; its error grows if they scatter more than their errors.
+        weights, accelerations = np.array([[f.standard_error**-2, f.acceleration] for f in flights]).T
+        mean = float(weights @ accelerations / weights.sum())
+        spread = float(weights @ (accelerations - mean) ** 2) / max(len(accelerations) - 1, 1)
         mean_error = math.sqrt(max(spread, 1.0) / float(weights.sum()))
         agrees = abs(mean - flight.gravity) <= _DIFFERENT * mean_error
         scale = 1.0 if agrees else mean / flight.gravity
@@ -266,26 +275,30 @@ def of_track(
 
     # The errors of both curves, by their parameters, give those of the speed and of eps; a measured acceleration has an
     # error, too, which g has not.
-    moved = 1.0 if agrees else 1 + mean_error / mean
-    other = replace(scaled, gravity=moved * scaled.gravity, terminal_speed=moved * scaled.terminal_speed)
+    gravity_ratio = 1.0 if agrees else 1 + mean_error / mean
+    other = replace(
+        scaled, gravity=gravity_ratio * scaled.gravity, terminal_speed=gravity_ratio * scaled.terminal_speed
+    )
     slopes, changes = np.empty((2, len(pairs), 2, 2)), np.empty((2, len(pairs)))
     for i, (k, contact) in enumerate(pairs):
         both = [curve for curve in curves[k : k + 2] if curve]
         for j, curve in enumerate(both):
             slopes[:, i, j] = contact.slopes[:, j] @ np.linalg.cholesky(curve.covariance) * error
         before, after = (_fitted(time, height, other, curve.frames, curve) for curve in both)
-        again = _collision(before, after, contact.time, contact_time, of_weight)
-        changes[:, i] = (again.speed - contact.speed, again.epsilon - contact.epsilon) if moved > 1 else 0.0
+        again = _collision(before, after, contact.time, contact_time, unit_load_speed)
+        changes[:, i] = (again.speed - contact.speed, again.epsilon - contact.epsilon) if gravity_ratio > 1 else 0.0
     columns = np.array([[2 * k, 2 * k + 1, 2 * k + 2, 2 * k + 3] for k, _ in pairs])
     rows, shape = np.repeat(np.arange(len(pairs)), 4), (len(pairs), 2 * len(curves))
     speed_errors, epsilon_errors = (
-        sparse.hstack([sparse.csr_array((each.ravel(), (rows, columns.ravel())), shape), sparse.diags_array(change)])
-        for each, change in zip(slopes, changes, strict=True)
+        sparse.hstack(
+            [sparse.csr_array((derivatives.ravel(), (rows, columns.ravel())), shape), sparse.diags_array(change)]
+        )
+        for derivatives, change in zip(slopes, changes, strict=True)
     )
     speed, epsilon, instant = np.array([[contact.speed, contact.epsilon, contact.time] for _, contact in pairs]).T
-    names = tuple(labels[int(np.argmin(np.abs(time - each)))] for each in instant)
+    names = tuple(labels[int(np.argmin(np.abs(time - t)))] for t in instant)
     errors = (sparse.csr_array(speed_errors), sparse.csr_array(epsilon_errors))
-    points = Points(speed, epsilon, *errors, names, weight_speed=of_weight)
+    points = Points(speed, epsilon, *errors, names, weight_speed=unit_load_speed)
     return Track(points, tuple(flights), tuple(left_out), mean, mean_error, agrees)
 
 
@@ -295,6 +308,7 @@ def _noise(position: FloatArray) -> float:
     A body that is held may be seen more sharply, so only frames in which it moves count. Differences across a contact
     are large: a low quantile leaves them out.
     """
+    # A third difference of errors sigma has the variance (1 + 9 + 9 + 1) sigma^2.
     third, moved = np.abs(np.diff(position, 3)), np.abs(position[3:] - position[:-3])
     moving = third[moved > _MOVING * np.quantile(moved, 0.9)]
     noise = float(np.quantile(moving if len(moving) else third, _QUANTILE)) / _OF_NORMAL / math.sqrt(20)
@@ -361,15 +375,15 @@ def _flights(time: FloatArray, height: FloatArray, runs: Sequence[_Parabola], no
 
 def _inner(runs: Sequence[_Parabola]) -> list[slice]:
     """Return the frames of runs that are far from contacts."""
-    lengths = [each.frames.stop - each.frames.start for each in runs]
+    lengths = [run.frames.stop - run.frames.start for run in runs]
     cut = [length // 4 if length >= 2 * FEWEST else int(length > FEWEST) for length in lengths]
-    return [slice(each.frames.start + n, each.frames.stop - n) for each, n in zip(runs, cut, strict=True)]
+    return [slice(run.frames.start + n, run.frames.stop - n) for run, n in zip(runs, cut, strict=True)]
 
 
 def _lows(time: FloatArray, height: FloatArray, runs: Sequence[_Parabola]) -> list[float]:
     """Return the instants of the lowest frames between successive runs."""
     between = [slice(one.stop - 1, max(two.start, one.stop) + 1) for one, two in pairwise(_inner(runs))]
-    return [float(time[each.start + int(np.argmin(height[each]))]) for each in between]
+    return [float(time[gap.start + int(np.argmin(height[gap]))]) for gap in between]
 
 
 def _curves(
@@ -383,10 +397,10 @@ def _curves(
     fewest: int,
 ) -> tuple[list[_Curve | None], float]:
     """Return the curve of each flight, None if it has too few frames, and the speed at which the load is 1."""
-    fast = np.array([abs(each.slope(instant)[0]) for each, instant in zip(runs, instants, strict=False)])
+    fast = np.array([abs(run.slope(instant)[0]) for run, instant in zip(runs, instants, strict=False)])
     usual = np.full(len(fast), _USUAL_EPSILON)
-    of_weight = weight_speed(contact_time, flight.gravity, fast, usual) if len(fast) else 0.0
-    last = lasting(contact_time, fast, usual, of_weight)
+    unit_load_speed = weight_speed(contact_time, flight.gravity, fast, usual) if len(fast) else 0.0
+    last = lasting(contact_time, fast, usual, unit_load_speed)
     begin = [0, *np.searchsorted(time, instants + last, side="right").tolist()]
     end = [*np.searchsorted(time, instants - last).tolist(), len(time)]
     curves: list[_Curve | None] = []
@@ -397,7 +411,7 @@ def _curves(
         if not follows:
             curve = _grown(time, height, flight, part, max(part.start, low), high, noise)
         curves.append(curve if curve and curve.frames.stop - curve.frames.start >= fewest else None)
-    return curves, of_weight
+    return curves, unit_load_speed
 
 
 def _grown(
@@ -425,6 +439,7 @@ def _fitted(time: FloatArray, height: FloatArray, flight: Flight, frames: slice,
         apex = near.apex
     else:
         middle = t.mean()
+        # y + g t^2/2 is a straight line; its slope over g is the time from the middle to the apex.
         slope = np.polynomial.polynomial.polyfit(t - middle, y + flight.gravity * (t - middle) ** 2 / 2, 1)[1]
         apex = np.array([middle + slope / flight.gravity, y.max()])
     for _ in range(_ROUNDS):
@@ -442,10 +457,11 @@ def _accelerations(
     curves: Sequence[_Curve], time: FloatArray, height: FloatArray, labels: Sequence[str]
 ) -> tuple[list[FreeFlight], float]:
     """Return the acceleration of each flight, fitted to its own frames, and the standard error of positions."""
-    found, squares, free = [], 0.0, 0
+    flights, squares, free = [], 0.0, 0
     for curve in curves:
         t, y, (a, h), s = time[curve.frames], height[curve.frames], curve.apex, 1.0
         for _ in range(_ROUNDS):
+            # Gauss-Newton steps for a, h and the scale s of y = h - s D(t - a).
             distance, speed, _ = curve.flight.fall(t - a)
             slopes = np.stack([s * speed, np.ones_like(t), -distance])
             covariance = np.linalg.pinv(slopes @ slopes.T)
@@ -454,25 +470,31 @@ def _accelerations(
         squares, free = squares + float(off @ off), free + len(t) - 3
         ends = labels[curve.frames.start], labels[curve.frames.stop - 1]
         g = curve.flight.gravity
-        found.append(FreeFlight(*ends, float(s * g), g * math.sqrt(covariance[2, 2])))
+        flights.append(FreeFlight(*ends, float(s * g), g * math.sqrt(covariance[2, 2])))
+    # sigma^2 = sum r^2/(number of frames - 3 a flight)
     error = max(math.sqrt(squares / max(free, 1)), 1e-9 * float(np.ptp(height)))
-    return [replace(each, standard_error=error * each.standard_error) for each in found], error
+    return [replace(free_flight, standard_error=error * free_flight.standard_error) for free_flight in flights], error
 
 
-def _collision(before: _Curve, after: _Curve, time: float, contact_time: ContactTime, of_weight: float) -> _Contact:
+def _collision(
+    before: _Curve, after: _Curve, time: float, contact_time: ContactTime, unit_load_speed: float
+) -> _Contact:
     """Return the contact at which the curves of two flights meet, from a time near it."""
     last = 0.0
     for _ in range(_ROUNDS):
+        # Newton's method for the time at which the heights of both curves are equal, the second after the contact.
         t = np.array([time - before.apex[0], time + last - after.apex[0]])
         distance, speed, acceleration = before.flight.fall(t)
         gap = (before.apex[1] - distance[0]) - (after.apex[1] - distance[1])
         time += gap / (speed[0] - speed[1])
-        last = float(lasting(contact_time, speed[:1], -speed[1:] / speed[:1], of_weight)[0])
+        last = float(lasting(contact_time, speed[:1], -speed[1:] / speed[:1], unit_load_speed)[0])
+    # eps = -v_2/v_1, with downward speeds
     epsilon = -speed[1] / speed[0]
-    of_time = np.array([[speed[0], 1.0], [-speed[1], -1.0]]) / (speed[0] - speed[1])
-    of_speed = acceleration[0] * (of_time - [[1, 0], [0, 0]])
-    of_rebound = -acceleration[1] * (of_time - [[0, 0], [1, 0]])
-    slopes = np.array([of_speed, (of_rebound - epsilon * of_speed) / speed[0]])
+    # Derivatives by a and h of both flights: those of the time at which the curves meet, and by them of both speeds.
+    time_slopes = np.array([[speed[0], 1.0], [-speed[1], -1.0]]) / (speed[0] - speed[1])
+    speed_slopes = acceleration[0] * (time_slopes - [[1, 0], [0, 0]])
+    rebound_slopes = -acceleration[1] * (time_slopes - [[0, 0], [1, 0]])
+    slopes = np.array([speed_slopes, (rebound_slopes - epsilon * speed_slopes) / speed[0]])
     return _Contact(time, float(speed[0]), float(epsilon), slopes)
 
 
@@ -496,12 +518,13 @@ def _without_epsilon(
     level = max((height[m] for m in seen), default=-math.inf) + rise + way
     left_out = []
     for m in sorted({*lows} - {*seen}):
+        # Whether a flight ends just before the low, and whether one begins just after it.
         sides = {
             "before": any(abs(time[m] - time[curve.frames.stop - 1]) <= _GAP[0] * frame for curve in curves if curve),
             "after": any(abs(time[curve.frames.start] - time[m]) <= _GAP[0] * frame for curve in curves if curve),
         }
         if height[m] <= level or any(sides.values()):
-            missing = " and ".join(side for side, there in sides.items() if not there)
+            missing = " and ".join(side for side, has_flight in sides.items() if not has_flight)
             left_out.append(
                 (labels[m], f"no free flight of {FEWEST} frames or more {missing or 'that meets another'} it")
             )
