@@ -109,6 +109,7 @@ class DampingFit:
         speed, epsilon = self.points.speed, np.minimum(self.points.epsilon, 1.0)
         betas, some = np.full(len(speed), math.inf), epsilon > 0
         kappa = self.main.model.kappa(epsilon[some], self.points.load(speed[some]))
+        # beta = kappa v^(-1/5), with the kappa of the point's eps
         betas[some] = kappa / speed[some] ** 0.2
         return betas
 
@@ -138,24 +139,31 @@ class DampingFit:
         if times is None:
             raise ValueError("there are no contact times: expected a column contact_time")
 
-        speed, load = self.points.speed, self.points.load(self.points.speed)
+        speed, loads = self.points.speed, self.points.load(self.points.speed)
 
         def logs(beta: float) -> FloatArray:
             kappa = beta * speed**0.2
-            scaled = weight_table.duration(kappa, load) if load.any() else double.tau_c(np.sqrt(kappa))
+            scaled = weight_table.duration(kappa, loads) if loads.any() else double.tau_c(np.sqrt(kappa))
+            # ln q = ln (rho/m)^(2/5) = ln tau_c(v*) - 1/5 ln v - ln t_c
             return np.asarray(np.log(scaled) - 0.2 * np.log(speed) - np.log(times))
 
-        found = logs(self.beta)
-        log_q, of_times = float(found.mean()), float(found.std(ddof=1)) / math.sqrt(len(found))
-        relative = self.beta_standard_error / self.beta
+        log_qs = logs(self.beta)
+        # The mean of ln q, and its standard error from the scatter.
+        log_q, log_q_error = float(log_qs.mean()), float(log_qs.std(ddof=1)) / math.sqrt(len(log_qs))
+        beta_relative_error = self.beta_standard_error / self.beta
+        # d ln q/d ln beta, because tau_c depends on beta: a central difference of 0.1 %, a step that is a choice
         slope = float(np.mean(logs(self.beta * 1.001) - logs(self.beta / 1.001))) / (2 * math.log(1.001))
+        # beta = 3/2 A (rho/m)^(2/5), so A = 2/3 beta/q; its errors are (1 - slope) d ln beta and that of ln q
         a = 2 / 3 * self.beta * math.exp(-log_q)
-        of_a = math.hypot((1 - slope) * relative, of_times)
-        other = Sphere.wall(young_modulus=1, poisson_ratio=sphere.poisson_ratio, dissipative_constant=0)
-        unit = replace(sphere, young_modulus=1)
-        pair = Pair(unit, other if wall else unit)
+        a_relative_error = math.hypot((1 - slope) * beta_relative_error, log_q_error)
+        # rho is proportional to Y, so with the rho of Y = 1: Y = q^(5/2) m/rho.
+        wall_of_unit_modulus = Sphere.wall(young_modulus=1, poisson_ratio=sphere.poisson_ratio, dissipative_constant=0)
+        sphere_of_unit_modulus = replace(sphere, young_modulus=1)
+        pair = Pair(sphere_of_unit_modulus, wall_of_unit_modulus if wall else sphere_of_unit_modulus)
         young = math.exp(2.5 * log_q) * pair.m_eff / pair.rho
-        return Constant(a, a * of_a), Constant(young, young * 2.5 * math.hypot(slope * relative, of_times))
+        return Constant(a, a * a_relative_error), Constant(
+            young, young * 2.5 * math.hypot(slope * beta_relative_error, log_q_error)
+        )
 
 
 def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False) -> DampingFit:
