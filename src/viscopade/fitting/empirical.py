@@ -26,7 +26,7 @@ from viscopade.kernels.write.languages import language as language_of
 
 Form = Literal["power", "table"]
 
-MOST_NODES = 32  # of a table; one with more nodes would follow the scatter
+MOST_NODES = 32  # of a table; one with more nodes would follow the scatter; a choice
 _SPEEDS = Accepted("a number >= 0", lambda x: x >= 0)
 
 
@@ -61,8 +61,9 @@ class Empirical:
     def _epsilon(self, speed: FloatArray) -> FloatArray:
         v = np.clip(speed, self.slowest, self.fastest)
         if self.nodes:
-            at, epsilon = np.array(self.nodes).T
-            return np.asarray(np.interp(np.log(v), np.log(at), epsilon))
+            node_speeds, node_epsilons = np.array(self.nodes).T
+            return np.asarray(np.interp(np.log(v), np.log(node_speeds), node_epsilons))
+        # eps = min(1, C v^-q)
         return np.minimum(1.0, self.factor * v**-self.power)
 
     def described(self) -> list[str]:
@@ -81,17 +82,21 @@ class Empirical:
     def kernel(self, name: str) -> Kernel:
         """Return the function as a kernel without a proof, which can be written in every language."""
         speed, v, eps = map(Name, ("speed", "v", "eps"))
+        # Outside the measured range, eps is that of the nearer end.
         cut = Select(speed < Name("slowest"), Name("slowest"), Select(speed > Name("fastest"), Name("fastest"), speed))
         constants = {"slowest": self.slowest, "fastest": self.fastest}
         if self.nodes:
+            # Between two nodes, eps is linear in ln v: its share is ln(v/v_i)/ln(v_(i+1)/v_i), of any base.
             branches = []
             for i, ((low, first), (high, last)) in enumerate(pairwise(self.nodes)):
                 constants |= {f"v{i}": low, f"e{i}": first, f"v{i + 1}": high, f"e{i + 1}": last}
-                at, next_at, start, end = map(Name, (f"v{i}", f"v{i + 1}", f"e{i}", f"e{i + 1}"))
-                share = Call("log2", (v / at,)) / Call("log2", (next_at / at,))  # of any base
-                branches.append(CodeBranch(v <= next_at, (), {"eps": start + (end - start) * share}))
+                start_speed, end_speed, start, end = map(Name, (f"v{i}", f"v{i + 1}", f"e{i}", f"e{i + 1}"))
+                share = Call("log2", (v / start_speed,)) / Call("log2", (end_speed / start_speed,))
+                branches.append(CodeBranch(v <= end_speed, (), {"eps": start + (end - start) * share}))
+            # The last branch takes all remaining speeds.
             branches[-1] = branches[-1]._replace(guard=None)
         else:
+            # eps = C v^-q, and 1 where this is larger
             constants |= {"factor": self.factor, "exponent": -self.power}
             value = (Statement("eps", Name("factor") * Call("pow", (v, Name("exponent")))),)
             branches = [CodeBranch(None, value, {"eps": Select(eps > ONE, ONE, eps)})]
@@ -100,7 +105,7 @@ class Empirical:
             tuple(branches), "eps",
         )  # fmt: skip
         written = {
-            form.name: {each: form.nearest(Fraction(value)) for each, value in constants.items()}
+            form.name: {constant: form.nearest(Fraction(value)) for constant, value in constants.items()}
             for form in FORMATS.values()
         }
         return Kernel(f"empirical_{name}", name, "speed", "", "", "", (function,), written)
@@ -146,17 +151,18 @@ def of_points(points: Points, form: Form = "power") -> Empirical:
     slowest, fastest = float(points.speed.min()), float(points.speed.max())
     if not fastest > slowest or not points.epsilon.any():
         raise ValueError("all speeds are equal, or all eps are 0: expected two speeds and an eps > 0")
+    # Weights are 1/sigma^2, or the numbers of points in means, or equal.
     weights = 1 / points.standard_errors**2 if points.known else np.ones(len(points))
     if points.counts is not None and not points.known:
         weights = points.counts
     if form == "power":
         factor, power = _power(points, weights)
-        found = Empirical(slowest, fastest, factor=factor, power=power)
+        curve = Empirical(slowest, fastest, factor=factor, power=power)
     else:
-        found = Empirical(slowest, fastest, nodes=_nodes(points, weights))
-    off = points.epsilon - np.asarray(found.epsilon(points.speed))
-    rms = math.sqrt(float(np.average(off**2, weights=weights)))
-    return Empirical(slowest, fastest, rms, float(np.abs(off).max()), found.factor, found.power, found.nodes)
+        curve = Empirical(slowest, fastest, nodes=_nodes(points, weights))
+    residuals = points.epsilon - np.asarray(curve.epsilon(points.speed))
+    rms = math.sqrt(float(np.average(residuals**2, weights=weights)))
+    return Empirical(slowest, fastest, rms, float(np.abs(residuals).max()), curve.factor, curve.power, curve.nodes)
 
 
 def _power(points: Points, weights: FloatArray) -> tuple[float, float]:
@@ -167,12 +173,15 @@ def _power(points: Points, weights: FloatArray) -> tuple[float, float]:
     middle, roots = float(np.average(log_v, weights=weights)), np.sqrt(weights)
 
     def residuals(values: FloatArray) -> FloatArray:
+        # sqrt(w) (min(1, exp(level - q (ln v - middle))) - eps): around the middle, level and q are hardly correlated
         return np.asarray(roots * (np.exp(np.minimum(values[0] - values[1] * (log_v - middle), 0)) - points.epsilon))
 
+    # The search starts with the straight line through ln eps, where eps is not 0.
     seen = points.epsilon > 0
     slope, level = np.polyfit(log_v[seen] - middle, np.log(points.epsilon[seen]), 1) if seen.sum() > 1 else (0, 0)
-    found = optimize.least_squares(residuals, [level, -slope], x_scale="jac").x
-    return math.exp(found[0] + found[1] * middle), float(found[1])
+    solution = optimize.least_squares(residuals, [level, -slope], x_scale="jac").x
+    # C = exp(level + q middle)
+    return math.exp(solution[0] + solution[1] * middle), float(solution[1])
 
 
 def _nodes(points: Points, weights: FloatArray) -> tuple[tuple[float, float], ...]:
@@ -180,16 +189,22 @@ def _nodes(points: Points, weights: FloatArray) -> tuple[tuple[float, float], ..
     from scipy import optimize
 
     order = np.argsort(points.speed, kind="stable")
+    # One node for all points of a speed, or for successive groups if there are too many speeds.
     _, starts = np.unique(points.speed[order], return_index=True)
     if len(starts) > MOST_NODES:
         starts = starts[np.arange(MOST_NODES) * len(starts) // MOST_NODES]
-    total = np.add.reduceat(weights[order], starts)
+    total_weights = np.add.reduceat(weights[order], starts)
     log_v, epsilon = (
-        np.add.reduceat((values * weights)[order], starts) / total for values in (np.log(points.speed), points.epsilon)
+        np.add.reduceat((values * weights)[order], starts) / total_weights
+        for values in (np.log(points.speed), points.epsilon)
     )
-    fits = [optimize.isotonic_regression(epsilon, weights=total, increasing=rising).x for rising in (False, True)]
-    best = min(fits, key=lambda fit: float(total @ (fit - epsilon) ** 2))
+    # Isotonic regression, once falling and once rising: the nearer one is taken.
+    fits = [
+        optimize.isotonic_regression(epsilon, weights=total_weights, increasing=rising).x for rising in (False, True)
+    ]
+    best = min(fits, key=lambda fit: float(total_weights @ (fit - epsilon) ** 2))
     values = np.clip(best, 0, 1)
-    inner = np.flatnonzero((values[1:-1] == values[:-2]) & (values[1:-1] == values[2:])) + 1
-    keep = np.delete(np.arange(len(values)), inner)
+    # A node between two nodes of the same eps says nothing more.
+    redundant = np.flatnonzero((values[1:-1] == values[:-2]) & (values[1:-1] == values[2:])) + 1
+    keep = np.delete(np.arange(len(values)), redundant)
     return tuple(zip(np.exp(log_v[keep]).tolist(), values[keep].tolist(), strict=True))
