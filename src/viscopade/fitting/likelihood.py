@@ -39,15 +39,15 @@ from viscopade.theory.law import VISCOELASTIC, Law
 
 Shape = Callable[[FloatArray], FloatArray]
 
-_STEP = 1e-4  # of ln v, for slopes
-_ROUNDS = 40
-_CLOSE = 1e-7
-_EXPONENTS = (-3.0, 5.0)  # of a free law
+_STEP = 1e-4  # of ln v, for slopes: a choice
+_ROUNDS = 40  # of fits with a new C, at most: a choice
+_CLOSE = 1e-7  # relative change of parameters that ends them: a choice
+_EXPONENTS = (-3.0, 5.0)  # of a free law: a choice
 _DEGREES = 4.0  # of freedom, of Student's t
-_LARGEST = 1e12  # kappa
+_LARGEST = 1e12  # kappa: a choice
 _LEAST = 1e-10  # least scatter: that of data that follow a law to rounding errors
 _NO_LOAD = np.zeros(1)
-_GRID = 60  # number of values of the scatter, besides 0
+_GRID = 60  # number of values of the scatter, besides 0: a choice
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,7 @@ class Model:
     @classmethod
     def from_law(cls, name: str, law: Law) -> Model:
         """Return the model of a law of contact: p = 2/nu - 1."""
+        # p = 2/nu - 1 = 2 c, with c = 1/nu - 1/2
         return cls(name, law, float(2 * law.c))
 
     def epsilon(self, kappa: FloatArray, load: FloatArray = _NO_LOAD) -> FloatArray:
@@ -143,6 +144,7 @@ class LawFit:
         parameters = self.parameters if parameters is None else parameters
         power = parameters[1] if self.model.exponent is None else self.model.exponent
         with np.errstate(over="ignore"):
+            # kappa = b (v/v_0)^p
             kappa = np.asarray(parameters[0] * (speed / self.middle) ** power)
         return self.model.epsilon(kappa, self.points.load(speed))
 
@@ -185,6 +187,7 @@ class LawFit:
     def aic(self) -> float:
         """Akaike's criterion with the correction for few points; infinite if the points are too few for it."""
         n, k = len(self.points), self.model.parameters + (not self.points.known)
+        # AIC = -2 ln L + 2 k + 2 k (k + 1)/(n - k - 1)
         return self.misfit + 2 * k + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else math.inf)
 
     @cached_property
@@ -196,7 +199,8 @@ class LawFit:
         """Return the standard error of a parameter."""
         if self._mixture is None:
             return math.sqrt(self.covariance[parameter, parameter])
-        weights, means, variances = (each[..., parameter] if each.ndim > 1 else each for each in self._mixture)
+        weights, means, variances = (values[..., parameter] if values.ndim > 1 else values for values in self._mixture)
+        # The variance of a mixture is the mean of the variances plus the variance of the means.
         middle = float(weights @ means)
         return math.sqrt(float(weights @ (variances + (means - middle) ** 2)))
 
@@ -209,14 +213,16 @@ class LawFit:
         """
         if self.points.known or not self._measured.any():
             return None
+        # Values of s around the root mean square of residuals and errors; the range is a choice.
         root = math.sqrt(float(np.mean(self.residuals**2)) + float(np.mean(self._measured[0])))
         grid = np.concatenate([[0.0], root * np.geomspace(1e-3, 30, _GRID)])
-        found = [self._at_scatter(s) for s in grid.tolist()]
-        deviances = np.array([deviance for deviance, _, _ in found])
+        expansions = [self._at_scatter(s) for s in grid.tolist()]
+        deviances = np.array([deviance for deviance, _, _ in expansions])
         if not math.isfinite(deviances.min()):  # eps does not depend on p if b is 0
             return None
+        # exp(-D/2) ds, over its largest value, which cancels
         weights = np.exp(-(deviances - deviances.min()) / 2) * np.gradient(grid)
-        means, variances = (np.array([each[i] for each in found]) for i in (1, 2))
+        means, variances = (np.array([expansion[i] for expansion in expansions]) for i in (1, 2))
         return weights / weights.sum(), means, variances
 
     def _at_scatter(self, scatter: float) -> tuple[float, FloatArray, FloatArray]:
@@ -226,11 +232,13 @@ class LawFit:
             factor = _cholesky(self._measured, scatter, self.points.counts)
         except ValueError:
             return math.inf, self.parameters, np.zeros(k)
+        # A Gauss-Newton step with the slopes J: shift = (J^T C^-1 J)^-1 J^T C^-1 r.
         covariance = _covariance(factor, self._slopes, robust=False)
         whitened = _whitened(factor, self.residuals)
         slopes = np.array([_whitened(factor, column) for column in self._slopes.T])
         shift = covariance @ slopes @ whitened
         squares = (whitened - shift @ slopes) ** 2
+        # D = sum rho + ln det C + ln det J^T C^-1 J; ln det C is twice the sum of ln L_ii.
         deviance = np.sum(_rho(squares, self.robust)) + 2 * np.sum(np.log(factor[0])) - np.linalg.slogdet(covariance)[1]
         return float(deviance), self.parameters + shift, np.diag(_covariance(factor, self._slopes, self.robust))
 
@@ -239,6 +247,7 @@ class LawFit:
         """Derivatives of eps at all points (rows) with respect to the parameters."""
         slopes = np.empty((len(self.points), len(self.parameters)))
         for i, value in enumerate(self.parameters):
+            # Central differences, with a step of 1e-4 of the parameter; b stays >= 0.
             low, high, step = self.parameters.copy(), self.parameters.copy(), 1e-4 * max(abs(value), 1e-3)
             high[i] += step
             low[i] -= step if i else min(step, value)
@@ -250,6 +259,7 @@ class LawFit:
 
         It is a quantile of the normal distribution, or of Student's t if the scatter is fitted.
         """
+        # Both tails together have the probability 1 - level.
         tail = (1 + level) / 2
         return float(special.ndtri(tail) if self.points.known else special.stdtrit(self.degrees, tail))
 
@@ -270,6 +280,7 @@ class LawFit:
             return self._profile(parameter, value) - least - limit
 
         def end(sign: int) -> float:
+            # The distance from the best value doubles until D has grown enough; then the end lies between the last two.
             inner, reach = best, sign * step * math.sqrt(limit)
             while _EXPONENTS[0] < inner + reach < _EXPONENTS[1] if parameter else abs(inner + reach) < _LARGEST:
                 outer = inner + reach if parameter else max(inner + reach, 0.0)
@@ -286,12 +297,13 @@ class LawFit:
         """Return a quantile of a parameter, over the values of the scatter."""
         assert self._mixture is not None
         weights, means, variances = self._mixture
-        seen = weights > 0
-        centre, width = means[seen, parameter], np.sqrt(variances[seen, parameter])
+        positive = weights > 0
+        centre, width = means[positive, parameter], np.sqrt(variances[positive, parameter])
 
         def missing(value: float) -> float:
-            return float(weights[seen] @ special.ndtr((value - centre) / width)) - tail
+            return float(weights[positive] @ special.ndtr((value - centre) / width)) - tail
 
+        # At 12 standard deviations a Gaussian's tail is below round-off.
         ends = float((centre - 12 * width).min()), float((centre + 12 * width).max())
         return float(optimize.brentq(missing, *ends, xtol=1e-12, rtol=1e-9))
 
@@ -300,19 +312,21 @@ class LawFit:
             return self._misfit(np.array([value]))
         other = 1 - parameter
 
-        def all_of(free: FloatArray) -> FloatArray:
+        def all_parameters(free: FloatArray) -> FloatArray:
             values = np.empty(2)
             values[parameter], values[other] = value, free[0]
             return values
 
-        found = optimize.least_squares(
-            lambda free: _whitened(self._factor, self.points.epsilon - self.at(self.points.speed, all_of(free))),
+        minimum = optimize.least_squares(
+            lambda free: _whitened(
+                self._factor, self.points.epsilon - self.at(self.points.speed, all_parameters(free))
+            ),
             self.parameters[[other]],
             bounds=([_EXPONENTS[0]], [_EXPONENTS[1]]) if other else ([0], [np.inf]),
             loss=_student if self.robust else "linear",
             x_scale="jac",
         )
-        return 2 * float(found.cost)
+        return 2 * float(minimum.cost)
 
     def _misfit(self, parameters: FloatArray) -> float:
         whitened = _whitened(self._factor, self.points.epsilon - self.at(self.points.speed, parameters))
@@ -335,22 +349,25 @@ def fitted(points: Points, model: Model, *, robust: bool = False) -> LawFit:
             "the damping for one eps at one speed"
         )
     middle = float(np.exp(np.mean(np.log(points.speed))))
+    # A free exponent may be positive or negative: the better of two searches counts.
     starts = [model.exponent] if model.exponent is not None else [0.2, -0.2]
     return min((_from(points, model, middle, start, robust) for start in starts), key=lambda fit: fit.misfit)
 
 
 def _from(points: Points, model: Model, middle: float, start: float, robust: bool) -> LawFit:
+    # kappa of all points gives b = kappa (v/v_0)^-p; their median is the first guess.
     kappa = model.kappa(np.clip(points.epsilon, 1e-6, 1.0), points.load(points.speed))
     guesses = kappa * (points.speed / middle) ** -start
     first = np.array([max(float(np.median(guesses)), 1e-9), start][: model.parameters])
     fit = LawFit(points, model, middle, first, float(np.std(points.epsilon)) + 1e-9, robust)
     lower, upper = np.array([0.0, _EXPONENTS[0]]), np.array([np.inf, _EXPONENTS[1]])
     for _ in range(_ROUNDS):
+        # C depends on the law through G, and on s: fit the parameters for this C, then compute C again.
         measured = _band(points, fit)
         misfit = Misfit(measured, fit.residuals, points.counts, robust, points.resolution)
         scatter = 0.0 if points.known else misfit.scatter(model.parameters / len(points))
         factor = _cholesky(measured, scatter, points.counts)
-        found = optimize.least_squares(
+        solution = optimize.least_squares(
             lambda values, fit=fit, factor=factor: _whitened(factor, points.epsilon - fit.at(points.speed, values)),
             fit.parameters,
             bounds=(lower[: model.parameters], upper[: model.parameters]),
@@ -360,7 +377,7 @@ def _from(points: Points, model: Model, middle: float, start: float, robust: boo
             ftol=1e-12,
             gtol=1e-12,
         )
-        before, fit = fit, LawFit(points, model, middle, found.x, scatter, robust)
+        before, fit = fit, LawFit(points, model, middle, solution.x, scatter, robust)
         moved = np.max(np.abs(fit.parameters - before.parameters) / (np.abs(fit.parameters) + 1e-9))
         if moved <= _CLOSE and abs(scatter - before.scatter) <= 1e-5 * (scatter + 1e-12):
             break
@@ -373,7 +390,9 @@ def _from(points: Points, model: Model, middle: float, start: float, robust: boo
 def _band(points: Points, fit: LawFit) -> FloatArray:
     """Return G G^T as its diagonals, the main one first."""
     low, high = (fit.at(points.speed * factor) for factor in np.exp([-_STEP, _STEP]))
+    # E' = dE/d ln v/v
     slope = (high - low) / (2 * _STEP) / points.speed
+    # G = d eps - E'(v) d v
     errors = points.epsilon_errors - points.speed_errors.multiply(slope[:, None]).tocsr()
     whole = errors @ errors.T
     rows, columns = whole.nonzero()
@@ -387,6 +406,7 @@ def _band(points: Points, fit: LawFit) -> FloatArray:
 def _covariance(factor: FloatArray, slopes: FloatArray, robust: bool) -> FloatArray:
     """Return the covariance of parameters on which eps depends with these slopes."""
     whitened = np.array([_whitened(factor, column) for column in slopes.T]).T
+    # (J^T C^-1 J)^-1; columns are scaled to length 1, so that the inverse hardly depends on units.
     size = np.sqrt(np.sum(whitened**2, axis=0))
     size[size == 0] = 1.0
     # Ratio of the Fisher information of a Gaussian to that of Student's t of the same scale.
@@ -424,6 +444,7 @@ def _rho(squares: FloatArray, robust: bool) -> FloatArray:
 
 def _student(squares: FloatArray) -> FloatArray:
     """Return rho and its two derivatives, in SciPy's form."""
+    # rho = (d + 1) ln(1 + u/d)
     inner = 1 + squares / _DEGREES
     slope = (_DEGREES + 1) / _DEGREES
     return np.array([(_DEGREES + 1) * np.log(inner), slope / inner, -slope / _DEGREES / inner**2])
@@ -453,16 +474,19 @@ class Misfit:
         weights = 1.0 if self.counts is None else self.counts
         root = math.sqrt(float(np.mean(weights * self.residuals**2)))
         if not self.measured.any() and not self.robust:
+            # s^2 = sum w r^2/(n - k)
             return max(root / math.sqrt(1 - taken), _LEAST)
         # With Student's t, equal values of rounded data would look like data without any scatter.
+        # Rounding to a unit has the standard deviation 1/sqrt(12) of it.
         floor = max(1e-6 * root, self.resolution / math.sqrt(12)) if self.robust else 1e-6 * root
+        # The search for ln s ends at ten times the root mean square, a choice.
         top, bottom = math.log(10 * max(root, floor) + _LEAST), math.log(floor + _LEAST)
-        found = optimize.minimize_scalar(
+        minimum = optimize.minimize_scalar(
             lambda log_scatter: self.deviance(math.exp(log_scatter), 1 - taken),
             bounds=(bottom, top),
             method="bounded",
             options={"xatol": 1e-7},
         )
-        if self.measured[0].all() and self.deviance(0.0, 1 - taken) <= float(found.fun):
+        if self.measured[0].all() and self.deviance(0.0, 1 - taken) <= float(minimum.fun):
             return 0.0
-        return math.exp(float(found.x))
+        return math.exp(float(minimum.x))
