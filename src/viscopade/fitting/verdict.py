@@ -29,17 +29,17 @@ MODELS = (
 THEORY = float(2 * VISCOELASTIC.c)
 """The exponent p of the viscoelastic law, 1/5."""
 
-_LEVEL = 0.95  # of the interval of p
+_LEVEL = 0.95  # of the interval of p: a choice
 _SLACK = 0.01  # of p, which flights and soft contacts shift: by 0.002 in LAMMPS (`viscopade_lab.studies.coverage`)
 CLEAR = 6.0
 """Difference of Akaike's criteria that decides: the other law is exp(3) = 20 times less likely."""
 _DECISIVE = (1 + math.sqrt(1 + CLEAR)) ** 2  # mean difference d with d - 2 sqrt(d) = CLEAR
-_POOR = 1e-3  # probability of a larger chi^2 below which a fit is rejected
-_FAR = 4.5  # standard errors, from which on a point is an outlier
+_POOR = 1e-3  # probability of a larger chi^2 below which a fit is rejected: a choice
+_FAR = 4.5  # standard errors, from which on a point is an outlier: a choice
 _FEW = 6  # points; fewer have no outliers
 FEWEST = 5
 """Number of points; fewer cannot show that a law holds."""
-_WIDEST = 1e8  # largest ratio of speeds that is tried
+_WIDEST = 1e8  # largest ratio of speeds that is tried: a choice
 
 
 @dataclass(frozen=True)
@@ -133,29 +133,33 @@ def judged(fits: Sequence[LawFit]) -> Verdict:
         return replace(
             again, word="holds with a limit" if again.word == "holds" else again.word, reasons=(text, *again.reasons)
         )
+    # Whether the interval of p reaches the theory's 1/5; the free exponent is a rival only if it does not.
     low, high = (THEORY, THEORY) if free is None else free.interval(_LEVEL, 1)
-    of_theory = low - _SLACK <= THEORY <= high + _SLACK
+    agrees_with_theory = low - _SLACK <= THEORY <= high + _SLACK
     trend: tuple[str, ...] = ()
     if free is not None:
         span = f"p = {free.exponent:.2g}, from {low:.2g} to {high:.2g} ({100 * _LEVEL:.0f} %)"
         trend = (f"1 - eps ~ v^p at small v with {span}; theory: {THEORY:g}",)
-    best = min((fit for fit in fits if fit is not free or not of_theory), key=lambda fit: fit.aic)
+    best = min((fit for fit in fits if fit is not free or not agrees_with_theory), key=lambda fit: fit.aic)
+    # Akaike's criteria: a better law refutes this one.
     ahead = main.aic - best.aic
     if ahead > CLEAR:
         return Verdict("does not hold", (f"{_named(best)} fits better: its AIC is less by {ahead:.1f}", *trend))
+    # It holds if both named rivals are worse by `CLEAR`.
     rivals = [fit for name, fit in others.items() if name in ("constant", "hunt-crossley")]
     open_ones = [fit for fit in rivals if not fit.aic - main.aic >= CLEAR]
     if number >= FEWEST and not open_ones:
-        if of_theory:
+        if agrees_with_theory:
             return Verdict("holds", trend)
         return Verdict("holds with a limit", (f"the exponent is near {THEORY:g}, but not within its errors", *trend))
+    # Undecided: say what is missing, and which speeds would decide.
     few = () if number >= FEWEST else (f"{number} points are too few: {FEWEST} or more decide",)
     if not open_ones:
         return Verdict("undecided", (*few, *trend))
     names = " and ".join(_named(fit) for fit in open_ones)
     better = f"; {_named(best)} is better, its AIC less by {ahead:.1f}" if 0 < ahead < math.inf else ""
     ratios = [deciding_ratio(main, fit.model) for fit in open_ones]
-    ratio = None if None in ratios else max(each for each in ratios if each is not None)
+    ratio = None if None in ratios else max(value for value in ratios if value is not None)
     reasons = (*few, f"the data do not exclude {names}{better}", *trend, _advice(main, ratio))
     return Verdict("undecided", reasons, ratio)
 
@@ -179,6 +183,8 @@ def _law_of_exponent(p: float) -> str | None:
     If that b would be negative, the damping is linear, and the exponent of the force gives p. None: there is no such
     law.
     """
+    # nu = (a + 1)/(b + 1) for the forces x^a and x^b dx/dt. With a = 3/2, p = 2/nu - 1 gives b = 5/4 (1 + p) - 1;
+    # with b = 0, a = 2/(1 + p) - 1.
     b = 1.25 * (1 + p) - 1
     parts = 16 if b <= 1.5 else 4  # so that `Law` accepts it
     try:
@@ -228,9 +234,12 @@ def deciding_ratio(main: LawFit, other: Model) -> float | None:
         None if a ratio of 1e8 is not enough.
     """
     n = max(len(main.points), FEWEST)
-    wanted = _DECISIVE if main.points.known else n * math.expm1(_DECISIVE / n)
+    # The mean d that decides; n ln(1 + d/n) = _DECISIVE with a fitted scatter.
+    deciding_misfit = _DECISIVE if main.points.known else n * math.expm1(_DECISIVE / n)
+    # sigma^2 is the harmonic mean of the squares.
     error = max(1 / math.sqrt(float(np.mean(1 / main.standard_errors**2))), 1e-10)
 
+    # chi^2 of the other law, fitted to the true one at speeds of this ratio, minus what decides
     def excess(log_ratio: float) -> float:
         speed = main.middle * np.exp(np.linspace(-0.5, 0.5, n) * log_ratio)
         truth = main.at(speed)
@@ -239,9 +248,10 @@ def deciding_ratio(main: LawFit, other: Model) -> float | None:
         def residuals(log_b: FloatArray) -> FloatArray:
             return np.asarray((trial.at(speed, np.exp(log_b)) - truth) / error)
 
-        found = optimize.least_squares(residuals, [math.log(max(float(main.parameters[0]), 1e-9))])
-        return 2 * float(found.cost) - wanted
+        nearest = optimize.least_squares(residuals, [math.log(max(float(main.parameters[0]), 1e-9))])
+        return 2 * float(nearest.cost) - deciding_misfit
 
+    # The ratio lies between exp(0.001), a choice, and _WIDEST.
     bottom, top = 1e-3, math.log(_WIDEST)
     if excess(top) < 0:
         return None
