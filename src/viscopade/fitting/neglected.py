@@ -22,10 +22,10 @@ AIR = 1.2
 """Density of air in kg/m^3."""
 
 _LIGHT = Sphere(radius=0.02, mass=0.0027, young_modulus=1, poisson_ratio=0, dissipative_constant=0)
-_SLOW = 1e-9  # speed in m/s of a body that hardly rebounds
+_SLOW = 1e-9  # speed in m/s of a body that hardly rebounds: a choice
 _ROUNDS = 20  # of an iteration that makes its error less than half as large in each
 _LOSSES = (0.03, 0.1, 0.3, 0.6)  # of energy in the neck at the slowest speed, over the energy of impact
-_LEAST_DRAG = 1e-3  # change of eps from which on drag is reported
+_LEAST_DRAG = 1e-3  # change of eps from which on drag is reported: a choice
 
 
 @dataclass(frozen=True)
@@ -60,10 +60,12 @@ def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -
     if not falls and not on_wall:
         return None
     if not points.weight_speed and pair is None:
+        # g t_c/v = COUNTS, with t_c in ms
         least = 1000 * COUNTS * ends[1] / gravity
         text = f"it matters if the contact of the slowest bounce lasts {least:.2g} ms or more (g t_c/v = {COUNTS:g})"
         how = "--contact-time, or a material with --wall, includes it"
         return WeightInContacts(False, None, f"weight in contacts is neglected: {text}; {how}")
+    # G = g T/v, with the pair's time scale T; g t_c/v = tau_c G
     loads = points.load(ends) if pair is None or points.weight_speed else gravity * pair.time_scale(ends) / ends
     fast, slow = (float(VISCOELASTIC.contact_time) * loads).tolist()
     span = f"{fast:.2g} to {slow:.2g}"
@@ -86,6 +88,7 @@ def drag(recorded: Recording, sphere: Sphere | None, gravity: float) -> str | No
     if recorded.kind == "speeds" or body.density <= AIR or recorded.doubtful_scale:
         return None
     flight = Flight.of_sphere(body.radius, body.density, air_density=AIR, gravity=gravity)
+    # In vacuum v = sqrt(2 g h) = g T/2: the same heights or durations, in air, have other speeds.
     before, after = recorded.points.speed, recorded.points.speed * recorded.points.epsilon
     if recorded.kind == "heights":
         fall, rise = (flight.launch_to(speed**2 / (2 * gravity)) for speed in (before, np.maximum(after, _SLOW)))
@@ -125,6 +128,7 @@ def adhesion(fits: Sequence[LawFit]) -> str | None:
 
     def residuals(parameters: FloatArray) -> FloatArray:
         """Return the residuals over their errors, for ln b and (v_0/slowest)^2."""
+        # eps^2 = E(v)^2 - (v_0/v)^2
         log_b, square = parameters
         epsilon = main.at(points.speed, np.array([math.exp(log_b)]))
         lost = square * (slowest / points.speed) ** 2
