@@ -147,7 +147,7 @@ _COMMON = re.compile(
 )
 _SEPARATORS = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_.]+")  # also "v..cm.s." of R
 _JOINED = re.compile(r"^(d|u(?![hy])|s(?![hy]|e(?![a-z])))(v|e|eps|cor|h|y)(?![^\W_])", re.I)  # dv is of v, se of any
-_LONGEST, _MOST_WORDS = 80, 12  # characters and words of a header
+_LONGEST, _MOST_WORDS = 80, 12  # characters and words of a header, at most: choices
 _LONG_WORD = 4  # "measured" is no unit, "cms" is one
 
 _NAMES: dict[str, tuple[str, ...]] = {}
@@ -215,20 +215,23 @@ def header(text: str) -> Header:
     if not words or not any(letter.isalpha() or letter in "±/" for letter in text):
         return Header(text)
     text = _DATA_SET.sub("", " ".join(text.split())).strip()
+    # "v (m/s)": a name with its unit in brackets; or "velocity (v)", a name with its symbol.
     if (match := _BRACKETS.fullmatch(text)) and not _error_of(f"{match[1]} {match[2]}"):
         name, unit = match[1], match[2].strip()
         if symbol := _common(name, unit):
             return Header(name, "", symbol)
-        found = tuple(each for each in quantities(name) if measured_quantity(each).dimension != "label")
-        return Header(name, unit, found, None if found else _error_of(name))
-    if (found := quantities(text)) or (error := _error_of(text)) is not None:
-        return Header(text, "", found, None if found else error)
+        meanings = tuple(meaning for meaning in quantities(name) if measured_quantity(meaning).dimension != "label")
+        return Header(name, unit, meanings, None if meanings else _error_of(name))
+    # A name without a unit.
+    if (meanings := quantities(text)) or (error := _error_of(text)) is not None:
+        return Header(text, "", meanings, None if meanings else error)
+    # "v / cm s^-1", "t in ms", "v_cm_s": the shortest end first. After a blank or _, only common units count.
     for separator in reversed(list(_SEPARATOR.finditer(text))):
         name, end = text[: separator.start()], text[separator.end() :]
         if (separator[0].strip(" _") or _COMMON.fullmatch(end)) and not quantities(end):
-            found, error = quantities(name), _error_of(name)
-            if found or error is not None:
-                return Header(name, end, found, None if found else error)
+            meanings, error = quantities(name), _error_of(name)
+            if meanings or error is not None:
+                return Header(name, end, meanings, None if meanings else error)
     return Header(text)
 
 
@@ -242,7 +245,9 @@ def _chosen(head: Header, dimension: str) -> Header:
         if name and unit_in_si(end, dimension) and (len(end) > 1 or _COMMON.fullmatch(end)):  # a and c are units, too
             return Header(name, end)
     for name, sign, end in parts if dimension in DIMENSIONS else ():  # a unit of something else is refused later
-        other = end.lower() in PIXELS or (len(end) > 1 and any(unit_in_si(end, each) for each in DIMENSIONS))
+        other = end.lower() in PIXELS or (
+            len(end) > 1 and any(unit_in_si(end, any_dimension) for any_dimension in DIMENSIONS)
+        )
         common = _COMMON.fullmatch(end) and not (end.isalpha() and len(end) > _LONG_WORD)
         if name and (sign.strip(" _.") or other or common) and not quantities(end):
             return Header(name, end)
@@ -300,16 +305,17 @@ class SheetLayout:
     def errors(self) -> dict[int, int]:
         """Return the column of the standard errors of each column; raise ValueError if it may belong to several."""
         values = {i: name for name in self.form.measured for i in self.places[name]}
+        # Columns that options name for the errors of a quantity.
         chosen = {name: self.columns(f"sigma_{name}") for name in {*values.values()} if f"sigma_{name}" in self.places}
-        found = {i: j for i, name in values.items() for j in chosen.get(name, ())}
+        error_columns = {i: j for i, name in values.items() for j in chosen.get(name, ())}
         # Options decide on the errors of their quantities; headers on those of the others.
-        left = {i: name for i, name in values.items() if name not in chosen}
-        by_option, read = len(left) < len(values), {i for of in self.places.values() for i in of}
+        undecided = {i: name for i, name in values.items() if name not in chosen}
+        by_option, read = len(undecided) < len(values), {i for indices in self.places.values() for i in indices}
         heads = {j: head for j, head in enumerate(self.headers) if j not in read and "sigma" not in self.places}
         for j, head in heads.items():
-            of = [i for i in self._called(head.error_of) if i in left] if head.error_of else []
-            names = {left[i] for i in of}
-            self._give(j, of, found, names if len(names) > 1 else ())
+            targets = [i for i in self._called(head.error_of) if i in undecided] if head.error_of else []
+            names = {undecided[i] for i in targets}
+            self._give(j, targets, error_columns, names if len(names) > 1 else ())
         # One column of errors beside one quantity, or a column of errors to the right of each.
         alone = [*self.places.get("sigma", ()), *(j for j, head in heads.items() if head.error_of == "")]
         for j in alone:
@@ -317,30 +323,34 @@ class SheetLayout:
             after = self.headers[j - 1] if j in heads and j > 0 and j - 1 not in values else Header("")
             of_other, unknown = bool(after.quantities), bool(after.name) and beside
             if len(self.form.measured) == len(alone) == 1 and not (of_other or unknown):
-                found = dict.fromkeys(left, j) | found
+                error_columns = dict.fromkeys(undecided, j) | error_columns
             elif j - 1 in values and (len(alone) > 1 or beside):
-                self._give(j, [j - 1] if j - 1 in left else [], found)
+                self._give(j, [j - 1] if j - 1 in undecided else [], error_columns)
             elif not (by_option or of_other):
-                self._give(j, [], found, self.form.measured)
+                self._give(j, [], error_columns, self.form.measured)
         # The errors of one of two speeds are those of the other, too.
         speeds = [i for name in ("speed", "speed_out") for i in self.places.get(name, ()) if i in values]
         if len(speeds) == 2 and not {"sigma_speed", "sigma_speed_out"} <= {*self.places}:
-            found |= {i: found[j] for i, j in (speeds, speeds[::-1]) if i not in found and j in found}
-        return found
+            error_columns |= {
+                i: error_columns[j] for i, j in (speeds, speeds[::-1]) if i not in error_columns and j in error_columns
+            }
+        return error_columns
 
-    def _give(self, j: int, of: Sequence[int], found: dict[int, int], names: Collection[str] = ()) -> None:
+    def _give(self, j: int, targets: Sequence[int], error_columns: dict[int, int], names: Collection[str] = ()) -> None:
         """Add a column of errors to those that are found; raise ValueError if it is of several, or a second one."""
         cell = self.cells[j]
         if names:
             names = [name for name in self.form.measured if name in names]
             options = " or ".join(f"--column sigma_{name}={cell!r}" for name in names)
             raise ValueError(f"the errors {cell!r} are of {' or of '.join(names)}: expected {options}")
-        for i in of:
-            if i in found:
+        for i in targets:
+            if i in error_columns:
                 name = next(name for name in self.form.measured if i in self.places[name])
-                shown = f"{self.cells[found[i]]!r} (column {found[i] + 1}) and {cell!r} (column {j + 1})"
+                shown = (
+                    f"{self.cells[error_columns[i]]!r} (column {error_columns[i] + 1}) and {cell!r} (column {j + 1})"
+                )
                 raise ValueError(f"{shown} are both errors of {name}: expected --column sigma_{name}=NUMBER")
-            found[i] = j
+            error_columns[i] = j
 
     def _called(self, target: str) -> list[int]:
         """Return the columns for which the name of errors stands: of the same name, or else of the same quantity."""
@@ -348,14 +358,14 @@ class SheetLayout:
         for same in (_spelling, plain):  # H is not h, if there are both
             # The errors of h are those of h1 and h2.
             names = {i: {same(head.name), same(head.name.rstrip("0123456789"))} for i, head in heads.items()}
-            if of := [i for i in heads if same(target) in names[i]]:
-                return of
+            if matches := [i for i in heads if same(target) in names[i]]:
+                return matches
         meant = {"epsilon" if name in ("e", self.form.epsilon) else name for name in quantities(target)}
         values = {i: name for name in self.form.measured for i in self.places[name]}
-        every = "height" in meant and len(target) > 1  # of the drop and of the rebound
-        own = {i: {name, *self.headers[i].quantities[:1]} for i, name in values.items()}
-        lengths = {i for i, name in values.items() if every and measured_quantity(name).dimension == "length"}
-        return [i for i in values if own[i] & meant or i in lengths]
+        all_heights = "height" in meant and len(target) > 1  # of the drop and of the rebound
+        meanings = {i: {name, *self.headers[i].quantities[:1]} for i, name in values.items()}
+        lengths = {i for i, name in values.items() if all_heights and measured_quantity(name).dimension == "length"}
+        return [i for i in values if meanings[i] & meant or i in lengths]
 
 
 def _spelling(name: str) -> str:
@@ -380,29 +390,37 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
     columns : mapping
         Header or number of columns, by the names of quantities; "-" omits the columns that may be a quantity.
     """
+    # Columns that options name or omit; an omitted eps is omitted under all its names.
     headers = tuple(map(header, cells))
     omitted = {name for name, text in columns.items() if text == "-"}
     omitted |= {"e", "energy"} if "epsilon" in omitted else set()
     chosen = {name: places_of(cells, text) for name, text in columns.items() if name not in {*omitted, *SERIES}}
-    dimensions = {i: measured_quantity(name).dimension for name, of in chosen.items() if name != "sigma" for i in of}
+    dimensions = {
+        i: measured_quantity(name).dimension for name, indices in chosen.items() if name != "sigma" for i in indices
+    }
     headers = tuple(_chosen(head, dimensions[i]) if i in dimensions else head for i, head in enumerate(headers))
+    # The other columns have the quantities that their headers may stand for.
     places: dict[str, tuple[int, ...]] = {}
     for i, head in enumerate(headers):
-        taken = omitted & {*head.quantities} or any(i in of for of in chosen.values())
+        taken = omitted & {*head.quantities} or any(i in indices for indices in chosen.values())
         places |= {name: (*places.get(name, ()), i) for name in (() if taken else head.quantities)}
+    # Columns of a series in the order of their numbers: h0, h1, …
     for series in SERIES:
-        members = sorted((int(name.split()[1]), of) for name, of in places.items() if name.startswith(f"{series} "))
-        places |= {series: tuple(i for _, of in members for i in of)} if members else {}
-    places = {name: of for name, of in places.items() if name not in columns} | {
-        k: of for k, of in chosen.items() if of
+        members = sorted(
+            (int(name.split()[1]), indices) for name, indices in places.items() if name.startswith(f"{series} ")
+        )
+        places |= {series: tuple(i for _, indices in members for i in indices)} if members else {}
+    places = {name: indices for name, indices in places.items() if name not in columns} | {
+        k: indices for k, indices in chosen.items() if indices
     }
     for form in FORMS:
-        own = {"epsilon": places[form.epsilon], **places} if form.epsilon in places else places
-        if all(name in own for name in form.needed) and {*columns} - omitted <= form.names():
+        # The first form whose columns are all there. A series has two values, with the drop; h0 is no rebound.
+        form_places = {"epsilon": places[form.epsilon], **places} if form.epsilon in places else places
+        if all(name in form_places for name in form.needed) and {*columns} - omitted <= form.names():
             (*first, last) = form.needed
-            starts_at_0 = last in SERIES and headers[own[last][0]].quantities[0].endswith(" 0")
-            if last not in SERIES or (len(own[last]) > 1 - len(first) and not (first and starts_at_0)):
-                used = {name: of for name, of in own.items() if name in form.names()}
+            starts_at_0 = last in SERIES and headers[form_places[last][0]].quantities[0].endswith(" 0")
+            if last not in SERIES or (len(form_places[last]) > 1 - len(first) and not (first and starts_at_0)):
+                used = {name: indices for name, indices in form_places.items() if name in form.names()}
                 used |= {name: () for name in omitted & form.names() if name.startswith("sigma")}
                 return SheetLayout(form, tuple(cell.strip() for cell in cells), headers, used)
     return None
