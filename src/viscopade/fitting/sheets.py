@@ -22,8 +22,8 @@ _VALUE = re.compile(r"\W*[0-9][0-9.,:]*(?:e[-+]?[0-9]+)?|nan", re.IGNORECASE)  #
 _WHOLE_NUMBERS = re.compile(r"[0-9,\s+-]*")
 _CSV_NAME = re.compile(r"(?i)[^/]*\.csv")
 _XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
-_ABOVE, _LONGEST_HEADER = 100, 1 << 16  # number of rows that are searched for a header, and its longest length
-_ELSEWHERE = 1 << 24  # bytes of a spreadsheet, also when unpacked, on systems that do not limit memory
+_ABOVE, _LONGEST_HEADER = 100, 1 << 16  # number of rows that are searched for a header, and its longest length: choices
+_ELSEWHERE = 1 << 24  # bytes of a spreadsheet, also when unpacked, on systems that do not limit memory: a choice
 
 LayoutOf = Callable[[Sequence[str]], SheetLayout | None]
 """The columns that are read below a row of headers; None if no form fits."""
@@ -80,6 +80,7 @@ def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
     MissingPackage
         If python-calamine, which reads spreadsheets, is not installed.
     """
+    # By content: an archive of CSV files, one CSV file, or a spreadsheet. The name tells XLSX and ODS from an archive.
     suffix = source.lower().rpartition(".")[2]
     if content.startswith(_ZIP) and suffix not in ("xlsx", "ods"):
         parts = files.members(content, source).items()
@@ -92,6 +93,7 @@ def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
             raise ValueError(f"{source}: the content is not {suffix.upper()}: expected a file of the type in its name")
         return [_csv(content, source, "", layout_of)]
     require("fit", "python_calamine")
+    # Limits of memory, which a small file may exceed when it is unpacked.
     largest = files.LONGEST if files.LIMITED else _ELSEWHERE
     files.require_size(source, len(content), largest)
     if content.startswith(_ZIP):
@@ -115,6 +117,7 @@ def sheets(content: bytes, source: str, layout_of: LayoutOf) -> list[Sheet]:
 def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
     source = Sheet(file, sheet, (), [], []).source
     try:
+        # UTF-16 with its mark, or UTF-8, or else the code page of Windows.
         text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     except UnicodeDecodeError:
         text = content.decode("cp1252", "replace")
@@ -122,6 +125,7 @@ def _csv(content: bytes, file: str, sheet: str, layout_of: LayoutOf) -> Sheet:
         raise ValueError(f"{source}: the file is not text: expected CSV or a spreadsheet")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     files.require_cells(source, text.count("\n"))
+    # Lines with their numbers; a comment may be the header.
     data: list[tuple[int, str]] = []
     comments: list[tuple[int, str]] = []
     for number, line in enumerate(text.split("\n"), 1):
@@ -181,7 +185,7 @@ def _header(rows: Iterable[tuple[int, list[str], bool]], width: int, layout_of: 
         without = numbered(len(cells)) if any(map(_VALUE.match, filled)) else ([""], None)  # the names without a header
         # The table begins where a column has a value that is read by its name here, by its number, or by the best
         # header above; or where all cells are numbers.
-        best = max(ranked, key=lambda each: each[0])[1] if ranked else None
+        best = max(ranked, key=lambda candidate: candidate[0])[1] if ranked else None
         begins = any(_is_value(cells[i]) for i in {*_read(layout), *_read(without[1])})
         below = any(_NUMBER.fullmatch(cells[i].strip()) for i in _read(best and best.layout) if i < len(cells))
         full = bool(filled) and all(numbers) and (best or len(cells) == width)
@@ -199,9 +203,10 @@ def _header(rows: Iterable[tuple[int, list[str], bool]], width: int, layout_of: 
         elif not comment:
             others.append(header)
     if ranked:
-        return max(ranked, key=lambda each: each[0])[1]
+        return max(ranked, key=lambda candidate: candidate[0])[1]
     return next(
-        (each for each in others if len(each.names) == width), others[0] if others else _Header(0, 1, [""], None)
+        (candidate for candidate in others if len(candidate.names) == width),
+        others[0] if others else _Header(0, 1, [""], None),
     )
 
 
@@ -214,12 +219,12 @@ def _is_value(cell: str) -> bool:
     """Return whether a cell has a number, or another value without letters; it may have a unit."""
     cell = cell.strip()
     rest = cell[match.end() :].strip() if (match := _VALUE.match(cell)) else "?"
-    return match is not None and (not any(each.isalpha() for each in rest) or _is_unit(rest))
+    return match is not None and (not any(letter.isalpha() for letter in rest) or _is_unit(rest))
 
 
 def _is_unit(text: str) -> bool:
     text = text.strip("()[] ")
-    return text in ("", "-", "%") or any(unit_in_si(text, each) for each in ("time", "length", "speed"))
+    return text in ("", "-", "%") or any(unit_in_si(text, dimension) for dimension in ("time", "length", "speed"))
 
 
 def _names(line: str, alone: bool) -> list[str]:
@@ -232,7 +237,7 @@ def _names(line: str, alone: bool) -> list[str]:
 
 
 def _delimiter(line: str) -> str | None:
-    return next((each for each in "\t;,|" if each in line), None)
+    return next((separator for separator in "\t;,|" if separator in line), None)
 
 
 def _cells(lines: list[str], delimiter: str | None, strict: bool = True) -> list[list[str]]:
