@@ -42,23 +42,24 @@ def sheets_of(content: bytes, cells: int, characters: int) -> list[tuple[str, li
     """Do the same in this process; Booleans, dates and times become texts."""
     from python_calamine import CalamineWorkbook
 
-    found = []
+    tables = []
     with CalamineWorkbook.from_filelike(io.BytesIO(content)) as book:
         for name in book.sheet_names:
             sheet = book.get_sheet_by_name(name)
+            # Count cells before they are made: a repeated row may have millions.
             cells -= sheet.total_height * sheet.total_width
             if cells < 0:
                 raise ValueError("it has too many cells: expected smaller tables")
             rows: list[Row] = []
             for number, row in enumerate(sheet.to_python(skip_empty_area=False), 1):
-                if any(each != "" for each in row):
+                if any(cell != "" for cell in row):
                     number_or_text = (float(x) if type(x) is int else x if type(x) is float else str(x) for x in row)
                     rows.append((number, [*number_or_text]))
-            characters -= sum(len(each) for _, row in rows for each in row if isinstance(each, str))
+            characters -= sum(len(cell) for _, row in rows for cell in row if isinstance(cell, str))
             if characters < 0:
                 raise ValueError("it has too many characters: expected smaller tables")
-            found.append((name, rows))
-    return found
+            tables.append((name, rows))
+    return tables
 
 
 if __name__ == "__main__":
