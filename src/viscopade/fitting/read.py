@@ -25,11 +25,11 @@ from viscopade.quantity import DIMENSIONS, quantity, unit_in_si
 from viscopade.records import Node
 
 SLOWEST, FAST, FASTEST = 1e-9, 100.0, 1e4
-"""Range of speeds that is read, in m/s; those above the middle one need an explicit unit."""
+"""Range of speeds that is read, in m/s; those above the middle one need an explicit unit. The limits are choices."""
 
 IN_VACUUM = Flight()
-_SAME = 6  # decimals, in seconds, to which equal instants in two sheets agree
-_ROWS_OF_UNITS = 5  # at most, between the header and the numbers
+_SAME = 6  # decimals, in seconds, to which equal instants in two sheets agree: a choice
+_ROWS_OF_UNITS = 5  # at most, between the header and the numbers: a choice
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
 _DATA = re.compile(r"^[+-]?[.]?[0-9]|(?<![\w^⁻-])[0-9]|^nan$", re.IGNORECASE)  # in a cell: it is no unit
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
@@ -138,10 +138,12 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     cells = sum(reader.counted for reader in readers)
     if cells > bounces.MOST_INSTANTS and kind in ("instants", "heights"):
         raise ValueError(f"{first.sheet.file}: there are {cells} {kind}: expected up to {bounces.MOST_INSTANTS}")
+    # Leave out sheets that repeat others, then lines that options name.
     for reader in _twice(readers):
         unread.append((reader.sheet.name, "its instants are in other sheets"))
         readers.remove(reader)
     labels = _leave_out(readers, options.without)
+    # Sheets with too few bounces are reported; any other fault ends the reading.
     made: list[tuple[_Reader, Points]] = []
     for reader in readers:
         reader.prefix = f"{reader.sheet.name}, " * (len(readers) > 1)
@@ -154,14 +156,14 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
             raise ValueError(f"{place}{error}") from None
     if not made:
         raise ValueError(f"{readers[-1].sheet.source}: {unread[-1][1]}")
-    points = bounces.together([each for _, each in made]) if len(made) > 1 else made[0][1]
+    points = bounces.together([sheet_points for _, sheet_points in made]) if len(made) > 1 else made[0][1]
     points = points.without(labels) if labels else points
     points = points.without_scatter() if options.scatter is False else points
     used = [reader for reader, _ in made]
     return Recording(
         points,
         kind,
-        (*((reader.sheet.name, len(each)) for reader, each in made), *unread),
+        (*((reader.sheet.name, len(sheet_points)) for reader, sheet_points in made), *unread),
         tuple(reader.described() for reader in used),
         tuple(chain.from_iterable(reader.left_out for reader in readers)),
         tuple(chain.from_iterable(reader.warnings for reader in used)),
@@ -172,10 +174,10 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
 
 def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[str, str]]) -> list[_Reader]:
     """Return the readers of a file's sheets; add sheets without data, or with another kind of it, to `unread`."""
-    every = sheets(content, source, lambda cells: forms.layout(cells, options.columns))
-    chosen = [sheet for sheet in every if not options.sheets or sheet.sheet in options.sheets]
+    all_sheets = sheets(content, source, lambda cells: forms.layout(cells, options.columns))
+    chosen = [sheet for sheet in all_sheets if not options.sheets or sheet.sheet in options.sheets]
     if not chosen:
-        names = ", ".join(repr(sheet.sheet) for sheet in every if sheet.sheet) or "none"
+        names = ", ".join(repr(sheet.sheet) for sheet in all_sheets if sheet.sheet) or "none"
         raise ValueError(f"{source}: there is no sheet {options.sheets[0]!r}: its sheets are {names}")
     readers: list[_Reader] = []
     for sheet in chosen:
@@ -191,13 +193,21 @@ def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[s
 
 def _twice(readers: Sequence[_Reader]) -> list[_Reader]:
     """Return the sheets whose instants are all in a larger sheet of their file; errors in them are reported later."""
-    of_bounces = [each for each in readers if each.form.kind == "instants" and "flights" not in each.form.needed]
-    every: list[tuple[_Reader, set[float]]] = []
-    for reader in of_bounces if len(readers) > 1 else ():
+    bounce_readers = [
+        reader for reader in readers if reader.form.kind == "instants" and "flights" not in reader.form.needed
+    ]
+    sheet_instants: list[tuple[_Reader, set[float]]] = []
+    for reader in bounce_readers if len(readers) > 1 else ():
         with suppress(ValueError):
-            every.append((reader, {round(t, _SAME) for drop in reader.instants() for t in drop.values.tolist()}))
-    every.sort(key=lambda each: len(each[1]))
-    pairs = ((one, mine, two, theirs) for k, (one, mine) in enumerate(every) for two, theirs in every[k + 1 :])
+            sheet_instants.append(
+                (reader, {round(t, _SAME) for drop in reader.instants() for t in drop.values.tolist()})
+            )
+    sheet_instants.sort(key=lambda entry: len(entry[1]))
+    pairs = (
+        (one, mine, two, theirs)
+        for k, (one, mine) in enumerate(sheet_instants)
+        for two, theirs in sheet_instants[k + 1 :]
+    )
     twice = {one: None for one, mine, two, theirs in pairs if mine <= theirs and one.sheet.file == two.sheet.file}
     return [*twice]
 
@@ -221,7 +231,7 @@ def _leave_out(readers: Sequence[_Reader], without: Sequence[str]) -> list[str]:
     for text in dict.fromkeys(without):
         name, _, line = text.rpartition(":")
         with_line = [reader for reader in readers if line.isdecimal() and int(line) in reader.lines]
-        places = [each for each in with_line if name in ("", each.sheet.sheet, PurePath(each.sheet.file).name)]
+        places = [reader for reader in with_line if name in ("", reader.sheet.sheet, PurePath(reader.sheet.file).name)]
         if len(places) > 1:
             raise ValueError(f"line {line} is in {len(places)} sheets or files: expected NAME:{line}")
         if places:
@@ -293,7 +303,7 @@ class _Reader:
         for k in full[:_ROWS_OF_UNITS]:
             texts = {i: str(cell_of(sheet.rows[k], i)).strip("()[] ") for i in {*used, *range(len(sheet.header))}}
             # Beside a unit, 1 is the unit of a plain number.
-            units = any(unit_in_si(texts[i], each) for i in used for each in ("speed", "length", "time"))
+            units = any(unit_in_si(texts[i], dimension) for i in used for dimension in ("speed", "length", "time"))
             if any(_DATA.search(texts[i]) and not (units and texts[i] == "1") for i in used):
                 break
             self._below |= {i: text for i, text in texts.items() if any(c.isalpha() or c == "%" for c in text)}
@@ -319,8 +329,8 @@ class _Reader:
 
     def has(self, name: str) -> bool:
         """Return whether there is a column of a quantity, or of its errors."""
-        of = self.layout.places.get(name.removeprefix("sigma_"), ()) if name.startswith("sigma_") else ()
-        return name in self.layout.places or any(i in self.errors for i in of)
+        indices = self.layout.places.get(name.removeprefix("sigma_"), ()) if name.startswith("sigma_") else ()
+        return name in self.layout.places or any(i in self.errors for i in indices)
 
     def columns(self, name: str) -> list[_Column]:
         """Return the columns of a quantity; blank cells are NaN, and refused beside a speed."""
@@ -332,6 +342,7 @@ class _Reader:
 
     def _column(self, i: int, name: str) -> _Column:
         dimension, resolution = forms.measured_quantity(name).dimension, self.options.resolution
+        # Standard errors: --resolution for all rows, or a column, in its own unit or that of the quantity.
         values, sigma, j = self._numbers(i, name), np.zeros(len(self.rows)), self.errors.get(i)
         unit, size, origin = self._unit(i, name) or (DIMENSIONS.get(dimension, ("",))[0], 1.0, "plain numbers")
         if self.errors and resolution is not None:
@@ -357,6 +368,7 @@ class _Reader:
         least = " >= 0" if name.startswith("sigma_") else least
         blank = self.form.kind != "speeds" or least == " >= 0"
         values = np.array([self._number(cell) for cell in cells])
+        # Numbers out of range are bad, and so are blank cells beside a speed.
         bad = ~np.isfinite(values) | ((values < 0) if least else False) | ((values == 0) if least == " > 0" else False)
         bad &= [not blank or str(cell).lower() not in ("", "nan") for cell in cells]
         if bad.any():
@@ -375,7 +387,9 @@ class _Reader:
     @cached_property
     def _decimal_comma(self) -> bool:
         """Whether the decimal sign is a comma, by all texts that are read."""
-        used = {i for name, of in self.layout.places.items() if name != "drop" for i in of} | {*self.errors.values()}
+        used = {i for name, indices in self.layout.places.items() if name != "drop" for i in indices} | {
+            *self.errors.values()
+        }
         texts = [
             (k, str(cell)) for k, row in enumerate(self.rows) for i in used if isinstance(cell := cell_of(row, i), str)
         ]
@@ -400,44 +414,46 @@ class _Reader:
         if name == "position" and self.options.length_per_unit is not None:
             return f"{self.options.length_per_unit:g} m", self.options.length_per_unit, "--length-per-unit"
         option = self.options.units.get(name, "")
+        # Units in the header, below it, and in an option must agree.
         written = {head.unit: "its header", self._below.get(i, ""): "the row below the header", option: "--unit"}
-        known = {text: unit_in_si(text, dimension) for text in written if text}
+        units_by_text = {text: unit_in_si(text, dimension) for text in written if text}
         if option:  # a text that is no unit gives way to the option
-            known = {text: unit for text, unit in known.items() if text == option or unit}
-        if bad := [text for text, unit in known.items() if not unit]:
+            units_by_text = {text: unit for text, unit in units_by_text.items() if text == option or unit}
+        if bad := [text for text, unit in units_by_text.items() if not unit]:
             units = " or ".join(DIMENSIONS.get(dimension, ("none", "%"))) + ", or --length-per-unit" * (
                 name == "position"
             )
             where = f"{self.layout.cells[i]!r}: the unit of {name} is {bad[0]!r}"
             raise ValueError(f"{where}: expected {units}, or --unit {name}=UNIT")
-        if len({unit[1] for unit in known.values() if unit}) > 1:
-            texts = " and ".join(f"{text!r} in {written[text]}" for text in known)
+        if len({unit[1] for unit in units_by_text.values() if unit}) > 1:
+            texts = " and ".join(f"{text!r} in {written[text]}" for text in units_by_text)
             raise ValueError(f"the column {name} has the units {texts}: expected one unit")
-        return next(((*unit, written[text]) for text, unit in known.items() if unit), None)
+        return next(((*unit, written[text]) for text, unit in units_by_text.items() if unit), None)
 
     def last_digit(self, name: str) -> float:
         """Return the value of one unit in the last digit of a column, in SI units."""
         i = self.layout.places[name][0]
         cells = [str(cell_of(row, i)).replace(",", ".") for row in self.rows]
+        # The finest digit of all cells
         digits = [int(Decimal(cell).as_tuple().exponent) for cell in cells if _NUMBER.fullmatch(cell)]
         return float(10.0 ** min(digits, default=0)) * (self._unit(i, name) or ("", 1.0))[1]
 
     def described(self) -> dict[str, Any]:
         """Return the columns that were read, for `Recording`."""
-        found: dict[str, Any] = {}
+        facts: dict[str, Any] = {}
         cells, used = self.layout.cells, {*self.errors.values()}
         for name in (*self.form.needed, *self.form.optional):
             if places := self.layout.places.get(name, ()):
                 used |= {*places}
                 headers = [cells[i] for i in places], [*{cells[self.errors[i]]: 0 for i in places if i in self.errors}]
-                column, error = (each if len(each) > 1 else each[0] if each else None for each in headers)
-                every = [self._column(i, name) for i in places if name != "drop"]
-                units, origins = [each.unit for each in every], dict.fromkeys(each.origin for each in every)
+                column, error = (texts if len(texts) > 1 else texts[0] if texts else None for texts in headers)
+                columns = [self._column(i, name) for i in places if name != "drop"]
+                units, origins = [c.unit for c in columns], dict.fromkeys(c.origin for c in columns)
                 unit = units if len({*units}) > 1 else "".join(units[:1])
-                found[name] = {"column": column, "unit": unit, "unit_from": " and ".join(origins), "error": error}
+                facts[name] = {"column": column, "unit": unit, "unit_from": " and ".join(origins), "error": error}
         unused = [cell for i, cell in enumerate(cells) if cell and i not in used]
         rows = {"rows": len(self.lines), "lines": [self.lines[0], self.lines[-1]], "unused": unused}
-        return {"sheet": self.sheet.name, **found, **rows}
+        return {"sheet": self.sheet.name, **facts, **rows}
 
     # --- checks -------------------------------------------------------------------------------------------------------
 
@@ -485,18 +501,23 @@ class _Reader:
         name, read = self.form.needed[0], {i for places in self.layout.places.values() for i in places}
         alone = self.form.needed in (("height",), ("time",), ("interval",)) and name not in self.options.columns
         for i, head in enumerate(self.layout.headers if alone else ()):
+            # Any other measured quantity may tell that the list is something else, such as independent falls.
             rivals = {*head.quantities} & {"speed", "speed_out", "epsilon", "e", "energy"}
             if name == "height":  # of several falls, perhaps, if anything else was measured beside it
                 rivals = {*head.quantities} - {"height", "position", "drop_height", "drop", "frame"}
-                rivals |= {each for each in ("length", "time", "speed") if head.unit and unit_in_si(head.unit, each)}
+                rivals |= {
+                    dimension
+                    for dimension in ("length", "time", "speed")
+                    if head.unit and unit_in_si(head.unit, dimension)
+                }
             eps = ["epsilon"] if {"e", "energy"} & {*head.quantities} else []
-            omitted = any(self.options.columns.get(each) == "-" for each in (*head.quantities, *eps))
+            omitted = any(self.options.columns.get(meaning) == "-" for meaning in (*head.quantities, *eps))
             if rivals and i not in read and not omitted and head.error_of is None:
-                cell, own = self.layout.cells[i], self.layout.cells[self.layout.places[name][0]]
-                of_eps = rivals <= {"epsilon", "e", "energy"}
-                how = "a column speed, if it is eps" if of_eps else f"--column NAME={i + 1} with its quantity"
-                alone_too = f"or --column {name}={own!r} for the {name} alone"
-                raise ValueError(f"the column {cell!r} is not read beside {own!r}: expected {how}, {alone_too}")
+                cell, list_header = self.layout.cells[i], self.layout.cells[self.layout.places[name][0]]
+                may_be_epsilon = rivals <= {"epsilon", "e", "energy"}
+                how = "a column speed, if it is eps" if may_be_epsilon else f"--column NAME={i + 1} with its quantity"
+                alone_too = f"or --column {name}={list_header!r} for the {name} alone"
+                raise ValueError(f"the column {cell!r} is not read beside {list_header!r}: expected {how}, {alone_too}")
 
     def _refuse_missing_units(self) -> None:
         """Raise ValueError if one of two columns of the same dimension has a unit, and the other none."""
@@ -538,10 +559,10 @@ class _Reader:
     def sequels(self) -> list[Sequel]:
         """Return the values of each drop in succession: down a column, or along the rows of several columns."""
         columns = [column for name in self.form.needed for column in self.columns(name)]
-        values, sigma = np.array([each.values for each in columns]), np.array([each.sigma for each in columns])
+        values, sigma = np.array([column.values for column in columns]), np.array([column.sigma for column in columns])
         if len(columns) == 1:
             whole = Sequel(values[0], self.labels, sigma[0], self.durations())
-            return [part for of in self.drops() for part in whole.part(of).unbroken()]
+            return [part for indices in self.drops() for part in whole.part(indices).unbroken()]
         heads = [self.layout.headers[i].name for name in self.form.needed for i in self.layout.columns(name)]
         rows = zip(self.labels, values.T, sigma.T, strict=True)
         drops = (Sequel(row, [f"{label}, {head}" for head in heads], error) for label, row, error in rows)
@@ -625,9 +646,9 @@ def _instants(reader: _Reader) -> Points:
 
 def _successive(reader: _Reader) -> list[Sequel]:
     """Return the sequels of two values or more; add others to the reader's `left_out`."""
-    every = reader.sequels()
-    reader.left_out += [(each.labels[0], "no value follows it") for each in every if len(each.values) < 2]
-    if not (some := [each for each in every if len(each.values) > 1]):
+    sequels = reader.sequels()
+    reader.left_out += [(sequel.labels[0], "no value follows it") for sequel in sequels if len(sequel.values) < 2]
+    if not (some := [sequel for sequel in sequels if len(sequel.values) > 1]):
         raise bounces.TooFew("no drop has two heights or flights in succession: expected two or more, for one eps")
     return some
 
@@ -638,11 +659,11 @@ def _heights(reader: _Reader) -> Points:
     for drop in drops:
         bounces.require_falling(drop.values, drop.labels, drop.sigma, advice)
     bounces.require_successive([drop.values for drop in drops])
-    every = [(drop.values, drop.labels) for drop in drops]
-    if np.ptp(np.concatenate([values for values, _ in every])) == 0:
+    labelled_drops = [(drop.values, drop.labels) for drop in drops]
+    if np.ptp(np.concatenate([values for values, _ in labelled_drops])) == 0:
         raise ValueError(f"all heights are {drops[0].values[0]:.6g} m: {advice}")
     sigma, contact = [drop.sigma for drop in drops], reader.options.contact_time
-    return bounces.of_heights(every, reader.options.flight, sigma=sigma, contact_time=contact)
+    return bounces.of_heights(labelled_drops, reader.options.flight, sigma=sigma, contact_time=contact)
 
 
 def _positions(reader: _Reader) -> Points:
@@ -650,13 +671,14 @@ def _positions(reader: _Reader) -> Points:
     (first, _), options, labels, made = reader.form.needed, reader.options, reader.labels, list[Points]()
     if first == "frame" and options.rate is None:
         raise ValueError("frames have no times: expected --rate, the number of frames per second")
+    # t = frame/rate
     times, (position,) = reader.values(first) / (options.rate or 1.0), reader.columns("position")
     for rows in reader.drops():
-        of = [i for i in rows if math.isfinite(times[i]) and math.isfinite(position.values[i])]
-        kept, digit = [labels[i] for i in of], reader.last_digit(first)
-        frames = tracks.frame_times(times[of], kept, digit / (options.rate or 1.0))
+        complete_rows = [i for i in rows if math.isfinite(times[i]) and math.isfinite(position.values[i])]
+        kept, digit = [labels[i] for i in complete_rows], reader.last_digit(first)
+        frames = tracks.frame_times(times[complete_rows], kept, digit / (options.rate or 1.0))
         track = tracks.of_track(
-            frames, position.values[of], kept, options.flight, sigma=position.sigma[of],
+            frames, position.values[complete_rows], kept, options.flight, sigma=position.sigma[complete_rows],
             contact_time=options.contact_time,
         )  # fmt: skip
         made.append(track.points)
