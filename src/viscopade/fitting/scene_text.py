@@ -9,15 +9,15 @@ from viscopade.collision.spheres import Sphere
 from viscopade.fitting.damping import DampingFit
 from viscopade.generated import comment, harmless, marker_lines, string
 
-SHARE = 0.1  # tolerance over the standard error of eps
+SHARE = 0.1  # tolerance over the standard error of eps: a choice; more accuracy would not help
 
 
-def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, title: str) -> str:
+def scene_text(fit: DampingFit, sphere: Sphere, wall: bool, command: str, title: str) -> str:
     """Return a scene with spheres like the measured one, as TOML.
 
     Parameters
     ----------
-    found : DampingFit
+    fit : DampingFit
         In SI units.
     sphere : Sphere
         The measured sphere; its A is not used.
@@ -32,31 +32,34 @@ def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, titl
     ValueError
         If the damping is 0, or the standard error of eps is 1 or more.
     """
-    if found.verdict.word in ("does not hold", "undecided"):
-        title += f" ({found.verdict.sentence[0].lower()}{found.verdict.sentence[1:]})"
-    speed = f"{found.main.middle:.4g}"
-    epsilon, error = found.epsilon(float(speed))
-    loss = float(double.one_minus_epsilon(math.sqrt(found.beta) * float(speed) ** 0.1))
+    if fit.verdict.word in ("does not hold", "undecided"):
+        title += f" ({fit.verdict.sentence[0].lower()}{fit.verdict.sentence[1:]})"
+    # eps at the geometric mean of the speeds, where it is known best.
+    speed = f"{fit.main.middle:.4g}"
+    epsilon, error = fit.epsilon(float(speed))
+    # 1 - eps at v* = beta^(1/2) v^(1/10)
+    loss = float(double.one_minus_epsilon(math.sqrt(fit.beta) * float(speed) ** 0.1))
     if not loss > 1e-12 or not 0 < error < 1:
         raise ValueError(
-            f"beta is {found.beta:.3g} +- {found.beta_standard_error:.2g}, eps is {epsilon:.6g} +- {error:.2g}: "
+            f"beta is {fit.beta:.3g} +- {fit.beta_standard_error:.2g}, eps is {epsilon:.6g} +- {error:.2g}: "
             "expected beta > 0 and a standard error of eps < 1, for a scene"
         )
-    known = f"epsilon = {epsilon!r}" if epsilon <= 0.5 else f"one_minus_epsilon = {loss!r}"
+    # A small 1 - eps keeps its digits only if it is written as such.
+    measured_value = f"epsilon = {epsilon!r}" if epsilon <= 0.5 else f"one_minus_epsilon = {loss!r}"
     partner = ', partner = "wall"' if wall else ""
     tolerance = max(float(f"{SHARE * error:.1g}"), 1e-12)
     plane = '\n[body.plane]\nmaterial = "measured"\nwall = true\n' if wall else ""
     return f"""\
 {comment(marker_lines(command), "#")}
-# {found.verdict.sentence}: {"; ".join(found.verdict.reasons)}.
+# {fit.verdict.sentence}: {"; ".join(fit.verdict.reasons)}.
 title = {string(harmless(title))}
 
 [material.measured]
 young_modulus = {sphere.young_modulus!r}  # Pa
 poisson_ratio = {sphere.poisson_ratio!r}
 density = {sphere.density!r}  # kg/m^3
-# From {len(found.points)} points; standard_error is that of eps.
-restitution = {{ {known}, standard_error = {error:.3g}, speed = "{speed} m/s", \
+# From {len(fit.points)} points; standard_error is that of eps.
+restitution = {{ {measured_value}, standard_error = {error:.3g}, speed = "{speed} m/s", \
 radius = {sphere.radius!r}{partner} }}
 
 [body.ball]
@@ -64,8 +67,8 @@ material = "measured"
 radius = {sphere.radius!r}  # m
 {plane}
 [speed]
-min = "{found.points.speed.min():.4g} m/s"
-max = "{found.points.speed.max():.4g} m/s"
+min = "{fit.points.speed.min():.4g} m/s"
+max = "{fit.points.speed.max():.4g} m/s"
 
 [tolerance]
 # A tenth of the standard error of eps: more accuracy would not help.
