@@ -20,10 +20,10 @@ from viscopade.scene.choice import Choice
 from viscopade.scene.render import calls, file_name
 from viscopade.scene.tolerance import MEASURES
 
-SPEEDS = 20_000  # for each pair
-COLLISIONS = 1_000_000  # for all pairs, about
+SPEEDS = 20_000  # collisions of each pair, at most; a choice
+COLLISIONS = 1_000_000  # of all pairs together, about; a choice, but each pair has at least 1000
 REFERENCE = 1e-15  # more than the relative error of the exact results, in double precision (sampled)
-_SEED = 7
+_SEED = 7  # of the random speeds and sizes, which are the same in each run; a choice
 
 Array = npt.NDArray[Any]
 
@@ -85,18 +85,19 @@ def check_code(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
     tool = runners.find_tool(runner, cc if runner.variable == "CC" else None)
     if tool is None:
         return SceneCheck("", reason=f"not run: there is no {runners.missing(runner)}")
+    # Compile the file with a driver that evaluates these calls, and run it at the collisions of the scene.
     made = calls(choice, "x", "y")
     if constant:
         made = [f"{call} + {number.literal(0.0)} * x" for call in made]  # drivers have arguments
     with TemporaryDirectory() as folder:
         program = runners.build(language, number, (file_name(choice.scene), text), made, tool, Path(folder))
-        given = collisions(choice)
+        sample = collisions(choice)
         if constant:
-            eps = program(np.zeros(1))[:, 0].astype(float)[given.pair]
-            found = np.array([eps, (1 - eps) * (1 + eps)])
+            eps = program(np.zeros(1))[:, 0].astype(float)[sample.pair]
+            results = np.array([eps, (1 - eps) * (1 + eps)])
         else:
-            found = program(*given.arguments).astype(float)
-    return _compared(choice, given, tool.version, found)
+            results = program(*sample.arguments).astype(float)
+    return _compared(choice, sample, tool.version, results)
 
 
 # --- collisions -------------------------------------------------------------------------------------------------------
@@ -104,10 +105,12 @@ def check_code(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
 
 def collisions(choice: Choice) -> Collisions:
     """Return collisions of each pair at speeds and sizes all over the scene."""
+    # The million collisions are divided among the pairs.
     pairs = len(choice.encounters)
     size = max(1000, min(SPEEDS, COLLISIONS // pairs))
-    each = [_of_pair(choice, i, size) for i in range(pairs)]
-    speed, beta = (np.concatenate(values) for values in zip(*each, strict=True))
+    speeds_and_betas = [_of_pair(choice, i, size) for i in range(pairs)]
+    speed, beta = (np.concatenate(values) for values in zip(*speeds_and_betas, strict=True))
+    # The exact eps and 1 - eps are those of the arguments as they are after rounding to the format of the code.
     pair = np.repeat(np.arange(pairs), size)
     if choice.scene.code.argument == "v_star":
         argument = np.sqrt(beta) * speed ** speed.dtype.type(0.1)
@@ -124,6 +127,7 @@ def _of_pair(choice: Choice, pair: int, size: int) -> tuple[Array, Array]:
     kind = np.float32 if choice.scene.code.format == "float" else np.float64
     random = np.random.default_rng((_SEED, pair)).random((2, size))
     random[:, :2] = [0, 1], [0, 1]  # the ends
+    # From the weakest to the strongest pair beta grows; both ends of both ranges are among the samples.
     speeds = encounter.speeds.slowest / scale.speed, encounter.speeds.fastest / scale.speed
     betas = scale.beta(encounter.weakest.beta), scale.beta(encounter.strongest.beta)
     speed, beta = (  # numbers whose logarithms are uniform
@@ -136,12 +140,13 @@ def _of_pair(choice: Choice, pair: int, size: int) -> tuple[Array, Array]:
 # --- results ----------------------------------------------------------------------------------------------------------
 
 
-def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) -> SceneCheck:
+def _compared(choice: Choice, sample: Collisions, how: str, results: FloatArray) -> SceneCheck:
     """Return the largest errors of eps and 1 - eps^2; raise ToolchainError if they are too large."""
-    eps, dissipation = given.eps, given.loss * (1 + given.eps)
-    off = np.abs(found[0] - eps)
-    each = {"epsilon": off / eps, "dissipation": np.abs(found[1] - dissipation) / dissipation, "absolute": off}
-    errors = {name: float(np.nan_to_num(values, nan=np.inf).max()) for name, values in each.items()}
+    # 1 - eps^2 = (1 - eps) (1 + eps), which does not cancel.
+    eps, dissipation = sample.eps, sample.loss * (1 + sample.eps)
+    off = np.abs(results[0] - eps)
+    deviations = {"epsilon": off / eps, "dissipation": np.abs(results[1] - dissipation) / dissipation, "absolute": off}
+    errors = {name: float(np.nan_to_num(values, nan=np.inf).max()) for name, values in deviations.items()}
     limits, proven = choice.scene.tolerance.given(), choice.chosen.errors
     # The other errors must meet twice the file's bounds, because mathematical libraries may round differently.
     others = {name: 2 * float(bound) for name, bound in proven.items() if name not in limits}
@@ -150,4 +155,4 @@ def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) ->
             raise ToolchainError(
                 f"the generated code fails its check: {MEASURES[name]} is {errors[name]:.3g}, more than {limit:.3g}"
             )
-    return SceneCheck(how, given.pair.size, errors)
+    return SceneCheck(how, sample.pair.size, errors)
