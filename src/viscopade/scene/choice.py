@@ -22,7 +22,7 @@ from viscopade.scene.encounter import Encounter, encounters
 from viscopade.scene.tolerance import MEASURES, excess
 
 LARGE = 8192
-"""Bytes of a table above which the answer says how to get a smaller one."""
+"""Bytes of a table above which the answer says how to get a smaller one; a choice."""
 
 
 @dataclass(frozen=True)
@@ -69,31 +69,35 @@ def choose(scene: Scene) -> Choice:
     met = encounters(scene)
     for i in track(range(len(met)), "pairs"):
         met[i].epsilon  # noqa: B018  computed here, with a progress bar, and cached
-    offers = sorted(candidates(scene, met), key=lambda each: each.rank)
-    enough = [each for each in offers if not each.failing]
+    offers = sorted(candidates(scene, met), key=lambda offer: offer.rank)
+    enough = [offer for offer in offers if not offer.failing]
     if not enough:
         raise _nothing(scene, met, offers)
-    as_cheap = [each for each in enough if each.cost <= AS_CHEAP * enough[0].cost]
-    chosen = min(as_cheap, key=lambda each: (each.kernel.bytes, each.degrees is not None, each.rank))
+    # Of the kernels within the tolerance, those that cost hardly more than the cheapest count as equal. Of these the
+    # one with the smallest table wins, then one for all speeds, which is no quotient for the scene, then the cheapest.
+    as_cheap = [offer for offer in enough if offer.cost <= AS_CHEAP * enough[0].cost]
+    chosen = min(as_cheap, key=lambda offer: (offer.kernel.bytes, offer.degrees is not None, offer.rank))
+    # What the answer says besides: limits of the model, uncertainty, weight, and a smaller table if this one is large.
     warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
     notes = [text for encounter in met for text in sense.notes(scene, encounter)]
     for note, warning in filter(None, map(sense.weight, met)):
         notes.append(note)
         warnings += [] if warning is None else [warning]
-    smaller = [each for each in enough if each.kernel.bytes < chosen.kernel.bytes]
+    smaller = [offer for offer in enough if offer.kernel.bytes < chosen.kernel.bytes]
     if chosen.kernel.bytes > LARGE and smaller:
         size, cost = smaller[0].kernel.bytes, smaller[0].cost
         notes.append(f"For a smaller table ({size:,} bytes, cost {cost}): code.largest_table = {max(size, 1)}")
     return Choice(scene, met, offers, chosen, "; ".join(_reasons(scene, met, offers, chosen)), warnings, notes)
 
 
-def _nothing(scene: Scene, met: Sequence[Encounter], known: Sequence[Candidate]) -> ValueError:
+def _nothing(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate]) -> ValueError:
     """Return the error for a tolerance that no kernel meets."""
     reason = None if scene.code.spoken.table or scene.code.argument == "v_star" else uncovered(scene, met)
     if reason is not None:
         return ValueError(f"{scene.source}: a constant does not meet the tolerance, and {reason}")
+    # The message names the best error of all kernels, even if rounding alone exceeds the tolerance.
     quotient = best_quotient(scene, met) if too_rough(scene, met) else None
-    best = min(filter(None, (*known, quotient)), key=lambda each: excess(each.errors, scene.tolerance))
+    best = min(filter(None, (*offers, quotient)), key=lambda offer: excess(offer.errors, scene.tolerance))
     name, code = excess(best.errors, scene.tolerance)[1], scene.code
     small = "" if code.largest_table is None else f", tables of at most {code.largest_table} bytes"
     return ValueError(
@@ -106,25 +110,27 @@ def _nothing(scene: Scene, met: Sequence[Encounter], known: Sequence[Candidate])
 def _reasons(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate], chosen: Candidate) -> list[str]:
     """Return the reasons against cheaper kernels, including the one that comes closest to the tolerance."""
     texts = list[str]()
+    # Of best quotients, the one with an operation less.
     if chosen.degrees is not None:
         fit = fewer_operations(chosen)
         if fit is not None:
             off = f"{fit.error:.3g} min(eps, 1 - eps)"
             texts.append(f"the best quotient with fewer operations, {fit.label}, has an error of {off} (sampled)")
     # At the same cost, a smaller table would be preferred.
-    less = [each for each in offers if each.rank[:2] < chosen.rank[:2]]
-    missed, cheap = ([each for each in less if bool(each.failing) == fails] for fails in (True, False))
+    less = [offer for offer in offers if offer.rank[:2] < chosen.rank[:2]]
+    missed, cheap = ([offer for offer in less if bool(offer.failing) == fails] for fails in (True, False))
+    # Of cheaper kernels outside the tolerance, the one that comes closest; of those within it, why they are not chosen.
     rough = too_rough(scene, met)
     if rough is not None and not chosen.is_constant:
         texts.append(rough)
     elif missed:
-        texts.append(_failure(scene, met, min(missed, key=lambda each: excess(each.errors, scene.tolerance))))
-    for why, found in (
-        ("with a larger table", [each for each in cheap if each.kernel.bytes]),
-        ("for the speeds of the scene only", [each for each in cheap if each.degrees is not None]),
+        texts.append(_failure(scene, met, min(missed, key=lambda offer: excess(offer.errors, scene.tolerance))))
+    for why, rejected in (
+        ("with a larger table", [offer for offer in cheap if offer.kernel.bytes]),
+        ("for the speeds of the scene only", [offer for offer in cheap if offer.degrees is not None]),
     ):
-        if found:
-            texts.append(f"{' and '.join(each.label for each in found)}: hardly cheaper, {why}")
+        if rejected:
+            texts.append(f"{' and '.join(offer.label for offer in rejected)}: hardly cheaper, {why}")
     return texts
 
 
