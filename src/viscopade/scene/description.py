@@ -125,6 +125,9 @@ class Speeds:
         The normal component of the impact velocity has the density v exp(-v^2/(2 s^2)), because faster pairs collide
         more often. s^2 is the variance of a component of the relative velocity.
         """
+        # The relative velocity of two particles has the variance 2 T, that of one and a wall T. The probability of an
+        # impact faster than v is exp(-v^2/(2 s^2)): 1 - tail at the slowest, tail at the fastest. The mean is
+        # s sqrt(pi/2).
         s = math.sqrt(temperature * (1 if wall else 2))
         slowest, fastest = (s * math.sqrt(-2 * x) for x in (math.log1p(-tail), math.log(tail)))
         return cls(slowest, s * math.sqrt(math.pi / 2), fastest, temperature)
@@ -177,7 +180,7 @@ class Tolerance:
     absolute: float | None = None
 
     def given(self) -> dict[str, float]:
-        """Return the given tolerances."""
+        """Return the limits of the errors that have one, by the name of the tolerance."""
         return {name: value for name, value in vars(self).items() if value is not None}
 
 
@@ -278,6 +281,7 @@ class Scene:
 
     def by_classes(self) -> Scene:
         """Return the scene with a body, NAME_1 and so on, for each class of sizes, and with a meeting of each pair."""
+        # The bodies by classes, by the name of the whole body; their names must be free.
         parts: dict[str, dict[str, Body]] = {}
         for name, body in self.bodies.items():
             if body.sizes is None or body.sizes.classes == 1:
@@ -309,12 +313,14 @@ class Scene:
         """
         if meeting.dissipative_constant is not None:
             return meeting.relative_error
+        # The share of a material in the mean: A/E* of its bodies, E* = Y/(1 - nu^2) the plane strain modulus.
         shares: dict[str, float] = {}
         for name in (meeting.first, meeting.second):
             sphere, material = self.sphere(name), self.bodies[name].material
             share = sphere.dissipative_constant / sphere.plane_strain_modulus
             shares[material] = shares.get(material, 0.0) + share
-        known = [(self.materials[name].relative_error, share) for name, share in shares.items()]
-        if all(error is None for error, _ in known):
+        # Independent errors add in squares: sigma_A/A = sqrt(sum (error share)^2)/sum share.
+        errors = [(self.materials[name].relative_error, share) for name, share in shares.items()]
+        if all(error is None for error, _ in errors):
             return None
-        return math.hypot(*((error or 0.0) * share for error, share in known)) / sum(shares.values())
+        return math.hypot(*((error or 0.0) * share for error, share in errors)) / sum(shares.values())
