@@ -16,9 +16,10 @@ from viscopade.collision.spheres import Pair
 from viscopade.scene.description import Meeting, Scene, Speeds
 from viscopade.simulators.setup import NamedContact
 
-DIGITS = 20
+DIGITS = 20  # of the ends of the range of eps: more than a double has, a choice
 # More than the relative error of beta and v* in double precision.
 _PADDING = Fraction(1, 10**12)
+# More than the relative error of a decimal of this many digits.
 _LAST_DIGIT = Fraction(1, 10 ** (DIGITS - 2))
 
 Interval = tuple[Fraction, Fraction]
@@ -96,9 +97,10 @@ class Encounter:
         """Return the contact for simulators."""
         slowest, fastest = self.speeds.slowest, self.speeds.fastest
         extremes = () if len(self.sizes) == 1 else self.sizes
-        known = self.meeting.known_at
-        at = self.speeds.typical if known is None else min(max(known, slowest), fastest)
-        return NamedContact(self.meeting.first, self.meeting.second, self.pair, slowest, at, fastest, extremes)
+        # The typical speed is that of the measured eps, moved into the range of the scene.
+        measured_speed = self.meeting.known_at
+        typical = self.speeds.typical if measured_speed is None else min(max(measured_speed, slowest), fastest)
+        return NamedContact(self.meeting.first, self.meeting.second, self.pair, slowest, typical, fastest, extremes)
 
 
 @lru_cache(maxsize=256)
@@ -125,14 +127,14 @@ def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
         pairs = {scene.pair(meeting, radii) for radii in _extreme_radii(scene, meeting)}
     except ValueError as error:
         raise ValueError(f"{scene.source}: {meeting.name}: {error}") from None
-    found = Encounter(meeting, pair, tuple(sorted(pairs, key=lambda p: (p.beta, p.m_eff, p.first.radius))))
-    low, high = found.v_star
+    encounter = Encounter(meeting, pair, tuple(sorted(pairs, key=lambda p: (p.beta, p.m_eff, p.first.radius))))
+    low, high = encounter.v_star
     if not 1e-30 <= low <= high <= 1e30:
         raise ValueError(
-            f"{scene.source}: v* of {found.name} ranges from {float(low):.3g} to {float(high):.3g}: expected 1e-30 "
+            f"{scene.source}: v* of {encounter.name} ranges from {float(low):.3g} to {float(high):.3g}: expected 1e-30 "
             "to 1e30 (are the units of the material and of the speeds right?)"
         )
-    return found
+    return encounter
 
 
 def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, float | None]]:
@@ -149,6 +151,7 @@ def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, floa
         yield from ((radius, None) for radius in first.sizes.ends)
         return
     yield from ((a, b) for a in first.sizes.ends for b in second.sizes.ends)
+    # The radius at which the derivative vanishes, if the other body has its largest one.
     density = [scene.sphere(name).density for name in (meeting.first, meeting.second)]
     a = second.sizes.largest / _stationary(density[1] / density[0])
     b = first.sizes.largest / _stationary(density[0] / density[1])
@@ -160,6 +163,7 @@ def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, floa
 
 def _stationary(density_ratio: float) -> float:
     """Return s = R_fixed/R at which d ln(sqrt(R_eff)/m_eff)/d ln R = 0: 1/2 = c s^2 (3 + 5/2 s), c = density_ratio."""
+    # 5/2 c s^3 + 3 c s^2 - 1/2 = 0 has one positive root. A computed root counts as real up to 1e-9, a choice.
     c = density_ratio
     roots = np.roots([2.5 * c, 3 * c, 0, -0.5])
     return float(max(root.real for root in roots if abs(root.imag) < 1e-9 * abs(root)))
@@ -175,8 +179,10 @@ def mean_free_time(scene: Scene, encounter: Encounter) -> float | None:
     if phi is None or encounter.pair.second.is_wall:
         return None
     radius = encounter.pair.R_eff * 2  # of equal spheres with this distance at contact, or about it
+    # g = (1 - phi/2)/(1 - phi)^3, and the volume for each sphere is 1/n = (4/3) pi r^3/phi.
     g = (1 - phi / 2) / (1 - phi) ** 3
-    volume = 4 / 3 * math.pi * radius**3 / phi  # for each sphere
+    volume = 4 / 3 * math.pi * radius**3 / phi
     temperature, fastest = encounter.speeds.temperature, encounter.speeds.fastest
+    # The free time is 1/(n d^2 g rate), d = 2 r, with the rate pi v, or 4 sqrt(pi T) in a gas of temperature T.
     rate = math.pi * fastest if temperature is None else 4 * math.sqrt(math.pi * temperature)
     return volume / ((2 * radius) ** 2 * g * rate)
