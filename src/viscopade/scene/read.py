@@ -33,11 +33,11 @@ from viscopade.scene.description import (
 from viscopade.scene.units import Scale
 from viscopade.simulators.setup import Units
 
-MOST_BODIES = 40
+MOST_BODIES = 40  # and materials; a choice, as is the next one
 MOST_CLASSES = 16
-TAIL = 1e-6  # default probability of a tail
+TAIL = 1e-6  # default probability of a tail; a choice: a run of N collisions needs less than 1/N
 POISSON = "a number > -1 and <= 0.5"
-SAME = 0.01  # relative difference up to which two values of A agree
+SAME = 0.01  # relative difference up to which two values of A agree; a choice
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 T = TypeVar("T")
@@ -75,7 +75,7 @@ def from_toml(content: bytes | str, source: str) -> Scene:
     }
     meetings = tuple(_meetings(whole, materials, bodies))
     (units, scale), title = _units(whole.get("units")), whole.get("title")
-    found = Scene(
+    scene = Scene(
         source=whole.source,
         name=_name(whole.get("name"), whole.source),
         title=whole.source if title is None else title.text(),
@@ -89,8 +89,8 @@ def from_toml(content: bytes | str, source: str) -> Scene:
         scale=scale,
     )
     for i, meeting in enumerate(meetings):
-        _require_damping(found, meeting, f"contact[{i}]" if whole.has("contact") else "")
-    return found
+        _require_damping(scene, meeting, f"contact[{i}]" if whole.has("contact") else "")
+    return scene
 
 
 def _name(node: Node | None, source: str) -> str:
@@ -124,25 +124,27 @@ def _material(node: Node) -> Material:
     node.only(
         "young_modulus", "poisson_ratio", "density", "dissipative_constant", "restitution", "yield_strength", "source"
     )
+    # The elastic properties, the density, and A if it is there.
     modulus = _required(node, "young_modulus", "pressure")
     poisson = node.need("poisson_ratio", POISSON).within(POISSON, lambda nu: -1 < nu <= 0.5)
     density = _optional(node, "density", "density")
-    given = _optional(node, "dissipative_constant", "time", zero=True)
+    constant = _optional(node, "dissipative_constant", "time", zero=True)
     if (source := node.get("source")) is not None:
         source.text()
-    known, relative_error = node.get("restitution"), None
-    if known is not None:
-        known.only("epsilon", "one_minus_epsilon", "standard_error", "speed", "radius", "partner")
-        radius = _required(known, "radius", "length")
-        partner = "sphere" if (part := known.get("partner")) is None else part.choice(("sphere", "wall"))
+    restitution, relative_error = node.get("restitution"), None
+    if restitution is not None:
+        restitution.only("epsilon", "one_minus_epsilon", "standard_error", "speed", "radius", "partner")
+        # Else A follows from a measured eps, of two equal balls or of a ball and a wall of this material.
+        radius = _required(restitution, "radius", "length")
+        partner = "sphere" if (part := restitution.get("partner")) is None else part.choice(("sphere", "wall"))
         if density is None:
             raise ValueError(f"{node.source}: {node.key}.density is missing: {node.key}.restitution needs it")
         elastic = {"young_modulus": modulus, "poisson_ratio": poisson, "dissipative_constant": 0.0}
         ball = _checked(node, lambda: Sphere(radius=radius, density=density, **elastic))
         pair = _checked(node, lambda: Pair(ball, ball if partner == "sphere" else Sphere.wall(**elastic)))
-        given = _constant(node, pair, given, known)
-        relative_error = _relative_error(known, pair, given)
-    return Material(modulus, poisson, density, given, _optional(node, "yield_strength", "pressure"), relative_error)
+        constant = _constant(node, pair, constant, restitution)
+        relative_error = _relative_error(restitution, pair, constant)
+    return Material(modulus, poisson, density, constant, _optional(node, "yield_strength", "pressure"), relative_error)
 
 
 def _required(node: Node, name: str, dimension: str) -> float:
@@ -154,37 +156,40 @@ def _optional(node: Node, name: str, dimension: str, *, zero: bool = False) -> f
     return None if part is None else quantity(part, dimension, zero=zero)
 
 
-def _constant(node: Node, pair: Pair, given: float | None, known: Node) -> float:
+def _constant(node: Node, pair: Pair, constant: float | None, restitution: Node) -> float:
     """Return A from a known eps; if A is also given, both must agree."""
-    names = [name for name in ("epsilon", "one_minus_epsilon") if known.has(name)]
+    names = [name for name in ("epsilon", "one_minus_epsilon") if restitution.has(name)]
     if len(names) != 1:
         which = "both" if names else "neither"
         raise ValueError(
-            f"{known.source}: {known.key}: epsilon and one_minus_epsilon: {which} given, expected exactly one of them"
+            f"{restitution.source}: {restitution.key}: epsilon and one_minus_epsilon: {which} given, expected exactly "
+            "one of them"
         )
     if names[0] == "epsilon":
-        value = known["epsilon"].within("a number > 0 and <= 1", lambda e: 0 < e <= 1)
+        value = restitution["epsilon"].within("a number > 0 and <= 1", lambda e: 0 < e <= 1)
     else:
-        value = known["one_minus_epsilon"].within("a number >= 0 and < 1", lambda e: 0 <= e < 1)
-    speed = _required(known, "speed", "speed")
-    implied = _checked(known, lambda: pair.calibrated(speed, **{names[0]: value}).A)
-    if given is not None and abs(given - implied) > SAME * max(given, implied):
+        value = restitution["one_minus_epsilon"].within("a number >= 0 and < 1", lambda e: 0 <= e < 1)
+    # eps is a function of v* alone: its inverse gives v*, this beta, and this A.
+    speed = _required(restitution, "speed", "speed")
+    implied = _checked(restitution, lambda: pair.calibrated(speed, **{names[0]: value}).A)
+    if constant is not None and abs(constant - implied) > SAME * max(constant, implied):
         raise ValueError(
-            f"{node.source}: {node.key}.dissipative_constant is {given:.6g} s, but {known.key} implies {implied:.6g} s"
-            ": expected one of the two, or both if they agree within 1 %"
+            f"{node.source}: {node.key}.dissipative_constant is {constant:.6g} s, but {restitution.key} implies "
+            f"{implied:.6g} s: expected one of the two, or both if they agree within 1 %"
         )
-    return implied if given is None else given
+    return implied if constant is None else constant
 
 
-def _relative_error(known: Node, pair: Pair, constant: float) -> float | None:
+def _relative_error(restitution: Node, pair: Pair, constant: float) -> float | None:
     """Return the relative standard error of A from the standard error of a known eps."""
-    if not known.has("standard_error"):
+    if not restitution.has("standard_error"):
         return None
     accepted = "a number > 0 and < 1, the standard error of eps"
-    error = known["standard_error"].within(accepted, lambda x: 0 < x < 1)
-    sensitivity = restitution_error(float(pair.damped(constant).v_star(_required(known, "speed", "speed"))), 1.0)
+    error = restitution["standard_error"].within(accepted, lambda x: 0 < x < 1)
+    # sigma_eps = |d eps/d ln A| sigma_A/A, whose first factor is the error of eps for a relative error of 1.
+    sensitivity = restitution_error(float(pair.damped(constant).v_star(_required(restitution, "speed", "speed"))), 1.0)
     if not sensitivity:
-        raise known["standard_error"].refuse("none if eps is 1, because A is then 0 and has no relative error")
+        raise restitution["standard_error"].refuse("none if eps is 1, because A is then 0 and has no relative error")
     return error / sensitivity
 
 
@@ -211,11 +216,13 @@ def _body(node: Node, materials: Mapping[str, Material]) -> Body:
 
 def _sizes(node: Node) -> Sizes:
     """Return the radii: one, or those of a range or of a distribution without its tails, in classes."""
+    # A single radius.
     if not isinstance(node.value, Mapping):
         radius = quantity(node, "length")
         return Sizes(radius, radius, radius)
     if node.has("min") or node.has("max"):
         node.only("min", "max", "typical", "classes")
+        # A range, with the geometric mean as the typical radius.
         least, largest = (_required(node, name, "length") for name in ("min", "max"))
         typical = _optional(node, "typical", "length")
         middle = geometric_mean(least, largest) if typical is None else typical
@@ -224,6 +231,7 @@ def _sizes(node: Node) -> Sizes:
         sizes = Sizes(least, middle, largest)
     elif node.has("mean"):
         node.only("mean", "deviation", "tail", "classes")
+        # A normal distribution: mean -+ z deviation, z the quantile of the tail.
         mean = _required(node, "mean", "length")
         reach = quantity(node.need("deviation", words("length", zero=True)), "length", zero=True) * _quantile(node)
         if reach >= mean:
@@ -233,6 +241,7 @@ def _sizes(node: Node) -> Sizes:
         sizes = Sizes(mean - reach, mean, mean + reach)
     elif node.has("median"):
         node.only("median", "geometric_deviation", "tail", "classes")
+        # A log-normal distribution: median times deviation^(-+z).
         median, accepted = _required(node, "median", "length"), "a number from 1 to 100"
         deviation = node.need("geometric_deviation", accepted).within(accepted, lambda g: 1 <= g <= 100)
         reach = deviation ** _quantile(node)
@@ -285,6 +294,7 @@ def _speeds(node: Node, wall: bool) -> Speeds:
 
 
 def _meetings(whole: Node, materials: Mapping[str, Material], bodies: Mapping[str, Body]) -> Iterator[Meeting]:
+    # Without a list of contacts, all spheres meet all bodies, with the speeds of the scene.
     listed, default = whole.get("contact"), whole.get("speed")
     if default is not None:
         _speeds(default, False)
@@ -297,6 +307,7 @@ def _meetings(whole: Node, materials: Mapping[str, Material], bodies: Mapping[st
         pairs = chain(combinations_with_replacement(spheres, 2), product(spheres, walls))
         yield from (Meeting(*pair, _speeds(default, bodies[pair[1]].is_wall)) for pair in pairs)
         return
+    # With a list, the listed pairs meet, each of them once.
     seen: set[frozenset[str]] = set()
     if not listed.items():
         raise listed.refuse("at least one contact")
@@ -327,34 +338,35 @@ def _meeting(
 ) -> Meeting:
     part = node.get("speed") or default or node.need("speed", "a speed here, or one for the whole scene")
     speeds = _speeds(part, bodies[between[1]].is_wall)
-    given = _optional(node, "dissipative_constant", "time", zero=True)
-    known = node.get("restitution")
+    constant = _optional(node, "dissipative_constant", "time", zero=True)
+    restitution = node.get("restitution")
     known_at = relative_error = None
-    if known is not None:
-        known.only("epsilon", "one_minus_epsilon", "standard_error", "speed")
+    if restitution is not None:
+        restitution.only("epsilon", "one_minus_epsilon", "standard_error", "speed")
+        # A follows from eps of the pair with typical radii and no damping yet.
         bare = Scene("", "", "", materials, bodies, (), Tolerance(epsilon=1.0), Code())
         pair = _checked(node, lambda: bare.pair(Meeting(*between, speeds, 0.0)))
-        given, known_at = _constant(node, pair, given, known), quantity(known["speed"], "speed")
-        relative_error = _relative_error(known, pair, given)
-    return Meeting(*between, speeds, given, known_at, relative_error)
+        constant, known_at = _constant(node, pair, constant, restitution), quantity(restitution["speed"], "speed")
+        relative_error = _relative_error(restitution, pair, constant)
+    return Meeting(*between, speeds, constant, known_at, relative_error)
 
 
-def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
+def _require_damping(scene: Scene, meeting: Meeting, place: str) -> None:
     """Raise ValueError if no A of a pair is known, or its properties are out of range."""
     if meeting.dissipative_constant is None:
         for name in (meeting.first, meeting.second):
-            material = found.bodies[name].material
-            if found.materials[material].dissipative_constant is None:
+            material = scene.bodies[name].material
+            if scene.materials[material].dissipative_constant is None:
                 raise ValueError(
-                    f"{found.source}: material.{material}.dissipative_constant is missing: expected "
+                    f"{scene.source}: material.{material}.dissipative_constant is missing: expected "
                     "dissipative_constant or restitution, for the material or for each contact"
                 )
-    node = Node(found.source, place or f"body.{meeting.first}", None)
-    pair = _checked(node, lambda: found.pair(meeting))
+    node = Node(scene.source, place or f"body.{meeting.first}", None)
+    pair = _checked(node, lambda: scene.pair(meeting))
     if pair.A == 0:
-        where = place or f"material.{found.bodies[meeting.first].material}"
+        where = place or f"material.{scene.bodies[meeting.first].material}"
         raise ValueError(
-            f"{found.source}: {where}: {meeting.name} has no dissipation, eps is 1: expected dissipative_constant > 0"
+            f"{scene.source}: {where}: {meeting.name} has no dissipation, eps is 1: expected dissipative_constant > 0"
         )
 
 
@@ -378,9 +390,9 @@ def _code(node: Node | None) -> Code:
         part = node.get(name)
         return accepted[0] if part is None else part.choice(accepted)
 
-    given = node.get("language")
-    if given is not None and str(given.value).lower() in ("c++", "cpp", "cxx"):
-        raise given.refuse("c, which is the language for C++, too")
+    language_node = node.get("language")
+    if language_node is not None and str(language_node.value).lower() in ("c++", "cpp", "cxx"):
+        raise language_node.refuse("c, which is the language for C++, too")
     language = word("language", NAMES)
     table = node.get("largest_table")
     return Code(
