@@ -48,9 +48,9 @@ def render(choice: Choice, command: str) -> str:
     ValueError
         If a number in the scene's units is out of the format's range.
     """
-    found, code = kernels(choice), choice.scene.code
-    language = language_of(code.language) if found[0].tables else code.spoken  # tables serve both types
-    return file.file_text(found, language, command, _module(choice.scene), _head(choice, command))
+    written, code = kernels(choice), choice.scene.code
+    language = language_of(code.language) if written[0].tables else code.spoken  # tables serve both types
+    return file.file_text(written, language, command, _module(choice.scene), _head(choice, command))
 
 
 # --- kernels ----------------------------------------------------------------------------------------------------------
@@ -62,10 +62,11 @@ def kernels(choice: Choice) -> list[Kernel]:
     name = re.sub("_+", "_", scene.name).rstrip("_")  # C++ reserves names with two underscores in a row
     if chosen.is_constant:
         return [_with_errors(choice, replace(chosen.kernel, name=name))]
+    # A kernel that is complete without another one gets two functions, eps and 1 - eps^2, with their errors here.
     main = chosen.kernel
     if main.elsewhere is None:
-        wanted = main.function(scene.code.function)
-        main = replace(main, functions=(wanted, _dissipation(main, wanted)), bounds=())
+        eps_function = main.function(scene.code.function)
+        main = replace(main, functions=(eps_function, _dissipation(main, eps_function)), bounds=())
         main = _with_errors(choice, main)
     return [replace(main, name=name), _pairs(choice, f"{name}_pairs")]
 
@@ -85,12 +86,14 @@ def _with_errors(choice: Choice, kernel: Kernel) -> Kernel:
 
 def _dissipation(kernel: Kernel, of_eps: Function) -> Function:
     """Return the function 1 - eps^2 of a kernel, from 1 - eps if the kernel has a separate function for that."""
-    known = {function.name: function for function in kernel.functions}
-    if "dissipation" in known:
-        return known["dissipation"]
-    apart = "one_minus_epsilon" in known and of_eps.arguments == ("v_star",)
-    function, name = (known["one_minus_epsilon"], "loss") if apart else (of_eps, "eps")
+    functions = {function.name: function for function in kernel.functions}
+    if "dissipation" in functions:
+        return functions["dissipation"]
+    apart = "one_minus_epsilon" in functions and of_eps.arguments == ("v_star",)
+    function, name = (functions["one_minus_epsilon"], "loss") if apart else (of_eps, "eps")
     value = formulas.lost_energy(Name("eps"), Name("loss"))["of_loss" if apart else "of_epsilon"]
+    # The branches of the kernel, each with its value v made into 1 - eps^2: (1 - v) (1 + v) if v is eps, v (2 - v)
+    # if it is 1 - eps.
     branches = tuple(
         CodeBranch(b.guard, (*b.program, Statement(name, b.results[function.result])), {"dissipation": value})
         for b in function.branches
@@ -102,6 +105,7 @@ def _dissipation(kernel: Kernel, of_eps: Function) -> Function:
 def _pairs(choice: Choice, name: str) -> Kernel:
     """Return the kernel of beta by pair, for typical radii, and for given radii if a body's radii differ."""
     scene = choice.scene
+    # Lists by pair; the last two only if radii differ, for a function of the radii.
     rows = [_numbers(scene, encounter.pair) for encounter in choice.encounters]
     betas, walls, quotients = zip(*rows, strict=True)
     typical = " for typical radii" if _is_spread(scene) else ""
@@ -137,8 +141,11 @@ def _numbers(scene: Scene, si: Pair) -> tuple[float, float, float]:
     first, second = (0.0 if s.is_wall else s.mass / s.radius**3 for s in (pair.first, pair.second))
     densities = first / second if second else 0.0
     ratio = pair.first.radius / pair.second.radius if second else 0.0
+    # beta of a pair is a function of its radii, times the number `of_wall`: so that is beta over the
+    # function's value with 1.
     unit = {"of_wall": 1.0, "densities": densities, "ratio": ratio, "first": pair.first.radius}
     of_wall = pair.beta / float(computed(formulas.beta_of_radii_branch(), "beta", unit, DOUBLE))
+    # All numbers must be normal ones in the format of the code.
     form = scene.code.number.arithmetics[0].form
     for value in (pair.beta, of_wall, *([densities] if densities else [])):
         try:
@@ -192,8 +199,8 @@ def calls(choice: Choice, first: str, second: str) -> list[str]:
     main, code = kernels(choice)[0], choice.scene.code
     if main.argument == "pair":
         return [_call(choice, main, "epsilon", str(i)) for i in range(len(choice.encounters))]
-    given = (first, second) if code.argument == "speed" else (first,)
-    return [_call(choice, main, name, *given) for name in (code.function, "dissipation")]
+    arguments = (first, second) if code.argument == "speed" else (first,)
+    return [_call(choice, main, name, *arguments) for name in (code.function, "dissipation")]
 
 
 def beta_call(choice: Choice, pair: int, *radii: str) -> str:
@@ -201,9 +208,9 @@ def beta_call(choice: Choice, pair: int, *radii: str) -> str:
     return _call(choice, kernels(choice)[1], "beta_of" if radii else "beta", str(pair), *radii)
 
 
-def _call(choice: Choice, kernel: Kernel, name: str, *given: str) -> str:
+def _call(choice: Choice, kernel: Kernel, name: str, *arguments: str) -> str:
     code = choice.scene.code
-    return file.call(kernel, kernel.function(name), code.spoken, given, code.number)
+    return file.call(kernel, kernel.function(name), code.spoken, arguments, code.number)
 
 
 def _use(choice: Choice) -> str:
@@ -211,9 +218,9 @@ def _use(choice: Choice) -> str:
     if main.argument == "pair" or choice.scene.code.argument == "v_star":
         return calls(choice, "v_star", "")[0]
     if choice.scene.code.use == "batch" and main.tables:
-        given, how = ("beta", "each") if _is_spread(choice.scene) else ("pair, beta", "by_pair")
+        arguments, how = ("beta", "each") if _is_spread(choice.scene) else ("pair, beta", "by_pair")
         suffix = choice.scene.code.number.suffix
-        return f"viscopade_restitution_{how}_{main.name}{suffix}(n, speed, {given}, out);"
+        return f"viscopade_restitution_{how}_{main.name}{suffix}(n, speed, {arguments}, out);"
     radii = ("first_radius", "second_radius") if _is_spread(choice.scene) else ()
     return calls(choice, "speed", beta_call(choice, 0, *radii))[0]
 
@@ -232,19 +239,19 @@ def _lines(choice: Choice) -> Iterator[str]:
 
 def tolerance_sentence(scene: Scene) -> str:
     """Return the sentence on the tolerance."""
-    given = (f"{MEASURES[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
-    return f"Tolerance: {', '.join(given)}."
+    limits = (f"{MEASURES[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
+    return f"Tolerance: {', '.join(limits)}."
 
 
 def error_sentences(choice: Choice) -> list[str]:
     """Return sentences on the kernel, its errors on the scene, and its range of v*."""
     candidate = choice.chosen
-    found = ", ".join(f"{words} at most {at_most(candidate.errors[name])}" for name, words in MEASURES.items())
+    errors = ", ".join(f"{words} at most {at_most(candidate.errors[name])}" for name, words in MEASURES.items())
     size = candidate.kernel.bytes
     table = f", a table of {size:,} bytes" if size else ""
     sentences = [
         f"Kernel: {candidate.label} ({candidate.kernel.name}){table}.",
-        f"Proven on this scene, rounding included: {found}.",
+        f"Proven on this scene, rounding included: {errors}.",
     ]
     if candidate.degrees is not None:
         low, high = (float(end) for end in (candidate.kernel.bounds[0].low, candidate.kernel.bounds[0].high))
