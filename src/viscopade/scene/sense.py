@@ -14,17 +14,19 @@ from viscopade.scene.encounter import Encounter, encounters, mean_free_time
 from viscopade.scene.tolerance import in_eps
 from viscopade.simulators.setup import Setup
 
-LONGEST_CONTACT = 0.05  # contact time over mean free time, up to which collisions are instantaneous
-NEEDLESS = 0.1  # error of a kernel over the standard error of eps, below which it does not matter
+# Contact time over mean free time, up to which collisions count as instantaneous; a choice, of a few per cent.
+LONGEST_CONTACT = 0.05
+NEEDLESS = 0.1  # error of a kernel over the standard error of eps, below which it does not matter; a choice
 
 
 def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
     """Yield a sentence for each assumption of the model that the scene violates."""
     bodies = (scene.bodies[name] for name in (encounter.meeting.first, encounter.meeting.second))
     strengths = (scene.materials[body.material].yield_strength for body in bodies)
-    known = min((strength for strength in strengths if strength is not None), default=None)
+    yield_strength = min((strength for strength in strengths if strength is not None), default=None)
     pair, fastest = encounter.pair, encounter.speeds.fastest
-    texts = [*limits.violations(pair, fastest, strongest=encounter.strongest, yield_strength=known)]
+    # Assumptions on the two bodies alone, then on the third one that may arrive during a contact.
+    texts = [*limits.violations(pair, fastest, strongest=encounter.strongest, yield_strength=yield_strength)]
     free = mean_free_time(scene, encounter)
     if free is not None and (share := encounter.contact_time / free) > LONGEST_CONTACT:
         texts.insert(
@@ -49,7 +51,8 @@ def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
         f"{encounter.name}: eps at {speed:.3g} m/s is {uncertain(value, error)} (standard "
         f"error), because A is known to {100 * relative:.2g} %"
     )
-    tightest = min(scene.tolerance.given().items(), key=lambda given: given[1] * in_eps(given[0], value, 1 - value))
+    # The tolerance that allows the smallest error of eps. The sentence comes only below half of what is enough.
+    tightest = min(scene.tolerance.given().items(), key=lambda limit: limit[1] * in_eps(limit[0], value, 1 - value))
     allowed = tightest[1] * in_eps(tightest[0], value, 1 - value)
     if 0 < allowed < NEEDLESS * error / 2:
         yield (
