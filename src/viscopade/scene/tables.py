@@ -41,17 +41,17 @@ def _span(low: float, high: float) -> str:
 def kernel_rows(choice: Choice) -> Iterator[tuple[str, ...]]:
     """Yield a row for each kernel, the cheapest first."""
     for candidate in choice.offers:
-        found = map(at_most, candidate.errors.values())
+        errors = map(at_most, candidate.errors.values())
         verdict = "chosen" if candidate is choice.chosen else "no" if candidate.failing else "yes"
-        yield candidate.label, str(candidate.cost), f"{candidate.kernel.bytes:,}", *found, verdict
+        yield candidate.label, str(candidate.cost), f"{candidate.kernel.bytes:,}", *errors, verdict
 
 
 def summary(choice: Choice) -> str:
     """Return the answer in one line."""
-    candidate, given = choice.chosen, choice.scene.tolerance.given()
-    found = ", ".join(f"{MEASURES[name]} at most {at_most(candidate.errors[name])}" for name in given)
+    candidate, limits = choice.chosen, choice.scene.tolerance.given()
+    errors = ", ".join(f"{MEASURES[name]} at most {at_most(candidate.errors[name])}" for name in limits)
     warned = f"; {len(choice.warnings)} warnings" if len(choice.warnings) > 1 else "; 1 warning" * len(choice.warnings)
-    return f"{candidate.label}: {found}{warned}"
+    return f"{candidate.label}: {errors}{warned}"
 
 
 def sentences(choice: Choice) -> Iterator[str]:
@@ -68,16 +68,16 @@ def sentences(choice: Choice) -> Iterator[str]:
     yield from (f"Warning: {text}." for text in choice.warnings)
 
 
-def checked(found: SceneCheck) -> str:
+def checked(check: SceneCheck) -> str:
     """Return the sentence on the check's result."""
-    if found.reason:
-        how = f" ({found.how})" if found.how else ""
-        return f"The file was {found.reason}{how}."
-    largest = ", ".join(f"{MEASURES[name]} {value:.3g}" for name, value in found.errors.items())
-    return f"Checked: largest {largest}, at {found.collisions:,} collisions. Run by {found.how}."
+    if check.reason:
+        how = f" ({check.how})" if check.how else ""
+        return f"The file was {check.reason}{how}."
+    largest = ", ".join(f"{MEASURES[name]} {value:.3g}" for name, value in check.errors.items())
+    return f"Checked: largest {largest}, at {check.collisions:,} collisions. Run by {check.how}."
 
 
-def to_json(choice: Choice, found: SceneCheck | None) -> dict[str, Any]:
+def to_json(choice: Choice, check: SceneCheck | None) -> dict[str, Any]:
     """Return the whole answer as JSON-able data."""
     scene, chosen = choice.scene, choice.chosen
     return {
@@ -87,22 +87,22 @@ def to_json(choice: Choice, found: SceneCheck | None) -> dict[str, Any]:
         "pairs": [_pair(choice, encounter) for encounter in choice.encounters],
         "kernels": [
             {
-                "name": each.kernel.name,
-                "label": each.label,
-                "cost": each.cost,
-                "bytes": each.kernel.bytes,
-                "errors": {name: at_most(value) for name, value in each.errors.items()},
-                "failing": list(each.failing),
-                "chosen": each is chosen,
+                "name": offer.kernel.name,
+                "label": offer.label,
+                "cost": offer.cost,
+                "bytes": offer.kernel.bytes,
+                "errors": {name: at_most(value) for name, value in offer.errors.items()},
+                "failing": list(offer.failing),
+                "chosen": offer is chosen,
             }
-            for each in choice.offers
+            for offer in choice.offers
         ],
         "chosen": chosen.kernel.name,
         "file": file_name(choice.scene),
         "reason": choice.reason,
         "notes": list(choice.notes),
         "warnings": list(choice.warnings),
-        "check": None if found is None else vars(found) | {"errors": dict(found.errors)},
+        "check": None if check is None else vars(check) | {"errors": dict(check.errors)},
     }
 
 
