@@ -142,7 +142,7 @@ def test_a_result_that_is_no_number_is_found(few):
 def test_a_wrong_dissipation_is_found_without_a_tolerance(few):
     wrong = text("python", None, "quotient").replace("return (1.0 - eps)", "return 1.01 * (1.0 - eps)")
     assert wrong != text("python", None, "quotient")
-    assert set(choice("python", None, "quotient").scene.tolerance.given()) == {"epsilon"}
+    assert set(choice("python", None, "quotient").scene.tolerance.limits()) == {"epsilon"}
     with pytest.raises(ToolchainError, match=r"relative error of 1 - eps\^2 is"):
         check_code(choice("python", None, "quotient"), wrong)
 

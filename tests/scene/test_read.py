@@ -164,7 +164,7 @@ def test_contacts_that_are_listed_are_all():
 @pytest.mark.parametrize("values", [{"epsilon": 1e-3}, {"dissipation": 1e-4, "absolute": 0.5}])
 def test_tolerance(values):
     assert parsed(("tolerance", values)).tolerance == Tolerance(**values)
-    assert parsed(("tolerance", values)).tolerance.given() == values
+    assert parsed(("tolerance", values)).tolerance.limits() == values
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -283,7 +283,7 @@ def _decimal(epsilon: Interval, asked: Tolerance, code: Code) -> float:
 
     def ends(scale: float) -> tuple[float, float]:
         """Return the smallest and the largest constant within this multiple of the tolerance, if they are in order."""
-        bounds = [within[name](scale * limit) for name, limit in asked.given().items()]
+        bounds = [within[name](scale * limit) for name, limit in asked.limits().items()]
         return max(least for least, _ in bounds), min(most for _, most in bounds)
 
     # If no constant is within the tolerance, bisect the logarithm of the smallest multiple of it that one is within: up
@@ -315,7 +315,7 @@ def too_rough(scene: Scene, met: Sequence[Encounter]) -> str | None:
     errors = tolerance.worst_errors(tolerance.errors_of(least, span.epsilon) for span in ranges(scene, met))
     for name in tolerance.failing(errors, scene.tolerance):
         off = at_most(errors[name]) if errors[name] < tolerance.HOPELESS else "any size"
-        error = f"{tolerance.MEASURES[name]} of {off}, more than {scene.tolerance.given()[name]:g}"
+        error = f"{tolerance.MEASURES[name]} of {off}, more than {scene.tolerance.limits()[name]:g}"
         return f"quotients: one division in {arithmetic.form.name} may already cause a {error}"
     return None
 

@@ -147,7 +147,7 @@ def _compared(choice: Choice, sample: Collisions, how: str, results: FloatArray)
     off = np.abs(results[0] - eps)
     deviations = {"epsilon": off / eps, "dissipation": np.abs(results[1] - dissipation) / dissipation, "absolute": off}
     errors = {name: float(np.nan_to_num(values, nan=np.inf).max()) for name, values in deviations.items()}
-    limits, proven = choice.scene.tolerance.given(), choice.chosen.errors
+    limits, proven = choice.scene.tolerance.limits(), choice.chosen.errors
     # The other errors must meet twice the file's bounds, because mathematical libraries may round differently.
     others = {name: 2 * float(bound) for name, bound in proven.items() if name not in limits}
     for name, limit in (limits | others).items():

@@ -101,7 +101,7 @@ def _nothing(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate]
     name, code = excess(best.errors, scene.tolerance)[1], scene.code
     small = "" if code.largest_table is None else f", tables of at most {code.largest_table} bytes"
     return ValueError(
-        f"{scene.source}: tolerance.{name} is {scene.tolerance.given()[name]:g}: expected "
+        f"{scene.source}: tolerance.{name} is {scene.tolerance.limits()[name]:g}: expected "
         f"{at_most(best.errors[name])} or more, which the best kernel in {code.language} ({code.format}{small}) "
         "reaches on this scene"
     )
@@ -136,7 +136,7 @@ def _reasons(scene: Scene, met: Sequence[Encounter], offers: Sequence[Candidate]
 
 def _failure(scene: Scene, met: Sequence[Encounter], candidate: Candidate) -> str:
     name = excess(candidate.errors, scene.tolerance)[1]
-    limit = scene.tolerance.given()[name]
+    limit = scene.tolerance.limits()[name]
     off, v_star, pair = candidate.sampled(met, name)
     if off > limit:
         return f"{candidate.label}: {MEASURES[name]} {off:.3g} at v* = {v_star:.4g} ({pair}), more than {limit:g}"

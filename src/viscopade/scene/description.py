@@ -179,7 +179,7 @@ class Tolerance:
     dissipation: float | None = None
     absolute: float | None = None
 
-    def given(self) -> dict[str, float]:
+    def limits(self) -> dict[str, float]:
         """Return the limits of the errors that have one, by the name of the tolerance."""
         return {name: value for name, value in vars(self).items() if value is not None}
 

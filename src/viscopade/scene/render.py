@@ -239,7 +239,7 @@ def _lines(choice: Choice) -> Iterator[str]:
 
 def tolerance_sentence(scene: Scene) -> str:
     """Return the sentence on the tolerance."""
-    limits = (f"{MEASURES[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
+    limits = (f"{MEASURES[name]} at most {limit:g}" for name, limit in scene.tolerance.limits().items())
     return f"Tolerance: {', '.join(limits)}."
 
 

@@ -52,7 +52,7 @@ def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
         f"error), because A is known to {100 * relative:.2g} %"
     )
     # The tolerance that allows the smallest error of eps. The sentence comes only below half of what is enough.
-    tightest = min(scene.tolerance.given().items(), key=lambda limit: limit[1] * in_eps(limit[0], value, 1 - value))
+    tightest = min(scene.tolerance.limits().items(), key=lambda limit: limit[1] * in_eps(limit[0], value, 1 - value))
     allowed = tightest[1] * in_eps(tightest[0], value, 1 - value)
     if 0 < allowed < NEEDLESS * error / 2:
         yield (

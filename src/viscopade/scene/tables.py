@@ -48,7 +48,7 @@ def kernel_rows(choice: Choice) -> Iterator[tuple[str, ...]]:
 
 def summary(choice: Choice) -> str:
     """Return the answer in one line."""
-    candidate, limits = choice.chosen, choice.scene.tolerance.given()
+    candidate, limits = choice.chosen, choice.scene.tolerance.limits()
     errors = ", ".join(f"{MEASURES[name]} at most {at_most(candidate.errors[name])}" for name in limits)
     warned = f"; {len(choice.warnings)} warnings" if len(choice.warnings) > 1 else "; 1 warning" * len(choice.warnings)
     return f"{candidate.label}: {errors}{warned}"
@@ -83,7 +83,7 @@ def to_json(choice: Choice, check: SceneCheck | None) -> dict[str, Any]:
     return {
         "scene": scene.name,
         "title": scene.title,
-        "tolerance": scene.tolerance.given(),
+        "tolerance": scene.tolerance.limits(),
         "pairs": [_pair(choice, encounter) for encounter in choice.encounters],
         "kernels": [
             {

@@ -127,12 +127,12 @@ def worst_errors(errors_by_range: Iterable[Errors]) -> Errors:
 
 def excess(errors: Errors, tolerance: Tolerance) -> tuple[Fraction, str]:
     """Return the largest ratio of an error to its tolerance, and the measure; above 1 the tolerance is exceeded."""
-    return max((errors[name] / _exact(limit), name) for name, limit in tolerance.given().items())
+    return max((errors[name] / _exact(limit), name) for name, limit in tolerance.limits().items())
 
 
 def failing(errors: Errors, tolerance: Tolerance) -> tuple[str, ...]:
     """Return the measures in which errors exceed the tolerance."""
-    return tuple(name for name, limit in tolerance.given().items() if errors[name] > _exact(limit))
+    return tuple(name for name, limit in tolerance.limits().items() if errors[name] > _exact(limit))
 
 
 def allowed(tolerance: Tolerance, ranges: Iterable[Interval]) -> Fraction:
@@ -143,7 +143,7 @@ def allowed(tolerance: Tolerance, ranges: Iterable[Interval]) -> Fraction:
     unit = Fraction(1, 1 << 30)
     bound = ErrorBound("epsilon", Fraction(0), _ONE, "smaller", unit)
     largest = worst_errors(errors_of(bound, epsilon) for epsilon in ranges)
-    return min(_exact(limit) / (largest[name] / unit) for name, limit in tolerance.given().items())
+    return min(_exact(limit) / (largest[name] / unit) for name, limit in tolerance.limits().items())
 
 
 def _exact(number: float) -> Fraction:
