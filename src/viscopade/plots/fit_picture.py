@@ -32,10 +32,10 @@ from viscopade.plots.sheet import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet
 
-MOST_MARKED = 2000  # points that are drawn, with their error bars
-_LEVEL = 0.95
+MOST_MARKED = 2000  # points that are drawn, with their error bars; a choice, as are the numbers below
+_LEVEL = 0.95  # of the confidence band
 _MARGIN = 0.15  # of the picture's width and height, around the points
-_CURVE = 200
+_CURVE = 200  # points of a curve
 _BARS = "#7F7F7F"  # lighter than the points, which many bars would hide
 _LOOKS = (
     Look(ORANGE, DASHED),
@@ -46,15 +46,17 @@ _LOOKS = (
 )
 
 
-def draw_fit(found: DampingFit) -> Sheet:
+def draw_fit(damping_fit: DampingFit) -> Sheet:
     """Draw a fit; the picture is Matplotlib's figure."""
-    points = found.points
+    points = damping_fit.points
     sheet, (top, bottom) = new_sheet(4.6, (2, 1))
     low, high = points.speed.min(), points.speed.max()
+    # The points, with a margin on both sides: equal on the logarithmic axis of speeds, of eps twice as large.
     wider = (high / low) ** _MARGIN
     ends = (low / wider, high * wider)
     speed = np.geomspace(*ends, _CURVE)
-    errors = np.sqrt(points.epsilon_errors.multiply(points.epsilon_errors).sum(axis=1) + found.main.scatter**2)
+    # Standard error of a point, with the scatter of the fit: sigma^2 = sum of squares of its errors + scatter^2.
+    errors = np.sqrt(points.epsilon_errors.multiply(points.epsilon_errors).sum(axis=1) + damping_fit.main.scatter**2)
     reach = max(float(np.ptp(points.epsilon)), float(errors.max()), 1e-6) * (_MARGIN * 2)
     label_axes(
         top,
@@ -68,20 +70,23 @@ def draw_fit(found: DampingFit) -> Sheet:
     top.tick_params(labelbottom=False)
     for axes in (top, bottom):
         plain_ticks(axes)
+    # The viscoelastic law with its band, then the other laws.
     names = [(f"viscoelastic, {100 * _LEVEL:.0f} % band", Look(BLUE))]
-    above, below = (found.main.at(speed, np.array([end])) for end in found.main.interval(_LEVEL))
+    above, below = (damping_fit.main.at(speed, np.array([end])) for end in damping_fit.main.interval(_LEVEL))
     top.fill_between(speed, below, above, color=BLUE, alpha=0.25, linewidth=0, gid="band")
-    draw_look(top, Look(BLUE), speed, found.main.at(speed), "viscoelastic")
-    for fit, look in zip(found.laws[1:], _LOOKS, strict=False):
+    draw_look(top, Look(BLUE), speed, damping_fit.main.at(speed), "viscoelastic")
+    for fit, look in zip(damping_fit.laws[1:], _LOOKS, strict=False):
         name = f"{fit.model.name}, p = {fit.exponent:.2g}" if fit.model.exponent is None else fit.model.name
         draw_look(top, look, speed, fit.at(speed), fit.model.name.replace(" ", "-"))
         names.append((name, look))
+    # Of many points only some are drawn, at equal steps.
     some = slice(None, None, -(-len(points) // MOST_MARKED))
     marks: Any = {"color": POINT.color, "markersize": POINT_SIZE, "elinewidth": 0.6, "ecolor": _BARS, "zorder": 1}
     top.errorbar(points.speed[some], points.epsilon[some], errors[some], fmt="o", **marks)
     names.append(("measured, standard error", POINT))
     bottom.axhline(0, color=GREY, linewidth=3.4)
-    off = found.main.residuals / found.main.standard_errors
+    # Residuals beyond the axis, -4.5 to 4.5, are drawn just within it.
+    off = damping_fit.main.residuals / damping_fit.main.standard_errors
     bottom.plot(
         points.speed[some],
         np.clip(off[some], -4.4, 4.4),
@@ -91,5 +96,5 @@ def draw_fit(found: DampingFit) -> Sheet:
         gid="residuals",
     )
     key_of(sheet, names, "outside lower center", 2)
-    top.set_title(f"viscoelastic law: {found.verdict.word}", fontsize=7.5, loc="left")
+    top.set_title(f"viscoelastic law: {damping_fit.verdict.word}", fontsize=7.5, loc="left")
     return sheet
