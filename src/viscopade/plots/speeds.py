@@ -50,9 +50,9 @@ if TYPE_CHECKING:
     from viscopade.theory.law import Law
 
 MOST = 24
-"""Largest number of curves in a picture."""
-PADE_DIGITS = 18
-_DIGITS = 15
+"""Largest number of curves in a picture; a choice."""
+PADE_DIGITS = 18  # of coefficients: more than a double has
+_DIGITS = 15  # of the contact time: those of a double
 
 _COLORS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK)
 _DASHES = ((), DASHED, DASH_DOT, DOTTED)
@@ -143,13 +143,14 @@ def of_program(name: str, epsilon: float, speed: float, weight: Weight | None = 
 
 
 def _of_formula(formula: DampingFormula, kappa: float, speed: float) -> Restitution:
+    # kappa grows as v^(2 c).
     power = float(2 * formula.law.c)
 
     def epsilon(v: float) -> float:
         value = formula.delivered(mp.mpf(kappa * (v / speed) ** power))
         return np.nan if value is None else float(value)
 
-    return lambda v: np.array([epsilon(each) for each in v.tolist()])
+    return lambda v: np.array([epsilon(v_i) for v_i in v.tolist()])
 
 
 def beta_of(epsilon: float, speed: float) -> float:
@@ -162,7 +163,8 @@ def draw_speeds(
 ) -> Sheet:
     """Draw curves, and measured points if there are any; `over` is the label of the horizontal axis."""
     sheet, (axes,) = new_sheet(2.6 + 0.13 * len(curves))
-    values = [each.epsilon(speeds) for each in curves]
+    # The axis of eps: all finite values between 0 and 1, with a margin of 5 % on both sides (a choice).
+    values = [speed_curve.epsilon(speeds) for speed_curve in curves]
     shown = np.concatenate([*(v[np.isfinite(v)] for v in values), *([] if data is None else [data.epsilon])])
     shown = np.clip(shown, 0, 1)
     low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 1.0)
@@ -176,13 +178,14 @@ def draw_speeds(
         "x",
     )
     plain_ticks(axes)
+    # Colours and dashes change together, so that no two of the first 28 curves look alike.
     names = []
-    for i, (each, value) in enumerate(zip(curves, values, strict=True)):
+    for i, (speed_curve, value) in enumerate(zip(curves, values, strict=True)):
         look = Look(_COLORS[i % len(_COLORS)], _DASHES[i % len(_DASHES)])
         if i == 0 and len(curves) > 1:
             look = FIRST
         draw_look(axes, look, speeds, value, f"curve-{i + 1}")
-        names.append((each.name, look))
+        names.append((speed_curve.name, look))
     if data is not None:
         axes.plot(data.speed, data.epsilon, "o", color=POINT.color, markersize=POINT_SIZE, gid="data")
         names.append(("measured", POINT))
