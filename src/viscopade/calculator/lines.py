@@ -20,8 +20,9 @@ def programs() -> list[dict[str, Any]]:
 
     A soft one also has its law, and its parameter in terms of kappa.
     """
-    found = []
+    entries = []
     for target in TARGETS:
+        # A target is the name of a program, or of one of its interfaces.
         simulator = simulator_with(target)
         interface = target.removeprefix(simulator.name).removeprefix("-")
         program: dict[str, Any] = {
@@ -31,13 +32,14 @@ def programs() -> list[dict[str, Any]]:
             "walls": simulator.walls,
             "step": simulator.default_step,
         }
+        # A program with soft contacts solves an equation with a law; kappa follows from its own parameter.
         text = simulator.texts[target]
         if isinstance(text, OwnLaw):
             formula = simulator.formula(text.formula)
             law = {"elastic": str(formula.law.elastic), "damping": str(formula.law.damping), "end": formula.law.end}
             program |= {"law": law, "kappa": _kappa(formula, text)}
-        found.append(program)
-    return found
+        entries.append(program)
+    return entries
 
 
 def _kappa(formula: DampingFormula, text: OwnLaw) -> dict[str, Any]:
@@ -45,6 +47,7 @@ def _kappa(formula: DampingFormula, text: OwnLaw) -> dict[str, Any]:
 
     The ratio is -ln e/sqrt(pi^2 + ln^2 e), which is 1/sqrt(2) for e = exp(-pi).
     """
+    # For a damping ratio of 1/sqrt(2), kappa is formula.kappa(exp(-pi)): so the factor is sqrt(2) times that.
     restitution = formula.written is same
     factor = formula.kappa(mp.exp(-mp.pi)) * mp.sqrt(2) if restitution else formula.kappa(mp.mpf(1))
     per = "root of stiffness" if text.per_mass else "speed" if text.per_speed else ""
