@@ -21,9 +21,9 @@ from viscopade.theory.paper import TABLE
 
 KERNELS_FILE = "viscopade.mjs"
 """Our export for JavaScript: it is part of the page as it stands in `exports/`."""
-_PADE_DIGITS = 18
+_PADE_DIGITS = 18  # of coefficients: more than a double has
 _EXTRA = ((4, 7), (5, 8))
-"""Padé approximants of the page beside those of the paper's table."""
+"""Padé approximants of the page beside those of the paper's table; a choice."""
 
 _UNITS = {
     "length": ("m", "cm", "mm", "um", "nm", "km"),
@@ -73,6 +73,7 @@ def functions() -> str:
 
 
 def _parts() -> dict[str, str]:
+    # The text stands in a script element, which these two strings would end; the data have no "<".
     text = requests.file(KERNELS_FILE)
     if "</script" in text or "<!--" in text:
         raise ValueError(f"{KERNELS_FILE} cannot be part of a page")
@@ -117,18 +118,18 @@ def _facts() -> dict[str, Any]:
 
 
 def _factor(unit: str, dimension: str) -> float:
-    found = quantity.si_decimal(f"1 {unit}", dimension)
-    if found is None:
+    factor = quantity.si_decimal(f"1 {unit}", dimension)
+    if factor is None:
         raise ValueError(f"{unit} is no unit of {dimension}")
-    return float(found)
+    return float(factor)
 
 
 def _laws() -> list[dict[str, Any]]:
-    found: dict[str, dict[str, Any]] = {}
+    entries: dict[str, dict[str, Any]] = {}
     for name, law in tables.laws():
-        about = found.setdefault(name, {"name": name, "title": _TITLES[name], **_about(law), "ends": {}})
+        about = entries.setdefault(name, {"name": name, "title": _TITLES[name], **_about(law), "ends": {}})
         about["ends"][law.end] = tables.stored()[tables.key(law)]
-    return [*found.values()]
+    return [*entries.values()]
 
 
 def _about(law: Law) -> dict[str, Any]:
@@ -144,9 +145,10 @@ def _about(law: Law) -> dict[str, Any]:
         "nu": str(law.nu),
         "symbol": None,
     }
-    own = law.own_damping
-    if own is not None and own.power == 1 / law.nu:  # kappa = factor constant v^power: the stiffness has dropped out
-        about |= {"symbol": own.symbol, "factor": own.factor}
+    damping = law.own_damping
+    # With this power of the speed, kappa = factor constant v^power: the stiffness has dropped out.
+    if damping is not None and damping.power == 1 / law.nu:
+        about |= {"symbol": damping.symbol, "factor": damping.factor}
     return about
 
 
