@@ -277,24 +277,24 @@ class Contact:
             raise ValueError("scheme is implicit Euler, and the contact has a neck: expected an explicit scheme")
         with np.errstate(over="ignore", invalid="ignore"):
             longest = _PATIENCE * math.pi * length / v
-            found = self.rebounds(v, h, begins, scheme, longest)
-            least, largest, error = float(found.epsilon.min()), float(found.epsilon.max()), 0.0
+            collisions = self.rebounds(v, h, begins, scheme, longest)
+            least, largest, error = float(collisions.epsilon.min()), float(collisions.epsilon.max()), 0.0
             if phases is None:
                 least, largest, error = phase_range(
-                    lambda p: self.rebounds(v, h, p, scheme, longest).epsilon, begins, found.epsilon
+                    lambda p: self.rebounds(v, h, p, scheme, longest).epsilon, begins, collisions.epsilon
                 )
-        if not (math.isfinite(largest - least) and np.isfinite(found.depth).all()):
+        if not (math.isfinite(largest - least) and np.isfinite(collisions.depth).all()):
             raise ValueError(f"step is {step:g}: expected a smaller one, because speeds exceed double precision")
-        if np.isinf(found.duration).all() and found.depth.min() > _FAR * length:
+        if np.isinf(collisions.duration).all() and collisions.depth.min() > _FAR * length:
             raise _never_stops(self, v)
         mean, errors = {}, {}
-        for name, values in found._asdict().items():
+        for name, values in collisions._asdict().items():
             mean[name] = float(values.mean())
             with np.errstate(invalid="ignore"):  # of infinite durations
                 jumps = np.nan_to_num(np.abs(values - np.roll(values, 1)))
             errors[name] = float(jumps.max()) / len(values)  # a jump lies anywhere between two phases
         errors["least"] = errors["largest"] = error
-        parts = bool(np.isfinite(found.duration).any())
+        parts = bool(np.isfinite(collisions.duration).any())
         return SampledCollision(mean["epsilon"], least, largest, mean["depth"], mean["duration"], parts, errors)
 
     @property
@@ -309,13 +309,14 @@ class Contact:
         Free flight up to the compression from which on a force acts does not count.
         """
         elastic = replace(self, force=lambda x, v: self.force(x, 0 * v), load=0.0)
-        found = elastic.collide(speed)
-        low, high = self.begin, found.depth
+        undamped = elastic.collide(speed)
+        # Narrow down where the force begins to act, to a 64th in each round, and subtract the flight up to there.
+        low, high = self.begin, undamped.depth
         for _ in range(_ZOOMS):
             x = np.linspace(low, high, 65)
             i = max(int(np.argmax(elastic.forces(x, 0 * x) != 0)), 1)
             low, high = float(x[i - 1]), float(x[i])
-        return found.duration - (low - self.begin) / speed
+        return undamped.duration - (low - self.begin) / speed
 
     @property
     def floor(self) -> float:
@@ -458,14 +459,14 @@ def damping_factor(
     if not callable(family):
         raise TypeError(refusal("family", family, "a function that returns the Contact of a damping factor"))
     tried: list[float] = []
-    wanted, start = checked.number("epsilon", epsilon, _RESTITUTION), math.log(checked.number("near", near, _POSITIVE))
+    target, start = checked.number("epsilon", epsilon, _RESTITUTION), math.log(checked.number("near", near, _POSITIVE))
 
     def excess(log_c: float) -> float:
         contact = family(math.exp(log_c))
         if not hasattr(contact, "collide"):
             raise TypeError(refusal("the result of family", contact, "a Contact"))
         tried.append(contact.collide(speed, step=step, scheme=scheme, phases=phases).epsilon)
-        return tried[-1] - wanted
+        return tried[-1] - target
 
     first = low = high = excess(start)
     a = b = start
@@ -473,7 +474,7 @@ def damping_factor(
     # -ln eps is roughly in proportion to c, so the first step goes a little beyond where c then is.
     widths = [_NEAR * 2**i for i in range(_WIDEST + 1)]
     if 0 < tried[0] < 1:
-        widths.insert(0, _BEYOND * abs(math.log(math.log(wanted) / math.log(tried[0]))))
+        widths.insert(0, _BEYOND * abs(math.log(math.log(target) / math.log(tried[0]))))
     if widths[0] < _CLOSE:
         return near
     for width in widths:
@@ -494,7 +495,7 @@ def damping_factor(
             f"epsilon rises from {min(tried):.4g} to {max(tried):.4g} as the damping factor grows: expected it to fall"
         )
     reached = f"at least {min(tried):.4g}" if first > 0 else f"at most {max(tried):.4g}"
-    raise ValueError(f"epsilon is {wanted:g}: expected {reached}, which this kind of damping can reach")
+    raise ValueError(f"epsilon is {target:g}: expected {reached}, which this kind of damping can reach")
 
 
 def root(
@@ -584,11 +585,11 @@ def resolved(collision: Callable[[float], SampledCollision], spread: float) -> f
     factor = 1.0
     for _ in range(_ROUNDS):
         try:
-            found = collision(factor)
+            sampled = collision(factor)
         except ValueError:  # no damping gives this eps with so few steps
             factor *= 2
             continue
-        differ = found.largest - found.least
+        differ = sampled.largest - sampled.least
         if differ <= spread:
             return factor
         factor *= max(1.1, math.sqrt(differ / spread))  # eps differs in proportion to the step, or to its square
@@ -783,15 +784,20 @@ class _Motion:
 
     def piece(self, s: float, v: float, h: float, acts: bool) -> _Piece:
         """Solve the collocation equations for v at the nodes, by Newton's method with differences of the force."""
+        # v_i = v + h sum_j I_ij rate_j at the nodes, on the path s_i = s + h sum_j I_ij v_j, with rate = dv/dsigma.
         nodes, weights, integrals, last, gap, inner, values = self.rule
-        n, at = len(nodes), np.full(len(nodes), v)
+        n, v_nodes = len(nodes), np.full(len(nodes), v)
         for _ in range(_NEWTON):
-            path = s + h * (integrals @ at)
+            path = s + h * (integrals @ v_nodes)
             nudge = self.nudge * (np.abs(path) + 1e-3)
-            all_s, all_v = np.concatenate((path, path + nudge, path)), np.concatenate((at, at, at + self.nudge))
+            all_s, all_v = (
+                np.concatenate((path, path + nudge, path)),
+                np.concatenate((v_nodes, v_nodes, v_nodes + self.nudge)),
+            )
             rates = 4 * all_s**3 * (self.load - (self.force(all_s, all_v) if acts else 0))
             rate = rates[:n]
-            missing = at - v - h * (integrals @ rate)
+            missing = v_nodes - v - h * (integrals @ rate)
+            # The residual, and its Jacobian 1 - h d rate/dv I - h^2 d rate/ds I I; derivatives are differences.
             by_s, by_v = (rates[n : 2 * n] - rate) / nudge, (rates[2 * n :] - rate) / self.nudge
             jacobian = np.eye(n) - h * (integrals * by_v) - h * h * ((integrals * by_s) @ integrals)
             try:
@@ -799,17 +805,19 @@ class _Motion:
             except np.linalg.LinAlgError:  # the piece is too long for a steep force
                 move = np.full(n, np.inf)
             size = float(np.abs(move).max())
-            at = at - move
+            v_nodes = v_nodes - move
             rate = rate - by_v * move - by_s * (h * (integrals @ move))  # strong damping multiplies what is left of v
             if size < self.solved * (1 + abs(v)) or not size < _ESCAPES:
                 break
         relaxed = 1 + h * max(float(-by_v.max()), 0)  # strong damping reduces errors
-        edges = s + h * (inner @ at)
-        there = 4 * edges**3 * (self.load - (self.force(edges, v + h * (inner @ rate)) if acts else 0))
-        missed = gap * float(np.abs(there - values @ rate).max())  # such as a kink between the last node and the end
+        # The rate between the nodes by the force, against that of the polynomial: they differ where there is a
+        # kink between the last node and the end.
+        edges = s + h * (inner @ v_nodes)
+        rate_at_edges = 4 * edges**3 * (self.load - (self.force(edges, v + h * (inner @ rate)) if acts else 0))
+        missed = gap * float(np.abs(rate_at_edges - values @ rate).max())
         error = h * max(float(np.abs(last @ rate).max()), missed) / relaxed + (size if size > 10 * self.solved else 0)
-        end = float(s + h * (weights @ at)), float(v + h * (weights @ rate))
-        return _Piece(np.append(path, end[0]), np.append(at, end[1]), h * float(weights @ (4 * path**3)), error)
+        end = float(s + h * (weights @ v_nodes)), float(v + h * (weights @ rate))
+        return _Piece(np.append(path, end[0]), np.append(v_nodes, end[1]), h * float(weights @ (4 * path**3)), error)
 
     def quantity(self, name: str, s: Any, v: Any, phase: _Phase) -> Any:
         """Return what falls below 0 where an event happens, at numbers or arrays."""
@@ -936,7 +944,7 @@ def _without_steps(contact: Contact, speed: float) -> SampledCollision:
         rounding = 0.0 if fine[2] == math.inf and name != "depth" else fine[-1] + _ROUNDING * (one + 1 / motion.start)
         errors[name] = unit * ((abs(one - other) if one != other else 0.0) + rounding)
     if not (errors["epsilon"] < _WORST and errors["depth"] < _WORST * numbers["depth"]):
-        found = f"eps = {fine[0]:.4g} with an error of {errors['epsilon']:.2g}"
-        raise ValueError(f"the force gives {found} at speed {speed:g}: expected a smoother force, or a time step")
+        outcome = f"eps = {fine[0]:.4g} with an error of {errors['epsilon']:.2g}"
+        raise ValueError(f"the force gives {outcome} at speed {speed:g}: expected a smoother force, or a time step")
     errors["least"] = errors["largest"] = errors["epsilon"]
     return SampledCollision(least=fine[0], largest=fine[0], parts=fine[2] < math.inf, errors=errors, **numbers)
