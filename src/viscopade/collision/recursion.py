@@ -34,19 +34,20 @@ class Recursion(NamedTuple):
 
     def coefficients(self, terms: int) -> list[int]:
         """Return the coefficients u_0, u_1, … ."""
-        found = self.compiled(terms)
-        return self.in_python(terms) if found is None else found
+        integers = self.compiled(terms)
+        return self.in_python(terms) if integers is None else integers
 
     def compiled(self, terms: int) -> list[int] | None:
         """Return what the extension computes; None without it, or if a number is too long for it."""
         if extension is None:
             return None
         constants = self.start, self.slope, self.elastic[0], self.viscous[0]
+        # Numbers of the extension have digits of 56 bits; the longest one decides how many.
         digits = max(self.bits + SPARE_BITS, *(c.bit_length() for c in constants)) // DIGIT_BITS + 1
         size = DIGIT_BITS // 8 * digits
         products = products_for(self.powers)
         powers = [0, 1, *(power for power, _, _ in products)]
-        found = extension.taylor(
+        packed = extension.taylor(
             digits,
             b"".join(c.to_bytes(size, "little", signed=True) for c in constants),
             (-self.elastic[1], -self.viscous[1]),
@@ -55,9 +56,9 @@ class Recursion(NamedTuple):
             bytes(powers.index(factor) for _, *factors in products for factor in factors),
             bytes(map(powers.index, self.powers)),
         )
-        if found is None:
+        if packed is None:
             return None
-        return [int.from_bytes(found[i : i + size], "little", signed=True) for i in range(0, len(found), size)]
+        return [int.from_bytes(packed[i : i + size], "little", signed=True) for i in range(0, len(packed), size)]
 
     def in_python(self, terms: int) -> list[int]:
         """Return the coefficients by Python's integers, or FLINT's."""
@@ -65,21 +66,23 @@ class Recursion(NamedTuple):
         u, y = [kind(self.start), kind(self.slope)], [kind(self.slope)]
         r = [(1 << self.bits) - u[0], -u[1]]
         products = products_for(self.powers)
-        of: dict[int, list[Any]] = {0: [], 1: r} | {power: [] for power, _, _ in products}
-        s, spring, drag = (of[power] for power in self.powers)
+        powers_of_r: dict[int, list[Any]] = {0: [], 1: r} | {power: [] for power, _, _ in products}
+        s, spring, drag = (powers_of_r[power] for power in self.powers)
         v: list[Any] = []
         (stiffness, stiff), (damper, damp) = self.elastic, self.viscous
         for j in range(terms - 2):
-            of[0].append(0 if j else 1 << self.bits)
+            powers_of_r[0].append(0 if j else 1 << self.bits)
+            # The powers of r: a square needs half of its products, 2 sum_{i<j/2} r_i r_{j-i}, and the middle one.
             half = (j + 1) // 2
             for power, one, other in products:
-                left = of[one]
+                left = powers_of_r[one]
                 if one == other:
                     value = 2 * sum(map(mul, left[:half], left[j : j - half : -1])) if half else 0
                     value += left[half] ** 2 if j % 2 == 0 else 0
                 else:
-                    value = sum(map(mul, left, of[other][j::-1]))
-                of[power].append(value >> self.bits)
+                    value = sum(map(mul, left, powers_of_r[other][j::-1]))
+                powers_of_r[power].append(value >> self.bits)
+            # V_j = elastic (r^e)_j + viscous (r^v Y)_j, then u_{j+2} by the recursion, r = 1 - u and Y = u'.
             damping = sum(map(mul, drag, reversed(y))) >> self.bits if self.powers[2] else y[j]
             v.append(shifted(stiffness * spring[j], stiff) + shifted(damper * damping, damp))
             u.append((sum(map(mul, s, reversed(v))) >> self.bits) // ((j + 1) * (j + 2)))
