@@ -115,14 +115,14 @@ class FallingContact:
             return None
         power = (float(self.law.elastic) + 1) / (2 * float(self.law.elastic))
         unit = self.speed * (self.gravity * self.time / self.speed) ** power  # speed at which G is 1
-        found = _sticking(self.law, self._kappa(unit), self.carried)
-        return None if found is None else unit * found
+        multiple = _sticking(self.law, self._kappa(unit), self.carried)
+        return None if multiple is None else unit * multiple
 
     def note(self, slowest: float, fastest: float, units: str = "m/s") -> str:
         """Return the size of the effect of weight at two speeds, as a sentence, without an integration."""
         speeds = [fastest, slowest] if slowest < fastest else [fastest]
-        shares, at = _and(map(self.share, speeds), ".2g"), " and ".join(f"{v:.4g}" for v in speeds)
-        note = f"weight: g t_c/v = {shares} at {at} {units} with g = {self.gravity:.4g} {units}^2"
+        shares, speeds_text = _and(map(self.share, speeds), ".2g"), " and ".join(f"{v:.4g}" for v in speeds)
+        note = f"weight: g t_c/v = {shares} at {speeds_text} {units} with g = {self.gravity:.4g} {units}^2"
         if self.carried:
             return note
         factor = f"1 + {loss_slope(self.law):.3f} g t_c/v"
@@ -140,7 +140,7 @@ class FallingContact:
             Whether the user gave the gravity, so that eps of a body that falls is no warning.
         """
         speeds = [fastest, slowest] if slowest < fastest else [fastest]
-        at, note = " and ".join(f"{v:.4g}" for v in speeds), self.note(slowest, fastest, units)
+        speeds_text, note = " and ".join(f"{v:.4g}" for v in speeds), self.note(slowest, fastest, units)
         if not given and self.share(slowest) < COUNTS:
             return Sentences(note, None)
         try:
@@ -148,7 +148,7 @@ class FallingContact:
             stays = self.sticking_speed
         except ValueError:  # damping is too strong for an integration
             return Sentences(note, None)
-        fall = f"a body that falls on a plane at {at} {units} rebounds with eps = {heavy} (sampled)"
+        fall = f"a body that falls on a plane at {speeds_text} {units} rebounds with eps = {heavy} (sampled)"
         words = "" if stays is None else f"; below {stays:.3g} {units} it stays down, eps = 0"
         return Sentences(note, f"{fall}, without weight {light}{words}")
 
