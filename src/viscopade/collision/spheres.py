@@ -287,8 +287,8 @@ class Pair:
         contact = self.contact(gravity)
 
         def loaded(speeds: FloatArray) -> FloatArray:
-            found = [contact.collide(v).epsilon if v else 0.0 for v in speeds.ravel().tolist()]
-            return np.reshape(np.array(found), speeds.shape)
+            values = [contact.collide(v).epsilon if v else 0.0 for v in speeds.ravel().tolist()]
+            return np.reshape(np.array(values), speeds.shape)
 
         return checked.elementwise(loaded, "speed", speed, _NON_NEGATIVE)
 
@@ -336,8 +336,8 @@ class Pair:
         """
         v = checked.number("speed", speed, _POSITIVE)
         portions = {"epsilon": epsilon, "one_minus_epsilon": one_minus_epsilon}
-        given = {name: checked.number(name, x, _PORTION) for name, x in portions.items() if x is not None}
-        beta: Any = beta_from_restitution(v, **given)
+        eps_or_loss = {name: checked.number(name, x, _PORTION) for name, x in portions.items() if x is not None}
+        beta: Any = beta_from_restitution(v, **eps_or_loss)
         return self.damped(self.dissipative_constant(beta))
 
     def damped(self, dissipative_constant: float) -> Pair:
@@ -441,8 +441,8 @@ def v_star(speed: float | Values, beta: float | Values) -> Values:
     ValueError
         If an argument is negative, infinite or NaN anywhere.
     """
-    of = checked.Elementwise(lambda v, b: np.sqrt(b) * v**0.1, {"speed": _NON_NEGATIVE, "beta": _NON_NEGATIVE})
-    return cast(Values, of(speed, beta))
+    function = checked.Elementwise(lambda v, b: np.sqrt(b) * v**0.1, {"speed": _NON_NEGATIVE, "beta": _NON_NEGATIVE})
+    return cast(Values, function(speed, beta))
 
 
 def speed_from_v_star(v_star: float | Values, beta: float | Values) -> Values:
@@ -468,8 +468,8 @@ def speed_from_v_star(v_star: float | Values, beta: float | Values) -> Values:
         If v_star is negative, or beta not positive, or either infinite or NaN anywhere.
     """
     # The power comes last: v*^10 and beta^5 overflow long before their quotient does.
-    of = checked.Elementwise(lambda v, b: (v / np.sqrt(b)) ** 10, {"v_star": _NON_NEGATIVE, "beta": _POSITIVE})
-    return cast(Values, of(v_star, beta))
+    function = checked.Elementwise(lambda v, b: (v / np.sqrt(b)) ** 10, {"v_star": _NON_NEGATIVE, "beta": _POSITIVE})
+    return cast(Values, function(v_star, beta))
 
 
 def restitution_error(v_star: float, relative_error: float) -> float:
@@ -506,8 +506,8 @@ def beta_si_from_cgs(beta: Values) -> Values:
 def _mass_and_density(radius: float, mass: Number | None, density: Number | None) -> tuple[float, float]:
     """Check the mass or the density, whichever is given, and compute the other; the density of a wall is NaN."""
     if (mass is None) == (density is None):
-        given = "neither" if mass is None else "both"
-        raise ValueError(f"mass and density: {given} given, expected exactly one of them")
+        which = "neither" if mass is None else "both"
+        raise ValueError(f"mass and density: {which} given, expected exactly one of them")
     m = math.nan if mass is None else checked.number("mass", mass, _EXTENT)
     d = math.nan if density is None else checked.number("density", density, _POSITIVE)
     if math.isinf(radius) != math.isinf(m):
