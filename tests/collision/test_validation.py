@@ -207,7 +207,7 @@ def errors_at_ends(branch: Branch, pieces: tuple[Piece, ...]) -> list[tuple[mpf,
 
 
 def parts(branch: Branch):
-    functions = [validation._Functions.of(branch, piece) for piece in branch.pieces]
+    functions = [validation._Functions.on_piece(branch, piece) for piece in branch.pieces]
     residuals = [validation._residual(branch.k, f) for f in functions]
     return functions, residuals, validation._shares(branch, functions, residuals)
 
@@ -221,7 +221,7 @@ def test_the_bound_of_the_residual_against_exact_arithmetic(k, index, last):
     piece = branch.pieces[index]
     piece = with_coefficient(piece, len(piece.u) - 1, last * piece.u[-1])
     with working(branch.bits + GUARD_BITS):
-        bound = exact_middle(validation._residual(k, validation._Functions.of(branch, piece)))
+        bound = exact_middle(validation._residual(k, validation._Functions.on_piece(branch, piece)))
     u = fmpq_poly(fmpz_poly(piece.u), 1 << branch.bits)
     h, number = (fmpq(n.mantissa) * fmpq(2) ** n.exponent for n in (piece.h, k))
     y, s = u.derivative(), (1 - u) ** 2
@@ -382,14 +382,14 @@ def test_a_speed_that_may_vanish_is_refused(y, end, positive):
 def test_a_first_piece_beyond_r_0_is_too_long():
     branch = Branch(Dyadic(0, 0), 30, (Piece([0, 0, 3 << 29], Dyadic(1, 0)),), 0)
     with working(100), pytest.raises(ArithmeticError, match="too long"):
-        validation._shares(branch, [validation._Functions.of(branch, branch.pieces[0])], [arb(0)])
+        validation._shares(branch, [validation._Functions.on_piece(branch, branch.pieces[0])], [arb(0)])
 
 
 def test_too_few_bits_for_the_speed():
     h = Dyadic(1, 0)
     branch = Branch(Dyadic(0, 0), 30, (Piece([0, 0, 25], h), Piece([25, 50, 0], h)), 0)
     with working(100), pytest.raises(ArithmeticError, match="too few bits"):
-        validation._shares(branch, [validation._Functions.of(branch, p) for p in branch.pieces], [arb(0), arb(0)])
+        validation._shares(branch, [validation._Functions.on_piece(branch, p) for p in branch.pieces], [arb(0), arb(0)])
 
 
 @pytest.mark.parametrize("k", SIGNED)
@@ -448,7 +448,7 @@ def test_a_large_jump_of_p_is_refused(k):
 def test_the_share_of_a_joint_covers_its_jump(branch):
     """Relative to p^2, without any residual: |p_before^2 - p_after^2|."""
     with working(branch.bits):
-        functions = [validation._Functions.of(branch, piece) for piece in branch.pieces]
+        functions = [validation._Functions.on_piece(branch, piece) for piece in branch.pieces]
         shares = validation._shares(branch, functions, [arb(0)] * len(functions))
     for share, (before, after) in zip(shares[1:], pairwise(branch.pieces), strict=True):
         old, new = (

@@ -52,7 +52,7 @@ def ends(branch: Branch) -> Ends:
 
 
 def _ends(branch: Branch) -> Ends:
-    functions = [_Functions.of(branch, piece) for piece in branch.pieces]
+    functions = [_Functions.on_piece(branch, piece) for piece in branch.pieces]
     residuals = [_residual(branch.k, f) for f in functions]
     for f in functions[:-1]:
         _require_motion(f, arb(1))
@@ -90,7 +90,7 @@ class _Functions(NamedTuple):
     motion: Motion
 
     @classmethod
-    def of(cls, branch: Branch, piece: Piece) -> _Functions:
+    def on_piece(cls, branch: Branch, piece: Piece) -> _Functions:
         u = arb_poly(fmpz_poly(piece.u)) * arb(2) ** -branch.bits
         r = 1 - u
         powers = {power: r**power for power in {*branch.motion.factors}}
