@@ -36,7 +36,7 @@ def points(name):
 @cache
 def made(name, unloading):
     k = DAMPINGS[name]
-    gap = ACCURACY // 2 - 2 + max(k.at(1).size, 0) if unloading else ACCURACY // 3 + 4
+    gap = ACCURACY // 2 - 2 + max(k.value(1).size, 0) if unloading else ACCURACY // 3 + 4
     return integrated(k, unloading, ACCURACY, DEGREE, gap)
 
 
@@ -105,7 +105,7 @@ def test_the_end_is_within_its_bound_and_the_bound_is_small(name, unloading):
 @pytest.mark.parametrize(("name", "unloading"), [("one", False), ("one", True), ("origin", True)])
 def test_more_bits_give_a_smaller_bound(name, unloading):
     k = DAMPINGS[name]
-    gap = 34 + max(k.at(1).size, 0) if unloading else 33
+    gap = 34 + max(k.value(1).size, 0) if unloading else 33
     finer = parametric_ends(integrated(k, unloading, 80, 20, gap), name == "origin")
     assert finer.error < parametric_ends(made(name, unloading), name == "origin").error / 1000
     assert all(deviation <= finer.error for deviation in deviations(name, unloading, finer))
@@ -145,7 +145,7 @@ def test_wrong_coefficients_of_medium_size_are_covered_not_refused(name, unloadi
     In unloading it must be small compared with the distance 2^-gap from the end.
     """
     right = made(name, unloading)
-    size = (40 if unloading else 24) + 2 * max(right.k.at(1).size, 0)
+    size = (40 if unloading else 24) + 2 * max(right.k.value(1).size, 0)
     wrong = with_change(right, 0, 2, fmpz_poly([1 << right.bits - size]))
     assert not holds_or_is_refused(name, unloading, wrong)
     assert parametric_ends(wrong, name == "origin").error > 2.0**-size
@@ -213,7 +213,7 @@ def test_another_k_is_refused_or_covered(name, unloading, size):
     """The polynomials of k (1 + 2^-size), under the name of k: the truth is that of k."""
     k = DAMPINGS[name]
     wrong_k = Scaled(k.polynomial * ((1 << size) + 1), k.exponent - size)
-    gap = ACCURACY // 2 - 2 + max(k.at(1).size, 0) if unloading else ACCURACY // 3 + 4
+    gap = ACCURACY // 2 - 2 + max(k.value(1).size, 0) if unloading else ACCURACY // 3 + 4
     wrong = replace(integrated(wrong_k, unloading, ACCURACY, DEGREE, gap), k=k)
     assert not holds_or_is_refused(name, unloading, wrong) or unloading or size < 35
 

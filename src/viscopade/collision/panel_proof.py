@@ -204,7 +204,7 @@ class PanelProof:
         )
 
     def _integrated(self, unloading: bool) -> ParametricBranch:
-        size = max(self.k.at(0).size, 0)
+        size = max(self.k.value(0).size, 0)
         gap = self.accuracy // 2 - 6 * self.panel.power + size if unloading else self.accuracy // 3 + 4
         return integrated(self.k, unloading, self.accuracy, self.degree, gap)
 
@@ -216,8 +216,8 @@ class PanelProof:
         loading, unloading, panel = self.loading, self.unloading, self.panel
         with working(2 * self.bits):
             k = panel.reduced(self.k.poly(), 2)
-            wanted = 16 * loading.step * panel.v_star() ** 10
-            kappa = panel.relative(k**5 * loading.slope - wanted, wanted) + 2 * loading.error
+            power_of_v_star = 16 * loading.step * panel.v_star() ** 10
+            kappa = panel.relative(k**5 * loading.slope - power_of_v_star, power_of_v_star) + 2 * loading.error
             delta = kappa / 4  # |ln(1 + x)| <= 5/4 |x| for |x| <= 1/5
             f, m = loading.slope * unloading.step, unloading.slope * loading.step
             from_ends = 2 * (loading.error + unloading.error)
@@ -256,8 +256,8 @@ def double_bounds(index: int) -> PanelBounds:
         bounds = []
         for name, exact, power in (("epsilon", epsilon, 0), ("one_minus_epsilon", loss, 2)):
             whole = panel.reduced(exact, power)
-            own = panel.reduced(panel_rows()[name, index].poly(), power)
-            bounds.append(_small(panel.relative(own - whole, whole) * (1 + 2 * of_row) + 2 * of_row))
+            double_row = panel.reduced(panel_rows()[name, index].poly(), power)
+            bounds.append(_small(panel.relative(double_row - whole, whole) * (1 + 2 * of_row) + 2 * of_row))
     return PanelBounds(*map(max, bounds, elastic_error())) if index == 0 else PanelBounds(*bounds)
 
 
@@ -360,8 +360,8 @@ def tail(v_star: arb) -> arb:
 def steepest() -> Fraction:
     """Return a bound of |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| of all rows, and beyond the last row."""
     with working(128):
-        found = [_slope(index, name) for index in range(PANELS) for name in ("epsilon", "one_minus_epsilon")]
-        return max(exact_middle(max(found)), Fraction(10, 3))
+        slopes = [_slope(index, name) for index in range(PANELS) for name in ("epsilon", "one_minus_epsilon")]
+        return max(exact_middle(max(slopes)), Fraction(10, 3))
 
 
 def _slope(index: int, name: str) -> arb:

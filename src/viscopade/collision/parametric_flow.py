@@ -55,7 +55,7 @@ class Scaled(NamedTuple):
         """Return the polynomial, exactly if FLINT's precision holds it."""
         return arb_poly(self.polynomial) * arb(2) ** self.exponent
 
-    def at(self, z: fmpq | int) -> Dyadic:
+    def value(self, z: fmpq | int) -> Dyadic:
         """Return the value at z to 64 bits."""
         with working(128):
             return Dyadic.nearest(self.poly()(arb(z)), 64)
@@ -165,7 +165,7 @@ def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int)
         `end` is where r is larger by 2^-gap than at the true end.
     """
     signed = Scaled(-k.polynomial, k.exponent) if unloading else k
-    branch = integrate(signed.at(_on_panel(k, fmpq(0))), accuracy)
+    branch = integrate(signed.value(_on_panel(k, fmpq(0))), accuracy)
     scale = _scale(signed)
     bits = branch.bits + 8
     terms = int(SPARE_TERMS * len(branch.pieces[0].u))
@@ -183,7 +183,7 @@ def _scale(k: Scaled) -> Scaled:
     one = 1 << SCALE_BITS
     cosines = [math.cos((2 * i + 1) * math.pi / (2 * SCALE_NODES)) for i in range(SCALE_NODES)]
     nodes = [_on_panel(k, fmpq(round(c * 2**20), 2**20)) for c in cosines]
-    times = [_duration(k.at(z)) for z in nodes]
+    times = [_duration(k.value(z)) for z in nodes]
     middle = times[SCALE_NODES // 2]
     values = fmpq_mat([[fmpq(time * one // middle)] for time in times])
     vandermonde = fmpq_mat([[z**n for n in range(SCALE_NODES)] for z in nodes])
@@ -458,10 +458,10 @@ class _Proof:
                     raise ArithmeticError("the speed may vanish before the end")
 
     def _require_before(
-        self, piece: ParametricPiece, at: tuple[FunctionBall, FunctionBall], residual: arb, eta: arb
+        self, piece: ParametricPiece, point: tuple[FunctionBall, FunctionBall], residual: arb, eta: arb
     ) -> None:
         """Require that a point is certainly not behind the end: (5), times 2 h."""
-        r, slope = at
+        r, slope = point
         one = 1 << self.branch.bits
         if not (self._least(r) >= 0 and arb(r.bound) <= 2 * one and self._least(slope) > 0):
             raise ArithmeticError("the end lies before the last piece")
@@ -541,10 +541,10 @@ def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
     r = _ball(fmpz_poly([1 << branch.bits]) - u)
     s = packing.product(r, r)
     v, v_error = fmpz_poly(), 0
-    for factor, of in ((elastic, s), (viscous, _ball(slope))):
-        part, error = packing.cut(factor.polynomial * of.polynomial, -factor.exponent)
+    for factor, function in ((elastic, s), (viscous, _ball(slope))):
+        part, error = packing.cut(factor.polynomial * function.polynomial, -factor.exponent)
         v, v_error = v + part, v_error + error
-        v_error += shifted_up(norm(factor.polynomial.coeffs()) * of.error, -factor.exponent)
+        v_error += shifted_up(norm(factor.polynomial.coeffs()) * function.error, -factor.exponent)
     product_error = packing.error(s, _ball(v, v_error))
     defect = shifted_up(norm((second * (1 << branch.bits) - s.polynomial * v).coeffs()), branch.bits)
     return arb(defect + product_error) * arb(2) ** -branch.bits
