@@ -51,10 +51,10 @@ def _row(index: int) -> _Row:
     """Return a panel's row; an OSError says that it is missing."""
     if index not in exact_rows():
         raise OSError(f"{EXACT} has no row of panel {index}: run python -m tools.exact_table")
-    found = exact_rows()[index]
+    exact_row = exact_rows()[index]
     centre, half = (arb(float(values[index])) for values in (CENTRES, HALF_WIDTHS))
-    polynomial, error = found.row.poly(), found.error
-    is_epsilon = found.name == "epsilon"
+    polynomial, error = exact_row.row.poly(), exact_row.error
+    is_epsilon = exact_row.name == "epsilon"
     return _Row(is_epsilon, centre, half, polynomial, polynomial.derivative(), error, 1 / arb(1, error))
 
 
@@ -80,19 +80,19 @@ def v_star_of(epsilon: Fraction) -> arb | None:
         return None
     row = _row(index)
     # Newton's method for the row, whose first term on panel 0 is c z^2.
-    wanted = eps if row.is_epsilon else loss
-    z = arb(0) if index else (wanted / row.polynomial[2]).sqrt().mid()
+    smaller = eps if row.is_epsilon else loss
+    z = arb(0) if index else (smaller / row.polynomial[2]).sqrt().mid()
     for _ in range(NEWTON_STEPS):
-        z = (z - (row.polynomial(z) - wanted) / row.slope(z)).mid()
+        z = (z - (row.polynomial(z) - smaller) / row.slope(z)).mid()
     v_star = row.centre + row.half * z
     # eps falls strictly with v* (docs/theory/exact-function.md, step 5): v* lies between two speeds, one with a larger
     # and one with a smaller eps. They differ so much that the row's error does not matter.
-    width = 4 * wanted * row.error * row.half / abs(row.slope(z))
+    width = 4 * smaller * row.error * row.half / abs(row.slope(z))
     low, high = (v_star - width).mid(), (v_star + width).mid()
     at_low, at_high = portions(low), portions(high)
     if at_low is None or at_high is None:
         return None
-    falls = at_low.epsilon > wanted > at_high.epsilon if row.is_epsilon else at_low.loss < wanted < at_high.loss
+    falls = at_low.epsilon > smaller > at_high.epsilon if row.is_epsilon else at_low.loss < smaller < at_high.loss
     return low.union(high) if falls else None
 
 
