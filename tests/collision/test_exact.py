@@ -191,7 +191,7 @@ def test_given_ties_do_not_matter():
 def test_rational_v_star_from_beta_and_speed():
     """v* = 2.5 follows from beta = 6.25 at speed 1: a tie at one digit."""
     assert exact.collision(beta="6.25", speed=1, digits=1).decimals()["v_star"] == "2"
-    assert "v_star" not in exact.collision(beta="6.25", speed=2, digits=5).given
+    assert "v_star" not in exact.collision(beta="6.25", speed=2, digits=5).fractions
 
 
 def test_beta_from_epsilon_and_speed():

@@ -146,7 +146,7 @@ def test_a_table_that_is_not_whole(monkeypatch, rows):
 
 def test_a_collision_from_the_table_is_a_record_like_others():
     found = exact.collision("0.3", 20)
-    whole = exact._determined(found.wanted, 20)
+    whole = exact._determined(found.problem, 20)
     assert found == whole
     assert whole == found
     assert hash(found) == hash(whole)

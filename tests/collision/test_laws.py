@@ -239,7 +239,7 @@ def test_refusals(arguments, message):
 def test_damping_that_holds_the_bodies_back_is_noticed(name):
     law = law_of(name, "return")
     with pytest.raises(NoEndError):
-        integrate(Dyadic(-30, 0), 60, Motion.of(law))
+        integrate(Dyadic(-30, 0), 60, Motion.from_law(law))
 
 
 @pytest.mark.parametrize(
@@ -250,7 +250,7 @@ def test_the_bound_of_the_slope_in_k(law):
     with working(200):
         for mantissa in (1, 4, 9, 24, 70, 200):
             k, above = Dyadic(-mantissa, -2), Dyadic(-mantissa * 1025, -12)
-            low, high = (ends(integrate(c, 90, Motion.of(law))).p for c in (k, above))
+            low, high = (ends(integrate(c, 90, Motion.from_law(law))).p for c in (k, above))
             slope = (high / low).log() / (arb(1025) / 1024).log()
             least = -arb(law.nu.numerator) / (2 * law.nu.denominator - law.nu.numerator)
             assert not slope < least - arb(10) ** -15
@@ -265,12 +265,12 @@ STARTS = [(law, Dyadic(k, -2)) for law in LAWS for k in (0, 3, 9, -3, -9) if not
 
 @cache
 def fine(law: Law, k: Dyadic) -> Ends:
-    return enclosed(integrate(k, FINE, Motion.of(law)))
+    return enclosed(integrate(k, FINE, Motion.from_law(law)))
 
 
 @cache
 def coarse(law: Law, k: Dyadic, accuracy: int = 60) -> Branch:
-    return integrate(k, accuracy, Motion.of(law))
+    return integrate(k, accuracy, Motion.from_law(law))
 
 
 def enclosed(branch: Branch) -> Ends:

@@ -113,7 +113,7 @@ class Curve:
         self.law, self._tables = law, tables
         self._decay = 1.0 if law.decay is None else float(law.decay)  # None: kappa never exceeds the last panel
         last = math.exp(tables.of_s.ends[-1])
-        self.kappa_max = last if Motion.of(law).attractive else math.inf
+        self.kappa_max = last if Motion.from_law(law).attractive else math.inf
         self.kappa_max_of_course = math.inf if law.delayed else last
 
     def epsilon(self, kappa: Values) -> Values:
@@ -150,7 +150,7 @@ class Curve:
         )
 
     def _portions(self, loss: bool) -> Accepted:
-        if not Motion.of(self.law).attractive:
+        if not Motion.from_law(self.law).attractive:
             return _PORTIONS
         least = float(LEAST_EPSILON)
         if loss:
@@ -246,7 +246,7 @@ def curve_tables(law: Law) -> Tables:
 
 def _ends_of_k(law: Law) -> tuple[float, float]:
     """Return ln k where L, X and T become constant, and where they become straight lines or contact no longer ends."""
-    motion = Motion.of(law)
+    motion = Motion.from_law(law)
     # The first corrections are of order kappa or, with delayed recovery, kappa^(n_b/d) of L and r_c^m of T.
     slow = CONSTANT * max(1.0, law.d / law.n_b, motion.d / motion.m)
     first = exact.log_k_of(-slow, law)
@@ -258,18 +258,19 @@ def _ends_of_k(law: Law) -> tuple[float, float]:
     return first, math.log(2 * max(motion.n_b, 2 * motion.n_b - motion.n_a) * CONSTANT) / 2
 
 
-def _solved(function: Callable[[FloatArray], FloatArray], wanted: FloatArray, span: FloatArray) -> FloatArray:
-    """Return x with function(x) = wanted, for an increasing function, by bisection, then by the secant's slope."""
-    low, high = (np.full_like(wanted, end) for end in span)
+def _solved(function: Callable[[FloatArray], FloatArray], target: FloatArray, span: FloatArray) -> FloatArray:
+    """Return x with function(x) = target, for an increasing function, by bisection, then by the secant's slope."""
+    low, high = (np.full_like(target, end) for end in span)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        below = function(middle) < wanted
+        below = function(middle) < target
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     x = (low + high) / 2
+    # Steps of Newton's method, with a central difference as the slope.
     for _ in range(2):
         inside = np.clip(x, *(span + np.array([1, -1]) * STEP))
         slope = (function(inside + STEP) - function(inside - STEP)) / (2 * STEP)
-        x = np.clip(x + (wanted - function(x)) / slope, *span)
+        x = np.clip(x + (target - function(x)) / slope, *span)
     return x
 
 
@@ -277,11 +278,12 @@ def interpolant(
     functions: Callable[[FloatArray], FloatArray], span: FloatArray, slopes: tuple[float, ...] = ()
 ) -> Interpolant:
     """Interpolate functions, the first axis of the returned array, on panels that are halved until it is accurate."""
+    # Chebyshev coefficients from values at the Chebyshev nodes: c_k = 2/N sum_j f(cos t_j) cos(k t_j), half for k = 0.
     angles = np.pi * (np.arange(NODES) + 0.5) / NODES
     transform = 2 / NODES * np.cos(np.outer(np.arange(NODES), angles))
     transform[0] /= 2
     starts = np.linspace(span[0], span[1], PANELS + 1)
-    ends, found = [float(span[0])], list[FloatArray]()
+    ends, panels = [float(span[0])], list[FloatArray]()
     for i in track(range(PANELS), "panels"):
         waiting = [(starts[i], starts[i + 1])]
         while waiting:
@@ -289,11 +291,12 @@ def interpolant(
             values = functions((left + right) / 2 + (right - left) / 2 * np.cos(angles))
             coefficients = values @ transform.T
             size = np.maximum(np.abs(coefficients).max(axis=1), 1.0)
+            # The last two coefficients estimate the error: one of them vanishes for even or odd functions.
             if (np.abs(coefficients[:, -2:]).max(axis=1) > SMALL * size).any() and right - left > NARROWEST:
                 waiting += [((left + right) / 2, right), (left, (left + right) / 2)]
                 continue
             ends.append(float(right))
-            found.append(coefficients)
-    rows = np.array(found).transpose(1, 0, 2).tolist()
+            panels.append(coefficients)
+    rows = np.array(panels).transpose(1, 0, 2).tolist()
     table = tuple(tuple(tuple(row) for row in function) for function in rows)
     return Interpolant(tuple(ends), table, slopes or (0.0,) * len(table))

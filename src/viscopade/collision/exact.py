@@ -47,14 +47,14 @@ if TYPE_CHECKING:
 Exact = Any
 """A number taken exactly: str (decimal), int, float, Fraction, Decimal, mpmath.mpf or a NumPy scalar."""
 
-MAX_ATTEMPTS = 12
+MAX_ATTEMPTS = 12  # to determine all digits, with more bits each time; a choice
 GUARD_BITS = 32  # additional bits of ball arithmetic
 GUARD_DIGIT_BITS = 12  # so that an enclosure rarely contains a boundary of rounding
 LEAST_ACCURACY = 30  # with fewer bits, the end of unloading may not be found for large k
 LOW_ACCURACY = 60  # bits of a number that becomes a double
 LOST_BITS = 4  # bits by which a step of Newton's method falls short of doubling the correct ones
 LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
-MAX_STEPS = 100
+MAX_STEPS = 100  # of Newton's method from a rough guess; a choice
 MOST_IN_TIME = math.log(1e4)  # of ln kappa: beyond, the many pieces of loading take longer than Newton's method
 START_BITS = 32  # by which k and the speed at first contact are more accurate than the integration
 COST_POWER, PROOF_COST = 2.4, 2.5  # a step of Newton's method takes like bits^2.4, the proof as long as 2.5 of them
@@ -86,7 +86,7 @@ class Collision(Determined):
         Maximal compression.
     tau_c : flint.arb
         Duration of contact (eq:tEndAdvanced).
-    given : dict
+    fractions : dict
         The numbers among them that are known exactly, as fractions.
     beta : flint.arb, optional
         eq:betadef in (time/length)^(1/5), if the speed is given.
@@ -100,7 +100,7 @@ class Collision(Determined):
     one_minus_epsilon: arb
     x_max: arb
     tau_c: arb
-    given: dict[str, Fraction]
+    fractions: dict[str, Fraction]
     beta: arb | None = None
     kappa: arb | None = None
 
@@ -120,8 +120,8 @@ class Collision(Determined):
 
     def balls(self) -> dict[str, arb]:
         """Return the enclosures by name."""
-        found = {name: getattr(self, name) for name in (*NAMES, "beta", "kappa")}
-        return {name: ball for name, ball in found.items() if ball is not None}
+        enclosures = {name: getattr(self, name) for name in (*NAMES, "beta", "kappa")}
+        return {name: ball for name, ball in enclosures.items() if ball is not None}
 
     def decimals(self) -> dict[str, str]:
         """Return the numbers by name as decimal strings, correctly rounded to `digits`."""
@@ -138,8 +138,8 @@ class Collision(Determined):
         return {name: float(text) for name, text in self.decimals().items()}
 
     def _decimal(self, name: str) -> str | None:
-        if name in self.given:
-            return _rounded(self.given[name], self.digits)
+        if name in self.fractions:
+            return _rounded(self.fractions[name], self.digits)
         ball: arb = getattr(self, name)
         if name in ("v_star", "kappa") and ball > 10**1000:
             return "inf"
@@ -152,10 +152,12 @@ NAMES = ("v_star", "epsilon", "one_minus_epsilon", "x_max", "tau_c")
 class _Tabulated(Collision):
     """A collision whose balls are from the table; it is integrated when x_max or tau_c is first asked for."""
 
-    wanted: _Wanted
+    problem: _Problem
 
-    def __init__(self, wanted: _Wanted, digits: int, balls: dict[str, arb]) -> None:
-        vars(self).update({"beta": None, "kappa": None, **balls}, digits=digits, given=wanted.given, wanted=wanted)
+    def __init__(self, problem: _Problem, digits: int, balls: dict[str, arb]) -> None:
+        vars(self).update(
+            {"beta": None, "kappa": None, **balls}, digits=digits, fractions=problem.fractions, problem=problem
+        )
         self._require_determined(balls)
 
     @cached_property
@@ -167,7 +169,7 @@ class _Tabulated(Collision):
         OSError
             If it does not: a row is wrong.
         """
-        whole = _determined(self.wanted, self.digits)
+        whole = _determined(self.problem, self.digits)
         if not all(getattr(whole, name).overlaps(vars(self)[name]) for name in NAMES[:3]):
             raise OSError(f"{EXACT} does not agree with an integration: run python -m tools.exact_table")
         return whole
@@ -217,40 +219,48 @@ def collision(
         If not exactly one of v_star, kappa, and both beta and speed, is given; if a number or digits are out of range;
         if the law is not known, or contact does not end with this kappa.
     """
-    digits, of = arguments.digits(digits), law_of(law)
-    given = (v_star is not None, kappa is not None, beta is not None, speed is not None)
-    if given == (True, False, False, False):
+    digits, contact_law = arguments.digits(digits), law_of(law)
+    inputs = (v_star is not None, kappa is not None, beta is not None, speed is not None)
+    if inputs == (True, False, False, False):
         if _is_infinite(v_star):
-            return _at_infinity(digits, of)
+            return _at_infinity(digits, contact_law)
         number = arguments.exact_number("v_star", v_star, _SPEEDS, _in_range)
-        return _at_speed(_Speed(number**of.d, Fraction(1), {"v_star": number, **_named(of, number**of.d)}, of), digits)
-    if given == (False, True, False, False):
+        return _at_speed(
+            _Speed(
+                number**contact_law.d,
+                Fraction(1),
+                {"v_star": number, **_named(contact_law, number**contact_law.d)},
+                contact_law,
+            ),
+            digits,
+        )
+    if inputs == (False, True, False, False):
         number = arguments.exact_number("kappa", kappa, _BETAS, _in_range)
-        root = _rational_root(number, of.d)
+        root = _rational_root(number, contact_law.d)
         exact = {"kappa": number} if root is None else {"kappa": number, "v_star": root}
-        return _at_speed(_Speed(number, Fraction(1), exact, of), digits)
-    if given == (False, False, True, True):
+        return _at_speed(_Speed(number, Fraction(1), exact, contact_law), digits)
+    if inputs == (False, False, True, True):
         factor = arguments.exact_number("beta", beta, _BETAS, _in_range)
         velocity = arguments.exact_number("speed", speed, _BETAS, _in_range)
-        if of.c <= 0 and velocity == 0:
+        if contact_law.c <= 0 and velocity == 0:
             raise ValueError("speed is 0: expected a number > 0, because kappa does not vanish with the speed")
-        root = _rational_root_of_product(factor, velocity, of)
+        root = _rational_root_of_product(factor, velocity, contact_law)
         exact = {"beta": factor} if root is None else {"beta": factor, "v_star": root}
-        return _at_speed(_Speed(factor, velocity, exact, of), digits)
+        return _at_speed(_Speed(factor, velocity, exact, contact_law), digits)
     raise TypeError("expected exactly one of v_star, kappa, and both beta and speed")
 
 
-def _at_speed(wanted: _Speed, digits: int) -> Collision:
-    if wanted.beta * wanted.speed == 0:
-        return _elastic(digits, wanted.law, wanted.given.get("beta"), "kappa" in wanted.given)
-    return _collision(wanted, digits)
+def _at_speed(problem: _Speed, digits: int) -> Collision:
+    if problem.beta * problem.speed == 0:
+        return _elastic(digits, problem.law, problem.fractions.get("beta"), "kappa" in problem.fractions)
+    return _collision(problem, digits)
 
 
-def _require_moderate(wanted: _Speed) -> None:
+def _require_moderate(problem: _Speed) -> None:
     """Raise ValueError if k ~ kappa^(nu/2) is too large."""
-    n_a, law = Motion.of(wanted.law).n_a, wanted.law
+    n_a, law = Motion.from_law(problem.law).n_a, problem.law
     with working(128):
-        log_kappa = float(wanted.log_kappa())
+        log_kappa = float(problem.log_kappa())
         log_k = float(_k_from_limits(log_kappa, law)[0].log())
     excess = log_k - LARGEST_POWER_BITS * math.log(2) / n_a
     if excess > 0:
@@ -309,7 +319,7 @@ def invert(
     TypeError, ValueError
         If not exactly one of the two is given, a number or digits are out of range, or the law is not known.
     """
-    digits, of = arguments.digits(digits), law_of(law)
+    digits, contact_law = arguments.digits(digits), law_of(law)
     if (epsilon is None) == (one_minus_epsilon is None):
         raise TypeError("expected exactly one of epsilon and one_minus_epsilon")
     if epsilon is not None:
@@ -326,8 +336,10 @@ def invert(
         None if speed is None else arguments.exact_number("speed", speed, _SPEEDS_AT, lambda v: v > 0 and _in_range(v))
     )
     if restitution == 1:
-        return _elastic(digits, of, None if speed is None else Fraction(0), bool(_named(of, restitution)))
-    return _collision(_Restitution(restitution, velocity, of), digits)
+        return _elastic(
+            digits, contact_law, None if speed is None else Fraction(0), bool(_named(contact_law, restitution))
+        )
+    return _collision(_Restitution(restitution, velocity, contact_law), digits)
 
 
 def _in_range(number: Fraction) -> bool:
@@ -390,7 +402,7 @@ class _AtK:
 
     @property
     def motion(self) -> Motion:
-        return Motion.of(self.law)
+        return Motion.from_law(self.law)
 
     @property
     def log_kappa(self) -> arb:
@@ -489,7 +501,7 @@ class _Speed:
 
     beta: Fraction
     speed: Fraction
-    given: dict[str, Fraction]
+    fractions: dict[str, Fraction]
     law: Law = VISCOELASTIC
 
     def log_kappa(self) -> arb:
@@ -499,19 +511,19 @@ class _Speed:
         """Return an approximation of k, and the number of its correct bits."""
         with working(128):
             log_kappa = self.log_kappa()
-            known = _k_from_table(log_kappa, 52) if self.law == VISCOELASTIC else None
-            return known or _k_from_limits(float(log_kappa), self.law)
+            from_table = _k_from_table(log_kappa, 52) if self.law == VISCOELASTIC else None
+            return from_table or _k_from_limits(float(log_kappa), self.law)
 
     def tabulated(self) -> dict[str, arb] | None:
         """Enclose eps and 1 - eps by the table, if it can."""
         kappa = ball_of(self.beta) * ball_of(self.speed).root(5)
-        v_star = ball_of(self.given["v_star"]) if "v_star" in self.given else kappa.sqrt()
+        v_star = ball_of(self.fractions["v_star"]) if "v_star" in self.fractions else kappa.sqrt()
         portions = exact_table.portions(v_star)
         if portions is None:
             return None
         numbers = {"v_star": v_star, "epsilon": portions.epsilon, "one_minus_epsilon": portions.loss}
         further = {"kappa": kappa, "beta": ball_of(self.beta)}
-        return numbers | {name: ball for name, ball in further.items() if name in self.given}
+        return numbers | {name: ball for name, ball in further.items() if name in self.fractions}
 
     def start(self, accuracy: int) -> tuple[Dyadic, Dyadic] | None:
         """Return k and the speed at first contact for `collide`, in units of x_max in double precision, if known."""
@@ -526,19 +538,19 @@ class _Speed:
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
-        loading = integrate(k, accuracy, Motion.of(self.law))
+        loading = integrate(k, accuracy, Motion.from_law(self.law))
         with working(accuracy + GUARD_BITS):
             log_kappa = _log_kappa(self.law, k.ball(), loading.p_end)
             return (self.log_kappa() - log_kappa) / (1 + loading.sensitivity() * ball_of(2 * self.law.c))
 
-    def enclosed(self, at: _AtK) -> dict[str, arb]:
+    def enclosed(self, nearby: _AtK) -> dict[str, arb]:
         """Enclose the collision, from what is proven for a k nearby."""
         log_kappa = self.log_kappa()
-        delta = abs(log_kappa - at.log_kappa) * ball_of(max(self.law.nu / 2, Fraction(1)))  # bounds that of ln k
-        numbers = {"v_star": (log_kappa / self.law.d).exp(), **at.restitution(delta), **at.course(delta)}
-        if "kappa" in self.given or self.law != VISCOELASTIC:
+        delta = abs(log_kappa - nearby.log_kappa) * ball_of(max(self.law.nu / 2, Fraction(1)))  # bounds that of ln k
+        numbers = {"v_star": (log_kappa / self.law.d).exp(), **nearby.restitution(delta), **nearby.course(delta)}
+        if "kappa" in self.fractions or self.law != VISCOELASTIC:
             numbers["kappa"] = log_kappa.exp()
-        return {**numbers, "beta": ball_of(self.beta)} if "beta" in self.given else numbers
+        return {**numbers, "beta": ball_of(self.beta)} if "beta" in self.fractions else numbers
 
 
 @dataclass(frozen=True)
@@ -550,7 +562,7 @@ class _Restitution:
     law: Law = VISCOELASTIC
 
     @property
-    def given(self) -> dict[str, Fraction]:
+    def fractions(self) -> dict[str, Fraction]:
         return {"epsilon": self.epsilon, "one_minus_epsilon": 1 - self.epsilon}
 
     def log_odds(self) -> arb:
@@ -563,9 +575,9 @@ class _Restitution:
         if self.law == VISCOELASTIC and min(epsilon, loss) > 1e-300:
             v_star = double.v_star_from(epsilon) if epsilon < loss else double.v_star_from(one_minus_epsilon=loss)
             with working(128):
-                found = _k_from_table(2 * arb(v_star).log(), 47)
-            if found is not None:
-                return found
+                from_table = _k_from_table(2 * arb(v_star).log(), 47)
+            if from_table is not None:
+                return from_table
         with working(128):
             odds = float(self.log_odds())
         # (1 - eps)/eps goes from lambda_1 kappa to kappa^decay, with delayed recovery K^nu: it is about the larger of
@@ -589,22 +601,22 @@ class _Restitution:
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
-        at, (loading, unloading) = _roughly_at(k, accuracy, self.law)
+        rough, (loading, unloading) = _roughly_at(k, accuracy, self.law)
         with working(accuracy + GUARD_BITS):
-            slope = (loading.sensitivity() - unloading.sensitivity()) / at.one_minus_epsilon
-            return (self.log_odds() - at.log_odds) / slope
+            slope = (loading.sensitivity() - unloading.sensitivity()) / rough.one_minus_epsilon
+            return (self.log_odds() - rough.log_odds) / slope
 
-    def enclosed(self, at: _AtK) -> dict[str, arb]:
+    def enclosed(self, nearby: _AtK) -> dict[str, arb]:
         """Enclose the collision, from what is proven for a k nearby."""
         epsilon, loss = ball_of(self.epsilon), ball_of(1 - self.epsilon)
-        difference = epsilon - at.epsilon if epsilon < loss else loss - at.one_minus_epsilon
-        delta = 2 * abs(difference) / (epsilon.min(at.epsilon) * at.least_slope)
+        difference = epsilon - nearby.epsilon if epsilon < loss else loss - nearby.one_minus_epsilon
+        delta = 2 * abs(difference) / (epsilon.min(nearby.epsilon) * nearby.least_slope)
         if not delta < arb(1) / 8:
             raise ArithmeticError("k is too far off")
-        rate = max(2 / self.law.nu, Fraction(1))  # of ln kappa with ln k, at most
-        kappa = at.log_kappa.exp() * _within(ball_of(rate) * delta)
-        v_star = (at.log_kappa / self.law.d).exp() * _within(ball_of(rate / self.law.d) * delta)
-        numbers = {"v_star": v_star, "epsilon": epsilon, "one_minus_epsilon": loss, **at.course(delta)}
+        rate = max(2 / self.law.nu, Fraction(1))  # of ln kappa with ln k, nearby most
+        kappa = nearby.log_kappa.exp() * _within(ball_of(rate) * delta)
+        v_star = (nearby.log_kappa / self.law.d).exp() * _within(ball_of(rate / self.law.d) * delta)
+        numbers = {"v_star": v_star, "epsilon": epsilon, "one_minus_epsilon": loss, **nearby.course(delta)}
         if self.law != VISCOELASTIC:
             numbers["kappa"] = kappa
         if self.speed is None:
@@ -613,11 +625,12 @@ class _Restitution:
         return {**numbers, "beta": kappa / rational_power(ball_of(self.speed), power) if power else kappa}
 
 
-_Wanted = _Speed | _Restitution
+_Problem = _Speed | _Restitution
 
 
 def _lambda_1(law: Law) -> float:
     """Return the limit of (1 - eps)/kappa, B(1/nu, 3/2) ((a+1)/2)^(1/nu-1)."""
+    # B(1/nu, 3/2) = Gamma(1/nu) Gamma(3/2)/Gamma(1/nu + 3/2).
     inverse, (base, power) = float(1 / law.nu), law.kappa_scale
     beta = math.exp(math.lgamma(inverse) + math.lgamma(1.5) - math.lgamma(inverse + 1.5))
     return beta * math.exp(-float(power) * math.log(base))
@@ -642,7 +655,7 @@ def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
 
 def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
     """Return k as if F were the larger of its limits, 1/sqrt(n_a) for slow and k/(2 n_b) for fast impacts."""
-    motion, c = Motion.of(law), float(2 * law.c)
+    motion, c = Motion.from_law(law), float(2 * law.c)
     scaled = log_kappa + float(1 - 1 / law.nu) * math.log(2 * motion.m)
     slow = log_k_of(log_kappa, law)
     fast = (scaled + c * math.log(2 * motion.n_b)) / (1 + c)
@@ -653,56 +666,56 @@ def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
 # --- solving ----------------------------------------------------------------------------------------------------------
 
 
-def _collision(wanted: _Wanted, digits: int) -> Collision:
+def _collision(problem: _Problem, digits: int) -> Collision:
     """Look eps or v* up in the table; where it does not determine the decimals, solve for k and enclose."""
-    if wanted.law == VISCOELASTIC and digits <= exact_table.DIGITS:
+    if problem.law == VISCOELASTIC and digits <= exact_table.DIGITS:
         with working(exact_table.BITS):
-            balls = wanted.tabulated()
+            balls = problem.tabulated()
         if balls is not None:
             try:
-                return _Tabulated(wanted, digits, balls)
+                return _Tabulated(problem, digits, balls)
             except ValueError:
                 pass
-    if isinstance(wanted, _Speed):
-        _require_moderate(wanted)
+    if isinstance(problem, _Speed):
+        _require_moderate(problem)
     try:
-        return _determined(wanted, digits)
+        return _determined(problem, digits)
     except NoEndError:
-        smaller = "a larger epsilon" if isinstance(wanted, _Restitution) else "a smaller kappa"
+        smaller = "a larger epsilon" if isinstance(problem, _Restitution) else "a smaller kappa"
         raise ValueError(
-            f"with this much damping, contact of the law {wanted.law} does not end at x = 0, or lasts too long to be "
-            f"computed: expected {smaller}" + (", or end 'force'" if wanted.law.nu > 1 else "")
+            f"with this much damping, contact of the law {problem.law} does not end at x = 0, or lasts too long to be "
+            f"computed: expected {smaller}" + (", or end 'force'" if problem.law.nu > 1 else "")
         ) from None
 
 
-def _determined(wanted: _Wanted, digits: int) -> Collision:
+def _determined(problem: _Problem, digits: int) -> Collision:
     """Solve for k and enclose, with more and more bits until every decimal is determined."""
     accuracy = _accuracy(digits)
     # From v*: in time from first contact, without solving for k.
     for bits in (accuracy, accuracy + 16):
-        start = wanted.start(bits) if isinstance(wanted, _Speed) else None
+        start = problem.start(bits) if isinstance(problem, _Speed) else None
         if start is None:
             break
         for i in track(range(2), "Integration and proof", [COLLISION_COST, 1].__getitem__):
             if i == 0:
                 branches = collide(*start, bits)
-            elif collision := _enclosed(wanted, branches, digits, bits):
+            elif collision := _enclosed(problem, branches, digits, bits):
                 return collision
     # From epsilon, for other laws and extremes: k by Newton's method.
-    guess, known = wanted.guess()
+    guess, correct_bits = problem.guess()
     k = Dyadic.nearest(guess, 64)
-    if known < LEAST_KNOWN:
-        k, known = _approached(wanted, k)
-    accuracy, more = accuracy + _end_bits(wanted.law, k, accuracy), 16
+    if correct_bits < LEAST_KNOWN:
+        k, correct_bits = _approached(problem, k)
+    accuracy, more = accuracy + _end_bits(problem.law, k, accuracy), 16
     for _ in range(MAX_ATTEMPTS):
-        steps = _accuracies(known, accuracy)
+        steps = _accuracies(correct_bits, accuracy)
         costs = [*(bits**COST_POWER for bits in steps), PROOF_COST * accuracy**COST_POWER]
         for i in track(range(len(costs)), "Newton's method and proof", costs.__getitem__):
             if i < len(steps):
-                k = _improved(wanted, k, steps[i])
-            elif collision := _enclosed(wanted, _branches(k, accuracy, wanted.law), digits, accuracy):
+                k = _improved(problem, k, steps[i])
+            elif collision := _enclosed(problem, _branches(k, accuracy, problem.law), digits, accuracy):
                 return collision
-        known, accuracy, more = accuracy, accuracy + more, 2 * more
+        correct_bits, accuracy, more = accuracy, accuracy + more, 2 * more
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
 
 
@@ -712,29 +725,31 @@ def _accuracy(digits: int) -> int:
     return bits + GUARD_DIGIT_BITS + max(bits.bit_length() - 7, 0)  # the bounds of errors grow with the number of terms
 
 
-def _enclosed(wanted: _Wanted, branches: tuple[Branch, Branch], digits: int, accuracy: int) -> Collision | None:
+def _enclosed(problem: _Problem, branches: tuple[Branch, Branch], digits: int, accuracy: int) -> Collision | None:
     """Enclose the wanted collision from branches at a k nearby; None if that does not determine all digits."""
     with working(accuracy + GUARD_BITS):
         try:
-            return Collision(digits, **wanted.enclosed(_AtK.enclosed(branches, wanted.law)), given=wanted.given)
+            return Collision(
+                digits, **problem.enclosed(_AtK.enclosed(branches, problem.law)), fractions=problem.fractions
+            )
         except (ArithmeticError, ValueError):
             return None
 
 
 def _end_bits(law: Law, k: Dyadic, accuracy: int) -> int:
     """Return the additional bits of tau_c for small k: the error of r_c^m is that of r_c^d = k P times k^(m/d - 1)."""
-    motion, small = Motion.of(law), max(-k.size, 0)
+    motion, small = Motion.from_law(law), max(-k.size, 0)
     if not law.delayed or motion.m >= motion.d or small * motion.m > accuracy * motion.d:  # r_c^m itself is nothing
         return 0
     return small * (motion.d - motion.m) // motion.d
 
 
-def _approached(wanted: _Wanted, k: Dyadic) -> tuple[Dyadic, int]:
+def _approached(problem: _Problem, k: Dyadic) -> tuple[Dyadic, int]:
     """Return k to a few bits, by Newton's method with steps of at most a factor of e^2, and their number."""
-    largest = 2.0
+    largest = 2.0  # of |ln k|, that is a factor of e^2; a choice
     for _ in range(MAX_STEPS):
         try:
-            change = float(wanted.step(k, LEAST_ACCURACY).mid())
+            change = float(problem.step(k, LEAST_ACCURACY).mid())
         except NoEndError:
             change, largest = -largest, largest / 2  # back, then with smaller steps
         change = max(min(change, largest), -largest)
@@ -746,23 +761,23 @@ def _approached(wanted: _Wanted, k: Dyadic) -> tuple[Dyadic, int]:
     raise ArithmeticError("Newton's method did not converge")
 
 
-def _accuracies(known: int, accuracy: int) -> list[int]:
+def _accuracies(correct_bits: int, accuracy: int) -> list[int]:
     """Return the bits of k after each step of Newton's method."""
     steps = [accuracy]
-    while steps[-1] > 2 * known + 8:  # the constant of quadratic convergence is small
+    while steps[-1] > 2 * correct_bits + 8:  # the constant of quadratic convergence is small
         steps.append(steps[-1] // 2 + 2)
     return steps[::-1]
 
 
-def _improved(wanted: _Wanted, k: Dyadic, bits: int) -> Dyadic:
+def _improved(problem: _Problem, k: Dyadic, bits: int) -> Dyadic:
     """Return k after a step of Newton's method."""
-    change = wanted.step(k, max(bits, LEAST_ACCURACY))
+    change = problem.step(k, max(bits, LEAST_ACCURACY))
     with working(bits + GUARD_BITS):
         return Dyadic.nearest(k.ball() * change.mid().exp(), bits + 8)
 
 
 def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch]:
-    motion = Motion.of(law)
+    motion = Motion.from_law(law)
     return integrate(k, accuracy, motion), integrate(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
 
 
@@ -792,29 +807,29 @@ def at_k(log_k: float, law: Law) -> tuple[float, float, float, float]:
     """Return ln(kappa/k), ln((1 - eps)/eps) - ln kappa, ln x_max and tau_c/x_max at a k, in double precision."""
     with working(128):
         k = Dyadic.nearest(arb(log_k).exp(), 96)
-    at, _ = _at(k, LOW_ACCURACY, law)
+    enclosed, _ = _at(k, LOW_ACCURACY, law)
     with working(LOW_ACCURACY + GUARD_BITS):
-        log_kappa, log = at.log_kappa, at.k.log()
-        found = log_kappa - log, at.log_odds - log_kappa, at.x_max.log(), at.tau_over_x
-        return (float(found[0]), float(found[1]), float(found[2]), float(found[3]))
+        log_kappa, log = enclosed.log_kappa, enclosed.k.log()
+        logarithms = log_kappa - log, enclosed.log_odds - log_kappa, enclosed.x_max.log(), enclosed.tau_over_x
+        return (float(logarithms[0]), float(logarithms[1]), float(logarithms[2]), float(logarithms[3]))
 
 
 def log_k(kappa: Fraction, law: Law) -> float:
     """Return ln k at kappa > 0."""
-    wanted = _Speed(kappa, Fraction(1), {}, law)
-    guess, known = wanted.guess()
+    problem = _Speed(kappa, Fraction(1), {}, law)
+    guess, correct_bits = problem.guess()
     k = Dyadic.nearest(guess, 64)
-    if known < LEAST_KNOWN:
-        k, known = _approached(wanted, k)[0], LEAST_KNOWN
-    for bits in _accuracies(known, LOW_ACCURACY):
-        k = _improved(wanted, k, bits)
+    if correct_bits < LEAST_KNOWN:
+        k, correct_bits = _approached(problem, k)[0], LEAST_KNOWN
+    for bits in _accuracies(correct_bits, LOW_ACCURACY):
+        k = _improved(problem, k, bits)
     with working(128):
         return float(k.ball().log())
 
 
 def log_k_of(log_kappa: float, law: Law) -> float:
     """Return ln k where kappa is tiny, to first order."""
-    return log_kappa + float(1 - 1 / law.nu) * math.log(2 * law.m) + float(law.c) * math.log(Motion.of(law).n_a)
+    return log_kappa + float(1 - 1 / law.nu) * math.log(2 * law.m) + float(law.c) * math.log(Motion.from_law(law).n_a)
 
 
 def log_k_of_epsilon(epsilon: str, law: Law) -> float:
@@ -831,16 +846,16 @@ def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bo
     """Return the limit v* = 0."""
     zero = Dyadic(0, 0)
     accuracy = _accuracy(digits)
-    given = {} if beta is None else {"beta": beta}
+    fractions = {} if beta is None else {"beta": beta}
     if with_kappa:
-        given["kappa"] = Fraction(0)
+        fractions["kappa"] = Fraction(0)
     for _ in range(MAX_ATTEMPTS):
         branches = _branches(zero, accuracy, law)
         with working(accuracy + GUARD_BITS):
-            at = _AtK.enclosed(branches, law)
-            balls = {name: ball_of(number) for name, number in given.items()}
+            limit = _AtK.enclosed(branches, law)
+            balls = {name: ball_of(number) for name, number in fractions.items()}
             try:
-                return Collision(digits, arb(0), arb(1), arb(0), **at.course(arb(0)), given=given, **balls)
+                return Collision(digits, arb(0), arb(1), arb(0), **limit.course(arb(0)), fractions=fractions, **balls)
             except ValueError:
                 accuracy += 16
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")

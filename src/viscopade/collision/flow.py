@@ -65,7 +65,7 @@ class Motion(NamedTuple):
     """Whether unloading ends where the force vanishes, before r = 0."""
 
     @classmethod
-    def of(cls, law: Law) -> Motion:
+    def from_law(cls, law: Law) -> Motion:
         """Return the motion of a law: its exponents in r = (x/x_max)^(1/m) with the least m that makes them whole."""
         return cls(*law.powers, law.m, law.delayed)
 
@@ -96,7 +96,7 @@ class Motion(NamedTuple):
         return min(exp(lgamma(gap) - lgamma(gap + 0.5)) * sqrt(pi / self.n_a) / 2, 4.0)
 
 
-HERTZ = Motion.of(VISCOELASTIC)
+HERTZ = Motion.from_law(VISCOELASTIC)
 
 
 class Dyadic(NamedTuple):
@@ -473,21 +473,21 @@ def _doubled(u: list[int], elastic: Dyadic, viscous: Dyadic, bits: int, terms: i
     The correction e solves the linearised flow. With Y = u', which solves it too, w = Y e' - Y' e obeys
     w' = h k r^(n_b-1) w + Y (u'' - S V), and e = Y integral of w/Y^2. The weight is Y exp(-integral of h k r^(n_b-1)).
     """
-    known, new, length = len(u), terms - len(u), terms - 2
+    old, new, length = len(u), terms - len(u), terms - 2
     r, y = (1 << bits) - fmpz_poly(u), fmpz_poly(u).derivative()
     powers = {power: _cut_power(r, power, bits, length) for power in {*motion.factors, motion.n_b - 1}}
     s, spring, drag = (powers[power] for power in motion.factors)
     damping = y if motion.d >= 0 else _cut(drag * y, bits, length)
     v = _times(elastic, spring, length) + _times(viscous, damping, length)
-    residual = _cut(s * v, bits, length).right_shift(known - 2)
+    residual = _cut(s * v, bits, length).right_shift(old - 2)
     turning = 1 if u[1] == 0 else 0  # Y has a factor z at the turning point
     with working(residual.height_bits() + 64, new):
         unit = arb(2) ** -bits
         y_series = arb_series(arb_poly(y.right_shift(turning).truncate(new)) * unit)
         growth = arb_series(arb_poly(_times(viscous, powers[motion.n_b - 1], new)) * unit).integral()
         weight = y_series * (-growth).exp()
-        weighted_w = _integral(weight * arb_series(arb_poly(residual) * unit), known + turning - 1)  # w weight/Y
-        e = y_series * _integral(weighted_w / (weight * y_series), known - turning)
+        weighted_w = _integral(weight * arb_series(arb_poly(residual) * unit), old + turning - 1)  # w weight/Y
+        e = y_series * _integral(weighted_w / (weight * y_series), old - turning)
         scale = arb(2) ** bits
         return u + [_floor(c * scale) for c in _coefficients(e, new)]
 
