@@ -113,8 +113,9 @@ class FallingContact:
         """Speed below which the body does not leave the plane, or None."""
         if self.kappa == 0 or self.gravity == 0:
             return None
+        # G = g T/v with T ~ v^(2/(a+1) - 1) falls like v^(-2 a/(a+1)): it is 1 at the speed v (g T/v)^((a+1)/(2 a)).
         power = (float(self.law.elastic) + 1) / (2 * float(self.law.elastic))
-        unit = self.speed * (self.gravity * self.time / self.speed) ** power  # speed at which G is 1
+        unit = self.speed * (self.gravity * self.time / self.speed) ** power
         multiple = _sticking(self.law, self._kappa(unit), self.carried)
         return None if multiple is None else unit * multiple
 
@@ -167,6 +168,7 @@ def _sticking(law: Law, kappa: float, carried: float) -> float | None:
     a = float(law.elastic)
 
     def parts(speed: float) -> bool:
+        # G = speed^(-2 a/(a+1)) and kappa ~ speed^(2 c), with the unit of speed at which G is 1.
         load = speed ** (-2 * a / (a + 1))
         return loaded(law, kappa * speed ** float(2 * law.c), load, carried).collide().parts
 
