@@ -614,6 +614,7 @@ def phase_range(
     p, e = np.concatenate((ends[:1], phases, ends[1:])), np.concatenate(([at_start], values, [at_end]))
     split = np.ones(len(p) - 1, bool)  # all intervals at first
     for _ in range(_DIVISIONS):
+        # Divide the marked intervals into equal parts, and insert eps there.
         width = np.diff(p)
         more = (p[:-1, None] + width[:, None] * np.arange(1, _PARTS) / _PARTS)[split].ravel()
         p, e = np.concatenate((p, more)), np.concatenate((e, epsilon(more)))
