@@ -41,7 +41,7 @@ SMALL = 1e-14  # size of the last coefficients, relative to the largest one, or 
 NARROWEST = 2.0**-8  # length of a panel
 CONSTANT = 38.0  # below ln kappa = -CONSTANT times a power, L, X and T are constant to double precision
 STRAIGHT = 48.0  # beyond ln k = STRAIGHT/2 they are straight lines
-BISECTIONS = 24  # before steps by the slope of a secant
+BISECTIONS = 24  # before steps by the slope of a secant: to 2^-25 of the span
 STEP = 2.0**-12  # for differences
 LEAST_EPSILON = "1e-3"  # end of the table if contact ends against an attractive force
 
