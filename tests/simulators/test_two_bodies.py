@@ -327,6 +327,19 @@ def test_shapes_of_newton_mix_as_geoms_of_mujoco():
     assert restitution == (0.5, "the mean", "", (0.9, 0.1), "build_restitution_manifolds")
 
 
+def test_two_types_of_lammps_mix_as_it_does():
+    """E_eff is that of both materials, and the restitution is the geometric mean; decks of such types run in LAMMPS."""
+    settings = {"normal": "hertz/material", "damping": "coeff_restitution", "units": "si"}
+    mixed = delivered("lammps", settings | {"coefficients": "1e7 0.5 0.3, 2e7 0.7 0.2"})
+    E_eff, e = 1 / ((1 - 0.3**2) / 1e7 + (1 - 0.2**2) / 2e7), math.sqrt(0.5 * 0.7)
+    one = delivered("lammps", settings | {"normal": "hertz", "coefficients": f"{4 / 3 * E_eff} {e}"}).collision
+    assert (mixed.collision.epsilon, mixed.collision.depth) == pytest.approx((one.epsilon, one.depth), rel=1e-9)
+    assert mixed.collision.epsilon == pytest.approx(e, rel=1e-6)
+    assert mixed.values.mixed["coefficients"].rule == "the mixture"
+    with pytest.raises(ValueError, match="coefficients is 3 numbers and 2: expected as many for both types"):
+        delivered("lammps", settings | {"coefficients": "1e7 0.5 0.3, 2e7 0.7"})
+
+
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_one_number_is_that_of_both_bodies(case):
     (program, settings), *_ = case

@@ -316,6 +316,37 @@ _OF_EPSILON: Mapping[str, tuple[Callable[[Any], Any], ...]] = {
 """Dampings that take an eps, and their kappa for hooke and hertz."""
 
 
+_OF_MATERIALS = ("hertz/material", *LAMMPS_NORMALS)
+"""Normal models with a modulus and a Poisson ratio."""
+
+
+def mixed_coefficients(normal: str, first: Sequence[float], second: Sequence[float]) -> tuple[float, ...]:
+    """Return the coefficients of a normal model that LAMMPS makes of those of two types (`GranSubMod::mix_coeffs`).
+
+    They are the geometric means. Only the stiffness of hertz/material, dmt and jkr comes from both materials: E and nu
+    here are those of one material which is as stiff as the two together.
+    """
+    means = [math.sqrt(one * other) for one, other in zip(first, second, strict=True)]
+    if normal in _OF_MATERIALS:
+        # 1/E_eff is the sum of (1 - nu^2)/E, and E = 2 (1 - nu^2) E_eff of equal materials.
+        E_eff = 1 / sum((1 - nu**2) / E for E, _, nu, *_ in (first, second))
+        means[0] = 2 * (1 - means[2] ** 2) * E_eff
+    return tuple(means)
+
+
+def _coefficients(values: native.Values) -> tuple[float, ...]:
+    """Return the coefficients of the contact of two types."""
+    first, second = values["coefficients"]
+    if first == second:
+        return tuple(first)
+    if len(first) != len(second):
+        raise ValueError(f"coefficients is {len(first)} numbers and {len(second)}: expected as many for both types")
+    mixed = mixed_coefficients(values["normal"], first, second)
+    rule = "the mixture" if values["normal"] in _OF_MATERIALS else "the geometric mean"
+    values.mixed["coefficients"] = native.Mixed(mixed, rule, "", (first, second), "GranSubMod::mix_coeffs")
+    return mixed
+
+
 def _force(values: native.Values, impact: native.Impact) -> native.Power | Contact:
     """Return the force of a line of pair_coeff.
 
@@ -324,7 +355,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power | Conta
     ValueError
         If there are other coefficients than the normal model has, or one is not accepted.
     """
-    normal, damping, numbers = values["normal"], values["damping"], values["coefficients"]
+    normal, damping, numbers = values["normal"], values["damping"], _coefficients(values)
     words = {"hertz/material": "E, damping coefficient and nu"}.get(normal, "k_n and damping coefficient")
     if normal in LAMMPS_NORMALS:
         words = "E, damping coefficient, nu and gamma"
@@ -356,15 +387,15 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power | Conta
     return native.Power(law, k, c)
 
 
-def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, tuple[float, ...]]:
+def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, tuple[tuple[float, ...], ...]]:
     """Return the coefficients with another damping: an eps, or what makes kappa of the law; without adhesion."""
-    first, _, *rest = values["coefficients"]
+    first, _, *rest = _coefficients(values)
     if values["damping"] in _OF_EPSILON:
-        return {"coefficients": (first, max(math.exp(-damping), float(_EPSILON[0])), *rest)}
+        return {"coefficients": ((first, max(math.exp(-damping), float(_EPSILON[0])), *rest),) * 2}
     normal = "hertz/material" if values["normal"] in LAMMPS_NORMALS else values["normal"]
-    one = _force(native.Values({**values, "normal": normal, "coefficients": (first, 1.0, *rest[:1])}), impact)
+    one = _force(native.Values({**values, "normal": normal, "coefficients": ((first, 1.0, *rest[:1]),) * 2}), impact)
     assert isinstance(one, native.Power)
-    return {"coefficients": (first, one.damping_number(damping, impact), *rest)}
+    return {"coefficients": ((first, one.damping_number(damping, impact), *rest),) * 2}
 
 
 def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
@@ -579,8 +610,7 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
 def mixture(first: GranularLine, second: GranularLine, types: tuple[int, int]) -> GranularLine:
     """Return the line that LAMMPS makes for two types that have none (`PairGranular::init_one`).
 
-    Coefficients are the geometric means of both (`GranSubMod::mix_coeffs`). Only the stiffness of materials (of
-    hertz/material, dmt and jkr) comes from both: E and nu here are those of one material as stiff as the two together.
+    Those of the normal model are `mixed_coefficients`; all others are geometric means.
 
     Raises
     ------
@@ -598,13 +628,10 @@ def mixture(first: GranularLine, second: GranularLine, types: tuple[int, int]) -
         means = ("NULL" if "NULL" in pair else _number(math.sqrt(float(pair[0]) * float(pair[1]))) for pair in pairs)
         if one != ("none",):
             models[keyword] = (one[0], *means)
-    name, _, *others = models["normal"]
-    if name in ("hertz/material", *LAMMPS_NORMALS):
-        # 1/E_eff is the sum of (1 - nu^2)/E, and E = 2 (1 - nu^2) E_eff of equal materials.
-        materials = [tuple(map(float, line.models["normal"][1:4:2])) for line in (first, second)]
-        E_eff = 1 / sum((1 - nu**2) / E for E, nu in materials)
-        E_mixed = 2 * (1 - float(others[1]) ** 2) * E_eff
-        models["normal"] = (name, _number(E_mixed), *others)
+    name = models["normal"][0]
+    if name in _OF_MATERIALS:
+        numbers = mixed_coefficients(name, *(tuple(map(float, line.coefficients)) for line in (first, second)))
+        models["normal"] = (name, *map(_number, numbers))
     limit = ("limit_damping",) if "limit_damping" in first.tail + second.tail else ()
     return GranularLine(first.head, models, limit).between(*types)
 
@@ -672,6 +699,7 @@ _NATIVE = native.Native(
             "hertz/material E, damping coefficient and nu; jkr and dmt have gamma after these; with tsuji and "
             "coeff_restitution the coefficient is an eps",
             most=4,
+            both=True,
         ),
         native.Parameter(
             "damping", default="viscoelastic", words=("velocity", "mass_velocity", "viscoelastic", *_OF_EPSILON)
