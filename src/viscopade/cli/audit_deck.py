@@ -75,7 +75,7 @@ def show_deck(
     deck = mujoco_model.read_model(file, said) if is_xml else lammps_deck.read_input(file, said)
     if deck.missing:
         # A file that was not found may be why.
-        raise click.UsageError("; ".join((f"{file} does not say {'; '.join(deck.missing)}", *deck.warnings)))
+        raise click.UsageError(". ".join((f"{file} does not say {'; '.join(deck.missing)}", *deck.warnings)))
     if deck.units.unsized and sized:
         reason = deck.units.unsized.partition(", or --set")[0]  # a file says its units itself
         raise click.UsageError(f"--{sized[0]} has a unit, and {reason}")
