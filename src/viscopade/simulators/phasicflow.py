@@ -27,15 +27,15 @@ from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import VISCOELASTIC, law_of
 
 _SOURCE = "src/Interaction/Models/contactForce/nonLinearCF.hpp"
-_MASS = 9 / 16  # of the masses that the damping has: 3/4 over 4/3
 
 
+# The damping is in proportion to the root of the mass, of which it has 9/16: 3/4.
 def _linear_kappa(e: Any) -> Any:
     return linear_kappa(e) * 3 / 4
 
 
 def _tsuji_kappa(e: Any) -> Any:
-    return ratio_for_return(e) * 22664 / 10000 * 3 / 4
+    return ratio_for_return(e) * 22664 / 10000 * 3 / 4  # 2.2664, the source's number
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
