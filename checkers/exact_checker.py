@@ -171,13 +171,13 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=2000, help="number of random v* (2000)")
     parser.add_argument("--start", type=int, default=0, help="of the random numbers (0)")
     parser.add_argument("--panel", type=int, help="the only panel (random ones)")
-    given = parser.parse_args()
+    options = parser.parse_args()
     try:
-        rows = rows_of(given.file)
-        worst = check(rows, given.points, given.start, given.panel)
+        rows = rows_of(options.file)
+        worst = check(rows, options.points, options.start, options.panel)
     except Wrong as error:
-        raise SystemExit(f"wrong: {given.file}: {error}") from None
-    print(f"{given.file}: {len(rows)} panels, {given.points} collisions agree, the worst to {float(worst):.1e}")
+        raise SystemExit(f"wrong: {options.file}: {error}") from None
+    print(f"{options.file}: {len(rows)} panels, {options.points} collisions agree, the worst to {float(worst):.1e}")
 
 
 if __name__ == "__main__":

@@ -99,11 +99,11 @@ class Checker:
 
     @staticmethod
     def _dense(exponents: Sequence[int], coefficients: Sequence[str]) -> list[Fraction]:
-        known = {e: number(c) for e, c in zip(exponents, coefficients, strict=True)}
-        return [known.get(e, Fraction(0)) for e in range(max(exponents) + 1)]
+        at_exponent = {e: number(c) for e, c in zip(exponents, coefficients, strict=True)}
+        return [at_exponent.get(e, Fraction(0)) for e in range(max(exponents) + 1)]
 
-    def check(self, every: int = 1, skipped: int = 0) -> int:
-        """Return the number of parts, or raise Wrong; of parts, each `every`-th is checked, after some skipped ones."""
+    def check(self, spacing: int = 1, skipped: int = 0) -> int:
+        """Check each `spacing`-th part after the first `skipped` ones: return the number of all parts, or raise Wrong."""
         covered = [panel for panel, n in self.parts if n >= 1]
         needed = [p for p in range(217) if panel_ends(p)[0] < self.end]
         if covered != needed:
@@ -113,7 +113,7 @@ class Checker:
             low, centre, half = panel_ends(panel)
             high = min(self.end, centre + half)
             for i in range(n):
-                if ((checked := checked + 1) - skipped) % every == 0:
+                if ((checked := checked + 1) - skipped) % spacing == 0:
                     start, width = low + (high - low) * Fraction(i, n), (high - low) / n
                     self.part(panel, start, start + width, 0)
         return checked
@@ -176,30 +176,30 @@ class Checker:
         def of_speed(y: Series) -> Series:
             uncertain = iv.mpf([1, 1]) + iv.mpf([-3, 3]) * interval(ERROR)
             ratio = [c * uncertain for c in over(loss_ratio(y), row("epsilon", y))]
-            own = times(y, power(ratio, self.root))
-            return times(power(ratio, Fraction(1, 2)), over(horner(self.n, own), horner(self.d, own)))
+            y_at_end = times(y, power(ratio, self.root))
+            return times(power(ratio, Fraction(1, 2)), over(horner(self.n, y_at_end), horner(self.d, y_at_end)))
 
         if self.kind == "inverse":
             return [of_speed]
         return [of_epsilon, of_loss]
 
 
-def check_file(path: Path, every: int = 1) -> list[str]:
+def check_file(path: Path, spacing: int = 1) -> list[str]:
     """Return one line for each certificate of a file, or raise `Wrong`."""
     lines = []
     for entry in json.loads(path.read_text())["certificates"]:
-        parts = Checker(entry).check(every)
-        checked = "all" if every == 1 else f"each {every}th"
+        parts = Checker(entry).check(spacing)
+        checked = "all" if spacing == 1 else f"each {spacing}th"
         lines.append(f"{entry['name']} ({entry['type']}): {entry['bound']} holds, {checked} of {parts} parts")
     return lines
 
 
 def main(arguments: list[str]) -> None:
     """Check files, and print the results."""
-    every = int(arguments.pop(arguments.index("--every") + 1)) if "--every" in arguments else 1
+    spacing = int(arguments.pop(arguments.index("--every") + 1)) if "--every" in arguments else 1
     for argument in arguments:
         if argument != "--every":
-            print("\n".join(check_file(Path(argument), every)), flush=True)
+            print("\n".join(check_file(Path(argument), spacing)), flush=True)
 
 
 if __name__ == "__main__":

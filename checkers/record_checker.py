@@ -63,14 +63,14 @@ mp.prec = 300
 
 
 class Sample(NamedTuple):
-    """Each `every`-th item, from number `start` on."""
+    """Each `spacing`-th item, from number `start` on."""
 
-    every: int = 1
+    spacing: int = 1
     start: int = 0
 
-    def of(self, items: Sequence[Item]) -> Sequence[Item]:
+    def select(self, items: Sequence[Item]) -> Sequence[Item]:
         """Return the chosen items; one at least."""
-        return items[self.start % min(self.every, max(len(items), 1)) :: self.every]
+        return items[self.start % min(self.spacing, max(len(items), 1)) :: self.spacing]
 
     @property
     def random(self) -> Random:
@@ -118,19 +118,19 @@ def place(v_star: Any) -> tuple[int, Any]:
 def truth(v_star: Any) -> dict[str, Fraction]:
     """Return eps and 1 - eps at a v* below 2^23, to the reference's accuracy."""
     panel, z = place(v_star)
-    found = {}
+    values = {}
     for name in ("epsilon", "one_minus_epsilon"):
         total = mp.mpf(0)
         for c in reversed(reference()[name, panel]):
             total = total * z + real(c)
-        found[name] = fraction(total)
-    return found
+        values[name] = fraction(total)
+    return values
 
 
 def point(w: Fraction) -> Point:
     """Return enclosures of eps and 1 - eps at w = v*^10."""
-    at = truth(mp.root(real(w), 10))
-    ends = [(x * (1 - 2 * ERROR), x * (1 + 2 * ERROR)) for x in (at["epsilon"], at["one_minus_epsilon"])]
+    exact = truth(mp.root(real(w), 10))
+    ends = [(x * (1 - 2 * ERROR), x * (1 + 2 * ERROR)) for x in (exact["epsilon"], exact["one_minus_epsilon"])]
     return Point(w, *ends)
 
 
@@ -230,18 +230,18 @@ def check_pade(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a Padé approximant: certificates, and rounding with that of coefficients."""
     m, n = key
     claim(len(value["a"]) == m + 1 and len(value["b"]) == n + 1, "wrong degrees")
-    for proof in sample.of(value["certificates"]):
+    for proof in sample.select(value["certificates"]):
         certificate_checker.Checker(entry_of(proof, {"a": value["a"], "b": value["b"]})).check()
     check_quotient(value, value["certificates"], value["bounds"], sample)
 
 
 def check_best(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a best approximant: its certificates, rounding, and that it is accurate enough."""
-    accuracy, *of = key
+    accuracy, *interval = key
     (first,) = bounds_of(value["bounds"], "epsilon", "host double")
     claim(part(first, "formula") + part(first, "last") <= Fraction(accuracy), "the error exceeds the wanted accuracy")
     proof = value["certificate"]
-    claim([proof["low"], proof["high"], proof["measure"]] == [*of, "both"], "another interval or measure")
+    claim([proof["low"], proof["high"], proof["measure"]] == [*interval, "both"], "another interval or measure")
     certificate_checker.Checker(entry_of(proof, value)).check()
     check_quotient(value, [proof], value["bounds"], sample)
 
@@ -261,15 +261,18 @@ def check_quotient(value: Value, proofs: Sequence[Any], bounds: Bounds, sample: 
     coefficients = [dense(value[letter]) for letter in "ab"]
     stated = {(proof["low"], proof["high"], proof["bound"]) for proof in proofs}
     for place in {b.get("arithmetic", "host double") for b in bounds}:
-        found, machine = bounds_of(bounds, "epsilon", place), Machine(place, sample.random)
-        claim({(b["low"], b["high"], b["formula"]) for b in found} == stated, "another bound than that of the proof")
-        bound = min(part(b, "last") for b in found)
+        bounds_of_eps, machine = bounds_of(bounds, "epsilon", place), Machine(place, sample.random)
+        claim(
+            {(b["low"], b["high"], b["formula"]) for b in bounds_of_eps} == stated,
+            "another bound than that of the proof",
+        )
+        bound = min(part(b, "last") for b in bounds_of_eps)
         numbers = [machine.rounded(terms) for terms in coefficients]
-        for v in places(sample, Fraction(1, 2**20), max(Fraction(b["high"]) for b in found)):
+        for v in places(sample, Fraction(1, 2**20), max(Fraction(b["high"]) for b in bounds_of_eps)):
             exact = polynomial(coefficients[0], real(v)) / polynomial(coefficients[1], real(v))
             computed = machine.quotient(*(machine.horner(terms, v) for terms in numbers))
             within(computed, exact, bound, f"rounding at v* = {float(v):g}, {place}")
-        check_speed_of_quotient(numbers, found, bounds_of(bounds, "restitution", place), machine, place)
+        check_speed_of_quotient(numbers, bounds_of_eps, bounds_of(bounds, "restitution", place), machine, place)
 
 
 def check_speed_of_quotient(
@@ -277,9 +280,9 @@ def check_speed_of_quotient(
 ) -> None:
     """Check the bounds of a quotient of v* = sqrt(beta) pow(speed, 0.1): they have the rounding of v*, and hold."""
     claim(len(of_speed) == 2 * len(of_eps), f"a bound for usual speeds or for all is missing, {place}")
-    known = [Fraction(text) for text in roundings_of_v_star(place)]
+    roundings = [Fraction(text) for text in roundings_of_v_star(place)]
     for bound in of_speed:
-        least = min(known) if "speeds" in bound else max(known)
+        least = min(roundings) if "speeds" in bound else max(roundings)
         claim(part(bound, "rounding") >= least, f"the rounding of v* is not in a bound, {place}")
         high = Fraction(bound["high"])
         for v in places(Sample(1, machine.random.randrange(100)), high / 2**10, high, 3):
@@ -296,8 +299,8 @@ def check_speed_of_quotient(
 
 def roundings_of_v_star(place: str) -> list[str]:
     """Return what the rounding of v* does to eps by the records, for usual speeds and for all."""
-    found = [(record["key"], record["value"]) for record in records() if record["key"][0] == "rounding of v_star"]
-    return [value for key, value in found if (key[1] if len(key) > 1 else "host double") == place]
+    keyed = [(record["key"], record["value"]) for record in records() if record["key"][0] == "rounding of v_star"]
+    return [value for key, value in keyed if (key[1] if len(key) > 1 else "host double") == place]
 
 
 def check_compact(key: Sequence[Any], value: Value, sample: Sample) -> None:
@@ -312,7 +315,7 @@ def check_compact(key: Sequence[Any], value: Value, sample: Sample) -> None:
 def check_half_line(value: Value, powers: Any, place: str, sample: Sample) -> None:
     """Check the rounding of eps and 1 - eps from v*, with cbrt."""
     machine = Machine(place, sample.random)
-    top, bottom = (given(powers[p], value[c]) for p, c in (("top", "a"), ("bottom", "b")))
+    top, bottom = (by_power(powers[p], value[c]) for p, c in (("top", "a"), ("bottom", "b")))
     for v in places(sample, Fraction(1, 2**12), Fraction(2**12)):
         y = mp.cbrt(real(v))
         elastic, lost = polynomial(bottom, y), real(v) ** 2 * polynomial(top, y)
@@ -330,7 +333,7 @@ def of_rounding(bound: Mapping[str, str], name: str) -> Fraction:
     return part(bound, name) / (1 + part(bound, "formula"))
 
 
-def given(exponents: Sequence[int], values: Sequence[str]) -> dict[int, Fraction]:
+def by_power(exponents: Sequence[int], values: Sequence[str]) -> dict[int, Fraction]:
     """Return coefficients by their powers."""
     return dict(zip(exponents, map(number, values), strict=True))
 
@@ -356,7 +359,7 @@ def far_half_line(machine: Machine, top: Powers, bottom: Powers, v: Fraction) ->
 def check_inverse(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a kernel of v*(eps) on (0, 1]: its certificates on a part of the panels, and rounding."""
     check_in_powers({"kind": "inverse", "root": "1/10"}, key[0], value, sample)
-    top, bottom = (given(key[0][p], value[c]) for p, c in (("top", "a"), ("bottom", "b")))
+    top, bottom = (by_power(key[0][p], value[c]) for p, c in (("top", "a"), ("bottom", "b")))
     for place in {b.get("arithmetic", "host double") for b in value["bounds"]}:
         machine = Machine(place, sample.random)
         (of_v_star,), (of_loss,), (of_beta,) = (
@@ -397,10 +400,10 @@ def check_in_powers(head: Mapping[str, Any], powers: Any, value: Value, sample: 
     """Check the certificates of a kernel in powers of a root."""
     proof = value["certificate"]
     entry = entry_of(proof, {**head, **powers, "a": value["a"], "b": value["b"]})
-    interval_checker.Checker(entry).check(sample.every, sample.start % sample.every)
+    interval_checker.Checker(entry).check(sample.spacing, sample.start % sample.spacing)
     error = Fraction(proof["bound"])
-    of = {"dissipation": error * (1 + error / 2), "beta": (1 + error) ** 2 - 1}
-    stated = all(part(b, "formula") == of.get(b["result"], error) for b in value["bounds"])
+    errors = {"dissipation": error * (1 + error / 2), "beta": (1 + error) ** 2 - 1}
+    stated = all(part(b, "formula") == errors.get(b["result"], error) for b in value["bounds"])
     claim(stated, "a bound of the formula is not that of the proof")
 
 
@@ -409,9 +412,9 @@ def check_choice(maker: str, result: str) -> Callable[[Sequence[Any], Value, Sam
 
     def check(key: Sequence[Any], value: Value, sample: Sample) -> None:
         (accuracy,) = key
-        found = [record for record in records() if record["key"] == [maker, value]]
-        claim(len(found) == 1, "there is no record of the kernel that was chosen")
-        first = bounds_of(found[0]["value"]["bounds"], result)[0]
+        chosen = [record for record in records() if record["key"] == [maker, value]]
+        claim(len(chosen) == 1, "there is no record of the kernel that was chosen")
+        first = bounds_of(chosen[0]["value"]["bounds"], result)[0]
         total = sum(part(first, name) for name in ("formula", "rounding", "last"))
         claim(total <= Fraction(accuracy), "the error exceeds the wanted accuracy")
 
@@ -434,7 +437,7 @@ def check_speeds(value: Value, powers: Any, place: str, sample: Sample) -> None:
     """Check the rounding of functions of the speed, y = exp2(log2(w)/30), with errors of the machine's functions."""
     machine = Machine(place, sample.random)
     absolute = machine.off.get("log2", Fraction(0))
-    top, bottom = given(powers["top"], value["a"]), given(powers["bottom"], value["b"])
+    top, bottom = by_power(powers["top"], value["a"]), by_power(powers["bottom"], value["b"])
     upper, lower = machine.rounded(top), machine.rounded(bottom)
     thirtieth = machine(Fraction(1, 30))
     lowest, highest = (-126, 120) if place.endswith("float") else (-220, 220)
@@ -491,18 +494,18 @@ def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check rows of a table: their errors at both ends and three places, in the middle of the row and between."""
     table = table_of(key[0], value)
     rounding = [(kind, bound) for kind, bound in table.bounds.items() if kind in PRECISION]
-    for index in sample.of(range(len(table.rows))):
+    for index in sample.select(range(len(table.rows))):
         exponent, low, high = table.interval(index)
         for share in (Fraction(0), Fraction(1, 7), Fraction(1, 2), Fraction(6, 7), 1 - Fraction(1, 2**30)):
             m = low + (high - low) * share
-            at = point(m * Fraction(2) ** exponent)
-            part = share_of_formula(table, at)
+            exact = point(m * Fraction(2) ** exponent)
+            part = share_of_formula(table, exact)
             claim(part <= 1, f"row {index}: the error is {float(part):.4g} of the bound")
             if not table.full:
-                check_sums(*table.polynomial(index), m, min(at.epsilon[1], at.loss[1]), rounding, f"row {index}")
+                check_sums(*table.polynomial(index), m, min(exact.epsilon[1], exact.loss[1]), rounding, f"row {index}")
             else:
-                error = at.error(table.p(index, m), table.base(index)) / (
-                    at.epsilon[0] if not table.base(index) else at.loss[0]
+                error = exact.error(table.p(index, m), table.base(index)) / (
+                    exact.epsilon[0] if not table.base(index) else exact.loss[0]
                 )
                 claim(error <= table.bounds["relative"], f"row {index}: the relative error is larger than recorded")
 
@@ -529,7 +532,7 @@ def check_slope(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check that rows fall, and how far eps rises from one row to the next: all of them, exactly."""
     table = table_of(key[0], value)
     if not table.full:
-        for index in sample.of(range(len(table.rows))):
+        for index in sample.select(range(len(table.rows))):
             claim(falls(table, index), f"row {index} does not fall")
         claim(max(0, *rises(table)) == table.bounds["rise"], "the largest rise is another one")
 
@@ -571,7 +574,7 @@ def check_ulps(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check the errors of full accuracy in units in the last place, at a random number of each panel below 2^20."""
     for function, bounds in value.items():
         claim(len(bounds) == 1 + 16 * 27, "the panels end too early")
-        for panel in sample.of(range(16 * 24)):
+        for panel in sample.select(range(16 * 24)):
             share = Fraction(Random(f"{sample.start} {panel}").randrange(1, 2**20), 2**20)
             v = rounded(Fraction(2) ** (panel // 16 - 4) * (1 + (panel % 16 + share) / 16), PRECISION["double"])
             exact = truth(real(v))[function]
@@ -589,7 +592,7 @@ def check_full_rows(key: Sequence[Any], value: Value, sample: Sample) -> None:
         "a number is not a double",
     )
     claim(len(value) == 1 + 16 * 27, "the panels end too early")
-    for panel in sample.of(range(16 * 24)):
+    for panel in sample.select(range(16 * 24)):
         for share in (Fraction(1, 9), Fraction(1, 2), Fraction(8, 9)):
             v = rounded(Fraction(2) ** (panel // 16 - 4) * (1 + (panel % 16 + share) / 16), PRECISION["float"])
             for function in ("epsilon", "one_minus_epsilon"):
@@ -657,11 +660,11 @@ def check(record: Mapping[str, Any], sample: Sample) -> str:
 def main(arguments: list[str]) -> None:
     """Check all records in a folder, and print the results."""
     options = {}
-    for name in ("--every", "--start"):
+    for name, field in (("--every", "spacing"), ("--start", "start")):
         if name in arguments:
-            at = arguments.index(name)
-            options[name[2:]] = int(arguments[at + 1])
-            del arguments[at : at + 2]
+            position = arguments.index(name)
+            options[field] = int(arguments[position + 1])
+            del arguments[position : position + 2]
     for path in paths(Path(arguments[0])):
         try:
             print(check(json.loads(path.read_text()), Sample(**options)), flush=True)

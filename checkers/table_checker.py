@@ -286,43 +286,43 @@ def _around(text: str) -> tuple[Fraction, Fraction]:
     return Fraction(text) - half, Fraction(text) + half
 
 
-def share_of_formula(header: Header, at: Point) -> Fraction:
+def share_of_formula(header: Header, exact: Point) -> Fraction:
     """Return the error of the row's exact value at w, as a part of the bound."""
-    index, m = header.place(at.w)
+    index, m = header.place(exact.w)
     base = header.base(index)
-    error = at.error(header.p(index, m), base)
+    error = exact.error(header.p(index, m), base)
     if not header.full:
-        return error / at.smaller / header.bounds["error"]
-    least = at.epsilon[0]
+        return error / exact.smaller / header.bounds["error"]
+    least = exact.epsilon[0]
     return error / ulp(least, 53) / (header.bounds["ulp"] - Fraction(1, 2))
 
 
-def shares_of_results(header: Header, machine: Machine, speed: Fraction, beta: Fraction, at: Point) -> Results:
-    """Return the errors of the three functions as parts of their bounds; `at` is for the exact beta^5 speed.
+def shares_of_results(header: Header, machine: Machine, speed: Fraction, beta: Fraction, exact: Point) -> Results:
+    """Return the errors of the three functions as parts of their bounds; `exact` is for the exact beta^5 speed.
 
     The first number is the error of w as a part of (1 + u)^5 - 1.
     """
-    if at.w != beta**5 * speed:
+    if exact.w != beta**5 * speed:
         raise Wrong("the enclosure is for another w")
-    found, unit = evaluate(header, machine, speed, beta), Fraction(1, 2 ** PRECISION[machine.kind])
-    epsilon = max(abs(found.restitution - end) for end in at.epsilon)
-    rebound = max(abs(found.rebound / speed / end - 1) for end in at.epsilon)
-    dissipation = max(abs(found.dissipation / end - 1) for end in at.dissipation())
+    computed, unit = evaluate(header, machine, speed, beta), Fraction(1, 2 ** PRECISION[machine.kind])
+    epsilon = max(abs(computed.restitution - end) for end in exact.epsilon)
+    rebound = max(abs(computed.rebound / speed / end - 1) for end in exact.epsilon)
+    dissipation = max(abs(computed.dissipation / end - 1) for end in exact.dissipation())
     bounds = header.bounds
     if header.full:
         # The first part is in units of eps at the rounded w, which may be beyond a power of two.
-        at_rounded_w = ulp(at.epsilon[1] * (1 + bounds["relative_of_w"]), 53)
-        of_epsilon = bounds["ulp"] * at_rounded_w + bounds["ulp_of_w"] * ulp(at.epsilon[0], 53)
+        at_rounded_w = ulp(exact.epsilon[1] * (1 + bounds["relative_of_w"]), 53)
+        of_epsilon = bounds["ulp"] * at_rounded_w + bounds["ulp_of_w"] * ulp(exact.epsilon[0], 53)
         of_rebound = of_dissipation = bounds["relative"] + bounds["relative_of_w"]
     else:
         relative = bounds["error"] + bounds[machine.kind]
-        of_epsilon = relative * at.smaller + ulp(found.restitution, PRECISION[machine.kind]) / 2
+        of_epsilon = relative * exact.smaller + ulp(computed.restitution, PRECISION[machine.kind]) / 2
         of_rebound = of_dissipation = relative + 3 * unit  # three ulp are at least that
         if of_rebound > Fraction(1, 2):
             raise Wrong("the bound says nothing")
     change = (1 + unit) ** 5 - 1
     return Results(
-        abs(found.w / at.w - 1) / change, epsilon / of_epsilon, rebound / of_rebound, dissipation / of_dissipation
+        abs(computed.w / exact.w - 1) / change, epsilon / of_epsilon, rebound / of_rebound, dissipation / of_dissipation
     )
 
 
@@ -372,11 +372,11 @@ def check_shape(header: Header) -> None:
 
 def check_points(header: Header, points: Sequence[Point]) -> Fraction:
     """Check rows at points; return the largest error as a part of the bound."""
-    shares = [share_of_formula(header, at) for at in points]
+    shares = [share_of_formula(header, exact) for exact in points]
     worst = max(shares)
     if worst > 1:
-        at = points[shares.index(worst)]
-        raise Wrong(f"{header.name} at w = {float(at.w):g}: the error is {float(worst):g} of its bound")
+        exact = points[shares.index(worst)]
+        raise Wrong(f"{header.name} at w = {float(exact.w):g}: the error is {float(worst):g} of its bound")
     return worst
 
 
@@ -385,11 +385,11 @@ def main(arguments: Sequence[str]) -> int:
     names = list(arguments)
     points: list[Point] = []
     if "--points" in names:
-        at = names.index("--points")
-        _, file = names[at : at + 2]
-        del names[at : at + 2]
-        given = json.loads(Path(file).read_text())
-        points = [point(Fraction(x["w"]), x["epsilon"], x["one_minus_epsilon"]) for x in given]
+        position = names.index("--points")
+        _, file = names[position : position + 2]
+        del names[position : position + 2]
+        entries = json.loads(Path(file).read_text())
+        points = [point(Fraction(x["w"]), x["epsilon"], x["one_minus_epsilon"]) for x in entries]
     for name in names:
         header = read(Path(name).read_text())
         check_shape(header)

@@ -19,22 +19,28 @@ from viscopade_lab.hard_cases.worst import Function, functions, worst
 NUMBER, ROUNDS, ROWS = 1200, 8, 4  # of the search; rows of each table
 
 
-def known(function: Function) -> list[float]:
+def listed_arguments(function: Function) -> list[float]:
     """Return the arguments in the list that are this function's, branch's or row's."""
     listed = hard_arguments().get((function.name, function.form.name), [])
-    x = [given[0] / function.scale for given in listed]
+    x = [row[0] / function.scale for row in listed]
     return [one for one in x if function.low <= one <= function.high]
 
 
 def line(function: Function) -> str:
-    """Return the line of a function: of the known arguments and the one found, that with the largest error."""
-    found = worst(function, NUMBER // 4 if function.family == "tables" else NUMBER, ROUNDS)
+    """Return the line of a function: of the known arguments and the one worst_argument, that with the largest error."""
+    worst_argument = worst(function, NUMBER // 4 if function.family == "tables" else NUMBER, ROUNDS)
     x, _ = max(
-        [*((one, function.errors(np.array([one], TYPES[function.form.name]))[0]) for one in known(function)), found],
+        [
+            *(
+                (one, function.errors(np.array([one], TYPES[function.form.name]))[0])
+                for one in listed_arguments(function)
+            ),
+            worst_argument,
+        ],
         key=lambda pair: pair[1],
     )
-    given = [value.hex() for value in (x * function.scale, *function.second)]
-    return ",".join([function.name, function.form.name, *given, *[""] * (2 - len(given))])
+    hexadecimal = [value.hex() for value in (x * function.scale, *function.second)]
+    return ",".join([function.name, function.form.name, *hexadecimal, *[""] * (2 - len(hexadecimal))])
 
 
 def main() -> None:

@@ -26,9 +26,9 @@ def page() -> str:
     return prose + BEGIN + "\n".join(parts)
 
 
-def _arithmetic(of: Arithmetic) -> str:
-    more = f"log2 {at_most(of.log2_absolute)}" if of.log2_absolute else ""
-    return f"| {of.name} | {at_most(of.functions)} | {more} | {at_most(of.quotient)} |"
+def _arithmetic(arithmetic: Arithmetic) -> str:
+    more = f"log2 {at_most(arithmetic.log2_absolute)}" if arithmetic.log2_absolute else ""
+    return f"| {arithmetic.name} | {at_most(arithmetic.functions)} | {more} | {at_most(arithmetic.quotient)} |"
 
 
 def _kernel(entry: Entry) -> str:
@@ -46,7 +46,7 @@ def _kernel(entry: Entry) -> str:
     lines += [f"- No {form} version: {reason}" for form, reason in kernel.missing.items()]
     counted = {function.name: _operations(function) for function in kernel.functions}
     lines += [f"- Operations of `{name}`: {text}" for name, text in counted.items()]
-    names = [name for name, of in ARITHMETICS.items() if of.form.name in kernel.formats]
+    names = [name for name, arithmetic in ARITHMETICS.items() if arithmetic.form.name in kernel.formats]
     lines += ["", f"| function | range | {' | '.join(names)} |", "|---" * (len(names) + 2) + "|"]
     return "\n".join([*lines, *(row for function in kernel.functions for row in _rows(kernel, function, names)), ""])
 

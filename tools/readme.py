@@ -57,10 +57,10 @@ def table() -> str:
 
 def _error(bounds: list[ErrorBound], low: Fraction, high: End) -> str:
     """Return the smallest bound on a range as text, "" if there is none."""
-    found = [bound for bound in bounds if bound.on(low, high) and bound.speeds is None]
-    if not found:
+    valid = [bound for bound in bounds if bound.on(low, high) and bound.speeds is None]
+    if not valid:
         return ""
-    best = min(found, key=_relative)
+    best = min(valid, key=_relative)
     return at_most(_relative(best), 3) if best.relative else f"{at_most(best.ulps, 3)} ulp"
 
 
@@ -81,7 +81,7 @@ def index() -> str:
     """Return the first page of the docs: the README without its part for developers, and the list of pages."""
     text = readme().partition(FOR_DEVELOPERS)[0]
     pages = INDEX.read_text(encoding="utf-8").partition(PAGES)[2]
-    return re.sub(r"\]\((?!https?:)(docs/)?", lambda found: "](" if found[1] else "](../", text) + PAGES + pages
+    return re.sub(r"\]\((?!https?:)(docs/)?", lambda link: "](" if link[1] else "](../", text) + PAGES + pages
 
 
 def captions() -> str:

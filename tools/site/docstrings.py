@@ -31,7 +31,7 @@ def indent(line: str) -> int:
 
 def prepare(app: Sphinx, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
     """Escape what Sphinx would read as markup, and show displayed formulas as they stand."""
-    found: list[str] = []
+    lines_out: list[str] = []
     margin, formula, example = 0, False, False
     for before, line in pairwise(["", *lines]):
         text = line.strip()
@@ -40,13 +40,13 @@ def prepare(app: Sphinx, what: str, name: str, item: Any, options: Any, lines: l
             formula = indent(line) > margin
         elif text and not before.strip() and indent(line) >= margin + 4:
             formula = True
-            found += [" " * margin + "::", ""]
+            lines_out += [" " * margin + "::", ""]
         if text and not formula:
             margin = indent(line)
-        found.append(line if formula or example or HEADING.fullmatch(text) else escaped(line))
-    lines[:] = found
+        lines_out.append(line if formula or example or HEADING.fullmatch(text) else escaped(line))
+    lines[:] = lines_out
     if what == "property":
-        PROPERTIES[name] = found
+        PROPERTIES[name] = lines_out
 
 
 def restore(app: Sphinx, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
@@ -56,12 +56,12 @@ def restore(app: Sphinx, what: str, name: str, item: Any, options: Any, lines: l
 
 def link(app: Sphinx, env: BuildEnvironment, node: pending_xref, text: nodes.Element) -> nodes.Element | None:
     """Return a link to a public name that a docstring calls by a part of it, or by the module that defines it."""
-    known = env.domains.python_domain.objects
+    objects = env.domains.python_domain.objects
     whole = node["reftarget"].removeprefix("viscopade.")
     for tail in (whole, whole.rpartition(".")[2]):
-        names = [name for name in known if name.endswith(f".{tail}")]
+        names = [name for name in objects if name.endswith(f".{tail}")]
         if node.get("refdomain") == "py" and len(names) == 1:
-            entry = known[names[0]]
+            entry = objects[names[0]]
             return make_refnode(app.builder, node["refdoc"], entry.docname, entry.node_id, text, names[0])
     return None
 
@@ -76,12 +76,12 @@ def back(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree
     """Lead from a source back to the reference: Sphinx takes all names of a module to begin like the first one."""
     if not page.startswith("_modules/viscopade"):
         return
-    known = app.env.domains.python_domain.objects.items()
-    places = {itself(name): entry.node_id for name, entry in known if entry.objtype != "attribute"}
+    objects = app.env.domains.python_domain.objects.items()
+    places = {itself(name): entry.node_id for name, entry in objects if entry.objtype != "attribute"}
 
-    def place(found: re.Match[str]) -> str:
-        thing = itself(f"{page.removeprefix('_modules/').replace('/', '.')}:{found['name']}")
-        return f'id="{found["name"]}">\n<a class="viewcode-back" href="{found["page"]}#{places[thing]}"'
+    def place(backlink: re.Match[str]) -> str:
+        thing = itself(f"{page.removeprefix('_modules/').replace('/', '.')}:{backlink['name']}")
+        return f'id="{backlink["name"]}">\n<a class="viewcode-back" href="{backlink["page"]}#{places[thing]}"'
 
     pattern = r'id="(?P<name>[\w.]+)">\s*<a class="viewcode-back" href="(?P<page>[^"#]*)#[^"]*"'
     context["body"] = re.sub(pattern, place, context["body"])

@@ -23,8 +23,8 @@ def replace_links(app: Sphinx, doctree: nodes.document) -> None:
         if node["reftype"] != "myst" or target in app.env.found_docs:
             continue
         # Sphinx has cut the suffix of a file that it takes for a page.
-        found = Path(app.srcdir).glob(f"{target}.*") if node.get("refdomain") == "doc" else (folder / target,)
-        path = next(iter(found)).resolve()
+        files = Path(app.srcdir).glob(f"{target}.*") if node.get("refdomain") == "doc" else (folder / target,)
+        path = next(iter(files)).resolve()
         if path.exists():
             uri = os.path.relpath(path, folder)
             if (path / "README.md").exists():
@@ -37,8 +37,8 @@ def replace_links(app: Sphinx, doctree: nodes.document) -> None:
 
 def linked(app: Sphinx) -> set[str]:
     """Return the places of the files and folders that pages link to."""
-    found: set[str] = app.env.__dict__.setdefault("viscopade_linked", set())
-    return found
+    linked: set[str] = app.env.__dict__.setdefault("viscopade_linked", set())
+    return linked
 
 
 def pages(app: Sphinx) -> Iterator[Page]:

@@ -17,12 +17,12 @@ def mathml(node: nodes.math | nodes.math_block, block: bool) -> str:
     latex = node.astext()
     if r"\tag{" in latex:
         latex = rf"\begin{{equation*}}{latex}\end{{equation*}}"
-    found = ""
+    markup = ""
     try:
-        found = CONVERTER.convert_with_local_state(latex, displaystyle=block)
+        markup = CONVERTER.convert_with_local_state(latex, displaystyle=block)
     except LatexError as error:
         LOGGER.warning("no MathML for %s: %s", latex, error, location=node)
-    return found
+    return markup
 
 
 def visit_inline(writer: Any, node: nodes.math) -> None:

@@ -55,24 +55,24 @@ def output(data: dict[str, Any]) -> str:
 
 def notebook(source: str) -> str:
     """Return an executed notebook as Markdown: nothing is run again."""
-    found = []
+    blocks = []
     for cell in json.loads(source)["cells"]:
         text = "".join(cell["source"])
-        found.append(text if cell["cell_type"] == "markdown" else code(text, "python"))
+        blocks.append(text if cell["cell_type"] == "markdown" else code(text, "python"))
         for result in cell.get("outputs", ()):
             streamed = result["output_type"] == "stream"
-            found.append(code("".join(result["text"]), "text", "output") if streamed else output(result["data"]))
-    return "\n\n".join(found)
+            blocks.append(code("".join(result["text"]), "text", "output") if streamed else output(result["data"]))
+    return "\n\n".join(blocks)
 
 
 def derivation(source: str) -> str:
     """Return a program in cells, `# %%`, as Markdown."""
-    found = []
+    blocks = []
     for cell in re.split(r"^# %%", source, flags=re.MULTILINE)[1:]:
         kind, _, text = cell.partition("\n")
         prose = re.sub(r"^# ?", "", text, flags=re.MULTILINE)
-        found.append(prose if kind.strip() == "[markdown]" else code(text.strip(), "python"))
-    return "\n\n".join(found)
+        blocks.append(prose if kind.strip() == "[markdown]" else code(text.strip(), "python"))
+    return "\n\n".join(blocks)
 
 
 def contents(entries: list[str], caption: str = "", glob: bool = False) -> str:
@@ -83,13 +83,13 @@ def contents(entries: list[str], caption: str = "", glob: bool = False) -> str:
 
 def sections(text: str) -> str:
     """Return the contents: the sections of the index, with the first link to a page in each item of their lists."""
-    found = []
+    navigation = []
     for section in text.split("\n## ")[1:]:
         caption, _, body = section.partition("\n")
         links = re.findall(r"^- \[[^\]]+\]\(([^)#]+)\.md\)", body, re.MULTILINE)
         if links:
-            found.append(contents(links, caption))
-    return "".join(found)
+            navigation.append(contents(links, caption))
+    return "".join(navigation)
 
 
 def folded(text: str, name: str) -> list[str]:
