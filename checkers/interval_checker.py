@@ -103,7 +103,7 @@ class Checker:
         return [at_exponent.get(e, Fraction(0)) for e in range(max(exponents) + 1)]
 
     def check(self, spacing: int = 1, skipped: int = 0) -> int:
-        """Check each `spacing`-th part after the first `skipped` ones: return the number of all parts, or raise Wrong."""
+        """Check each `spacing`-th part after `skipped` ones. Return the number of all parts, or raise Wrong."""
         covered = [panel for panel, n in self.parts if n >= 1]
         needed = [p for p in range(217) if panel_ends(p)[0] < self.end]
         if covered != needed:
