@@ -502,23 +502,31 @@ def test_the_rule_of_rebound(rate, e, speed):
         assert (sim.particles[1].vx - sim.particles[0].vx) / speed == pytest.approx(epsilon, rel=1e-9)
 
 
-def test_newton_damps_the_approach():
-    """With zeta = kd/(2 sqrt(ke m)) < 1, eps = exp(-(zeta/w) atan(w/zeta))."""
-    zeta = 0.5973425
-    w = np.sqrt(1 - zeta**2)
-    settings = {"ke": "1e5", "kd": repr(float(2 * zeta * np.sqrt(1e5 * 3)))}
-    found = delivered("newton", settings, mass=3.0)
-    assert found.collision.epsilon == pytest.approx(np.exp(-zeta / w * np.arctan2(w, zeta)), abs=1e-9)
-    assert found.collision.epsilon == pytest.approx(0.5, abs=1e-4)
-    assert delivered("newton", {"ke": "1e5", "kd": "1e3"}, mass=1.0).collision.epsilon == pytest.approx(
-        0.263964, abs=1e-6
-    )
+def newton_epsilon(ke, kd, mass=1.0):
+    return delivered("newton", {"ke": repr(float(ke)), "kd": repr(float(kd))}, mass=mass).collision.epsilon
+
+
+# 0.5973425 is the zeta of eps = 1/2; ke = 1e5 N/m, kd = 1e3 N s/m and 1 kg have zeta = sqrt(2.5), and eps = 0.263964.
+@pytest.mark.parametrize("zeta", [0.05, 0.5973425, 0.95, np.sqrt(2.5)])
+def test_newtons_damping_of_the_approach_has_its_closed_form(zeta):
+    """Only the approach is damped: eps is the greatest x of x'' + 2 zeta x' + x = 0, x(0) = 0, x'(0) = 1."""
+    w, ke, mass = np.sqrt(abs(1 - zeta**2)), 1e5, 3.0
+    turning = (
+        np.arctan2(w, zeta) / w if zeta < 1 else np.arctanh(w / zeta) / w
+    )  # the time of x' = 0, where x is e^(-zeta t)
+    assert newton_epsilon(ke, 2 * zeta * np.sqrt(ke * mass), mass) == pytest.approx(np.exp(-zeta * turning), abs=1e-9)
+
+
+def test_newton_gets_the_damping_of_one_half():
+    """Two bodies have the mean of their ke, 2e5, and eps = 1/2 needs kd = 2 zeta sqrt(ke m), 2 zeta = 1.19468."""
     instead = delivered("newton", {"ke": "1e5 3e5"}, mass=1.0, epsilon=0.5).instead
     assert float(instead["kd"]) == pytest.approx(1.19468 * np.sqrt(2e5), rel=1e-5)
+
+
+@pytest.mark.parametrize("kd", [1e-3, 0.5, 2, np.sqrt(10), 30])  # zeta = kd/2 is below, at and above 1
+def test_newtons_formula_is_the_sampled_contact(kd):
     formula = simulator_of("newton").formula("SolverSemiImplicit, damping of the approach")
-    for ratio in (1e-3, 0.5, 2, 3.1622776601683795, 30):
-        (one,) = [delivered("newton", {"ke": "1", "kd": repr(ratio)}, mass=1.0).collision.epsilon]
-        assert float(formula.delivered(formula.kappa(mp.mpf(ratio)))) == pytest.approx(one, rel=1e-8)
+    assert float(formula.delivered(formula.kappa(mp.mpf(kd)))) == pytest.approx(newton_epsilon(1, kd), rel=1e-8)
 
 
 def test_newton_has_other_units_with_the_solver_of_mujoco():
