@@ -7,6 +7,8 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "viscopade"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -118,3 +120,34 @@ def test_one_name_has_one_meaning():
             if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_"):
                 places[node.name].add(path)
     assert {name for name, paths in places.items() if len(paths) > 1} <= shared
+
+
+FOLDERS = ("src/viscopade", "src/viscopade_lab", "tools", "checkers")
+VAGUE = {"found", "given", "wanted", "known", "of", "at", "by", "on", "own", "each", "every", "there"}
+"""Prepositions and participles, which do not say what a value is."""
+
+
+def bindings(tree):
+    """Yield the names that code binds: variables, arguments, functions, classes, fields and imports under a new name."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name) | ast.alias(asname=str(name)):
+                yield name
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                yield name
+            case ast.ExceptHandler(name=str(name)) | ast.MatchAs(name=str(name)) | ast.MatchStar(name=str(name)):
+                yield name
+
+
+def test_every_binding_of_a_name_counts():
+    code = (
+        "import a as of\ndef at(by, *on, own): each: int = 1\nfor every in (there := []): pass\nx.known = f(wanted=1)"
+    )
+    assert sorted(bindings(ast.parse(code))) == ["at", "by", "each", "every", "of", "on", "own", "there"]
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_names_say_the_thing(folder):
+    paths = sorted((ROOT / folder).rglob("*.py"))
+    vague = [(path, name) for path in paths for name in bindings(ast.parse(path.read_text())) if name in VAGUE]
+    assert paths and vague == []

@@ -32,6 +32,7 @@ ROOT = Path(__file__).parents[1]
 USAGE = ROOT / "docs" / "usage"
 README = (ROOT / "README.md").read_text("utf-8")
 PAGES = [README, *(page.read_text("utf-8") for page in sorted(USAGE.glob("*.md")))]
+READING = (ROOT / "docs" / "development" / "reading.md").read_text("utf-8")
 OF_SIMULATORS = [page.read_text("utf-8") for page in sorted((USAGE / "simulators").glob("*.md"))]
 RESULT = from_csv((ROOT / "docs" / "bench" / "epyc.csv").read_bytes(), "epyc.csv")
 
@@ -89,9 +90,9 @@ def test_console_examples(block, tmp_path, monkeypatch):
 
 def test_python_examples(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    pairs = [pair for text in PAGES for pair in pairwise(blocks(text))]
+    pairs = [pair for text in [*PAGES, READING] for pair in pairwise(blocks(text))]
     examples = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
-    assert len(examples) == 6
+    assert len(examples) == 7
     for code, expected in examples:
         with redirect_stdout(io.StringIO()) as printed:
             exec(code, {"__name__": "__main__"})
