@@ -31,7 +31,7 @@ extensions = [
     "tools.site.docstrings",
 ]
 root_doc = "docs/index"
-include_patterns = ["*.md", "docs/**.md", "examples/*.md", "checkers/*.md"]
+include_patterns = ["*.md", "docs/**.md", "examples/**.md", "checkers/*.md"]
 include_patterns += ["notebooks/*.md", "notebooks/*.ipynb", "derivations/*.md", "derivations/*.py"]
 exclude_patterns = ["build", "src", "tests", "tools", "exports", ".*"]
 source_suffix = {".md": "markdown", ".ipynb": "markdown", ".py": "markdown"}
