@@ -218,6 +218,6 @@ def test_proven_errors_on_pages_are_those_of_the_files(name):
 
 
 def test_proven_errors_of_the_half_line_are_those_of_the_header():
-    rows = re.findall(r"^\| 1e-\d \| [^|]+ \| \d+ \| (\S+) \|$", page("reference/half-line"), re.MULTILINE)
+    rows = re.findall(r"^\| 1e-\d \| [^|]+ \| \d+ \| (\S+) \|$", page("reference/kernels"), re.MULTILINE)
     assert len(rows) == 3
     assert set(rows) <= stated()

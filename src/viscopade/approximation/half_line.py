@@ -7,7 +7,7 @@ With kappa = v*^2 and y = v*^(1/3),
 N and D lacunary polynomials, deg N = deg D + 4. Since 1/eps - 1 behaves like c v*^2 at 0 and like
 (2/3)^(2/3) v*^(10/3) at infinity, N/D goes from c to (2/3)^(2/3) y^4. It needs no further root: code that computes
 v* = w^(1/10), w = beta^5 v, gets y = w^(1/30) by the same operation; for a known v*, y is a cube root. A search among
-these and many other forms gave the powers of y (docs/reference/half-line.md). If N/D has a relative error delta, then
+these and many other forms gave the powers of y (docs/reference/kernels.md). If N/D has a relative error delta, then
 
     |d eps| = |delta| eps (1 - eps):    |d eps|/eps <= |delta| (1 - eps),    |d eps|/(1 - eps) <= |delta| eps,
 
@@ -38,7 +38,7 @@ DEGREES_MORE = 4  # deg N - deg D
 # (measured), and their errors are above 1e-8.
 _Y_MAX = 2000.0
 
-# The best powers in the search for 4, 5, … coefficients (docs/reference/half-line.md: all powers up to 26 for five
+# The best powers in the search for 4, 5, … coefficients (docs/reference/kernels.md: all powers up to 26 for five
 # coefficients, a local search beyond).
 BEST = (
     Powers((0, 6, 15), (0, 11)),

@@ -8,7 +8,7 @@ v* is sqrt(q) times a smooth function of sqrt(q) near 0, and behaves like q^(3/1
 
 The relative error of v* is levelled, down to v* = 0; kappa = v*^2, beta = v*^2/v^(1/5) and the dissipative constant A
 have twice that error. In the variable sqrt(1 - eps) the same accuracy takes one to four coefficients more
-(docs/reference/half-line.md). Errors are sampled.
+(docs/reference/kernels.md). Errors are sampled.
 """
 
 from __future__ import annotations
