@@ -64,8 +64,9 @@ ENGINE = $(firstword $(foreach program,pdflatex lualatex xelatex tectonic,$(shel
 paper:
 	@command -v pandoc > /dev/null || { echo "make paper needs pandoc: apt install pandoc"; exit 1; }
 	@test -n "$(ENGINE)" || { echo "make paper needs LaTeX: apt install texlive-latex-recommended lmodern"; exit 1; }
+	@command -v rsvg-convert > /dev/null || { echo "make paper needs rsvg-convert: apt install librsvg2-bin"; exit 1; }
 	@mkdir -p $(dir $(PAPER))
-	pandoc paper/paper.md --citeproc --bibliography paper/paper.bib --metadata author='viscopade developers' \
+	pandoc paper/paper.md --resource-path paper --citeproc --bibliography paper/paper.bib --metadata author='viscopade developers' \
 	  --variable geometry:margin=25mm --pdf-engine $(ENGINE) --output $(PAPER)
 
 # Files that git knows, so that a scratch file in the tree is nobody's concern; without git, all files.

@@ -12,10 +12,11 @@ import pytest
 from mpmath import mp
 
 from tests.patience import HANGS
-from viscopade.approximation import minimax
 from viscopade.arithmetic.decimals import at_most
 from viscopade.generated import __version__
+from viscopade.kernels.quotient import best_fit
 from viscopade.simulators import SIMULATORS
+from viscopade.theory.pade import pade
 from viscopade.theory.series import series
 from viscopade_lab import convergence, singularity
 from viscopade_lab.bench import picture
@@ -36,8 +37,10 @@ def test_the_citation_is_of_this_version():
     fields = dict(re.findall(r"^([\w-]+): (.+)$", CITATION, re.MULTILINE))
     assert fields["version"] == __version__
     assert fields["license"] == PROJECT["license"]
+    assert fields["type"] == "software"
     page = (ROOT / "docs" / "usage" / "citing.md").read_text("utf-8")
     assert f"version = {{{__version__}}}" in page
+    assert f"year    = {{{fields['date-released'][1:5]}}}" in page
     for line in page.splitlines():
         if "doi" in line:
             assert line.strip() in BIBLIOGRAPHY
@@ -71,7 +74,9 @@ def radius():
 
 
 def errors_of_3_6():
-    return header("pade", r"epsilon_pade_3_6\(v_star\) +v\* <= 5 +(\S+) m"), at_most(minimax.fit(3, 6, 5).error, 2)
+    return header("pade", r"epsilon_pade_3_6\(v_star\) +v\* <= 5 +(\S+) m"), at_most(
+        best_fit(3, 6, "5").bounds[0].formula
+    )
 
 
 def verdicts():
@@ -99,6 +104,11 @@ def last_places():
     return header("speed_full", r"restitution_full[^\n]*? (\S+) ulp"), header("full", r"epsilon_full[^\n]*? (\S+) ulp")
 
 
+def zero_of_2_5():
+    (zero,) = [root.value.real for root in pade(2, 5).zeros if root.value.real > 0]
+    return (f"{float(zero):.2f}",)
+
+
 def first_coefficient():
     return (series(2, 15).decimals()[2],)
 
@@ -116,6 +126,7 @@ STATED = [
     (r"proven error of (\S+), in (\S+) ns .*? takes (\d+) ns", speed_kernel),
     (r"at most (\S+) units in the last place, .*? at most (\S+)\. <", last_places),
     (r"h_2 = (\S+)\$", first_coefficient),
+    (r"is zero at \$v_\\ast = (\S+)\$", zero_of_2_5),
     (r"proven for \$v_\\ast \\le (\S+)\$", proven_radius),
 ]
 
@@ -151,10 +162,10 @@ def make(target):
 def test_the_paper_is_a_pdf(tmp_path):
     fonts = ["kpsewhich", "lmodern.sty"]
     if (
-        not all(map(shutil.which, ("pandoc", "pdflatex", fonts[0])))
+        not all(map(shutil.which, ("pandoc", "pdflatex", "rsvg-convert", fonts[0])))
         or subprocess.run(fonts, stdout=subprocess.DEVNULL).returncode
     ):
-        pytest.skip("pandoc or pdflatex is not installed: apt install pandoc texlive-latex-recommended lmodern")
+        pytest.skip("a program is missing: apt install pandoc texlive-latex-recommended lmodern librsvg2-bin")
     run = make(tmp_path / "paper.pdf")
     assert run.returncode == 0, run.stderr
     assert (tmp_path / "paper.pdf").read_bytes().startswith(b"%PDF")

@@ -108,6 +108,12 @@ def test_the_table_of_kernels_and_the_first_page_are_what_the_tool_makes():
     assert readme.captions() == readme.FIGURES.read_text("utf-8")
 
 
+@pytest.mark.parametrize("file", readme.ADDRESSES, ids=lambda file: file.name)
+def test_the_address_is_that_of_the_project(file):
+    assert readme.addressed(file) == file.read_text("utf-8")
+    assert readme.PROJECT["urls"]["Repository"] in file.read_text("utf-8")
+
+
 def test_the_table_has_an_error_in_double_and_in_float_on_its_device():
     rows = [line.split(" | ") for line in readme.table().splitlines()[2:]]
     assert len(rows) == 4

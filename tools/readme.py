@@ -1,8 +1,9 @@
-"""Write the table of kernels in README.md, docs/index.md from README.md, and a caption:  python -m tools.readme ."""
+"""Write the table of kernels in README.md, docs/index.md from it, a caption, addresses:  python -m tools.readme ."""
 
 from __future__ import annotations
 
 import re
+import tomllib
 from fractions import Fraction
 from pathlib import Path
 
@@ -22,6 +23,13 @@ PAGES = f"<!-- The text above is that of README.md, copied by `{COMMAND}`; the l
 FIGURES = ROOT / "docs" / "figures" / "README.md"
 CLAIM = f"<!-- This sentence is the evidence of the claim ice-order-40, written by `{COMMAND}` -->\n"
 FOR_DEVELOPERS = "## For developers"
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+ADDRESSES = {
+    ROOT / "CONTRIBUTING.md": "git clone {}",
+    ROOT / "CITATION.cff": "repository-code: {}",
+    ROOT / "docs" / "usage" / "citing.md": "url     = {{{}}}",
+}
+"""The lines with the repository's address, which pyproject.toml has."""
 
 ROWS: tuple[tuple[str, str, str, str, Fraction, End, str], ...] = (
     ("eps from the speed", "viscopade_speed_1em5.h", "speed 1e-5", "restitution", Fraction(0), INFINITY, "host"),
@@ -93,12 +101,22 @@ def captions() -> str:
     )
 
 
+def addressed(file: Path) -> str:
+    """Return the text of a file of `ADDRESSES` with the address as it should be."""
+    pattern = ADDRESSES[file]
+    before, after = map(re.escape, pattern.format("\n").split("\n"))
+    line = pattern.format(PROJECT["urls"]["Repository"])
+    return re.sub(rf"{before}[^\s{{}}]+{after}", lambda _: line, file.read_text(encoding="utf-8"))
+
+
 @click.command()
 def main() -> None:
-    """Write the table of README.md, docs/index.md, and the caption of a figure."""
+    """Write the table of README.md, docs/index.md, the caption of a figure, and the repository's address."""
     README.write_text(readme(), encoding="utf-8")
     INDEX.write_text(index(), encoding="utf-8")
     FIGURES.write_text(captions(), encoding="utf-8")
+    for file in ADDRESSES:
+        file.write_text(addressed(file), encoding="utf-8")
 
 
 if __name__ == "__main__":
