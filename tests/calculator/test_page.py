@@ -86,8 +86,8 @@ def test_material_and_units(tab):
         put(tab, system=system)
         assert value(tab, "eps") == pytest.approx(pair.epsilon(0.5), rel=3e-8)
         assert value(tab, "1 - eps") == pytest.approx(pair.one_minus_epsilon(0.5), rel=3e-8)
-        assert value(tab, "Contact time") == pytest.approx(pair.contact_time(0.5), rel=1e-10)
-        assert value(tab, "Largest overlap") == pytest.approx(pair.max_compression(0.5), rel=1e-10)
+        assert value(tab, "Contact time, without weight") == pytest.approx(pair.contact_time(0.5), rel=1e-10)
+        assert value(tab, "Largest overlap, without weight") == pytest.approx(pair.max_compression(0.5), rel=1e-10)
         assert value(tab, "beta") == pytest.approx(pair.beta, rel=1e-12)
     stated = re.search(r"within ([0-9.e-]+) min\(eps, 1 - eps\)", shown(tab, "accuracy"))[1]
     assert float(stated) == float(page._facts()["kernels"][-1]["bound"])
@@ -141,6 +141,8 @@ def test_the_keyboard_is_enough(tab):
     assert "at 0.2 m/s" not in shown(tab, "summary")
     tab_to(tab, "by")
     tab.press("ArrowDown", code=DOWN)
+    assert tab.evaluate("document.getElementById('by').value") == "drop"
+    tab.press("ArrowDown", code=DOWN)
     assert tab.evaluate("document.getElementById('by').value") == "A"
     tab_to(tab, "damping")
     typed(tab, "1e-7")
@@ -150,9 +152,12 @@ def test_the_keyboard_is_enough(tab):
     tab_to(tab, "radius2")
     typed(tab, "1 m")
     assert value(tab, "A of the pair") == pytest.approx(1e-7, rel=1e-12)
+    tab_to(tab, "approximants")
+    tab.press("Enter", text="\r", code=ENTER)
     tab_to(tab, "curve-1")
     tab.press(" ", text=" ", code=SPACE)
-    assert tab.evaluate("document.querySelectorAll('#plot path').length") == 7
+    # The law's curve, and those of [0/3] and of its difference.
+    assert tab.evaluate("document.querySelectorAll('#plot path').length") == 3
     tab_to(tab, "program")
     tab.press("m", text="m")
     assert tab.evaluate("document.getElementById('program').value") == "mercurydpm"
@@ -168,7 +173,8 @@ def test_every_control_has_a_label_and_a_place_in_the_order(tab):
       .filter((e) => !(e.labels?.length || e.getAttribute("aria-label") || (e.tagName === "BUTTON" && e.textContent)))
       .map((e) => e.id))"""
     assert json.loads(tab.evaluate(bare)) == []
-    reachable = """JSON.stringify([...document.querySelectorAll("input, select, button, pre")]
+    tab.evaluate("document.querySelector('details').open = true")
+    reachable = """JSON.stringify([...document.querySelectorAll("input, select, button, pre, summary")]
       .filter((e) => e.offsetParent && !e.disabled).map((e) => e.id))"""
     wanted = json.loads(tab.evaluate(reachable))
     seen = []
@@ -238,7 +244,7 @@ def test_a_ball_that_falls(tab):
     """Gravity is asked for at walls, in the chosen units, and the numbers with weight are shown."""
     names = ["eps with weight, if it falls", "g t_c / v", "Stays down below"]
     shown = f"return {names}.map((name) => row(name)?.textContent);"
-    put(tab, young="1e7", speed="0.05", at="0.05", damping="0.7")
+    put(tab, young="1e7", speed="0.05", at="0.05", damping="0.7", kind="same")
     assert tab.evaluate(js(shown)) == [None, None, None]
     put(tab, kind="wall")
     eps, share, sticking = tab.evaluate(js(shown))
@@ -261,7 +267,7 @@ def test_spheres_that_adhere(tab):
     names = ["eps with adhesion", "Sticks below"]
     shown = f"return {names}.map((name) => row(name)?.textContent);"
     curves = "document.querySelectorAll('[data-curve=curve-adhesion]').length"
-    put(tab, radius="0.1 mm", young="50 MPa", poisson="0.3", by="A", damping="1 us", speed="0.1")
+    put(tab, kind="same", radius="0.1 mm", young="50 MPa", poisson="0.3", by="A", damping="1 us", speed="0.1")
     assert tab.evaluate(js(shown)) == [None, None]
     assert tab.evaluate(curves) == 0
     put(tab, adhesion="70 mJ/m^2")
@@ -275,3 +281,38 @@ def test_spheres_that_adhere(tab):
     assert tab.evaluate(js(shown))[0] == "0: they stick"
     put(tab, end="return")
     assert tab.evaluate(js(shown)) == [None, None]
+
+
+def test_eps_of_a_drop(tab):
+    """The damping with which a ball that falls from a height, and has its weight in the contact, rebounds with eps."""
+    put(tab, young="1e7", poisson="0.22", by="drop", damping="0.7", height="5 cm", speed="1")
+    ball = vp.Sphere(radius=0.01, density=2500, young_modulus=1e7, poisson_ratio=0.22, dissipative_constant=0)
+    wall = vp.Sphere.wall(young_modulus=1e7, poisson_ratio=0.22, dissipative_constant=0)
+    pair = vp.Pair(ball, wall).damped(value(tab, "A of the pair"))
+    assert pair.epsilon((2 * 9.81 * 0.05) ** 0.5, gravity=9.81) == pytest.approx(0.7, abs=1e-6)
+    put(tab, by="epsilon")
+    assert value(tab, "eps") == pytest.approx(pair.epsilon(1), rel=1e-7)
+    put(tab, by="drop", kind="same")
+    assert "expected a ball on a wall" in shown(tab, "problem")
+
+
+@pytest.mark.parametrize(
+    ("typed_text", "metres_a_second"), [("0,5", 0.5), ("1,25 m/s", 1.25), ("0,125", 0.125), (",5e1", 5.0)]
+)
+def test_a_decimal_comma(tab, typed_text, metres_a_second):
+    put(tab, speed=typed_text)
+    assert shown(tab, "problem") == ""
+    assert f"at {metres_a_second:g} m/s" in shown(tab, "summary")
+
+
+def test_a_comma_that_may_mean_thousands_is_refused(tab):
+    put(tab, speed="1,000")
+    assert "without a comma for thousands" in shown(tab, "problem")
+
+
+def test_the_result_is_above_the_fields_on_a_phone(tab):
+    above = "document.getElementById('answers').getBoundingClientRect().top < form.getBoundingClientRect().top"
+    tab.call("Emulation.setDeviceMetricsOverride", width=400, height=800, deviceScaleFactor=1, mobile=True)
+    assert tab.evaluate(above)
+    tab.call("Emulation.clearDeviceMetricsOverride")
+    assert not tab.evaluate(above)

@@ -21,18 +21,19 @@ function general(x, digits) {
 }
 
 // "2.5 mm" or "2.5" in SI units; a plain number is in the unit of the system. Dimensions are those of FACTS.units, "",
-// "beta" and "slowness".
+// "beta" and "slowness". A decimal comma is read as a point, but for "1,000", which may mean 1000.
 function parseQuantity(field, label, text, dimension, system) {
   const unit = unitOf(dimension, system);
   const accepted = unit ? `a number, in ${unit} unless it has a unit` : "a number";
-  const match = /^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*$/.exec(text);
+  if (/^\s*[+-]?[1-9]\d{0,2},\d{3}(?!\d)/.test(text)) refuse(field, `${label} is "${text.trim()}": expected ${accepted}, without a comma for thousands`);
+  const match = /^\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*$/.exec(text);
   if (!match) refuse(field, `${label} is "${text.trim()}": expected ${accepted}`);
   const factor = match[2] ? factorOf(dimension, match[2]) : factorOf(dimension, unit);
   if (factor === undefined) {
     const known = dimension in FACTS.units ? Object.keys(FACTS.units[dimension]).join(", ") : unit || "none";
     refuse(field, `${label} has the unit "${match[2]}": expected ${known}`);
   }
-  return Number(match[1]) * factor;
+  return Number(match[1].replace(",", ".")) * factor;
 }
 
 function unitOf(dimension, system) {
@@ -202,6 +203,20 @@ function fallOf(law, end, kappa, gravity, time, speed) {
   return { ...found, sticking: stickingSpeed(epsilonAt, speed, 40) };
 }
 
+// The kappa with which a body that falls from a height rebounds with eps, its weight included; null if there is none.
+function kappaOfDrop(law, end, epsilon, G) {
+  let [low, high] = [1e-9, 1e3].map(Math.log);
+  // Where the damping is too strong for the steps (null), eps is certainly smaller.
+  const isAbove = (s) => (withLoad(law, end, Math.exp(s), G) ?? 0) > epsilon;
+  if (!isAbove(low) || isAbove(high)) return null;
+  for (let i = 0; i < 50; i += 1) {
+    const middle = (low + high) / 2;
+    if (isAbove(middle)) low = middle;
+    else high = middle;
+  }
+  return Math.exp((low + high) / 2);
+}
+
 // --- adhesion ----------------------------------------------------------------------------------------------------
 
 // eps of viscoelastic spheres that adhere (JKR, `viscopade.collision.adhesion`) as a function of the speed. With the
@@ -261,6 +276,13 @@ function kappaOf(input, law, pair) {
     if (found === null) refuse("damping", `eps is ${general(damping, 6)}: expected 0.001 to 1 for this end of contact`);
     return found * (speed / at) ** law.power;
   }
+  if (by === "drop") {
+    const impact = Math.sqrt(2 * input.gravity * input.height);
+    const G = (input.gravity * impact ** -0.2) / pair.stiffness / impact;
+    const found = kappaOfDrop(law, input.end, damping, G);
+    if (found === null) refuse("damping", `eps is ${general(damping, 6)}: expected an eps < 1 that a ball which falls from this height can have`);
+    return found * (speed / impact) ** law.power;
+  }
   if (by === "kappa") return paper ? damping * damping : damping;
   if (by === "own") return law.factor * damping * speed ** law.power;
   const beta = by === "beta" ? damping : 1.5 * pair.stiffness * meanOfA(pair, damping, input.second);
@@ -271,7 +293,7 @@ function meanOfA(pair, first, second) {
   return second === undefined || second === null ? first : first + (1 - pair.share) * (second - first);
 }
 
-// All that the page says of a collision. `input` has law, end, speed, by, damping, at, second (the A of the other
+// All that the page says of a collision. `input` has law, end, speed, by, damping, at, height, second (the A of the other
 // body, or null), bodies (null, or [first, second]), strength (or null), gravity (of a body that falls on a wall, or
 // null), adhesion (the work of adhesion, or null), and system for the sentences.
 function calculate(input) {
@@ -383,7 +405,8 @@ function linesOf(name, answer, input) {
   if (!program.walls && answer.pair && isWall(answer.pair)) return { command: null, reason: `${program.title} has no walls: two spheres are needed.` };
   if (answer.epsilon === 1 && program.law) return { ...command, reason: "Without damping there is no parameter to write." };
   const warning = stepWarning(program, answer);
-  return { ...command, warning, ...(program.law ? softLine(program, answer, input) : hardLine(program, answer, input)) };
+  const step = program.step && !warning ? `${program.title}'s default time step is ${timeText(program.step)}.` : "";
+  return { ...command, warning, step, ...(program.law ? softLine(program, answer, input) : hardLine(program, answer, input)) };
 }
 
 // A warning if the time step that a program has unless the user gives one is no small part of the contact, or "".

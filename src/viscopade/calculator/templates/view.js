@@ -2,12 +2,13 @@
 
 const $ = (id) => document.getElementById(id);
 const STATE = [
-  ...["law", "end", "system", "speed", "by", "damping", "at", "bodies", "radius", "density", "young", "poisson"],
+  ...["law", "end", "system", "speed", "by", "damping", "at", "height", "bodies", "radius", "density", "young", "poisson"],
   ...["strength", "kind", "radius2", "density2", "young2", "poisson2", "second", "gravity", "adhesion", "from", "to", "logarithmic", "vertical", "program"],
 ];
 const FIELDS = {
   speed: ["impact speed", "speed"],
   at: ["the speed of eps", "speed"],
+  height: ["the drop height", "length"],
   radius: ["radius", "length"],
   density: ["density", "density"],
   young: ["Young modulus", "pressure"],
@@ -49,6 +50,7 @@ const setValue = (id, value) => {
 function ways(law) {
   const paper = law === FACTS.laws[0];
   const found = { epsilon: ["eps at a speed", "eps", "", 0.02, 0.999] };
+  if (law.a === 1.5) found.drop = ["eps of a drop, with the weight", "eps", "", 0.02, 0.999];
   if (paper) {
     found.A = ["A, a property of the material", "A", "time", 1e-10, 0.1];
     found.beta = ["beta = 3/2 A (rho/m_eff)^(2/5)", "beta", "beta", 1e-3, 10];
@@ -93,7 +95,7 @@ function read() {
   const found = { law: $("law").value, end: $("end").value, by, system: $("system").value };
   found.speed = positive("speed");
   found.damping =
-    by === "epsilon"
+    by === "epsilon" || by === "drop"
       ? number("damping", "a number > 0 and <= 1, from 1e-9 on", (x) => x >= 1e-9 && x <= 1)
       : number("damping", "a number >= 0, up to 1e20 in SI units", (x) => x >= 0 && x <= 1e20);
   found.at = by === "epsilon" ? positive("at") : null;
@@ -104,6 +106,8 @@ function read() {
   const other = by === "A" && ["sphere", "otherwall"].includes($("kind").value);
   const walls = found.bodies && ["wall", "otherwall"].includes($("kind").value);
   found.gravity = walls && filledIn("gravity") ? number("gravity", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
+  found.height = by === "drop" ? positive("height") : null;
+  if (by === "drop" && !(found.gravity > 0)) refuse("gravity", "a drop needs a wall and gravity: expected a ball on a wall, with gravity > 0");
   const paper = isPaper(lawOf(found.law), found.end);
   found.adhesion = paper && filledIn("adhesion") ? number("adhesion", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
   found.second = other && filledIn("second") ? number("second", "a number >= 0", (x) => x >= 0 && x <= 1e20) : null;
@@ -119,7 +123,7 @@ function scaleOf(id) {
     return { to: (x) => Math.log(x / low) / Math.log(high / low), from: (p) => low * (high / low) ** p };
   }
   const [, , , low, high] = wayNow();
-  if ($("by").value === "epsilon") {
+  if (["epsilon", "drop"].includes($("by").value)) {
     return {
       to: (x) => (logit(x) - logit(low)) / (logit(high) - logit(low)),
       from: (p) => 1 / (1 + Math.exp(-(logit(low) + p * (logit(high) - logit(low))))),
@@ -153,9 +157,11 @@ function rows() {
     ["1 - eps", general(answer.loss, DIGITS), answer.loss],
     ["Speed after the collision", quantityText(answer.rebound, "speed")],
   ];
+  const { fall } = answer;
+  const without = fall ? ", without weight" : "";
   if (answer.contactTime !== undefined) {
-    found.push(["Contact time", quantityText(answer.contactTime, "time"), answer.contactTime]);
-    found.push(["Largest overlap", `${quantityText(answer.compression, "length")}, ${general(100 * answer.overlap, 4)} % of the radius`, answer.compression]);
+    found.push([`Contact time${without}`, quantityText(answer.contactTime, "time"), answer.contactTime]);
+    found.push([`Largest overlap${without}`, `${quantityText(answer.compression, "length")}, ${general(100 * answer.overlap, 4)} % of the radius`, answer.compression]);
   } else if (scaled) {
     const power = (x) => general(x, 4);
     const k = "(k/m)";
@@ -167,7 +173,6 @@ function rows() {
   } else {
     found.push(["Contact time", "out of range of this page: use viscopade epsilon"]);
   }
-  const { fall } = answer;
   if (fall) {
     const heavy = fall.epsilon === null ? "out of range of this page" : fall.epsilon ? general(fall.epsilon, 6) : "0: it stays down";
     found.push(["eps with weight, if it falls", heavy, fall.epsilon]);
@@ -215,9 +220,9 @@ function show() {
 }
 
 function showProgram() {
-  const { line, reason, warning, command, scene } = linesOf($("program").value, answer, input);
+  const { line, reason, warning, step, command, scene } = linesOf($("program").value, answer, input);
   $("line").textContent = line || "";
-  $("reason").textContent = reason || [warning, "In SI units:"].filter(Boolean).join(" ");
+  $("reason").textContent = reason || [warning, step, "In SI units:"].filter(Boolean).join(" ");
   for (const id of ["line", "copy-line"]) $(id).classList.toggle("hidden", !line);
   $("simulator").textContent = command || "";
   $("by-scene").classList.toggle("hidden", !scene);
@@ -233,12 +238,11 @@ const CURVES = [
   ...FACTS.laws.map(({ name, title }) => ({ kind: "law", name, label: title })),
 ].map((curve, i) => ({ ...curve, id: `curve-${i}`, color: `var(--c${i ? 1 + ((i - 1) % 7) : 0})`, dash: ["", "7 3", "2 3", "9 3 2 3"][Math.floor((i + 6) / 7) % 4] }));
 const ADHESIVE = { kind: "adhesion", name: "adhesion", label: "this law, with adhesion", id: "curve-adhesion", color: "var(--c0)", dash: "4 3" };
-const SHOWN_FIRST = new Set(["[1/4]", "[3/6]"]);
 
 function makeChoices() {
   for (const curve of CURVES.slice(1)) {
     const label = document.createElement("label");
-    const box = element("input", "", { type: "checkbox", id: curve.id, checked: SHOWN_FIRST.has(curve.name) });
+    const box = element("input", "", { type: "checkbox", id: curve.id });
     const swatch = svgOf("svg", { class: "swatch", viewBox: "0 0 26 10", "aria-hidden": "true" });
     const line = svgOf("line", { x1: 0, y1: 5, x2: 26, y2: 5, "stroke-width": 2.5, "stroke-dasharray": curve.dash });
     line.style.stroke = curve.color;
@@ -344,14 +348,16 @@ function draw() {
   horizontal.ticks = labels.ticks.map(([value, label]) => [value * scale, label]);
   const own = values[0].filter((e) => e > 0);
   const vertical = verticalAxis(own);
-  const first = panel(width, 270, horizontal, vertical, "eps", null);
+  const below = `impact speed in ${unit}`;
+  const alone = curves.length === 1;
+  const first = panel(width, alone ? 310 : 270, horizontal, vertical, "eps", alone ? below : null);
   curves.forEach((curve, i) => first.curve(curve, speeds, values[i]));
   first.dot(input.speed, answer.epsilon);
   const differences = values.map((each) => each.map((e, i) => Math.abs(e / values[0][i] - 1)));
   const errors = errorAxis(differences.slice(1).flat().filter((e) => e > LEAST_ERROR && e < Infinity));
-  const second = panel(width, 220, horizontal, errors, "relative difference from this law", `impact speed in ${unit}`);
+  const second = panel(width, 220, horizontal, errors, "relative difference from this law", below);
   curves.slice(1).forEach((curve, i) => second.curve(curve, speeds, differences[i + 1]));
-  $("plot").replaceChildren(first.picture, second.picture);
+  $("plot").replaceChildren(first.picture, ...(alone ? [] : [second.picture]));
   $("shown").tBodies[0].replaceChildren(...curves.map((curve, i) => curveRow(curve, i ? here[i] : answer.epsilon, here[0], i)));
 }
 
@@ -449,9 +455,10 @@ function changeWay(by) {
     const epsilon = byTable(old, input);
     const same = { ...input, law: law.name, end: $("end").value, by: "epsilon", damping: epsilon, at: input.speed };
     const found = $("by").value === "epsilon" ? { epsilon } : calculate(same);
-    const values = { epsilon, A: found.A, beta: found.beta, own: found.own, kappa: law === FACTS.laws[0] ? found.vStar : found.kappa };
+    const values = { epsilon, drop: old.fall?.epsilon || undefined, A: found.A, beta: found.beta, own: found.own, kappa: law === FACTS.laws[0] ? found.vStar : found.kappa };
     const value = values[$("by").value];
     $("at").value = $("speed").value;
+    if (old.fall) $("height").value = general(inUnit(input.speed ** 2 / (2 * input.gravity), "length", $("system").value), 10);
     if (value !== undefined) $("damping").value = general(inUnit(value, wayNow()[2], $("system").value), 10);
   } catch (error) {
     if (!(error instanceof Refused)) throw error;
@@ -466,6 +473,7 @@ function arrange() {
   $("label-damping").textContent = wayNow()[1] + shownUnit(wayNow()[2]);
   $("label-speed").textContent = `Impact speed${shownUnit("speed")}`;
   $("row-at").classList.toggle("hidden", by !== "epsilon");
+  $("row-height").classList.toggle("hidden", by !== "drop");
   for (const id of Object.keys(FIELDS)) {
     const label = document.querySelector(`label[for="${id}"]`);
     label.dataset.text ??= label.textContent;
