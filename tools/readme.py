@@ -65,7 +65,7 @@ def table() -> str:
 
 def _error(bounds: list[ErrorBound], low: Fraction, high: End) -> str:
     """Return the smallest bound on a range as text, "" if there is none."""
-    valid = [bound for bound in bounds if bound.on(low, high) and bound.speeds is None]
+    valid = [bound for bound in bounds if bound.covers(low, high) and bound.speeds is None]
     if not valid:
         return ""
     best = min(valid, key=_relative)

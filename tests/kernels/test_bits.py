@@ -25,7 +25,7 @@ from viscopade.kernels.expressions import (
     read,
 )
 from viscopade.kernels.formulas import OCTAVES
-from viscopade.kernels.machine import TYPES, located, machine_arithmetic
+from viscopade.kernels.machine import TYPES, machine_arithmetic, values_and_branches
 from viscopade.kernels.rounding_bounds import rounding_of_w
 from viscopade.kernels.speed_table import TABLES, row_number, speed_table
 from viscopade.kernels.write import languages
@@ -81,12 +81,12 @@ def test_a_table_gives_arrays_of_any_shape_what_it_gives_numbers(key, form):
     """Beyond the table, the kernel of v* serves, which is another branch."""
     kernel, kind = speed_table(key), TYPES[form.name]
     speed = (2.0 ** np.array([[-110, -20, -1], [0.5, 20, 110]])).astype(kind)
-    values, branch = located(kernel, "restitution", speed, 1.5, form=form)
+    values, branch = values_and_branches(kernel, "restitution", speed, 1.5, form=form)
     assert (branch == 0).tolist() == [[False, True, True], [True, True, False]]
     assert branch.max() == 1
     assert np.allclose(values, double.epsilon((speed.astype(float) * 1.5**5) ** 0.1), rtol=1e-5, atol=0)
     for place in np.ndindex(speed.shape):
-        found, _ = located(kernel, "restitution", speed[place], 1.5, form=form)
+        found, _ = values_and_branches(kernel, "restitution", speed[place], 1.5, form=form)
         assert found.dtype == values.dtype == speed.dtype
         assert found == values[place]
 

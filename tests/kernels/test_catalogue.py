@@ -34,14 +34,17 @@ def test_outside_the_domain_there_is_nan_and_inside_none(entry) -> None:
     """Test vectors take NaN where the program has it: that it has it where it should is seen here."""
     for form, function in product(map(FORMATS.get, entry.kernel.formats), entry.kernel.functions):
         usual = [0.5] * len(function.arguments)
-        assert np.isfinite(machine.evaluated(entry.kernel, function.name, *usual, form=form))
+        assert np.isfinite(machine.function_values(entry.kernel, function.name, *usual, form=form))
         for place, name in enumerate(function.arguments):
             for bad in (-1.0, -np.inf, np.nan, *OUTSIDE[name]):
                 given = [bad if i == place else x for i, x in enumerate(usual)]
-                assert np.isnan(machine.evaluated(entry.kernel, function.name, *given, form=form)), (function, given)
+                assert np.isnan(machine.function_values(entry.kernel, function.name, *given, form=form)), (
+                    function,
+                    given,
+                )
     if entry.group == "compact":
         with np.errstate(all="raise"):
-            found = machine.evaluated(entry.kernel, "restitution", [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
+            found = machine.function_values(entry.kernel, "restitution", [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
         assert (found == 1).all()
 
 
@@ -67,7 +70,7 @@ def test_formulas_are_as_far_off_as_the_bounds_say(entry) -> None:
         v_star = np.geomspace(*ends, 20001)[1:-1]
         given = (v_star,) if name == "epsilon" else (v_star**10, 1.0)
         eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-        off = np.abs(machine.evaluated(kernel, name, *given) - eps)
+        off = np.abs(machine.function_values(kernel, name, *given) - eps)
         off -= 1e-14 * np.minimum(eps, loss) + np.spacing(eps)  # of w and double
         allowed = float(bound.relative) * (np.minimum(eps, loss) if bound.relative_to == "smaller" else eps)
         allowed += float(bound.last) * eps + float(bound.ulps) * np.spacing(eps)

@@ -19,7 +19,7 @@ from viscopade.kernels import compact, formulas, machine
 from viscopade.kernels.arithmetic import DEVICE, HOST, HOST_FLOAT
 from viscopade.kernels.expressions import Name, Reading, Run, evaluate
 from viscopade.kernels.rounding import Rounded
-from viscopade.kernels.rounding_bounds import on_parts, relative_error
+from viscopade.kernels.rounding_bounds import relative_error, results_on_parts
 
 ACCURACIES = ("1e-3", "1e-5", "1e-7")
 NOT_IN_FLOAT = Powers((0, 6, 12, 13, 17, 18, 26), (0, 6, 8, 9, 10, 22))
@@ -76,10 +76,10 @@ def test_a_body_at_rest_stays_at_rest_for_every_finite_beta(accuracy, form):
     """Where beta^5 overflows, too; w is 0 times infinity there."""
     kernel, largest = compact.compact(accuracy), float((2 - form.epsilon) * Fraction(2) ** form.largest)
     for zero, beta in itertools.product((0.0, -0.0), (0.0, 1e8, largest)):
-        found = [float(machine.evaluated(kernel, name, zero, beta, form=form)) for name in compact.MEANINGS]
+        found = [float(machine.function_values(kernel, name, zero, beta, form=form)) for name in compact.MEANINGS]
         assert found == [1, 0, 0]
     for given in ((0.0, np.inf), (np.inf, 0.0)):
-        assert np.isnan(machine.evaluated(kernel, "restitution", *given, form=form))
+        assert np.isnan(machine.function_values(kernel, "restitution", *given, form=form))
 
 
 # --- bounds of rounding -----------------------------------------------------------------------------------------------
@@ -147,7 +147,7 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(place):
         parts = [Fraction(2.0**e) for e in (*(exponents / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
         numbers, of_y = formulas.constants(powers, proven.a, proven.b), partial(compact._error_of_y, place)
         speed = {"speed": Rounded(arb(1), place.form)}
-        on = on_parts(compact.body(powers), [*compact.MEANINGS], "y", numbers, place, lambda _: speed, of_y)
+        on = results_on_parts(compact.body(powers), [*compact.MEANINGS], "y", numbers, place, lambda _: speed, of_y)
         alone = [(y**3, {name: relative_error(name)(on((y, y))) for name in compact.MEANINGS}) for y in parts]
     for function, sizes in compact.compact_rounding(powers, proven.a, proven.b, place).items():
         common = [found for v, found in alone if compact.COMMON[0] <= v <= compact.COMMON[1]]
@@ -212,7 +212,7 @@ def test_rounding_of_functions_of_v_star_is_within_its_bound(form):
     for function in compact.OF_V_STAR:
         bound, closest = proven.bound(function, form), 0.0
         x = arguments(form, np.random.default_rng(5))
-        for at, found in zip(x.tolist(), machine.evaluated(kernel, function, x, form=form).tolist(), strict=True):
+        for at, found in zip(x.tolist(), machine.function_values(kernel, function, x, form=form).tolist(), strict=True):
             with working(300):
                 n, d = sums(powers, proven, arb(at).root(3), arb)
                 value = (d if function == "epsilon" else arb(at) ** 2 * n) / (d + arb(at) ** 2 * n)

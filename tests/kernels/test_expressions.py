@@ -18,7 +18,7 @@ from viscopade.kernels.expressions import (
     in_pairs,
     powers,
 )
-from viscopade.kernels.formulas import named
+from viscopade.kernels.formulas import letter_terms
 
 EXACTLY = Reading(Fraction)
 
@@ -43,8 +43,8 @@ def test_sums_with_gaps():
     assert (run["y3"], run["y5"]) == (y**3, y**5)
     for exponents in ((0,), (0, 4, 8), (0, 1, 3), (0, 1, 2, 3, 4)):
         true = sum((k + 1) * y**k for k in exponents)
-        assert evaluate(by_powers("y", named("a", exponents)), run, EXACTLY) == true
-        assert evaluate(by_horner("y", named("a", exponents)), run, EXACTLY) == true
+        assert evaluate(by_powers("y", letter_terms("a", exponents)), run, EXACTLY) == true
+        assert evaluate(by_horner("y", letter_terms("a", exponents)), run, EXACTLY) == true
     pairs = in_pairs("y", "y2", [f"a{k}" for k in range(5)])
     assert evaluate(pairs, run, EXACTLY) == sum((k + 1) * y**k for k in range(5))
 

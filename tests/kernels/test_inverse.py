@@ -63,8 +63,8 @@ def test_rounding_is_within_its_bound(which, form):
     bounds = {result: proven.bound(result, form) for result in ("v_star", "beta")}
     sizes = {result: float(b.rounding / (1 + b.formula)) for result, b in bounds.items()}
     found = {
-        "v_star": machine.evaluated(kernel, "v_star", x, form=form).tolist(),
-        "beta": machine.evaluated(kernel, "beta", x, 3.0, form=form).tolist(),
+        "v_star": machine.function_values(kernel, "v_star", x, form=form).tolist(),
+        "beta": machine.function_values(kernel, "beta", x, 3.0, form=form).tolist(),
     }
     for i, at in enumerate(x.tolist()):
         with working(300):

@@ -114,16 +114,16 @@ def test_programs_are_the_formula_and_nan_outside_its_domain(sample, form):
     assert {*map(id, taken)} == {*map(id, function.branches)}
     kind, ends = TYPES[form.name], (math.ldexp(1.0, 1 - form.largest), math.ldexp(1.0, form.largest))
     x = [*np.geomspace(*ends, 2000), np.finfo(kind).max, high, np.nextafter(kind(high), kind(0))]
-    found = machine.evaluated(kernel, "epsilon", x, form=form)
+    found = machine.function_values(kernel, "epsilon", x, form=form)
     assert (np.isnan(found) == (np.array(x) > high)).all()
     small = [0.0, -0.0, float(form.smallest), 1e-320 if form is DOUBLE else 1e-40]
-    assert (machine.evaluated(kernel, "epsilon", small, form=form) == 1).all()
+    assert (machine.function_values(kernel, "epsilon", small, form=form) == 1).all()
     outside = [-float(form.smallest), -1.0, -1e30, -math.inf, math.nan]
-    assert np.isnan(machine.evaluated(kernel, "epsilon", outside, form=form)).all()
+    assert np.isnan(machine.function_values(kernel, "epsilon", outside, form=form)).all()
     if "high" not in constants:
         a, b = sample.reduced
         limit = float(a[-1] / b[-1]) if len(a) == len(b) else 0.0 if len(a) < len(b) else math.inf
-        far = machine.evaluated(kernel, "epsilon", math.inf, form=form)
+        far = machine.function_values(kernel, "epsilon", math.inf, form=form)
         assert far == pytest.approx(limit, rel=2.0 ** (2 - form.precision), abs=0)
 
 
@@ -236,11 +236,11 @@ def test_bounds_of_the_speed_hold_up_to_their_ends_where_the_computed_v_star_is_
             beta = form.rounded(exact_middle(ball_of(end**10 / Fraction(speed)).root(5)), math.floor)
         w = Fraction(beta) ** 5 * Fraction(speed)
         assert end**10 * (1 - 10 * form.epsilon) < w <= end**10
-        beyond += machine.computed(formulas.v_star_branch(), "v_star", given(form, speed, beta), form) > end
+        beyond += machine.branch_value(formulas.v_star_branch(), "v_star", given(form, speed, beta), form) > end
         with working(truth.BITS):
-            epsilon, loss = truth.at(w)
+            epsilon, loss = truth.portions_of_w(w)
             smaller = exact_middle(min(epsilon, loss))
-            off = abs(machine.evaluated(kernel, "restitution", speed, beta, form=form) - epsilon)
+            off = abs(machine.function_values(kernel, "restitution", speed, beta, form=form) - epsilon)
             bounds = [b for b in kernel.bound("restitution", "host", form.name) if b.high == end and b.speeds]
             assert all(off < ball_of(b.allowed(exact_middle(epsilon), smaller, Fraction(speed))) for b in bounds)
             assert len(bounds) == 1
@@ -255,8 +255,8 @@ def test_beyond_an_end_a_formula_that_falls_faster_than_eps_has_a_larger_bound()
     """[0/3] is far above eps at v* = 5, where it falls faster than eps may, relative to eps."""
     of_eps = epsilon_bounds(quotient.pade_quotient(0, 3))[-1]
     steepness = quotient._beyond(proven_pade(0, 3), of_eps).steepness
-    slope = (machine.evaluated(quotient.pade_quotient(0, 3), "epsilon", 5 * (1 + x)) for x in (-1e-4, 1e-4))
-    relative = -np.subtract.reduce([*slope][::-1]) / 2e-4 / float(truth.at(Fraction(5) ** 10).epsilon)
+    slope = (machine.function_values(quotient.pade_quotient(0, 3), "epsilon", 5 * (1 + x)) for x in (-1e-4, 1e-4))
+    relative = -np.subtract.reduce([*slope][::-1]) / 2e-4 / float(truth.portions_of_w(Fraction(5) ** 10).epsilon)
     assert 1 < relative / (10 / 3) < steepness < 10
     assert quotient._beyond(proven_pade(3, 6), epsilon_bounds(quotient.pade_quotient(3, 6))[0]).steepness == 1
 
@@ -370,7 +370,7 @@ def test_names_tell_degrees_and_interval():
     assert between().name == "minimax_2_5_v0p1to2"
     (bound,) = epsilon_bounds(between())
     assert (bound.low, bound.high, bound.relative_to) == (Fraction(1, 10), 2, "smaller")
-    inside = machine.evaluated(between(), "epsilon", [0.09999, 0.1001, 1.999, 2.0001])
+    inside = machine.function_values(between(), "epsilon", [0.09999, 0.1001, 1.999, 2.0001])
     assert np.isnan(inside).tolist() == [True, False, False, True]
 
 

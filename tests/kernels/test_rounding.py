@@ -27,8 +27,8 @@ from viscopade.kernels.expressions import (
     evaluate,
     powers,
 )
-from viscopade.kernels.rounding import Rounded, of_branch
-from viscopade.kernels.rounding_bounds import BITS, of_powers
+from viscopade.kernels.rounding import Rounded, rounded_results
+from viscopade.kernels.rounding_bounds import BITS, powers_error
 from viscopade.kernels.speed_table import LAST_ULPS, TABLES
 
 ULPS = float(HOST.functions)
@@ -127,7 +127,7 @@ def numerator(coefficients, form, v_star):
     given = formulas.dense(a=coefficients, b=(Fraction(1),))
     numbers = {name: Rounded(ball_of(c), form) for name, c in given.items()} | {"v_star": Rounded(v_star, form)}
     branch, _ = formulas.epsilon_branches(given)
-    return of_branch(branch._replace(results={"sum": Name("numerator")}), ["sum"], numbers, form)["sum"]
+    return rounded_results(branch._replace(results={"sum": Name("numerator")}), ["sum"], numbers, form)["sum"]
 
 
 def test_the_absolute_bound_counts_units_in_the_last_place():
@@ -180,7 +180,7 @@ def test_underflow_is_in_the_bound(name):
 def test_what_is_exact_adds_no_error():
     with working(200):
         x, y = Rounded(arb(3), DOUBLE), Rounded(arb(7), DOUBLE)
-        assert (x.plus(y).absolute, x.times(y).absolute, x.over(y).absolute) == (0, 0, 0)
+        assert (x.exact_sum(y).absolute, x.exact_product(y).absolute, x.exact_quotient(y).absolute) == (0, 0, 0)
         assert min((x + y).absolute, (x * y).absolute, (x / y).absolute) > 0
         assert ((x - y).value, (x - y).absolute) == (-4, arb(2) ** -51)
 
@@ -222,7 +222,7 @@ def test_the_bound_of_beta_is_that_of_its_operations(name):
         by_hand = 2 * of_v_star + 2 * unit + 2 * ULPS * unit + of_exponent * largest
         with working(BITS):
             found = float(
-                of_powers(formulas.beta_branch(), "beta", HOSTS[form.name], {"speed": 0, "v_star": arb(of_v_star)})
+                powers_error(formulas.beta_branch(), "beta", HOSTS[form.name], {"speed": 0, "v_star": arb(of_v_star)})
             )
         assert by_hand < found < by_hand * (1 + 2000 * unit)
 
@@ -239,7 +239,9 @@ def test_the_bound_of_v_star_is_that_of_its_operations(name, largest):
     with working(BITS):
         ends = None if largest is None else arb(int(largest)).log()
         found = float(
-            of_powers(formulas.v_star_branch(), "v_star", HOSTS[form.name], {"speed": 0, "beta": arb(8 * unit)}, ends)
+            powers_error(
+                formulas.v_star_branch(), "v_star", HOSTS[form.name], {"speed": 0, "beta": arb(8 * unit)}, ends
+            )
         )
     assert by_hand <= found * (1 + 1e-15)
     assert found <= by_hand * (1 + 2000 * unit)
@@ -247,7 +249,7 @@ def test_the_bound_of_v_star_is_that_of_its_operations(name, largest):
 
 def test_a_root_loses_more_below_than_above():
     with working(BITS):
-        found = of_powers(formulas.v_star_branch(), "v_star", HOST, {"speed": 0, "beta": arb(0.5)}, arb(0))
+        found = powers_error(formulas.v_star_branch(), "v_star", HOST, {"speed": 0, "beta": arb(0.5)}, arb(0))
         assert found > 1 - arb(0.5).sqrt()
 
 
@@ -260,8 +262,8 @@ def test_the_error_of_a_root_is_that_of_its_operations(name):
     wanted = {"near": 2 * ULPS * unit, "far": (2 * ULPS + 1 / 3) * unit}
     with working(BITS):
         found = {
-            "near": of_powers(near, "y", HOSTS[form.name], {"v_star": 0}),
-            "far": of_powers(far, "u", HOSTS[form.name], {"v_star": 0}),
+            "near": powers_error(near, "y", HOSTS[form.name], {"v_star": 0}),
+            "far": powers_error(far, "u", HOSTS[form.name], {"v_star": 0}),
         }
         for root in (Fraction(1, 2), Fraction(1, 3), Fraction(2, 5), Fraction(1, 6), Fraction(1, 7)):
             odds, power = Name("loss") / Name("epsilon"), Literal(str(float(root)))
@@ -270,7 +272,7 @@ def test_the_error_of_a_root_is_that_of_its_operations(name):
             of_exponent = 700 * float(abs(Fraction(form.nearest(root)) - root))
             of_call = 1.0 if root == Fraction(1, 2) else 2.0 * ULPS + of_exponent / unit
             wanted[str(root)] = (2 * float(root) + of_call) * unit
-            found[str(root)] = of_powers(
+            found[str(root)] = powers_error(
                 branch, "y", HOSTS[form.name], {"epsilon": 0, "loss": arb(unit)}, arb(700), root
             )
     for key, by_hand in wanted.items():
@@ -279,7 +281,7 @@ def test_the_error_of_a_root_is_that_of_its_operations(name):
 
 def test_errors_of_sums_are_refused():
     with working(BITS), pytest.raises(ValueError, match="expected products and quotients"):
-        of_powers(formulas.beta_of_radii_branch(), "shape", HOST, dict.fromkeys(("densities", "ratio"), 0))
+        powers_error(formulas.beta_of_radii_branch(), "shape", HOST, dict.fromkeys(("densities", "ratio"), 0))
 
 
 def of_parts(program, expression, parts, form, **exact):
@@ -290,7 +292,7 @@ def of_parts(program, expression, parts, form, **exact):
             balls = {name: arb(low).union(arb(high)) for name, (low, high) in given.items()}
             numbers = {name: Rounded(value, form) for name, value in (balls | exact).items()}
             branch = CodeBranch(None, program, {"result": expression})
-            worst = max(worst, float(of_branch(branch, ["result"], numbers, form)["result"].relative))
+            worst = max(worst, float(rounded_results(branch, ["result"], numbers, form)["result"].relative))
     return worst * 2.0**form.precision
 
 
@@ -340,7 +342,7 @@ def test_bounds_of_rounding_errors_hold():
             given = {k: Rounded(arb(x), FLOAT) for k, x in (("a", a), ("b", b), ("c", c))}
             y = arb(part[0]).union(arb(part[1]))
             try:
-                found = of_branch(branch, ["result"], given | {"y": Rounded(y, FLOAT, slope=1)}, FLOAT)
+                found = rounded_results(branch, ["result"], given | {"y": Rounded(y, FLOAT, slope=1)}, FLOAT)
                 bound = found["result"].with_error_of_y(arb(0))
             except ArithmeticError:  # the sum vanishes
                 continue

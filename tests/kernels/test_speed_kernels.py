@@ -343,7 +343,7 @@ def allowed_rise(given, form, values, beta, eps, inside):
     both, proven = error[1:] + error[:-1], speed_table.table_bounds(given.layout)
     if "rise" not in proven:
         return both
-    table = given.kernel.in_table("restitution", form)
+    table = given.kernel.table_bound("restitution", form)
     rise = float(proven["rise"] * (1 + proven["error"]) + 2 * (table.rounding + table.last))
     return np.where(inside, rise * np.minimum(eps, 1 - eps) + 2 * spacing(eps, FORMS[form]), both)
 

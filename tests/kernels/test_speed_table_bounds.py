@@ -231,15 +231,15 @@ def test_at_the_ends_of_a_table_a_bound_is_that_of_the_branch_taken(tier):
     kernel, low = speed_table.speed_table(tier), 2.0 ** TABLES[tier].first
     high = low * 2.0**formulas.OCTAVES
     for w, branch in ((low, 0), (np.nextafter(high, 0), 0), (np.nextafter(low, 0), 1), (high, 1)):
-        assert machine.located(kernel, "restitution", w, 1.0)[1] == branch
+        assert machine.values_and_branches(kernel, "restitution", w, 1.0)[1] == branch
         with working(truth.BITS):
-            v_star, (epsilon, loss) = exact_middle(ball_of(Fraction(w)).root(10)), truth.at(Fraction(w))
+            v_star, (epsilon, loss) = exact_middle(ball_of(Fraction(w)).root(10)), truth.portions_of_w(Fraction(w))
             sizes = exact_middle(epsilon), exact_middle(min(epsilon, loss)), Fraction(w)
         known, both = (
             min(b.allowed(*sizes) for b in bounds if b.holds_at(v_star, sizes[2]))
             for bounds in (kernel.bound("restitution", "host", "double", of) for of in (branch, None))
         )
-        inside = kernel.in_table("restitution", "double").allowed(*sizes)
+        inside = kernel.table_bound("restitution", "double").allowed(*sizes)
         assert known == inside if branch == 0 else known < both
         assert both >= max(known, inside)
 
@@ -248,9 +248,9 @@ def test_at_the_ends_of_a_table_a_bound_is_that_of_the_branch_taken(tier):
 @pytest.mark.parametrize("tier", TIERS)
 def test_a_subnormal_rebound_is_within_the_bound_of_the_table(tier, speed, beta):
     kernel, w = speed_table.speed_table(tier), Fraction(beta) ** 5 * Fraction(speed)
-    result, branch = machine.located(kernel, "rebound", speed, beta)
+    result, branch = machine.values_and_branches(kernel, "rebound", speed, beta)
     with working(truth.BITS):
-        epsilon, loss = truth.at(w)
+        epsilon, loss = truth.portions_of_w(w)
         v_star, value = exact_middle(ball_of(w).root(10)), exact_middle(epsilon) * Fraction(speed)
         smaller, error = exact_middle(min(epsilon, loss)), abs(Fraction(float(result)) - value)
     bounds = [

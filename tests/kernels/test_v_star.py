@@ -11,8 +11,8 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact
 from viscopade.kernels import formulas
 from viscopade.kernels.arithmetic import ARITHMETICS, HOST, HOSTS
-from viscopade.kernels.machine import TYPES, computed
-from viscopade.kernels.v_star import USUAL, of_v_star
+from viscopade.kernels.machine import TYPES, branch_value
+from viscopade.kernels.v_star import USUAL, eps_error_from_v_star
 
 # The speed and beta of a file for v* <= 0.5 whose other errors are 8.5e-16 in all.
 FOUND = (1.3312625370939427e270, 2.352719384662437e-55)
@@ -23,7 +23,7 @@ def change_of_eps(form, speed, beta):
     """Return by what part of min(eps, 1 - eps) the computed v* changes eps."""
     kind = TYPES[form.name]
     given = {"speed": kind(speed), "beta": kind(beta)}
-    found = Fraction(float(computed(formulas.v_star_branch(), "v_star", given, form)))
+    found = Fraction(float(branch_value(formulas.v_star_branch(), "v_star", given, form)))
     with workdps(60):
         true = Fraction(str(mp.sqrt(mpf(beta)) * mp.root(mpf(speed), 10)))
     at, at_computed = (exact.collision(v_star, 24) for v_star in (true, found))
@@ -47,12 +47,12 @@ def draws(form, largest, number, seed):
 
 def test_a_large_speed_is_off_by_more_than_the_other_errors():
     """So functions of the speed need a bound of their own."""
-    assert 2 * OTHER_ERRORS < change_of_eps(DOUBLE, *FOUND) <= of_v_star()
+    assert 2 * OTHER_ERRORS < change_of_eps(DOUBLE, *FOUND) <= eps_error_from_v_star()
 
 
 @pytest.mark.parametrize(("form", "largest"), [(DOUBLE, 1e30), (DOUBLE, 1e307), (FLOAT, 1e30), (FLOAT, 1e37)])
 def test_eps_changes_by_no_more_than_stated(form, largest):
-    bound = of_v_star(HOSTS[form.name], USUAL if largest == 1e30 else None)
+    bound = eps_error_from_v_star(HOSTS[form.name], USUAL if largest == 1e30 else None)
     changes = [change_of_eps(form, *given) for given in draws(form, largest, 12, seed=5)]
     assert max(changes) <= bound
     assert max(changes) > bound / 8  # pow is far better than it is assumed to be, but not its exponent 0.1
@@ -60,5 +60,9 @@ def test_eps_changes_by_no_more_than_stated(form, largest):
 
 def test_the_usual_speeds_have_a_smaller_bound():
     for machine in ARITHMETICS.values():
-        assert of_v_star(machine, Fraction(1)) < of_v_star(machine, USUAL) < of_v_star(machine)
-    assert of_v_star(HOST, USUAL) < of_v_star() / 3
+        assert (
+            eps_error_from_v_star(machine, Fraction(1))
+            < eps_error_from_v_star(machine, USUAL)
+            < eps_error_from_v_star(machine)
+        )
+    assert eps_error_from_v_star(HOST, USUAL) < eps_error_from_v_star() / 3

@@ -13,7 +13,7 @@ import pytest
 from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.kernels import catalogue, compact, quotient
-from viscopade.kernels.machine import evaluated
+from viscopade.kernels.machine import function_values
 from viscopade.scene import candidate
 from viscopade.scene.candidate import AS_CHEAP, constant, in_format, interval, uncovered
 from viscopade.scene.choice import Choice, choose
@@ -141,8 +141,8 @@ def test_a_quotient_goes_on_beyond_the_scene(ends: tuple[float, float]) -> None:
     found = candidate.best_quotient(asked, [met])
     assert found is not None
     for beyond in (met.v_star[0] / Fraction("1.018"), met.v_star[1] * Fraction("1.018")):
-        assert math.isfinite(evaluated(found.kernel, "epsilon", float(beyond)))
-    assert math.isnan(evaluated(found.kernel, "epsilon", float(met.v_star[1] * Fraction("1.1"))))
+        assert math.isfinite(function_values(found.kernel, "epsilon", float(beyond)))
+    assert math.isnan(function_values(found.kernel, "epsilon", float(met.v_star[1] * Fraction("1.1"))))
 
 
 def test_ranges_of_type_float_are_wider_and_those_of_quotients_hold_them() -> None:
@@ -257,9 +257,9 @@ def test_the_reason_names_the_place_of_the_largest_error() -> None:
     error, v_star = map(float, match.groups())
     eps = float(exact.collision(v_star, 17).decimals()["epsilon"])
     kernel = compact.compact("1e-5")
-    assert abs(evaluated(kernel, "restitution", 1.0, v_star**2) / eps - 1) == pytest.approx(error, rel=0.02)
+    assert abs(function_values(kernel, "restitution", 1.0, v_star**2) / eps - 1) == pytest.approx(error, rel=0.02)
     grid = np.geomspace(0.2, 2.0, 3001)
-    off = np.abs(evaluated(kernel, "restitution", np.ones_like(grid), grid**2) / double.epsilon(grid) - 1)
+    off = np.abs(function_values(kernel, "restitution", np.ones_like(grid), grid**2) / double.epsilon(grid) - 1)
     assert off.max() == pytest.approx(error, rel=0.02)
 
 

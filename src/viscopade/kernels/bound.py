@@ -47,7 +47,7 @@ class ErrorBound:
     speeds : pair of Fraction, or None
         The range of speeds, if the bound is only for some.
     branch : int or None
-        The branch of the function (`machine.located`), if the bound is only for arguments that lead to it.
+        The branch of the function (`machine.values_and_branches`), if the bound is only for arguments that lead to it.
     """
 
     result: str
@@ -93,7 +93,7 @@ class ErrorBound:
         first = (self.formula + self.rounding) * reference + self.last * value + self.absolute * tiny
         return first + (self.ulps * form.ulp(value + first) if self.ulps and value + first else Fraction(0))
 
-    def on(self, low: Fraction, high: End) -> bool:
+    def covers(self, low: Fraction, high: End) -> bool:
         """Return whether the bound covers a range of v*."""
         return self.low <= low and high <= self.high
 

@@ -121,20 +121,20 @@ class Entry:
     ----------
     group : str
         "pade", "minimax", "compact", "inverse", "full" or "speed".
-    asked : str
+    variant : str
         What was asked for: an accuracy, degrees; "" for the only kernel of its group.
     request : Request
         That for this kernel alone.
     """
 
     group: str
-    asked: str
+    variant: str
     request: Request
 
     @property
     def key(self) -> str:
         """Both as one word or two, "compact 1e-5"."""
-        return f"{self.group} {self.asked}".rstrip()
+        return f"{self.group} {self.variant}".rstrip()
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -166,7 +166,7 @@ def group(name: str) -> tuple[Entry, ...]:
     return tuple(entry for entry in CATALOGUE.values() if entry.group == name)
 
 
-def request_of(name: str) -> Request:
+def group_request(name: str) -> Request:
     """Return the request for all kernels of a group, whose requests differ in the kernel alone."""
     requests, lists = [entry.request for entry in group(name)], dict[str, Any]()
     for field in fields(Request):

@@ -173,7 +173,7 @@ class _Proof:
         rows = Rows(panel, y, self.formula.power)
         if result == "ratio":
             return rows.inverse_ratio(self.formula)
-        found: arb_series = self.formula.at(result, y=y, v_star=rows.v_star) / getattr(rows, result)
+        found: arb_series = self.formula.near_zero(result, y=y, v_star=rows.v_star) / getattr(rows, result)
         return found
 
     def and_beyond(self, found: Certificate) -> Certificate:

@@ -127,7 +127,7 @@ def _whole(bound: ErrorBound) -> Fraction:
     return bound.relative + bound.last
 
 
-def on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[ErrorBound]]) -> Iterator[ErrorBound]:
+def bounds_on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[ErrorBound]]) -> Iterator[ErrorBound]:
     """Yield the bounds in each arithmetic of a format, without those of devices that are not proven."""
     for machine in (one for one in ARITHMETICS.values() if one.form == form):
         try:
@@ -137,7 +137,7 @@ def on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[ErrorBound
                 raise
 
 
-def accuracy_of(accuracy: Exact, least: Fraction, name: str = "accuracy") -> Fraction:
+def checked_accuracy(accuracy: Exact, least: Fraction, name: str = "accuracy") -> Fraction:
     """Return an accuracy asked for, by its name in a refusal; expected is a number from `least` to 0.99."""
     expected = f"a number from {float(least):g} to 0.99"
     return arguments.exact_number(name, accuracy, expected, lambda x: least <= x <= Fraction("0.99"))
@@ -160,13 +160,13 @@ def powers_text(form: Powers) -> str:
     return f"N = {top}, D = {bottom}"
 
 
-def first(
+def first_accurate(
     wanted: Fraction, candidates: Iterable[tuple[float, Powers]], error_of: Callable[[Powers], Fraction]
 ) -> Powers:
     """Return the first powers whose kernel is proven to be accurate enough, rounding in type double included.
 
     Candidates come with their sampled errors, from which those that cannot be accurate enough are known. The most
-    accurate one is proven to have the least error that `accuracy_of` accepts.
+    accurate one is proven to have the least error that `checked_accuracy` accepts.
     """
     for error, choice in candidates:
         with suppress(ArithmeticError):  # there is no proof
@@ -175,7 +175,9 @@ def first(
     raise AssertionError(f"no kernel has a proven error of {float(wanted):g}, which is accepted")
 
 
-def levelled(choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]) -> Iterator[tuple[float, Powers]]:
+def sampled_candidates(
+    choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]
+) -> Iterator[tuple[float, Powers]]:
     """Yield the sampled errors of the choices that have a best quotient, and the choices."""
     for form in choices:
         with suppress(remez.NoBest):

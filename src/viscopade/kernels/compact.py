@@ -37,14 +37,14 @@ from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.coefficients import (
     ProvenQuotient,
     accuracy_name,
-    accuracy_of,
-    first,
-    levelled,
-    on_machines,
+    bounds_on_machines,
+    checked_accuracy,
+    first_accurate,
     powers_text,
     proven_quotient,
+    sampled_candidates,
 )
-from viscopade.kernels.enclosure import Formula, exactly
+from viscopade.kernels.enclosure import Formula, exact_polynomial
 from viscopade.kernels.expressions import (
     Call,
     CodeBranch,
@@ -60,21 +60,21 @@ from viscopade.kernels.expressions import (
     powers,
     read,
 )
-from viscopade.kernels.formulas import ONE, W_ACCEPTED, W_CUT, ZERO, constants, half_line_branches, named, within
+from viscopade.kernels.formulas import ONE, W_ACCEPTED, W_CUT, ZERO, constants, half_line_branches, letter_terms, within
 from viscopade.kernels.kernel import Function, Kernel
-from viscopade.kernels.rounding import Rounded, arithmetic
+from viscopade.kernels.rounding import Rounded, rounded_reading
 from viscopade.kernels.rounding_bounds import (
     BITS,
     DIGITS,
     Part,
     Values,
-    largest,
+    largest_bound,
     log_error,
-    of_powers,
-    on_parts,
     parts_to,
-    refined,
+    powers_error,
+    refined_bounds,
     relative_error,
+    results_on_parts,
     rounding_of_w,
 )
 from viscopade.store import recorded
@@ -149,7 +149,7 @@ def half_line(accuracy: Exact) -> Kernel:
 
 def _chosen(accuracy: Exact) -> tuple[str, Powers, ProvenQuotient]:
     """Return the end of a kernel's name, and its powers and coefficients."""
-    wanted = accuracy_of(accuracy, LEAST)
+    wanted = checked_accuracy(accuracy, LEAST)
     form = compact_powers(wanted)
     return accuracy_name(wanted), form, compact_fit(form)
 
@@ -194,8 +194,8 @@ def _sizes(found: ProvenQuotient, result: str, form: Format) -> dict[str, str]:
 @recorded("compact powers")
 def compact_powers(wanted: Fraction) -> Powers:
     """Return the powers of the kernel with the fewest coefficients that is proven to be accurate enough."""
-    candidates = levelled(BEST, approximants.fit_half_line)
-    return first(wanted, candidates, lambda form: compact_fit(form).error("restitution"))
+    candidates = sampled_candidates(BEST, approximants.fit_half_line)
+    return first_accurate(wanted, candidates, lambda form: compact_fit(form).error("restitution"))
 
 
 @recorded("compact")
@@ -206,7 +206,7 @@ def compact_fit(form: Powers) -> ProvenQuotient:
     proof = certificate.prove(half_line_formula(best), Fraction(0), math.inf)
 
     def bounds(kind: Format) -> Iterator[ErrorBound]:
-        yield from on_machines(kind, lambda machine: _compact_bounds(form, a, b, proof.bound, machine))
+        yield from bounds_on_machines(kind, lambda machine: _compact_bounds(form, a, b, proof.bound, machine))
         yield from _half_line_bounds(form, a, b, proof.bound, HOSTS[kind.name])
 
     return proven_quotient(a, b, proof, bounds)
@@ -259,8 +259,8 @@ def body(form: Powers) -> CodeBranch:
     elastic, lost, inverse = Name("elastic"), Name("lost"), Name("inverse")
     program = (
         *powers("y", gaps(form.top) | gaps(form.bottom) | {SHIFT}),
-        Statement("elastic", by_powers("y", named("b", form.bottom))),
-        Statement("lost", Name(f"y{SHIFT}") * by_powers("y", named("a", form.top))),
+        Statement("elastic", by_powers("y", letter_terms("b", form.bottom))),
+        Statement("lost", Name(f"y{SHIFT}") * by_powers("y", letter_terms("a", form.top))),
         Statement("inverse", Call("divide", (ONE, elastic + lost))),
     )
     epsilon = Call("divide", (elastic, elastic + lost))
@@ -287,7 +287,7 @@ def check_formula(form: Powers, a: Values, b: Values) -> None:
     y, coefficients = fmpq_poly([0, 1]), constants(form, a, b)
     for name in ("elastic", "lost"):
         given = {"y": y, "v_star": y**3}
-        if exactly(own, name, given, coefficients) != exactly(proven, name, given, coefficients):
+        if exact_polynomial(own, name, given, coefficients) != exact_polynomial(proven, name, given, coefficients):
             raise ArithmeticError(f"{name} of the program is not that of the proven formula")
     by = Reading(Fraction, {"divide": lambda top, bottom: top / bottom})
     for speed, beta in product((Fraction(3), Fraction(5)), repeat=2):
@@ -353,11 +353,11 @@ def compact_rounding(form: Powers, a: Values, b: Values, machine: Arithmetic) ->
         # The speed is exact, and the slope of rebound that at constant speed.
         exact = {"speed": Rounded(arb(1), machine.form)}
         numbers, of_y = constants(form, a, b), partial(_error_of_y, machine)
-        on = on_parts(body(form), [*MEANINGS], "y", numbers, machine, lambda _: exact, of_y)
+        on = results_on_parts(body(form), [*MEANINGS], "y", numbers, machine, lambda _: exact, of_y)
         ranges = [_ends(machine.form), *([_COMMON_Y] if machine.form == FLOAT else [])]
         parts = [tuple(_parts(machine.form, *ends)) for ends in ranges]
         return {
-            name: tuple(rounded_up(largest(on, each, relative_error(name)), DIGITS) for each in parts)
+            name: tuple(rounded_up(largest_bound(on, each, relative_error(name)), DIGITS) for each in parts)
             for name in MEANINGS
         }
 
@@ -395,7 +395,7 @@ def _error_in_base(ln_base: arb, machine: Arithmetic, exact_y: arb) -> arb:
         "thirtieth": Rounded(ball_of(exact), form, ball_of(of_constant)),
     }
     branch = CodeBranch(None, (), {"y": root_of(Name("w"))})
-    y: Rounded = read(branch, ["y"], given, arithmetic(form, log2=log, exp2=exp))["y"]
+    y: Rounded = read(branch, ["y"], given, rounded_reading(form, log2=log, exp2=exp))["y"]
     reached = all(y.value.overlaps(end) for end in ends)
     if not (reached and ends[0] * (1 - ball_of(_WIDER)) < y.value < ends[1] * (1 + ball_of(_WIDER))):
         raise ArithmeticError("y of the program is not the root of w")
@@ -440,17 +440,21 @@ def _half_line_bounds(form: Powers, a: Values, b: Values, error: Fraction, machi
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_y, of_u = (
-            log_error(of_powers(branch, name, machine, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
+            log_error(powers_error(branch, name, machine, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
         )
         branches = (
-            on_parts(near, OF_V_STAR, "y", numbers, machine, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
-            on_parts(far, OF_V_STAR, "u", numbers, machine, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
+            results_on_parts(
+                near, OF_V_STAR, "y", numbers, machine, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y
+            ),
+            results_on_parts(
+                far, OF_V_STAR, "u", numbers, machine, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u
+            ),
         )
         for name in OF_V_STAR:
             # Both branches have the parts of [0, 1].
             # 1 - eps^2 may be a normal number where 1 - eps is half of the least one.
             of_normal = relative_error(name, ball_of(kind.least) / (1 + (name == OF_V_STAR[1])))
-            walks = [(on, refined(on, parts_to(Fraction(1)), of_normal)) for on in branches]
+            walks = [(on, refined_bounds(on, parts_to(Fraction(1)), of_normal)) for on in branches]
             size = max(size for _, parts in walks for size, _ in parts)
             underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
             yield ErrorBound(

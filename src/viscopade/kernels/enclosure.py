@@ -38,7 +38,7 @@ class Formula:
         """Return whether the formula's program near 0 has a result."""
         return result in self.near.results
 
-    def at(self, result: str, **given: arb_series) -> arb_series:
+    def near_zero(self, result: str, **given: arb_series) -> arb_series:
         """Return a result of the program near 0, given its inputs and roots.
 
         Raises
@@ -69,7 +69,7 @@ class Formula:
         return Run(branch.program, {**exact, **given}, _SERIES)
 
 
-def exactly(
+def exact_polynomial(
     branch: CodeBranch, name: str, variables: Mapping[str, fmpq_poly | bool], coefficients: Mapping[str, float]
 ) -> fmpq_poly:
     """Return a result or a variable of a branch without quotients as a polynomial, every operation being exact.

@@ -69,7 +69,7 @@ class Word(Expression):
     value: int | Callable[[Format], int]
     pattern: bool = True
 
-    def of(self, form: Format) -> int:
+    def value_in(self, form: Format) -> int:
         """Return the word for numbers of a format."""
         return self.value if isinstance(self.value, int) else self.value(form)
 

@@ -50,7 +50,7 @@ Number = TypeVar("Number")
 ZERO, ONE = Literal("0.0"), Literal("1.0")
 
 
-def named(letter: str, exponents: Iterable[int]) -> Terms:
+def letter_terms(letter: str, exponents: Iterable[int]) -> Terms:
     """Return a polynomial whose coefficients have the letter and the exponent for a name: a4 y^4."""
     return tuple((k, f"{letter}{k}") for k in exponents)
 
@@ -135,7 +135,7 @@ def losses(a: Sequence[Any], b: Sequence[Any]) -> dict[str, Any]:
 
 
 def _terms(given: Mapping[str, object], letter: str) -> Terms:
-    return named(letter, sorted(int(name[1:]) for name in given if name[0] == letter))
+    return letter_terms(letter, sorted(int(name[1:]) for name in given if name[0] == letter))
 
 
 def _in_v_star(top: Terms, bottom: Terms, results: Mapping[str, Expression]) -> CodeBranch:
@@ -163,7 +163,7 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     v_star, w, u = Name("v_star"), Name("w"), Name("u")
     elastic, lost = Name("elastic"), Name("lost")
     results = {"epsilon": elastic / (elastic + lost), "one_minus_epsilon": lost / (elastic + lost)}
-    top, bottom = named("a", form.top), named("b", form.bottom)
+    top, bottom = letter_terms("a", form.top), letter_terms("b", form.bottom)
     near = (
         Statement("y", Call("cbrt", (v_star,))),
         *powers("y", _needed(form)),
@@ -178,7 +178,7 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
         Statement("elastic", w * w * w * u * by_powers("u", bottom)),
         Statement("lost", by_powers("u", top)),
     )
-    loss_ratio = by_powers("y", named("a", form.top)) / (elastic + lost)
+    loss_ratio = by_powers("y", letter_terms("a", form.top)) / (elastic + lost)
     limit = by_powers("u", bottom) / (elastic + lost)
     return (
         CodeBranch(v_star <= ONE, near, results | {"loss_ratio": loss_ratio}),
@@ -214,7 +214,7 @@ def _needed(form: Powers) -> set[int]:
 
 def _sums(form: Powers, variable: str, shift: int) -> Program:
     """Return the assignments of N and D, or of the mirrored ones in u."""
-    top, bottom = named("a", form.top), named("b", form.bottom)
+    top, bottom = letter_terms("a", form.top), letter_terms("b", form.bottom)
     if variable == "u":
         top, bottom = _mirrored(top), _mirrored(bottom)
     return (

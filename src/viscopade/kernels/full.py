@@ -28,7 +28,7 @@ from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import PanelRow
 from viscopade.kernels.bound import INFINITY, End, ErrorBound
-from viscopade.kernels.enclosure import exactly
+from viscopade.kernels.enclosure import exact_polynomial
 from viscopade.kernels.expressions import (
     Call,
     CodeBranch,
@@ -46,7 +46,7 @@ from viscopade.kernels.expressions import (
 )
 from viscopade.kernels.formulas import FRACTION, NOT_NEGATIVE, ONE, ZERO, bits, count, from_bits, power_of_two
 from viscopade.kernels.kernel import Function, Kernel, Table
-from viscopade.kernels.rounding import Rounded, half_unit, of_branch
+from viscopade.kernels.rounding import Rounded, half_unit, rounded_results
 from viscopade.progress import track
 from viscopade.store import recorded
 
@@ -387,10 +387,10 @@ def check_panel_results() -> None:
     for elastic, loss in product((False, True), repeat=2):
         sums = panel_sums(loss)
         given: dict[str, fmpq_poly | bool] = {"t": t, "t1": t / 3, "t2": t * 2 / 3, "elastic": elastic}
-        p = sum((exactly(sums, name, given, numbers) for name in ("exact", "rest")), fmpq_poly([]))
+        p = sum((exact_polynomial(sums, name, given, numbers) for name in ("exact", "rest")), fmpq_poly([]))
         eps = 1 + p if elastic else p
         given["head"] = t**7 - 3  # any, as the loss of this sum makes up for what it lacks
-        if exactly(sums, "result", given, numbers) != (1 - eps if loss else eps):
+        if exact_polynomial(sums, "result", given, numbers) != (1 - eps if loss else eps):
             raise ArithmeticError("the results of a panel are not eps and 1 - eps")
 
 
@@ -420,7 +420,7 @@ def panel_bound(index: int, loss: bool) -> Fraction:
         p, t = arb_poly(panel.p)(interval_ball(low, high)), interval_ball(panel.half * low, panel.half * high)
         given = _given_error(panel, difference, p)
         numbers = rounded_numbers(COLUMNS, row, t=t, t2=interval_ball(Fraction(0), _step(panel)))
-        rest = of_branch(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
+        rest = rounded_results(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
         if loss == panel.elastic:
             return _in_ulp(rest.absolute + given, p)
         # The leading part's sum with 1 leaves at most half an ulp of 1 to be added to the rest.
@@ -439,7 +439,7 @@ def _given_error(panel: SmallerOnPanel, difference: Fraction, values: arb) -> ar
 def _exactly(row: Sequence[float], t: fmpq_poly) -> fmpq_poly:
     """Return what a row stands for, exactly, however t_1 and t_2 share t between them."""
     given, numbers = {"t": t, "t1": t / 3, "t2": t * 2 / 3}, dict(zip(COLUMNS, row, strict=True))
-    return sum((exactly(panel_sums(False), name, given, numbers) for name in ("exact", "rest")), fmpq_poly([]))
+    return sum((exact_polynomial(panel_sums(False), name, given, numbers) for name in ("exact", "rest")), fmpq_poly([]))
 
 
 def _check_head(panel: SmallerOnPanel, row: Sequence[float]) -> None:
@@ -458,10 +458,10 @@ def _near_bound() -> Fraction:
     given = (2 * arb(ratio[0]) - least).abs_upper() * ball_of(TABLE_ERROR)  # of the largest value
     x = fmpq_poly([0, to_fmpq(NEAR)])
     inputs = {"v_star": x, "w": 2 * x, "high": x / 3}  # w is v* times any power of 2, `high` any part of it
-    machine = exactly(sums, "result", inputs, constants) / 4
+    machine = exact_polynomial(sums, "result", inputs, constants) / 4
     given += _greatest_on_unit(_over_square(machine) - ratio)
     numbers = rounded_numbers(list(constants), list(constants.values()), v_star=interval_ball(Fraction(0), NEAR))
-    error = _product_error(constants["c_high"], of_branch(sums, ["factor"], numbers, DOUBLE)["factor"]) + given
+    error = _product_error(constants["c_high"], rounded_results(sums, ["factor"], numbers, DOUBLE)["factor"]) + given
     lost: Fraction = magnitude(error.abs_upper() / least) * 2**DOUBLE.precision
     # Intermediate results that underflow are below 2^-60 ulp of a result of at least 2^(2 TINY).
     return Fraction(1, 2) + lost + Fraction(1, 2**60)
@@ -483,5 +483,5 @@ def _near_one_bound() -> Fraction:
     machine = -_exactly(row, fmpq_poly([0, to_fmpq(NEAR)]))
     given = most * ball_of(TABLE_ERROR) + _greatest_on_unit(_over_square(machine) - ratio)
     x = interval_ball(Fraction(0), NEAR)
-    rest = of_branch(panel_sums(False), ["rest"], rounded_numbers(COLUMNS, row, t=x, t2=x), DOUBLE)["rest"]
+    rest = rounded_results(panel_sums(False), ["rest"], rounded_numbers(COLUMNS, row, t=x, t2=x), DOUBLE)["rest"]
     return _in_ulp(rest.absolute + given * ball_of(NEAR**2), 1 - rest.value.abs_upper() * 2)

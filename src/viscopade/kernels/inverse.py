@@ -22,12 +22,12 @@ from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.coefficients import (
     ProvenQuotient,
     accuracy_name,
-    accuracy_of,
-    first,
-    levelled,
-    on_machines,
+    bounds_on_machines,
+    checked_accuracy,
+    first_accurate,
     powers_text,
     proven_quotient,
+    sampled_candidates,
 )
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Name, Statement, both
@@ -37,13 +37,13 @@ from viscopade.kernels.rounding_bounds import (
     BITS,
     DIGITS,
     Values,
-    below_root,
-    largest,
+    largest_bound,
     log_error,
-    of_powers,
-    on_parts,
     parts_from,
+    power_of_two_below_root,
+    powers_error,
     relative_error,
+    results_on_parts,
 )
 from viscopade.store import recorded
 
@@ -64,7 +64,7 @@ def inverse(accuracy: Exact) -> Kernel:
     TypeError, ValueError
         If the argument is not of this kind.
     """
-    wanted = accuracy_of(accuracy, LEAST, "inverse")
+    wanted = checked_accuracy(accuracy, LEAST, "inverse")
     powers = inverse_powers(wanted)
     found, name, domain = inverse_fit(powers), f"inverse_{accuracy_name(wanted)}", "0 < eps <= 1"
     text = f"v* = y^{SHIFT} N/D, y = ((1 - eps)/eps)^({ROOT}), {powers_text(powers)}"
@@ -124,8 +124,8 @@ def _functions(powers: Powers) -> tuple[Function, ...]:
 @recorded("inverse powers")
 def inverse_powers(wanted: Fraction) -> Powers:
     """Return the powers of the kernel with the fewest coefficients that is proven to be accurate enough."""
-    candidates = levelled(approximants.BEST, approximants.fit_inverse)
-    return first(wanted, candidates, lambda powers: inverse_fit(powers).error("v_star"))
+    candidates = sampled_candidates(approximants.BEST, approximants.fit_inverse)
+    return first_accurate(wanted, candidates, lambda powers: inverse_fit(powers).error("v_star"))
 
 
 @recorded("inverse")
@@ -135,7 +135,7 @@ def inverse_fit(powers: Powers) -> ProvenQuotient:
     a, b = (tuple(map(float, values)) for values in (best.a, best.b))
     proof = certificate.prove_inverse(inverse_formula(best))
     return proven_quotient(
-        a, b, proof, lambda form: on_machines(form, lambda machine: _bounds(powers, a, b, proof, machine))
+        a, b, proof, lambda form: bounds_on_machines(form, lambda machine: _bounds(powers, a, b, proof, machine))
     )
 
 
@@ -174,15 +174,17 @@ def inverse_rounding(powers: Powers, a: Values, b: Values, machine: Arithmetic) 
 
         def of_root(variable: str, y: arb) -> arb:
             log = abs(y.log()) / ball_of(ROOT)
-            return log_error(of_powers(branches[variable], variable, machine, {"epsilon": 0, "loss": unit}, log, ROOT))
+            return log_error(
+                powers_error(branches[variable], variable, machine, {"epsilon": 0, "loss": unit}, log, ROOT)
+            )
 
-        start = below_root(machine.form.smallest, ROOT)
+        start = power_of_two_below_root(machine.form.smallest, ROOT)
         numbers = formulas.constants(powers, a, b)
         on_branches = (
-            on_parts(branch, ("v_star",), variable, numbers, machine, log_error=partial(of_root, variable))
+            results_on_parts(branch, ("v_star",), variable, numbers, machine, log_error=partial(of_root, variable))
             for variable, branch in branches.items()
         )
         parts = [*parts_from(start, Fraction(1))]
-        relative = max(largest(on, parts, relative_error("v_star")) for on in on_branches)
-        beta = of_powers(formulas.beta_branch(), "beta", machine, {"speed": 0, "v_star": relative})
+        relative = max(largest_bound(on, parts, relative_error("v_star")) for on in on_branches)
+        beta = powers_error(formulas.beta_branch(), "beta", machine, {"speed": 0, "v_star": relative})
         return {"v_star": rounded_up(relative, DIGITS), "beta": rounded_up(beta, DIGITS)}

@@ -176,7 +176,7 @@ class Kernel:
         Why a format is left out, by its name.
     record : mapping
         The formula for tables, as JSON-able data: coefficients as decimals, domain, measure, …
-    elsewhere : Kernel or None
+    fallback : Kernel or None
         For functions of the speed: the kernel of v* whose functions their second branch calls, in type double.
     proofs : tuple of (mapping, Certificate)
         What independent checkers need to check the bounds: JSON-able data, and a certificate.
@@ -202,7 +202,7 @@ class Kernel:
     missing: Mapping[str, str] = field(default_factory=dict)
     record: Mapping[str, Any] = field(default_factory=dict)
     proofs: tuple[Proof, ...] = ()
-    elsewhere: Kernel | None = None
+    fallback: Kernel | None = None
     normal: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -242,7 +242,7 @@ class Kernel:
         ]
         return sorted(found, key=lambda b: (b.high - b.low, b.speeds is None))
 
-    def in_table(self, result: str, form: str) -> ErrorBound:
+    def table_bound(self, result: str, form: str) -> ErrorBound:
         """Return the bound for the arguments of a speed table that lead to its table, on a host."""
         return next(b for b in self.bound(result, "host", form, 0) if b.branch == 0)
 

@@ -47,7 +47,12 @@ def machine_arithmetic(form: Format) -> Reading:
         "uint64": np.uint64,
     }
     return Reading(
-        kind, functions, word=lambda constant: word(constant.of(form)), choose=np.where, row=_rows_at, column=_column
+        kind,
+        functions,
+        word=lambda constant: word(constant.value_in(form)),
+        choose=np.where,
+        row=_rows_at,
+        column=_column,
     )
 
 
@@ -67,7 +72,7 @@ def _column(row: Any, index: int) -> Any:
     return row[..., index]
 
 
-def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Format) -> Any:
+def branch_value(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Format) -> Any:
     """Return a result of a branch, or one of its variables, for inputs and constants: numbers or arrays of a format."""
     return read(branch, [result], given, machine_arithmetic(form))[result]
 
@@ -106,14 +111,14 @@ def _where(here: Any, function: Function, given: Mapping[str, Any]) -> dict[str,
     return {**given, **{argument: given[argument][here] for argument in function.arguments}}
 
 
-def located(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> tuple[Any, Any]:
+def values_and_branches(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> tuple[Any, Any]:
     """Return a function's results on numbers or arrays, and the index of the branch that gives each.
 
     Outside the domain, and where no guard holds, they are NaN and -1. In a narrower type than a table's, results are
     computed in the table's type, and rounded.
     """
     if form != DOUBLE and any(table.form == DOUBLE.name for table in kernel.tables):
-        found, taken = located(kernel, name, *(np.asarray(x, TYPES[form.name]) for x in arguments))
+        found, taken = values_and_branches(kernel, name, *(np.asarray(x, TYPES[form.name]) for x in arguments))
         return found.astype(TYPES[form.name]), taken
     function, by = kernel.function(name).pruned, machine_arithmetic(form)
     given = _given(kernel, function, arguments, form)
@@ -125,8 +130,8 @@ def located(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -
             if not here.any():
                 continue
             branch, inner = function.branches[index], _where(here, function, given)
-            if kernel.elsewhere is not None and index > 0:
-                found[here] = _in_double(kernel, kernel.elsewhere, function, branch, inner)
+            if kernel.fallback is not None and index > 0:
+                found[here] = _in_double(kernel, kernel.fallback, function, branch, inner)
             else:
                 run = Run((*function.start, *branch.program), {**inner, **tables}, by)
                 found[here] = evaluate(branch.results[function.result], run, by)
@@ -137,7 +142,7 @@ def located(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -
 def _in_double(kernel: Kernel, called: Kernel, function: Function, branch: CodeBranch, given: Mapping[str, Any]) -> Any:
     """Return results of a branch that calls functions of another kernel, in type double."""
     by = machine_arithmetic(DOUBLE)
-    calls = {f"viscopade_{f.name}_{called.name}": partial(evaluated, called, f.name) for f in called.functions}
+    calls = {f"viscopade_{f.name}_{called.name}": partial(function_values, called, f.name) for f in called.functions}
     by = replace(by, functions={**by.functions, **calls})
     given = _given(kernel, function, [given[argument] for argument in function.arguments], DOUBLE)
     return read(branch, [function.result], given, by)[function.result]
@@ -150,9 +155,9 @@ def taken_branch(kernel: Kernel, name: str, *arguments: float) -> int:
     return next(index for index, here in _branches(function, given, by) if here)
 
 
-def evaluated(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> Any:
+def function_values(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> Any:
     """Return a function's results on numbers or arrays, operation by operation as code computes; NaN outside."""
-    return located(kernel, name, *arguments, form=form)[0]
+    return values_and_branches(kernel, name, *arguments, form=form)[0]
 
 
 def is_normal(kernel: Kernel, name: str, *arguments: float, form: Format = DOUBLE) -> bool:

@@ -132,7 +132,7 @@ def _by_numpy(speed: Array, beta: Array) -> Array:
     from viscopade.kernels.speed_table import speed_table  # loads FLINT
 
     speed, beta, form = speed.astype(np.float64), beta.astype(np.float64), speed.dtype
-    return np.asarray(machine.evaluated(speed_table("full"), "restitution", speed, beta)).astype(form, copy=False)
+    return np.asarray(machine.function_values(speed_table("full"), "restitution", speed, beta)).astype(form, copy=False)
 
 
 def compiled_restitution(instructions: str | None = None) -> np.ufunc:

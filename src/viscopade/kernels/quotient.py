@@ -31,16 +31,25 @@ from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.coefficients import (
     ProvenQuotient,
     accuracy_name,
-    accuracy_of,
-    on_machines,
+    bounds_on_machines,
+    checked_accuracy,
     proven_quotient,
 )
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import CodeBranch, Expression, Name, both
 from viscopade.kernels.formulas import ZERO, within
 from viscopade.kernels.kernel import Function, Kernel
-from viscopade.kernels.rounding_bounds import BITS, DIGITS, Found, Part, largest, on_parts, parts_from, relative_error
-from viscopade.kernels.v_star import Beyond, of_computed_v_star, of_v_star, restitution
+from viscopade.kernels.rounding_bounds import (
+    BITS,
+    DIGITS,
+    Part,
+    RoundedResults,
+    largest_bound,
+    parts_from,
+    relative_error,
+    results_on_parts,
+)
+from viscopade.kernels.v_star import JustBeyond, eps_error_from_v_star, restitution_function, speed_bounds
 from viscopade.progress import track
 from viscopade.store import recorded
 from viscopade.theory.law import Law
@@ -238,15 +247,15 @@ def proven_pade(m: int, n: int) -> ProvenPade:
     for form in FORMATS.values():
         with suppress(ValueError):
             bare.rounded(form)
-            bounds += on_machines(form, lambda machine: _bounds(bare.label, *bare.reduced, found, machine))
-    of_speed = (b for bound in bounds for b in of_computed_v_star(bound, _beyond(bare, bound)))
+            bounds += bounds_on_machines(form, lambda machine: _bounds(bare.label, *bare.reduced, found, machine))
+    of_speed = (b for bound in bounds for b in speed_bounds(bound, _beyond(bare, bound)))
     return replace(bare, certificates=tuple(found), bounds=(*bounds, *of_speed))
 
 
-def _beyond(approximant: ProvenPade, bound: ErrorBound) -> Beyond | None:
+def _beyond(approximant: ProvenPade, bound: ErrorBound) -> JustBeyond | None:
     """Return what holds just beyond the end of a bound of eps."""
     machine, high = bound.arithmetic, Fraction(bound.high)
-    end = high * (1 + of_v_star(machine))
+    end = high * (1 + eps_error_from_v_star(machine))
     if 2 ** threshold(approximant.label, *approximant.reduced, machine.form) < end:
         return None
     with working(BITS):
@@ -257,7 +266,7 @@ def _beyond(approximant: ProvenPade, bound: ErrorBound) -> Beyond | None:
             return None
         steepness = magnitude(abs(found.slope) * found.value / smaller) / STEEPEST
         last = magnitude(relative_error("epsilon")(every) * (1 + ball_of(bound.formula)))
-    return Beyond(max(Fraction(1), steepness), max(bound.last, last))
+    return JustBeyond(max(Fraction(1), steepness), max(bound.last, last))
 
 
 def without_proof(approximant: Pade) -> ProvenPade:
@@ -299,7 +308,7 @@ def accurate_quotient(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0)
     (The formula's error is relative to the smaller of eps and 1 - eps, the rounding error to eps.)
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
-    return _accurate(accuracy_of(accuracy, minimax.SMALLEST_ERROR), *minimax.interval_of(v_star_min, v_star_max))
+    return _accurate(checked_accuracy(accuracy, minimax.SMALLEST_ERROR), *minimax.interval_of(v_star_min, v_star_max))
 
 
 @lru_cache(maxsize=256)
@@ -329,8 +338,8 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> ProvenQuoti
     proof = certificate.prove(quotient_formula(*exact), *fit.interval)
 
     def bounds(form: Format) -> list[ErrorBound]:
-        of_eps = list(on_machines(form, lambda machine: _bounds(fit.label, *exact, [proof], machine)))
-        return [*of_eps, *(b for bound in of_eps for b in of_computed_v_star(bound))]
+        of_eps = list(bounds_on_machines(form, lambda machine: _bounds(fit.label, *exact, [proof], machine)))
+        return [*of_eps, *(b for bound in of_eps for b in speed_bounds(bound))]
 
     return proven_quotient(a, b, proof, bounds, limit)
 
@@ -415,7 +424,7 @@ def _kernel(name: str, label: str, given: Mapping[str, _Given], bounds: Sequence
         v_star, above_it = Name("v_star"), Name("threshold") < Name("v_star")
         guard = both(above_it, v_star <= Name("high")) if ends else above_it
         branches = (CodeBranch(guard, beyond.program, beyond.results), *branches)
-    functions = (Function("epsilon", ("v_star",), "eps", None, (), branches, "epsilon"), restitution(branches))
+    functions = (Function("epsilon", ("v_star",), "eps", None, (), branches, "epsilon"), restitution_function(branches))
     top, bottom = (
         " + ".join(c if i == 0 else f"{c} v*" if i == 1 else f"{c} v*^{i}" for i, c in _terms(coefficients, letter))
         for letter in "ab"
@@ -505,13 +514,13 @@ def quotient_rounding(
         If numerator or denominator may vanish.
     """
     with working(BITS):
-        return largest(_computed(a, b, machine), parts_from(low, high), relative_error("epsilon"))
+        return largest_bound(_computed(a, b, machine), parts_from(low, high), relative_error("epsilon"))
 
 
-def _computed(a: Sequence[Fraction], b: Sequence[Fraction], machine: Arithmetic) -> Callable[[Part], Found]:
+def _computed(a: Sequence[Fraction], b: Sequence[Fraction], machine: Arithmetic) -> Callable[[Part], RoundedResults]:
     """Return the computed quotient on parts of v*."""
     given = formulas.dense(a=a, b=b)
-    return on_parts(formulas.epsilon_branches(given)[0], ("epsilon",), "v_star", given, machine)
+    return results_on_parts(formulas.epsilon_branches(given)[0], ("epsilon",), "v_star", given, machine)
 
 
 # --- errors for the command line --------------------------------------------------------------------------------------

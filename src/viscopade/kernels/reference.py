@@ -89,7 +89,7 @@ class Rows:
         """
         odds_ratio = self.loss_ratio / self.epsilon * arb(1, 3 * panel_proof.proven_error())
         own = self.y * power_of_series(odds_ratio, Fraction(1, 2 * self.power))
-        return power_of_series(odds_ratio, Fraction(1, 2)) * formula.at("ratio", y=own)
+        return power_of_series(odds_ratio, Fraction(1, 2)) * formula.near_zero("ratio", y=own)
 
     def _on_panel(self, coefficients: Sequence[arb]) -> arb_series:
         return polynomial(coefficients, (self.v_star - arb(float(CENTRES[self.panel]))) / self.half)

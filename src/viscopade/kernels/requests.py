@@ -62,7 +62,7 @@ _TABLES: Mapping[str, Callable[[Sequence[Kernel], str], str]] = {
     "vectors": vectors.render,
 }
 
-_GROUPS = {name: catalogue.request_of(name) for name in ("pade", "minimax", "compact", "inverse")}
+_GROUPS = {name: catalogue.group_request(name) for name in ("pade", "minimax", "compact", "inverse")}
 PAPER, RECOMMENDED, COMPACT, INVERSE = _GROUPS.values()
 _WITH_TABLES = next(name for name in LANGUAGES if language(name).table)
 

@@ -55,7 +55,7 @@ class Rounded:
         self.change = value * self.slope
 
     def __add__(self, other: Rounded) -> Rounded:
-        return self.plus(other)._rounded(_NOTHING)
+        return self.exact_sum(other)._rounded(_NOTHING)
 
     def __sub__(self, other: Rounded) -> Rounded:
         return self + -other
@@ -64,14 +64,14 @@ class Rounded:
         return self._with(-self.value, self.relative, self.underflow, self.absolute, -self.change, self.slope)
 
     def __mul__(self, other: Rounded) -> Rounded:
-        return self.times(other)._rounded(_half(self.form))
+        return self.exact_product(other)._rounded(_half(self.form))
 
     def __truediv__(self, other: Rounded) -> Rounded:
-        return self.over(other)._rounded(_half(self.form))
+        return self.exact_quotient(other)._rounded(_half(self.form))
 
     # Operations that are exact, so that only the errors of their operands count.
 
-    def plus(self, other: Rounded) -> Rounded:
+    def exact_sum(self, other: Rounded) -> Rounded:
         """Return the sum if it is exact."""
         value, change = self.value + other.value, self.change + other.change
         absolute = self.absolute + other.absolute
@@ -89,7 +89,7 @@ class Rounded:
         slope = _narrower(self.slope + (other.slope - self.slope) * of_other, change / value)
         return self._with(value, relative, underflow, absolute, change, slope)
 
-    def times(self, other: Rounded) -> Rounded:
+    def exact_product(self, other: Rounded) -> Rounded:
         """Return the product if it is exact."""
         value, change = self.value * other.value, self.change * other.value + self.value * other.change
         slope = self.slope + other.slope
@@ -104,7 +104,7 @@ class Rounded:
         underflow = self.underflow * of_other + other.underflow * (of_self + self.underflow)
         return self._with(value, relative, underflow, absolute, change, slope)
 
-    def over(self, other: Rounded) -> Rounded:
+    def exact_quotient(self, other: Rounded) -> Rounded:
         """Return the quotient if it is exact.
 
         Raises
@@ -230,19 +230,19 @@ def _power_of_two(exponent: int) -> arb:
 
 
 @lru_cache(maxsize=16)
-def arithmetic(form: Format, **functions: Callable[..., Rounded]) -> Reading:
+def rounded_reading(form: Format, **functions: Callable[..., Rounded]) -> Reading:
     """Return how programs are read with rounded numbers of a type; `functions` are those that they call."""
 
     @cache
     def literal(text: str) -> Rounded:
         return Rounded(arb(form.nearest(Fraction(text))), form)
 
-    exactly = {"+": Rounded.plus, "*": Rounded.times, "/": Rounded.over}
+    exactly = {"+": Rounded.exact_sum, "*": Rounded.exact_product, "/": Rounded.exact_quotient}
     return Reading(literal, functions, exactly=exactly)
 
 
-def of_branch(
+def rounded_results(
     branch: CodeBranch, names: Sequence[str], given: Mapping[str, Rounded], form: Format
 ) -> dict[str, Rounded]:
     """Return results or variables of a branch that calls no function, given its inputs, constants and roots."""
-    return read(branch, names, given, arithmetic(form))
+    return read(branch, names, given, rounded_reading(form))

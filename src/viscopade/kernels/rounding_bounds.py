@@ -21,7 +21,7 @@ from viscopade.arithmetic.formats import Format
 from viscopade.kernels import formulas
 from viscopade.kernels.arithmetic import HOST, Arithmetic
 from viscopade.kernels.expressions import CodeBranch, Reading, read
-from viscopade.kernels.rounding import Rounded, arithmetic, of_branch
+from viscopade.kernels.rounding import Rounded, rounded_reading, rounded_results
 
 BITS = 128
 PARTS = 32  # of the values of y, at first
@@ -34,7 +34,7 @@ _STEP = Fraction(5, 4)  # (1 + 1/9)^5 < 2: powers of a ball of this width do not
 
 Values = tuple[float, ...]
 Part = tuple[Fraction, Fraction]
-Found = Mapping[str, Rounded]
+RoundedResults = Mapping[str, Rounded]
 Result = TypeVar("Result")
 
 
@@ -47,7 +47,7 @@ class _Decimal(Rounded):
         super().__init__(ball_of(self.nearest), kind)
 
 
-def of_powers(
+def powers_error(
     branch: CodeBranch,
     result: str,
     machine: Arithmetic,
@@ -90,20 +90,20 @@ def of_powers(
     def refused(*_: Rounded) -> Rounded:
         raise ValueError("expected products and quotients: a sum has other errors")
 
-    by = reading(machine, pow=power, sqrt=sqrt, cbrt=cbrt)
+    by = machine_reading(machine, pow=power, sqrt=sqrt, cbrt=cbrt)
     operations = {**by.operations, **dict.fromkeys("+-", refused)}
     by = replace(by, literal=lambda text: _Decimal(text, form), operations=operations)
     found: Rounded = read(branch, [result], given, by)[result]
     return found.relative
 
 
-def reading(machine: Arithmetic, **functions: Callable[..., Rounded]) -> Reading:
+def machine_reading(machine: Arithmetic, **functions: Callable[..., Rounded]) -> Reading:
     """Return how programs are read with rounded numbers of a machine, whose quotients may be off by more than half."""
 
     def divided(top: Rounded, bottom: Rounded) -> Rounded:
-        return top.over(bottom).with_error(ball_of(machine.quotient * machine.ulp))
+        return top.exact_quotient(bottom).with_error(ball_of(machine.quotient * machine.ulp))
 
-    by = arithmetic(machine.form, divide=divided, **functions)
+    by = rounded_reading(machine.form, divide=divided, **functions)
     return by if machine.quotient == HOST.quotient else replace(by, operations={"/": divided})
 
 
@@ -112,7 +112,9 @@ def rounding_of_w(form: Format) -> Fraction:
     """Return a bound of the relative error of w = beta^5 speed, where all products as computed are normal numbers."""
     with working(BITS):
         normal = Rounded(arb(1).union(arb(2)), form)
-        w = of_branch(CodeBranch(None, formulas.w_program(), {}), ["w"], {"beta": normal, "speed": normal}, form)["w"]
+        w = rounded_results(CodeBranch(None, formulas.w_program(), {}), ["w"], {"beta": normal, "speed": normal}, form)[
+            "w"
+        ]
         return exact_middle(w.relative)
 
 
@@ -129,7 +131,7 @@ def _of_pow(meant: Fraction, given: Fraction, machine: Arithmetic, log: arb | No
     return (log_error(ball_of(machine.power) * ball_of(machine.ulp)) + of_exponent).abs_upper()
 
 
-def on_parts(
+def results_on_parts(
     branch: CodeBranch,
     results: Sequence[str],
     variable: str,
@@ -137,7 +139,7 @@ def on_parts(
     machine: Arithmetic,
     inputs: Callable[[arb], dict[str, Rounded]] = lambda _: {},
     log_error: Callable[[arb], arb] = lambda _: arb(0),
-) -> Callable[[Part], Found]:
+) -> Callable[[Part], RoundedResults]:
     """Return a function from a part of the values of a variable to the results of a branch there.
 
     It is to be used within `balls.working`, and raises an ArithmeticError where a sum may vanish.
@@ -156,11 +158,11 @@ def on_parts(
     log_error : callable
         Bounds the error of the variable's logarithm, from the variable.
     """
-    form, by = machine.form, reading(machine)
+    form, by = machine.form, machine_reading(machine)
     numbers = {name: _coefficient(Fraction(c), form) for name, c in coefficients.items()}
 
     @cache
-    def on(part: Part) -> Found:
+    def on(part: Part) -> RoundedResults:
         exact = interval_ball(*part)
         error = log_error(exact)
         y = exact * arb(0, error).exp()  # with all that are computed for it
@@ -175,22 +177,22 @@ def _coefficient(exact: Fraction, form: Format) -> Rounded:
     return Rounded(ball_of(exact), form, ball_of(abs(Fraction(form.nearest(exact)) / exact - 1)))
 
 
-def relative_error(name: str, least: arb | int = 0) -> Callable[[Found], arb]:
-    """Return the bound of the relative error of a result whose value is at least `least`, for `largest`."""
+def relative_error(name: str, least: arb | int = 0) -> Callable[[RoundedResults], arb]:
+    """Return the bound of the relative error of a result whose value is at least `least`, for `largest_bound`."""
 
-    def bound(found: Found) -> arb:
+    def bound(found: RoundedResults) -> arb:
         number = found[name]
         return (number.relative + number.underflow / number.value.abs_lower().max(arb(least))).abs_upper()
 
     return bound
 
 
-def largest(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]) -> arb:
-    """Return a bound over all parts; arguments and errors as for `refined`."""
-    return max(size for size, _ in refined(on, parts, bound))
+def largest_bound(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]) -> arb:
+    """Return a bound over all parts; arguments and errors as for `refined_bounds`."""
+    return max(size for size, _ in refined_bounds(on, parts, bound))
 
 
-def refined(
+def refined_bounds(
     on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]
 ) -> list[tuple[arb, Part]]:
     """Return parts with their bounds: the part with the largest bound is halved while that lowers it noticeably.
@@ -255,7 +257,7 @@ def parts_from(start: Fraction, end: Fraction) -> Iterator[Part]:
     yield from ((max(low, start), high) for low, high in parts_to(end) if high > start)
 
 
-def below_root(number: Fraction, root: Fraction) -> Fraction:
+def power_of_two_below_root(number: Fraction, root: Fraction) -> Fraction:
     """Return a power of 2 that is at most the root of a power of 2."""
     exponent = number.denominator.bit_length() - 1
     return Fraction(1, 2 ** -(-exponent * root.numerator // root.denominator))

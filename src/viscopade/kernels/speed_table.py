@@ -49,7 +49,7 @@ from viscopade.kernels import formulas, rounding_bounds, truth
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT, Arithmetic
 from viscopade.kernels.bound import INFINITY, ErrorBound, weakest
 from viscopade.kernels.compact import half_line
-from viscopade.kernels.enclosure import exactly, polynomial
+from viscopade.kernels.enclosure import exact_polynomial, polynomial
 from viscopade.kernels.expressions import (
     Call,
     CodeBranch,
@@ -70,9 +70,9 @@ from viscopade.kernels.expressions import (
 from viscopade.kernels.formulas import OCTAVES, ZERO, bits, count, from_bits, lost_energy, octaves, power_of_two
 from viscopade.kernels.full import full, sum_with_error
 from viscopade.kernels.kernel import Function, Kernel, Table
-from viscopade.kernels.machine import computed
-from viscopade.kernels.rounding import Rounded, half_unit, of_branch
-from viscopade.kernels.v_star import USUAL, of_v_star
+from viscopade.kernels.machine import branch_value
+from viscopade.kernels.rounding import Rounded, half_unit, rounded_results
+from viscopade.kernels.v_star import USUAL, eps_error_from_v_star
 from viscopade.progress import track
 from viscopade.store import recorded
 
@@ -286,7 +286,7 @@ class Polynomials(Layout):
     def machine(self, index: int, m: fmpq_poly) -> fmpq_poly:
         """Return a row's p, exactly."""
         variable = m - to_fmpq(self.origin(index))
-        return exactly(self.sums(), "p", {self.variable: variable}, self.coefficients(index))
+        return exact_polynomial(self.sums(), "p", {self.variable: variable}, self.coefficients(index))
 
     def bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> Bounds:
         """Bound the errors relative to the smaller of eps and 1 - eps: of p, and of what rounding does in each type."""
@@ -308,7 +308,7 @@ class Polynomials(Layout):
             given = {name: Rounded(arb(c), form) for name, c in self.coefficients(index).items()}
             middle = ball_of(piece.centre - self.origin(index))
             given[self.variable] = Rounded(middle + ball_of(piece.half) * arb(0, 1), form)
-            return exact_middle(of_branch(self.sums(), ["p"], given, form)["p"].absolute)
+            return exact_middle(rounded_results(self.sums(), ["p"], given, form)["p"].absolute)
 
     def rise_after(self, index: int) -> Fraction:
         """Return the increase of eps from a row to the next, relative to the smaller of eps and 1 - eps, exactly."""
@@ -354,7 +354,7 @@ class HalfWords(Polynomials):
     def coefficients(self, index: int) -> dict[str, float]:
         """Return the coefficients of a row by name, as code reads them."""
         numbers, last = dict(zip(self.columns, self.rows[index], strict=True)), self.names[-1]
-        return numbers | {last: float(computed(CodeBranch(None, self.unpacking, {}), last, numbers, DOUBLE))}
+        return numbers | {last: float(branch_value(CodeBranch(None, self.unpacking, {}), last, numbers, DOUBLE))}
 
     def origin(self, index: int) -> Fraction:
         """Return the middle of a row, in m."""
@@ -400,7 +400,7 @@ class LastPlace(Layout):
     def bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> Bounds:
         """Bound the error of eps in ulp of the true value, and the relative one of p; w is exact."""
         t = fmpq_poly([to_fmpq(piece.centre - self.centre(index)), to_fmpq(piece.half)])
-        machine = exactly(self.sums(), "p", {"t": t}, dict(zip(self.names, self.rows[index], strict=True)))
+        machine = exact_polynomial(self.sums(), "p", {"t": t}, dict(zip(self.names, self.rows[index], strict=True)))
         given = greatest(machine - piece.p, parts) + piece.error
         least, most, base = piece.least, piece.most, self.base(index)
         if not 0 < least <= most < 1:
@@ -419,7 +419,7 @@ class LastPlace(Layout):
             # Both leading operands are normal numbers of which the first is the larger: Fast2Sum is exact.
             lost = half_unit(1 + given["high"].value, DOUBLE) if self.base(index) else arb(0)
             given["lost"] = Rounded(arb(0, lost), DOUBLE)
-            found = of_branch(self.sums(), ["rest", "lost"], given, DOUBLE)
+            found = rounded_results(self.sums(), ["rest", "lost"], given, DOUBLE)
             return exact_middle(found["rest"].absolute), exact_middle((found["lost"] + found["rest"]).absolute)
 
 
@@ -453,7 +453,7 @@ def _panel_at(exponent: int, m: Fraction) -> int:
 def _smaller_at(w: Fraction, base: int) -> Fraction:
     """Return p at a point, to far more digits than a double has."""
     with working(_BITS):
-        portions = truth.at(w)
+        portions = truth.portions_of_w(w)
         return exact_middle(-portions.loss if base else portions.epsilon)
 
 
@@ -528,7 +528,7 @@ def check_results(layout: Layout) -> None:
     for base in (0, 1):
         numbers = {name: 1.375 + n for n, name in enumerate(layout.names)} | {"base": base, "rest_of_base": 1 - base}
         given = {"m": x, "t": x, "speed": speed, "head": head}
-        found = {name: exactly(branch, name, given, numbers) for name in ("p", *branch.results)}
+        found = {name: exact_polynomial(branch, name, given, numbers) for name in ("p", *branch.results)}
         eps = found["p"] + base
         if found != {"p": eps - base, "restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps * eps}:
             raise ArithmeticError("the results of a speed table are not eps = base + p, eps speed, and 1 - eps^2")
@@ -669,7 +669,7 @@ def speed_table(accuracy: str) -> Kernel:
         },
         tuple(_bounds(layout, elsewhere)),
         (Table("table", layout.form.name, (layout.size, len(layout.columns)), lambda: layout.rows),),
-        elsewhere=elsewhere,
+        fallback=elsewhere,
     )
 
 
@@ -746,7 +746,7 @@ def _inside(layout: Layout, name: str, form: Format) -> ErrorBound:
 def _outside(elsewhere: Kernel, name: str, usual: bool) -> ErrorBound:
     """Return the bound where the kernel of v* serves, in type double."""
     eps, loss = (elsewhere.bound(function, "host", "double")[-1] for function in ("epsilon", "one_minus_epsilon"))
-    speeds, rounding = (1 / USUAL, USUAL) if usual else None, of_v_star(largest=USUAL if usual else None)
+    speeds, rounding = (1 / USUAL, USUAL) if usual else None, eps_error_from_v_star(largest=USUAL if usual else None)
     if name == "restitution":
         return replace(eps, result=name, relative_to="smaller", rounding=rounding, speeds=speeds)
     of_both = _relative(eps) + (_relative(loss) if name == "dissipation" else 0)

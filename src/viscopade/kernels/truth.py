@@ -24,12 +24,12 @@ SHARP = Fraction(1, 10**1000), Fraction(10) ** 100
 
 
 @lru_cache(maxsize=4096)
-def at(w: Fraction) -> Portions:
+def portions_of_w(w: Fraction) -> Portions:
     """Return eps and 1 - eps at w = v*^10 > 0."""
-    return enclosed(ball_of(w).root(10))
+    return portions(ball_of(w).root(10))
 
 
-def enclosed(v_star: arb) -> Portions:
+def portions(v_star: arb) -> Portions:
     """Return eps and 1 - eps at a narrow ball of v* > 0."""
     if v_star < ball_of(panel_proof.ELASTIC):
         loss = panel_proof.lambda_1_ball() * v_star**2 * (1 + arb(0, 8 * v_star**2))
@@ -44,10 +44,10 @@ def enclosed(v_star: arb) -> Portions:
     return Portions(*(panel_proof.panel_rows()[name, panel].poly()(z) * error for name in panels.NAMES[:2]))
 
 
-def sharply(w: Fraction) -> Portions:
+def sharp_portions(w: Fraction) -> Portions:
     """Return the same to `SHARP_DIGITS` digits."""
     if not SHARP[0] <= w <= SHARP[1]:
-        return at(w)
+        return portions_of_w(w)
     found = exact.collision(beta=1, speed=w, digits=SHARP_DIGITS)
     return Portions(found.epsilon, found.one_minus_epsilon)
 

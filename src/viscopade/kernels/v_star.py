@@ -15,7 +15,7 @@ from viscopade.kernels.bound import INFINITY, ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Statement
 from viscopade.kernels.formulas import W_ACCEPTED
 from viscopade.kernels.kernel import Function
-from viscopade.kernels.rounding_bounds import BITS, of_powers
+from viscopade.kernels.rounding_bounds import BITS, powers_error
 from viscopade.store import recorded
 
 USUAL = Fraction(10) ** 30
@@ -23,7 +23,7 @@ USUAL = Fraction(10) ** 30
 
 
 @recorded("rounding of v_star")
-def of_v_star(machine: Arithmetic = HOST, largest: Fraction | None = None) -> Fraction:
+def eps_error_from_v_star(machine: Arithmetic = HOST, largest: Fraction | None = None) -> Fraction:
     """Return a bound of the relative errors of eps and 1 - eps by the rounding of v*.
 
     Parameters
@@ -36,19 +36,19 @@ def of_v_star(machine: Arithmetic = HOST, largest: Fraction | None = None) -> Fr
     slope = panel_proof.steepest() * (1 + Fraction(1, 2**20))
     with working(BITS):
         log = None if largest is None else ball_of(largest).log()
-        relative = of_powers(formulas.v_star_branch(), "v_star", machine, {"speed": 0, "beta": 0}, log)
+        relative = powers_error(formulas.v_star_branch(), "v_star", machine, {"speed": 0, "beta": 0}, log)
         of_ln_v_star = magnitude((1 - relative).log())
         change = magnitude(ball_of(of_ln_v_star * slope).exp() - 1)
     return change + 4 * Fraction(panel_proof.proven_error())
 
 
-def restitution(branches: tuple[CodeBranch, ...], result: str = "epsilon") -> Function:
+def restitution_function(branches: tuple[CodeBranch, ...], result: str = "epsilon") -> Function:
     """Return eps as a function of the speed and beta, given its branches in v*; 0 times infinity gives NaN."""
     v_star = Statement("v_star", formulas.v_star_branch().results["v_star"])
     return Function("restitution", ("speed", "beta"), "eps", W_ACCEPTED, (v_star,), branches, result)
 
 
-class Beyond(NamedTuple):
+class JustBeyond(NamedTuple):
     """What holds of a formula R on V <= v* <= V (1 + change), just beyond the end of a bound."""
 
     steepness: Fraction
@@ -57,7 +57,7 @@ class Beyond(NamedTuple):
     """The part `last` of the bound, for these v* as well."""
 
 
-def of_computed_v_star(bound: ErrorBound, beyond: Beyond | None = None) -> Iterator[ErrorBound]:
+def speed_bounds(bound: ErrorBound, beyond: JustBeyond | None = None) -> Iterator[ErrorBound]:
     """Yield the bounds of eps from the speed, given the bound of eps from v*, as v* is rounded.
 
     There is one for the `USUAL` speeds and one for all. A computed v* may be beyond an end V, and v* not. With what
@@ -67,7 +67,9 @@ def of_computed_v_star(bound: ErrorBound, beyond: Beyond | None = None) -> Itera
     """
     machine = bound.arithmetic
     for usual, largest in (((1 / USUAL, USUAL), USUAL), (None, None)):
-        change = of_v_star(machine, largest)  # relative to the smaller one, and larger than the relative error of v*
+        change = eps_error_from_v_star(
+            machine, largest
+        )  # relative to the smaller one, and larger than the relative error of v*
         low, high, last = bound.low * (1 + change), bound.high, bound.last
         if beyond is not None:
             change, last = change * beyond.steepness, beyond.last

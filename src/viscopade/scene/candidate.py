@@ -20,8 +20,8 @@ from viscopade.kernels.arithmetic import HOSTS
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Item
 from viscopade.kernels.kernel import Function, Kernel
-from viscopade.kernels.machine import evaluated, taken_branch
-from viscopade.kernels.v_star import USUAL, of_v_star
+from viscopade.kernels.machine import function_values, taken_branch
+from viscopade.kernels.v_star import USUAL, eps_error_from_v_star
 from viscopade.scene import tolerance
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval, hull
@@ -96,8 +96,8 @@ class Candidate:
         if self.is_constant:
             return np.full_like(v_star, self.kernel.lists[VALUES][pair])
         if any(function.name == "epsilon" for function in self.kernel.functions):
-            return np.asarray(evaluated(self.kernel, "epsilon", v_star))
-        return np.asarray(evaluated(self.kernel, "restitution", np.ones_like(v_star), v_star**2))
+            return np.asarray(function_values(self.kernel, "epsilon", v_star))
+        return np.asarray(function_values(self.kernel, "restitution", np.ones_like(v_star), v_star**2))
 
     def sampled(self, met: Sequence[Encounter], measure: str) -> tuple[float, float, str]:
         """Return the largest error (sampled) in a measure of the tolerance, with its v* and its pair.
@@ -148,7 +148,7 @@ def _ready(scene: Scene, met: Sequence[Encounter]) -> Iterator[Candidate]:
     # Of their kernels, those whose table is not too large and that have a proven error here.
     for entry in (entry for entry in catalogue.CATALOGUE.values() if entry.group in groups):
         if code.largest_table is None or entry.kernel.bytes <= code.largest_table:
-            accuracy = "full accuracy" if entry.asked in ("", "full") else f"to {entry.asked}"
+            accuracy = "full accuracy" if entry.variant in ("", "full") else f"to {entry.variant}"
             ready = _candidate(scene, met, entry.kernel, READY[entry.group][1].format(accuracy))
             if ready is not None:
                 yield ready
@@ -179,7 +179,7 @@ def weighted_operations(kernel: Kernel, result: str, encounter: Encounter) -> in
     counts = expressions.operations((*function.start, *branch.program), branch.results[function.result])
     count = sum(number * _COSTS.get(name, not name.isidentifier()) for name, number in counts.items())
     # Outside its first branch a kernel of the speed may call another one.
-    called = kernel.elsewhere if taken > 0 else None
+    called = kernel.fallback if taken > 0 else None
     return count + (0 if called is None else weighted_operations(called, "epsilon", encounter))
 
 
@@ -363,7 +363,7 @@ def _accuracy(scene: Scene, met: Sequence[Encounter]) -> Fraction | None:
         # Less the error that the computed v* = sqrt(beta) v^(1/10) causes, smaller for usual speeds.
         slowest, fastest = hull(span.speeds for span in where)
         usual = 1 / USUAL <= slowest <= fastest <= USUAL
-        accuracy -= 2 * of_v_star(HOSTS[code.format], USUAL if usual else None)
+        accuracy -= 2 * eps_error_from_v_star(HOSTS[code.format], USUAL if usual else None)
     return None if accuracy < minimax.SMALLEST_ERROR else min(accuracy, Fraction(1, 2))
 
 

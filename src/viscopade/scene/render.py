@@ -15,7 +15,7 @@ from viscopade.kernels import formulas
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.expressions import CodeBranch, Item, Name, Select, Statement
 from viscopade.kernels.kernel import Function, Kernel
-from viscopade.kernels.machine import computed
+from viscopade.kernels.machine import branch_value
 from viscopade.kernels.write import file
 from viscopade.kernels.write.languages import language as language_of
 from viscopade.scene.candidate import value_of_pair
@@ -64,7 +64,7 @@ def kernels(choice: Choice) -> list[Kernel]:
         return [_with_errors(choice, replace(chosen.kernel, name=name))]
     # A kernel that is complete without another one gets two functions, eps and 1 - eps^2, with their errors here.
     main = chosen.kernel
-    if main.elsewhere is None:
+    if main.fallback is None:
         eps_function = main.function(scene.code.function)
         main = replace(main, functions=(eps_function, _dissipation(main, eps_function)), bounds=())
         main = _with_errors(choice, main)
@@ -144,7 +144,7 @@ def _numbers(scene: Scene, si: Pair) -> tuple[float, float, float]:
     # beta of a pair is a function of its radii, times the number `of_wall`: so that is beta over the
     # function's value with 1.
     unit = {"of_wall": 1.0, "densities": densities, "ratio": ratio, "first": pair.first.radius}
-    of_wall = pair.beta / float(computed(formulas.beta_of_radii_branch(), "beta", unit, DOUBLE))
+    of_wall = pair.beta / float(branch_value(formulas.beta_of_radii_branch(), "beta", unit, DOUBLE))
     # All numbers must be normal ones in the format of the code.
     form = scene.code.number.arithmetics[0].form
     for value in (pair.beta, of_wall, *([densities] if densities else [])):

@@ -63,7 +63,7 @@ def errors_on(kernel: Kernel, result: str, arithmetics: Sequence[Arithmetic], ra
 def _on(kernel: Kernel, result: str, arithmetic: Arithmetic, where: Range) -> Iterator[ErrorBound]:
     for bound in kernel.bound(result, arithmetic.place, arithmetic.form.name):
         slow, fast = bound.speeds or where.speeds
-        if bound.on(*where.v_star) and slow <= where.speeds[0] <= where.speeds[1] <= fast:
+        if bound.covers(*where.v_star) and slow <= where.speeds[0] <= where.speeds[1] <= fast:
             yield bound
 
 

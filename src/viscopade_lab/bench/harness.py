@@ -20,7 +20,7 @@ from viscopade.collision import spheres
 from viscopade.generated import marker_line, template
 from viscopade.kernels.arithmetic import HOSTS
 from viscopade.kernels.bound import ErrorBound
-from viscopade.kernels.v_star import of_v_star
+from viscopade.kernels.v_star import eps_error_from_v_star
 from viscopade.progress import track
 from viscopade_lab.bench import libraries
 from viscopade_lab.bench.contender import Contender, Measure
@@ -226,7 +226,11 @@ def proven_error(bound: ErrorBound, form: Format) -> Fraction:
 
 def allowed(bound: ErrorBound, form: Format) -> float:
     """Return the largest error that does not contradict a proof, relative to the smaller of eps and 1 - eps."""
-    root = of_v_star(HOSTS[form.name], Fraction(max(SPEED_MAX, 1 / SPEED_MIN))) if bound.result == "epsilon" else 0
+    root = (
+        eps_error_from_v_star(HOSTS[form.name], Fraction(max(SPEED_MAX, 1 / SPEED_MIN)))
+        if bound.result == "epsilon"
+        else 0
+    )
     # The reference eps is rounded, too.
     return float((1 + proven_error(bound, form)) * (1 + root) - 1) + double.ULP["epsilon"] * ulp_of_eps(DOUBLE)
 

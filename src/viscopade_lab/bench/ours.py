@@ -53,7 +53,7 @@ def _proven(kernel: Kernel, function: str) -> dict[str, ErrorBound]:
     """Return the errors of a function by format, those in the table of a kernel with a table of speeds."""
     if kernel.argument == "v_star":
         return {form: kernel.bound(function, "host", form)[0] for form in kernel.formats}
-    return {form: kernel.in_table(function, form) for form in kernel.formats}
+    return {form: kernel.table_bound(function, form) for form in kernel.formats}
 
 
 def _of_tier(tier: str) -> Contender:

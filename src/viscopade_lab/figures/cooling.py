@@ -71,7 +71,7 @@ def kernel_restitution(tier: str) -> gas.RestitutionFunction:
     kernel = catalogue.kernel(f"speed {tier}")
 
     def restitution(speed: FloatArray) -> FloatArray:
-        value: FloatArray = machine.evaluated(kernel, "restitution", speed, BETA)
+        value: FloatArray = machine.function_values(kernel, "restitution", speed, BETA)
         return value
 
     return restitution

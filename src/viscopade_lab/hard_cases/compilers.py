@@ -118,7 +118,7 @@ def vectors(file: str) -> tuple[Vector, ...]:
 def _exact(name: str, given: Sequence[float]) -> Fraction:
     """Return the exact value of a function of full accuracy, of v* or of speed and beta, to 20 digits."""
     x, *beta = map(Fraction, given)
-    found = truth.sharply(x * beta[0] ** 5 if beta else x**10)
+    found = truth.sharp_portions(x * beta[0] ** 5 if beta else x**10)
     with working(truth.BITS):
         values = {
             "one_minus_epsilon": found.loss,

@@ -20,7 +20,7 @@ from flint import arb
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels import catalogue, full, truth
-from viscopade.kernels.machine import TYPES, computed, evaluated
+from viscopade.kernels.machine import TYPES, branch_value, function_values
 from viscopade.plots.sheet import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from viscopade.progress import track
 from viscopade_lab.hard_cases.case import Finding, Row
@@ -61,8 +61,8 @@ def far_quotients() -> list[FarQuotient]:
             x = np.append(x, np.finfo(kind).max).astype(kind)
             with np.errstate(all="ignore"):
                 given = {name: kind(c) for name, c in constants.items()} | {"v_star": x}
-                near = np.asarray(computed(kernel.function("epsilon").branches[-1], "epsilon", given, form))
-            values = evaluated(kernel, "epsilon", x, form=form)
+                near = np.asarray(branch_value(kernel.function("epsilon").branches[-1], "epsilon", given, form))
+            values = function_values(kernel, "epsilon", x, form=form)
             plain = float(x[(~np.isfinite(near) | (near == 0)) & np.isfinite(x)].min(initial=np.inf))
             m, n = (max(int(name[1:]) for name in constants if name[0] == letter) for letter in "ab")
             lead, power = Fraction(constants[f"a{m}"]) / Fraction(constants[f"b{n}"]), n - m
@@ -79,11 +79,11 @@ def far_quotients() -> list[FarQuotient]:
 def losses() -> tuple[list[float], list[float]]:
     """Return the relative errors of 1 - eps at `ELASTIC`: as a difference of full accuracy, and by its own function."""
     ways = (
-        1 - np.asarray(evaluated(full.full(), "epsilon", ELASTIC)),
-        np.asarray(evaluated(full.full(), "one_minus_epsilon", ELASTIC)),
+        1 - np.asarray(function_values(full.full(), "epsilon", ELASTIC)),
+        np.asarray(function_values(full.full(), "one_minus_epsilon", ELASTIC)),
     )
     with working(BITS):
-        exact = [truth.enclosed(arb(v)).loss for v in ELASTIC.tolist()]
+        exact = [truth.portions(arb(v)).loss for v in ELASTIC.tolist()]
         difference, direct = (
             [float(abs(arb(y) - loss) / loss) for y, loss in zip(way.tolist(), exact, strict=True)] for way in ways
         )

@@ -24,7 +24,7 @@ from viscopade.kernels import catalogue, compact, full, truth
 from viscopade.kernels.expressions import CodeBranch, Reading, read
 from viscopade.kernels.kernel import Function as KernelFunction
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.machine import TYPES, evaluated, located, machine_arithmetic
+from viscopade.kernels.machine import TYPES, function_values, machine_arithmetic, values_and_branches
 from viscopade.kernels.speed_table import TABLES, Polynomials, forms_of, speed_table, table_bounds
 
 Array = npt.NDArray[Any]
@@ -177,7 +177,7 @@ def _of_kernel(family: str, kernel: Kernel, form: Format) -> Iterator[Function]:
             "inverse": (LEAST, top),
             "compact": (2.0 ** (10 - form.largest), 2.0 ** (compact.LARGEST[form.name] - 3)),
         }[family]
-        sizes = ((b.rounding + b.last) / (1 + b.formula) for b in bounds if b.on(widest.low, widest.high))
+        sizes = ((b.rounding + b.last) / (1 + b.formula) for b in bounds if b.covers(widest.low, widest.high))
         name = f"{function.name}_{kernel.name}"
         computed, exact = _readings(kernel, function.pruned, form, second)
         yield Function(family, name, form, computed, exact, *ends, min(sizes), second=second)
@@ -194,7 +194,7 @@ def _readings(
     wholes = [CodeBranch(None, (*function.start, *b.program), b.results) for b in function.branches]
 
     def branch_at(x: Any) -> Any:
-        return located(kernel, function.name, x, *second, form=form)[1]
+        return values_and_branches(kernel, function.name, x, *second, form=form)[1]
 
     def computed(x: Array) -> Array:
         found, taken = np.full(x.shape, math.nan, kind), branch_at(x)
@@ -235,10 +235,10 @@ def _full(name: str) -> Function:
     """Return eps or 1 - eps of full accuracy; exact is the true value."""
 
     def exact(x: float) -> arb:
-        true = truth.enclosed(arb(x))
+        true = truth.portions(arb(x))
         return true.epsilon if name == "epsilon" else true.loss
 
-    bound, computed = full.largest_ulp(name), lambda x: np.asarray(evaluated(full.full(), name, x))
+    bound, computed = full.largest_ulp(name), lambda x: np.asarray(function_values(full.full(), name, x))
     return Function("full", f"{name}_full", DOUBLE, computed, exact, 2.0**-20, 2.0**19, bound, ulp=True)
 
 
@@ -246,7 +246,7 @@ def _full_from_speed() -> Function:
     """Return eps of the table of full accuracy, for beta = 1, where w is exact."""
     kernel, table = speed_table("full"), TABLES["full"]
     return Function(
-        "full", "restitution_full", DOUBLE, lambda x: evaluated(kernel, "restitution", x, np.ones_like(x)),
-        lambda x: truth.enclosed(arb(x).root(10)).epsilon, 2.0**table.first, 2.0**60, table_bounds(table)["ulp"],
+        "full", "restitution_full", DOUBLE, lambda x: function_values(kernel, "restitution", x, np.ones_like(x)),
+        lambda x: truth.portions(arb(x).root(10)).epsilon, 2.0**table.first, 2.0**60, table_bounds(table)["ulp"],
         ulp=True, second=(1.0,),
     )  # fmt: skip

@@ -137,7 +137,7 @@ def floats(text: str, mode: str, step: int = 1, jobs: int = 1) -> tuple[list[Err
     except for the last one of eps.
     """
     layout, kernel = speed_table.TABLES["1e-5"], speed_table.speed_table("1e-5")
-    inside, first = kernel.in_table("restitution", FLOAT.name).relative, layout.first
+    inside, first = kernel.table_bound("restitution", FLOAT.name).relative, layout.first
     # Beyond the table numbers are computed in double: some roundings in 1e-13 of the result.
     beyond_table = float(max(bound.formula for bound in kernel.bounds) + Fraction(1, 10**13))
     files = {

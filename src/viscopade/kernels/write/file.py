@@ -121,17 +121,17 @@ def prelude(name: str) -> str:
 
 def _texts(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
     """Yield the texts of kernels, each after the text of the kernel that serves elsewhere."""
-    if any(kernel.elsewhere for kernel in kernels):
+    if any(kernel.fallback for kernel in kernels):
         yield speed_table.once()
     for kernel in kernels:
-        yield from (kernel_text(each, language) for each in (kernel.elsewhere, kernel) if each is not None)
+        yield from (kernel_text(each, language) for each in (kernel.fallback, kernel) if each is not None)
 
 
 def kernel_text(kernel: Kernel, language: Language) -> str:
     """Return the functions of a kernel, each after what is proven of it."""
     code = [table_text(kernel, table, language) for table in kernel.tables]
     texts = list(code)
-    if kernel.elsewhere is not None:
+    if kernel.fallback is not None:
         stated = [
             "\n".join(_comment(kernel, function, language, number))
             for function in kernel.functions
@@ -154,7 +154,7 @@ def _framed(kernel: Kernel, language: Language, texts: Sequence[str], code: Sequ
         functions=("\n" * (language.apart + 1)).join(texts),
         generics=generics(kernel, language),
         name=kernel.name,
-        GUARD=f"VISCOPADE_{'SPEED_' * bool(kernel.elsewhere)}{kernel.name.upper()}",
+        GUARD=f"VISCOPADE_{'SPEED_' * bool(kernel.fallback)}{kernel.name.upper()}",
         identity=f"{crc32(''.join(code).encode()):#010x}",
     )
 
@@ -212,7 +212,7 @@ def stated(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> Sequen
 
 
 def _covers(wider: ErrorBound, bound: ErrorBound) -> bool:
-    return wider.on(bound.low, bound.high) and wider.speeds in (None, bound.speeds)
+    return wider.covers(bound.low, bound.high) and wider.speeds in (None, bound.speeds)
 
 
 def range_text(bound: ErrorBound) -> str:

@@ -19,7 +19,7 @@ from viscopade.generated import wrapped
 from viscopade.kernels.expressions import CodeBranch, Column, Expression, Name, TableRow, names_in
 from viscopade.kernels.formulas import FRACTION, OCTAVES, octaves
 from viscopade.kernels.kernel import Kernel, Table, needed
-from viscopade.kernels.machine import computed
+from viscopade.kernels.machine import branch_value
 from viscopade.kernels.write.language import Language
 from viscopade.kernels.write.writer import expression_text, program_text
 
@@ -74,9 +74,9 @@ def functions_text(kernel: Kernel, language: Language, rows: str) -> str:
 
 def _facts(kernel: Kernel) -> dict[str, str]:
     """Return what is computed, and what is proven of it in the table."""
-    eps, rebound = (kernel.in_table(name, DOUBLE.name) for name in ("restitution", "rebound"))
+    eps, rebound = (kernel.table_bound(name, DOUBLE.name) for name in ("restitution", "rebound"))
     if eps.formula:
-        sizes = ((kernel.in_table("restitution", form.name).rounding, form.name) for form in (DOUBLE, FLOAT))
+        sizes = ((kernel.table_bound("restitution", form.name).rounding, form.name) for form in (DOUBLE, FLOAT))
         adds = " and ".join(f"{at_most(size, 2)} min(eps, 1 - eps) in type {name}" for size, name in sizes)
         proven = (
             f"Proven: |formula - eps| / min(eps, 1 - eps) <= {at_most(eps.formula)} in the table; rounding of "
@@ -167,7 +167,7 @@ def _of_type(kernel: Kernel, table: Table, language: Language, form: Format) -> 
         "ROW_OF_BLOCK": ", ".join(cast.format(in_block.format(n=n)) for n in range(width)),
         "LOADED": f"double c[{width}][{BLOCK}];" if in_columns else f"{table.form} c[{BLOCK}][{width}];",
         "SMALLEST": smallest,
-        "END_SHIFT": str(octaves(OCTAVES).of(form).bit_length() - 1),
+        "END_SHIFT": str(octaves(OCTAVES).value_in(form).bit_length() - 1),
         "LINE": str(CACHE_LINE // form.bytes),
         "VALID": in_double(beyond.guard),
         **{f"BEYOND_{name.upper()}": in_double(value) for name, value in [*beyond.program, *beyond.results.items()]},
@@ -176,7 +176,7 @@ def _of_type(kernel: Kernel, table: Table, language: Language, form: Format) -> 
 
 def _bases(base: Expression, form: Format) -> str:
     """Return the base of each octave."""
-    branch, places = CodeBranch(None, (), {"base": base}), (octaves(e).of(form) for e in range(OCTAVES))
+    branch, places = CodeBranch(None, (), {"base": base}), (octaves(e).value_in(form) for e in range(OCTAVES))
     word = np.uint64 if form == DOUBLE else np.uint32
-    found = computed(branch, "base", {"place": np.array([*places], word)}, form)
+    found = branch_value(branch, "base", {"place": np.array([*places], word)}, form)
     return "\n".join(wrap(", ".join(form.decimal(float(number)) for number in found), 96))

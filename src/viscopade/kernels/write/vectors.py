@@ -72,7 +72,7 @@ def render(kernels: Sequence[Kernel], command: str) -> str:
     head = {**json_head(command, SOURCE), "columns": COLUMNS}
     if "\n" in command:
         raise ValueError("expected a command of one line")
-    wholes = (each for kernel in kernels for each in (kernel.elsewhere, kernel) if each is not None)
+    wholes = (each for kernel in kernels for each in (kernel.fallback, kernel) if each is not None)
     lines = (dumps(row) for kernel in wholes for row in vectors_of(kernel))
     start = dumps(head | {"vectors": []}, indent=1, ensure_ascii=False).removesuffix("]\n}")
     return start + "\n" + ",\n".join(dict.fromkeys(lines)) + "\n]}\n"
@@ -100,7 +100,7 @@ def _vector(
     kernel: Kernel, function: Function, form: Format, given: Arguments, inexact: Sequence[bool]
 ) -> list[str] | None:
     """Return a vector; `inexact` says of each branch whether it calls what IEEE 754 does not determine."""
-    found, branch = machine.located(kernel, function.name, *given, form=form)
+    found, branch = machine.values_and_branches(kernel, function.name, *given, form=form)
     computed, called = float(found), any(inexact) if branch < 0 else inexact[branch]
     answer = _answer(kernel, function, form, given, computed, int(branch), called)
     if answer is None and called:
@@ -143,7 +143,7 @@ def _answer(
         known = limit == 0 or not inexact or computed in (0, _INF) or any(b.high == _INF for b in bounds)
         return _of_special(computed + 0.0) if known else None
     speed = Fraction(given[function.arguments.index("speed")]) if "speed" in function.arguments else None
-    exact = _exact(name, given, truth.at)
+    exact = _exact(name, given, truth.portions_of_w)
     if not machine.is_normal(kernel, name, *given, form=form):  # bounds of a part of v* assume that products are
         bounds = [bound for bound in bounds if bound.low == 0]
     value = magnitude(exact.value)
@@ -151,7 +151,7 @@ def _answer(
     if not allowed:
         return None
     if len({form.rounded(end) for end in _ends(exact.value)}) > 1:  # it is not clear which number is nearest
-        exact = _exact(name, given, truth.sharply)
+        exact = _exact(name, given, truth.sharp_portions)
     low, high = _ends(exact.value)
     nearest = {form.rounded(end) for end in (low, high)}
     return [

@@ -208,7 +208,7 @@ class _Writer:
                     return number.calls[function].format(*parts)
                 return f"{number.functions.format(name=function)}({', '.join(parts)})"
             case Word(_, pattern) as word:
-                value = word.of(FORMATS[number.form])
+                value = word.value_in(FORMATS[number.form])
                 return number.word.format(digits=hex(value)) if pattern else str(value)
             case Negation(symbol, operand):
                 return f"{symbol}{self._in_parentheses(operand)}"
