@@ -253,7 +253,7 @@ def test_candidates_without_a_proof_are_passed_over():
         return Fraction({"rounded": "2e-13", "good": "9e-14"}[choice])
 
     sampled = [(1e-10, "far"), (6e-14, "unproven"), (7e-14, "rounded"), (8e-14, "good"), (1e-14, "later")]
-    assert compact.first(Fraction("1e-13"), sampled, error_of) == "good"
+    assert compact.first_accurate(Fraction("1e-13"), sampled, error_of) == "good"
     assert made == ["unproven", "rounded", "good"]
 
 

@@ -434,7 +434,7 @@ def test_the_part_with_the_largest_bound_is_halved():
         return ball_of(nearest * (1 - nearest) + part[1] - part[0])
 
     with working(64):
-        found = rounding_bounds.largest(on, [(Fraction(0), Fraction(1))], bound)
+        found = rounding_bounds.largest_bound(on, [(Fraction(0), Fraction(1))], bound)
         assert 0.25 <= found <= 0.25 * (1 + 1 / 16)
 
 
@@ -446,6 +446,6 @@ def test_what_has_no_bound_is_refused(monkeypatch):
         raise ArithmeticError("never")
 
     with pytest.raises(ArithmeticError, match="never"):
-        rounding_bounds.largest(never, whole, lambda _: arb(1))
+        rounding_bounds.largest_bound(never, whole, lambda _: arb(1))
     with pytest.raises(ArithmeticError, match="there is no bound from 0 to "):
-        rounding_bounds.largest(lambda part: part, whole, lambda part: arb.nan() if part[0] == 0 else arb(1))
+        rounding_bounds.largest_bound(lambda part: part, whole, lambda part: arb.nan() if part[0] == 0 else arb(1))
