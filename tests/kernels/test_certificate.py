@@ -177,7 +177,7 @@ class Exponential:
 
     power = 1
 
-    def at(self, result, y, v_star):
+    def near_zero(self, result, y, v_star):
         assert result == "epsilon"
         return (-v_star).exp()
 
@@ -185,7 +185,7 @@ class Exponential:
 class Steep(Exponential):
     """R = e^(20 v*)."""
 
-    def at(self, result, y, v_star):
+    def near_zero(self, result, y, v_star):
         return (20 * v_star).exp()
 
 
@@ -360,7 +360,7 @@ class Short:
 
     power = 1
 
-    def at(self, result, y, v_star):
+    def near_zero(self, result, y, v_star):
         return arb_series((20 * v_star).exp().coeffs()[:4], 4)
 
 
