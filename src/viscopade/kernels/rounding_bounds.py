@@ -1,7 +1,11 @@
 """Rounding bounds of kernels: their programs (`formulas`), run with `rounding.Rounded` all over the domain.
 
-What is assumed of sqrt, cbrt and pow is in `arithmetic.Arithmetic`. The error of y = x^root goes into the bound by the
-enclosed slope of the result.
+A `Rounded` number has an enclosure of its exact `value`, bounds `relative`, `underflow` and `absolute` of its error,
+
+    computed = exact (1 + theta) + alpha,    |theta| <= relative,    |alpha| <= underflow,
+
+and a `slope`, d ln|value|/d ln y. What is assumed of sqrt, cbrt and pow is in `arithmetic.Arithmetic`. The error of
+y = x^root goes into the bound by the enclosed slope of the result.
 """
 
 from __future__ import annotations
@@ -24,17 +28,34 @@ from viscopade.kernels.expressions import CodeBranch, Reading, read
 from viscopade.kernels.rounding import Rounded, rounded_reading, rounded_results
 
 BITS = 128
-PARTS = 32  # of the values of y, at first
+"""Bits of the middles of balls: from 96 on no bound changes in nine digits; with 64 it is up to 0.4 % off (measured for
+[3/6] and the fit to 1e-8, v* <= 5)."""
+PARTS = 32
+"""Parts of the values of y at first. From 8 to 128 bounds change by less than `_NEARLY` (measured): halving decides."""
 MOST_PARTS = 4096
-DIGITS = 2  # of printed bounds
-_NEARLY = Fraction(1, 64)  # by which a bound for all may exceed the largest found for a single argument
-_NARROWEST = Fraction(1, 2**64)  # width of a part over its end: where there is no bound then, there is none
+"""Where halving ends without a tight bound. Bounds need 30 to 400 parts (measured), so that only a sum that vanishes
+comes near."""
+DIGITS = 2
+"""Significant digits of printed bounds: rounding up to two digits widens a bound by at most 10 %."""
+# By which a bound for all may exceed the largest found for a single argument: 1.6 %, less than DIGITS cost. With 1/4
+# the bound of [3/6] is 10 % larger, with 1/256 0.1 % smaller (measured).
+_NEARLY = Fraction(1, 64)
+# Width of a part over its end. Neighbouring doubles are 2^-53 apart or more, so that a part of this width has at most
+# one of them: where there is no bound then, there is none.
+_NARROWEST = Fraction(1, 2**64)
+# Below it parts grow by `_STEP`; above, the parts of `parts_to` begin, whose first one ends at 1/63 for y <= 1. Both
+# were chosen by hand; what is too wide in between is halved.
 _NEAR = Fraction(1, 2**8)
-_STEP = Fraction(5, 4)  # (1 + 1/9)^5 < 2: powers of a ball of this width do not contain 0
+# The ball of [s, 5/4 s] is 9/8 s (1 ± 1/9), and the radius of its fifth power (1 + 1/9)^5 - 1 = 0.69 of the middle:
+# below 1, so that the y^5 of inverse kernels is not 0 in the ball. The seventh power contains 0.
+_STEP = Fraction(5, 4)
 
 Values = tuple[float, ...]
+"""Coefficients of a polynomial."""
 Part = tuple[Fraction, Fraction]
+"""Ends of an interval of y, the variable of a program."""
 RoundedResults = Mapping[str, Rounded]
+"""Results of a program by name."""
 Result = TypeVar("Result")
 
 
@@ -62,9 +83,11 @@ def powers_error(
     Parameters
     ----------
     branch : CodeBranch
+        The program, with the expressions of its results.
     result : str
         Its name in the branch.
     machine : Arithmetic
+        What is assumed of operations, and of sqrt, cbrt and pow (`root`, `functions`, `power`, in ulp).
     errors : mapping of str to arb or int
         The relative errors of the branch's inputs by name.
     log : arb or None
@@ -72,63 +95,68 @@ def powers_error(
     exponent : Fraction or None
         The exponent that pow is meant to have, which its literal is near to; None: it is what the literal says.
     """
+    # A relative error does not depend on the size of a normal number: [1, 2] stands for all of them.
     normal, form, ulp = arb(1).union(arb(2)), machine.form, ball_of(machine.ulp)
+    # All positive numbers of the type lie between 2^-(largest + precision) and 2^(largest + 1).
+    log_of_base = (form.largest + form.precision) * arb.const_log2() if log is None else log
 
     def power(base: Rounded, written: _Decimal) -> Rounded:
+        """Bound the error of ln pow(x, p): |p| times that of ln x, that of pow, and |p - meant| |ln x|."""
         meant = written.exact if exponent is None else exponent
-        of_base = log_error(base.relative) * ball_of(abs(written.nearest))
-        return Rounded(normal, form, (of_base + _of_pow(meant, written.nearest, machine, log)).exp() - 1)
+        from_base = log_error(base.relative) * ball_of(abs(written.nearest))
+        from_pow = log_error(ball_of(machine.power) * ball_of(machine.ulp))
+        from_exponent = ball_of(abs(written.nearest - meant)) * log_of_base
+        return Rounded(normal, form, (from_base + (from_pow + from_exponent).abs_upper()).exp() - 1)
 
+    # Of the two errors (1 ± r)^(1/k) - 1 of a root that of 1 - r is the larger one, for k = 2 and k = 3.
     def sqrt(number: Rounded) -> Rounded:
         return Rounded(normal, form, 1 - (1 - number.relative).sqrt()).with_error(ball_of(machine.root) * ulp)
 
     def cbrt(number: Rounded) -> Rounded:
         return Rounded(normal, form, 1 - (1 - number.relative).root(3)).with_error(ball_of(machine.functions) * ulp)
 
-    given = {name: Rounded(normal, form, error) for name, error in errors.items()}
-
-    def refused(*_: Rounded) -> Rounded:
+    def refuse(*_: Rounded) -> Rounded:
         raise ValueError("expected products and quotients: a sum has other errors")
 
-    by = machine_reading(machine, pow=power, sqrt=sqrt, cbrt=cbrt)
-    operations = {**by.operations, **dict.fromkeys("+-", refused)}
-    by = replace(by, literal=lambda text: _Decimal(text, form), operations=operations)
-    found: Rounded = read(branch, [result], given, by)[result]
-    return found.relative
+    # A literal keeps its decimal, as pow(x, 0.1) is meant to be the tenth root, and 0.1 is no binary number.
+    reading = machine_reading(machine, pow=power, sqrt=sqrt, cbrt=cbrt)
+    operations = {**reading.operations, **dict.fromkeys("+-", refuse)}
+    reading = replace(reading, literal=lambda text: _Decimal(text, form), operations=operations)
+    inputs = {name: Rounded(normal, form, error) for name, error in errors.items()}
+    number: Rounded = read(branch, [result], inputs, reading)[result]
+    return number.relative
 
 
 def machine_reading(machine: Arithmetic, **functions: Callable[..., Rounded]) -> Reading:
-    """Return how programs are read with rounded numbers of a machine, whose quotients may be off by more than half."""
+    """Return how programs are read with rounded numbers of a machine.
 
-    def divided(top: Rounded, bottom: Rounded) -> Rounded:
+    `functions` are those that the programs call, by name, on `Rounded` numbers; "divide" is the machine's quotient,
+    which may be off by more than half an ulp (CUDA's __fdividef).
+    """
+
+    def divide(top: Rounded, bottom: Rounded) -> Rounded:
         return top.exact_quotient(bottom).with_error(ball_of(machine.quotient * machine.ulp))
 
-    by = rounded_reading(machine.form, divide=divided, **functions)
-    return by if machine.quotient == HOST.quotient else replace(by, operations={"/": divided})
+    reading = rounded_reading(machine.form, divide=divide, **functions)
+    # A quotient as good as a host's is rounded to nearest, for which `Rounded` has the smaller bound.
+    return reading if machine.quotient == HOST.quotient else replace(reading, operations={"/": divide})
 
 
 @cache
 def rounding_of_w(form: Format) -> Fraction:
     """Return a bound of the relative error of w = beta^5 speed, where all products as computed are normal numbers."""
     with working(BITS):
+        # [1, 2] stands for all normal numbers, whose relative errors do not depend on their size.
         normal = Rounded(arb(1).union(arb(2)), form)
-        w = rounded_results(CodeBranch(None, formulas.w_program(), {}), ["w"], {"beta": normal, "speed": normal}, form)[
-            "w"
-        ]
+        branch = CodeBranch(None, formulas.w_program(), {})
+        w = rounded_results(branch, ["w"], {"beta": normal, "speed": normal}, form)["w"]
         return exact_middle(w.relative)
 
 
 def log_error(relative: arb) -> arb:
     """Bound the error of the logarithm of a number with this relative error."""
+    # |ln(1 + theta)| <= -ln(1 - relative) for |theta| <= relative
     return -(1 - relative).log()
-
-
-def _of_pow(meant: Fraction, given: Fraction, machine: Arithmetic, log: arb | None = None) -> arb:
-    """Bound the error of ln pow(x, given) as that of x^meant, for x > 0 or |ln x| <= log."""
-    form = machine.form
-    log = (form.largest + form.precision) * arb.const_log2() if log is None else log
-    of_exponent = ball_of(abs(given - meant)) * log
-    return (log_error(ball_of(machine.power) * ball_of(machine.ulp)) + of_exponent).abs_upper()
 
 
 def results_on_parts(
@@ -147,65 +175,72 @@ def results_on_parts(
     Parameters
     ----------
     branch : CodeBranch
+        The program, with the expressions of its results.
     results : sequence of str
+        Names of the wanted results.
     variable : str
         Its name, such as that of a root; the slopes are those in ln of the variable.
     coefficients : mapping
         Exact numbers by name. What is no number of the type is rounded to the nearest one, which counts.
     machine : Arithmetic
+        What is assumed of operations.
     inputs : callable
         Gives the other inputs of the branch, from the variable.
     log_error : callable
         Bounds the error of the variable's logarithm, from the variable.
     """
-    form, by = machine.form, machine_reading(machine)
-    numbers = {name: _coefficient(Fraction(c), form) for name, c in coefficients.items()}
+    form, reading = machine.form, machine_reading(machine)
+    # The relative error of a coefficient is what rounding it to the type changes: |nearest/exact - 1|.
+    numbers = {
+        name: Rounded(ball_of(exact), form, ball_of(abs(Fraction(form.nearest(exact)) / exact - 1)))
+        for name, exact in ((name, Fraction(c)) for name, c in coefficients.items())
+    }
 
     @cache
-    def on(part: Part) -> RoundedResults:
-        exact = interval_ball(*part)
-        error = log_error(exact)
-        y = exact * arb(0, error).exp()  # with all that are computed for it
-        found = read(branch, results, {**numbers, **inputs(y), variable: Rounded(y, form, slope=1)}, by)
-        return {name: number.with_error_of_y(error) for name, number in found.items()}
+    def results_on(part: Part) -> RoundedResults:
+        # The program runs with the computed y: the part, widened by the error of ln y, which multiplies y by up to
+        # e^(±error). So the bounds of rounding and the slope hold for all that may be computed.
+        exact_y = interval_ball(*part)
+        error = log_error(exact_y)
+        y = exact_y * arb(0, error).exp()
+        rounded = read(branch, results, {**numbers, **inputs(y), variable: Rounded(y, form, slope=1)}, reading)
+        # What the error of y itself changes is the slope times that error.
+        return {name: number.with_error_of_y(error) for name, number in rounded.items()}
 
-    return on
-
-
-def _coefficient(exact: Fraction, form: Format) -> Rounded:
-    """Return a number that is rounded to the nearest one of a type."""
-    return Rounded(ball_of(exact), form, ball_of(abs(Fraction(form.nearest(exact)) / exact - 1)))
+    return results_on
 
 
 def relative_error(name: str, least: arb | int = 0) -> Callable[[RoundedResults], arb]:
     """Return the bound of the relative error of a result whose value is at least `least`, for `largest_bound`."""
 
-    def bound(found: RoundedResults) -> arb:
-        number = found[name]
+    def bound(results: RoundedResults) -> arb:
+        # |computed/exact - 1| <= relative + underflow/|exact|
+        number = results[name]
         return (number.relative + number.underflow / number.value.abs_lower().max(arb(least))).abs_upper()
 
     return bound
 
 
-def largest_bound(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]) -> arb:
+def largest_bound(results_on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]) -> arb:
     """Return a bound over all parts; arguments and errors as for `refined_bounds`."""
-    return max(size for size, _ in refined_bounds(on, parts, bound))
+    return max(size for size, _ in refined_bounds(results_on, parts, bound))
 
 
 def refined_bounds(
-    on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]
+    results_on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]
 ) -> list[tuple[arb, Part]]:
-    """Return parts with their bounds: the part with the largest bound is halved while that lowers it noticeably.
+    """Return bounds with their parts: the part with the largest bound is halved while that lowers it noticeably.
 
     On wide parts enclosures are far too wide, above all enclosures of slopes.
 
     Parameters
     ----------
-    on : callable
-        From the ends of a part to what is known there. An ArithmeticError says that the part is too wide.
+    results_on : callable
+        From the ends of a part to the program's results there. An ArithmeticError says that the part is too wide.
     parts : iterable of (Fraction, Fraction)
+        Ends of the first parts.
     bound : callable
-        From what is known to an upper bound.
+        From these results to an upper bound of an error.
 
     Raises
     ------
@@ -213,36 +248,44 @@ def refined_bounds(
         If there is no bound on some part, however narrow.
     """
 
-    def known(part: Part) -> arb:
+    def bound_on(part: Part) -> arb:
+        """Return the bound on a part, infinity if the part is too wide for one."""
         try:
-            size = bound(on(part))
+            size = bound(results_on(part))
         except ArithmeticError:
             return arb.pos_inf()
         return size if size.is_finite() else arb.pos_inf()
 
-    # A heap, the largest bound first; the part tells bounds apart that are the same double.
-    heap, reached = [(-float(size), part, size) for part in parts for size in [known(part)]], arb(0)
+    # A heap of (-bound as a double, part, bound), the largest bound first; the part tells bounds apart that are the
+    # same double. `largest_at_a_point` is the largest bound for a single argument: no bound for all can be below it.
+    heap = [(-float(size), part, size) for part in parts for size in [bound_on(part)]]
+    largest_at_a_point = arb(0)
     heapify(heap)
     while True:
         _, (low, high), worst = heap[0]
         middle = (low + high) / 2
-        alone = known((middle, middle))
-        reached = max(reached, alone) if alone.is_finite() else reached
-        tight = worst <= reached * (1 + ball_of(_NEARLY))
+        at_middle = bound_on((middle, middle))
+        if at_middle.is_finite():
+            largest_at_a_point = max(largest_at_a_point, at_middle)
+        # The worst part stays as it is if its bound is nearly that of an argument, or if halving is of no use.
+        tight = worst <= largest_at_a_point * (1 + ball_of(_NEARLY))
         if tight or len(heap) >= MOST_PARTS or high - low < high * _NARROWEST:
             break
         heappop(heap)
         for half in ((low, middle), (middle, high)):
-            size = known(half)
+            size = bound_on(half)
             heappush(heap, (-float(size), half, size))
+
+    # Without a bound: the results' own error says why; if there is none, the bound itself is infinite.
     if not worst.is_finite():
-        on((low, high))
+        results_on((low, high))
         raise ArithmeticError(f"there is no bound from {float(low):g} to {float(high):g}")
     return [(size, part) for _, part, size in heap]
 
 
 def parts_to(end: Fraction) -> Iterator[Part]:
-    """Yield the parts of [0, end], of which those beyond 1 are the longer the farther they are."""
+    """Yield `PARTS` parts of [0, end], of which those beyond 1 are the longer the farther they are."""
+    # Equal parts of s = y/(1 + y), which maps [0, infinity) to [0, 1); y = s/(1 - s).
     last = end / (1 + end)
     marks = [last * i / PARTS for i in range(PARTS + 1)]
     for low, high in pairwise(marks):
@@ -251,6 +294,8 @@ def parts_to(end: Fraction) -> Iterator[Part]:
 
 def parts_from(start: Fraction, end: Fraction) -> Iterator[Part]:
     """Yield the parts of [start, end]: narrow ones below `_NEAR`, so that powers of y are not 0; then `parts_to`."""
+    # Each part below `_NEAR` is longer than the one before by the factor `_STEP` = 5/4. A quotient in v*, which is 1 at
+    # v* = 0, starts at 0 and needs none of these.
     while 0 < start < min(_NEAR, end):
         yield start, min(start * _STEP, end)
         start *= _STEP
@@ -258,6 +303,7 @@ def parts_from(start: Fraction, end: Fraction) -> Iterator[Part]:
 
 
 def power_of_two_below_root(number: Fraction, root: Fraction) -> Fraction:
-    """Return a power of 2 that is at most the root of a power of 2."""
+    """Return a power of 2 that is at most number^root, for a `number` that is 2 to a negative power, and 0 < root."""
+    # number = 2^-exponent; -(-a // b) is a/b rounded up, which makes 2^-(…) smaller.
     exponent = number.denominator.bit_length() - 1
     return Fraction(1, 2 ** -(-exponent * root.numerator // root.denominator))
