@@ -26,11 +26,11 @@ class Arithmetic:
     form : Format
         The type of all numbers.
     functions : Fraction
-        Largest error of log2, exp2 and cbrt.
+        Largest error of log2, exp2 and cbrt, in ulp.
     quotient, root : Fraction
-        Largest errors of a division, and of sqrt.
+        Largest errors of a division, and of sqrt, in ulp; 1/2 is the correctly rounded result.
     power : Fraction
-        Largest error of pow.
+        Largest error of pow, in ulp.
     log2_absolute : Fraction
         An additional absolute error of log2.
     """
@@ -51,6 +51,7 @@ class Arithmetic:
     @property
     def ulp(self) -> Fraction:
         """The largest size of a unit in the last place, relative to the number."""
+        # Of 1 it is 2^(1 - p), with p bits of the significand; of a number just below 2 half of that.
         return Fraction(2) ** (1 - self.form.precision)
 
 
@@ -58,14 +59,17 @@ HOST = Arithmetic("host", DOUBLE)
 HOST_FLOAT = Arithmetic("host", FLOAT)
 """Arithmetic of IEEE 754 with the usual library of functions; logarithm and exponential may have any one base."""
 
-# The CUDA programming guide counts from the correctly rounded result, which adds half an ulp to its 2 ulp, to its 4 ulp
-# of powf, and to its 2^-22 in [1/2, 2].
+# The CUDA programming guide counts from the correctly rounded result, which adds half an ulp to its 2 ulp of __log2f,
+# exp2f and __fdividef (5/2), to its 4 ulp of powf (9/2), and to its 2^-22 of __log2f in [1/2, 2]: there |log2| <= 1,
+# and half an ulp of floats up to 1 is 2^-25.
 DEVICE = Arithmetic(
     "device", FLOAT, Fraction(5, 2), Fraction(5, 2), power=Fraction(9, 2),
     log2_absolute=Fraction(1, 2**22) + Fraction(1, 2**25),
 )  # fmt: skip
 """CUDA's __log2f, exp2f, powf and __fdividef, and arithmetic of IEEE 754 (sqrtf rounds correctly)."""
 
-HOSTS = {found.form.name: found for found in (HOST, HOST_FLOAT)}
-ARITHMETICS = {found.name: found for found in (HOST, HOST_FLOAT, DEVICE)}
+HOSTS = {machine.form.name: machine for machine in (HOST, HOST_FLOAT)}
+"""By the name of a format."""
+ARITHMETICS = {machine.name: machine for machine in (HOST, HOST_FLOAT, DEVICE)}
+"""By "place format", as records name them."""
 store.by_name(Arithmetic, ARITHMETICS)

@@ -44,6 +44,7 @@ class ErrorBound:
     absolute : Fraction
         What underflow adds to results, or to the eps of rebound, that are no normal numbers.
     arithmetic : Arithmetic
+        The machine and the type: what is assumed of its operations.
     speeds : pair of Fraction, or None
         The range of speeds, if the bound is only for some.
     branch : int or None
@@ -64,6 +65,7 @@ class ErrorBound:
     branch: int | None = None
 
     def __post_init__(self) -> None:
+        # Records and callers write bounds: an empty range, or a float among the exact numbers, is a mistake.
         if not 0 <= self.low < self.high:
             raise ValueError(f"the range is [{self.low}, {self.high}]: expected 0 <= low < high")
         sizes = self.formula, self.rounding, self.last, self.ulps, self.absolute
@@ -81,20 +83,28 @@ class ErrorBound:
         return (*["eps"] * (self.result == "rebound"), "the result") if self.absolute else ()
 
     def holds_at(self, v_star: Fraction, speed: Fraction | None = None) -> bool:
-        """Return whether the bound is stated for this argument."""
+        """Return whether the bound is stated for this v*, and for this speed if it is only for some speeds."""
         fast = self.speeds is None or (speed is not None and self.speeds[0] <= speed <= self.speeds[1])
         return self.low <= v_star <= self.high and fast
 
     def allowed(self, value: Fraction, smaller: Fraction, speed: Fraction | None = None) -> Fraction:
-        """Return the largest error, given upper bounds of |exact result| and of min(eps, 1 - eps)."""
+        """Return the largest error, given upper bounds of |exact result| and of min(eps, 1 - eps).
+
+        `speed` is that of a rebound, whose result is eps speed.
+        """
         form = self.arithmetic.form
         reference = value if self.relative_to == "value" else smaller
+        # An eps that underflows is off by at most `absolute` smallest numbers, which rebound multiplies by the speed; a
+        # product below 1 may underflow itself.
         tiny = form.smallest * (max(speed or Fraction(1), Fraction(1)) if self.result == "rebound" else 1)
-        first = (self.formula + self.rounding) * reference + self.last * value + self.absolute * tiny
-        return first + (self.ulps * form.ulp(value + first) if self.ulps and value + first else Fraction(0))
+        # The class's formula. The ulp is that of the result before its last rounding, at most value + before_rounding.
+        before_rounding = (self.formula + self.rounding) * reference + self.last * value + self.absolute * tiny
+        if not self.ulps or not value + before_rounding:
+            return before_rounding
+        return before_rounding + self.ulps * form.ulp(value + before_rounding)
 
     def covers(self, low: Fraction, high: End) -> bool:
-        """Return whether the bound covers a range of v*."""
+        """Return whether the bound covers low <= v* <= high."""
         return self.low <= low and high <= self.high
 
 

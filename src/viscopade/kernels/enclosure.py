@@ -20,11 +20,11 @@ class Formula:
     Attributes
     ----------
     power : int
-        The r for which the formula is a smooth function of its root y = x^(1/r).
+        The r for which the formula is a smooth function of its root y = x^(1/r); x is v*.
     near : CodeBranch
         Its program for arguments near x = 0.
     far : CodeBranch or None
-        That for arguments near infinity.
+        That for arguments near infinity, whose result "limit" tends to a number.
     coefficients : mapping
         By name, exactly, or enclosed.
     """
@@ -38,18 +38,18 @@ class Formula:
         """Return whether the formula's program near 0 has a result."""
         return result in self.near.results
 
-    def near_zero(self, result: str, **given: arb_series) -> arb_series:
-        """Return a result of the program near 0, given its inputs and roots.
+    def near_zero(self, result: str, **inputs: arb_series) -> arb_series:
+        """Return a result of the program near 0, given its inputs and roots by name (`y`, `v_star`).
 
         Raises
         ------
         ZeroDivisionError
             If a denominator may vanish.
         """
-        return self._evaluated(self.near, result, given)
+        return self._value(self.near, result, inputs)
 
-    def limit(self, **given: arb_series) -> arb_series:
-        """Return "limit", a result of the program near infinity, given its inputs and roots.
+    def limit(self, **inputs: arb_series) -> arb_series:
+        """Return "limit", a result of the program near infinity, given its inputs and roots by name (`u` = 1/y, `w`).
 
         Raises
         ------
@@ -58,15 +58,13 @@ class Formula:
         """
         if self.far is None or "limit" not in self.far.results:
             raise ArithmeticError("the formula does not go like the exact one at infinity")
-        return self._evaluated(self.far, "limit", given)
+        return self._value(self.far, "limit", inputs)
 
-    def _evaluated(self, branch: CodeBranch, result: str, given: Mapping[str, arb_series]) -> arb_series:
-        found: arb_series = evaluate(branch.results[result], self._run(branch, given), _SERIES)
-        return found
-
-    def _run(self, branch: CodeBranch, given: Mapping[str, arb_series]) -> Run:
+    def _value(self, branch: CodeBranch, result: str, inputs: Mapping[str, arb_series]) -> arb_series:
+        """Return a result of a branch, evaluated on power series with balls for coefficients."""
         exact = {name: c if isinstance(c, arb) else ball_of(c) for name, c in self.coefficients.items()}
-        return Run(branch.program, {**exact, **given}, _SERIES)
+        value: arb_series = evaluate(branch.results[result], Run(branch.program, {**exact, **inputs}, _SERIES), _SERIES)
+        return value
 
 
 def exact_polynomial(
@@ -77,19 +75,23 @@ def exact_polynomial(
     Parameters
     ----------
     branch : CodeBranch
+        A program of sums and products.
     name : str
+        That of the result or variable.
     variables : mapping
         The inputs by name, as polynomials in one variable, and conditions.
     coefficients : mapping
         Numbers by name.
     """
     constants = {name: fmpq_poly([to_fmpq(Fraction(c))]) for name, c in coefficients.items()}
-    found: fmpq_poly = read(branch, [name], {**constants, **variables}, _POLYNOMIALS)[name]
-    return found
+    value: fmpq_poly = read(branch, [name], {**constants, **variables}, _POLYNOMIALS)[name]
+    return value
 
 
 def polynomial(coefficients: Sequence[arb], z: arb_series) -> arb_series:
-    """Return the polynomial of a series: shifted to z's constant term, by its middle first so that balls grow least."""
+    """Return the polynomial with these ascending coefficients of a power series z."""
+    # z = m + (c - m) + rest, with c the constant term and m its middle. The shift by the exact m leaves balls narrow;
+    # only the second one, by the small ball c - m, sees how wide c is. So balls grow least.
     constant, *rest = z.coeffs()
     middle = constant.mid()
     shifted = arb_poly(list(coefficients))(arb_poly([middle, 1]))(arb_poly([constant - middle, 1]))
@@ -105,14 +107,11 @@ def quotient(numerator: arb_series, denominator: arb_series) -> arb_series:
     return numerator / denominator
 
 
-def _of_series(terms: Sequence[tuple[int, arb]], z: arb_series) -> arb_series:
-    by_exponent = dict(terms)
-    return polynomial([by_exponent.get(i, arb(0)) for i in range(terms[-1][0] + 1)], z)
+def _lacunary(terms: Sequence[tuple[int, arb]], z: arb_series) -> arb_series:
+    """Return the polynomial of a series whose terms are (exponent, coefficient), ascending; the others are 0."""
+    coefficients = dict(terms)
+    return polynomial([coefficients.get(i, arb(0)) for i in range(terms[-1][0] + 1)], z)
 
 
-def _literal(text: str) -> arb_series:
-    return arb_series([ball_of(Fraction(text))])
-
-
-_SERIES = Reading(_literal, polynomial=_of_series, operations={"/": quotient})
+_SERIES = Reading(lambda text: arb_series([ball_of(Fraction(text))]), polynomial=_lacunary, operations={"/": quotient})
 _POLYNOMIALS = Reading(lambda text: fmpq_poly([to_fmpq(Fraction(text))]))

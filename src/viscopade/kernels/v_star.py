@@ -19,7 +19,8 @@ from viscopade.kernels.rounding_bounds import BITS, powers_error
 from viscopade.store import recorded
 
 USUAL = Fraction(10) ** 30
-"""Speeds from 1/USUAL to USUAL have a bound of their own: 0.1 is no binary number, which costs more beyond."""
+"""Speeds from 1/USUAL to USUAL, in any unit, have a bound of their own. pow(speed, 0.1) has an exponent that is no
+binary number, which costs |ln speed| times its error; for double's extreme speeds that is three times as much."""
 
 
 @recorded("rounding of v_star")
@@ -29,21 +30,29 @@ def eps_error_from_v_star(machine: Arithmetic = HOST, largest: Fraction | None =
     Parameters
     ----------
     machine : Arithmetic
+        What is assumed of sqrt, pow and products.
     largest : Fraction or None
         The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
     """
-    # The rows have the slope of eps, except for their errors.
+    # Rows are polynomials proven to be near eps and 1 - eps on panels of v*; `steepest` bounds their |d ln row/d ln v*|.
+    # The margin of 2^-20 covers what is of second order: the change times the rows' errors of 2^-60.
     slope = panel_proof.steepest() * (1 + Fraction(1, 2**20))
     with working(BITS):
+        # v* = sqrt(beta) pow(speed, 0.1) as computed, for exact speed and beta; |d ln v*| <= -ln(1 - relative).
         log = None if largest is None else ball_of(largest).log()
         relative = powers_error(formulas.v_star_branch(), "v_star", machine, {"speed": 0, "beta": 0}, log)
-        of_ln_v_star = magnitude((1 - relative).log())
-        change = magnitude(ball_of(of_ln_v_star * slope).exp() - 1)
+        ln_v_star_error = magnitude((1 - relative).log())
+        change = magnitude(ball_of(ln_v_star_error * slope).exp() - 1)
+    # A row's error counts at the exact and at the computed v*. If v* is rounded into the next panel, the rows of both
+    # panels count at their border, too: 2 + 2.
     return change + 4 * Fraction(panel_proof.proven_error())
 
 
 def restitution_function(branches: tuple[CodeBranch, ...], result: str = "epsilon") -> Function:
-    """Return eps as a function of the speed and beta, given its branches in v*; 0 times infinity gives NaN."""
+    """Return eps as a function of the speed and beta, given its branches in v*; 0 times infinity gives NaN.
+
+    `branches` are the programs of eps for parts of v*, with guards, and `result` is the name of eps in them.
+    """
     v_star = Statement("v_star", formulas.v_star_branch().results["v_star"])
     return Function("restitution", ("speed", "beta"), "eps", W_ACCEPTED, (v_star,), branches, result)
 
@@ -67,14 +76,16 @@ def speed_bounds(bound: ErrorBound, beyond: JustBeyond | None = None) -> Iterato
     """
     machine = bound.arithmetic
     for usual, largest in (((1 / USUAL, USUAL), USUAL), (None, None)):
-        change = eps_error_from_v_star(
-            machine, largest
-        )  # relative to the smaller one, and larger than the relative error of v*
+        # Of eps or 1 - eps, relative to the smaller one; larger than the relative error of v*, as slopes reach 10/3.
+        change = eps_error_from_v_star(machine, largest)
+        # The computed v* is at least `bound.low` from here on: v* (1 - change) >= low needs v* >= low (1 + change) up
+        # to change^2, which is far below the difference of change and the error of v*.
         low, high, last = bound.low * (1 + change), bound.high, bound.last
         if beyond is not None:
             change, last = change * beyond.steepness, beyond.last
         elif high != INFINITY:
             high = Fraction(high) / (1 + change)
+        # The formula's error and the last rounding are relative to eps at the computed v*: a factor 1 + change.
         yield replace(
             bound, result="restitution", low=low, high=high, rounding=bound.rounding + change * (1 + bound.relative),
             last=last * (1 + change), speeds=usual,
