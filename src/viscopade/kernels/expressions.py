@@ -25,11 +25,12 @@ if TYPE_CHECKING:
 
 # --- expressions ------------------------------------------------------------------------------------------------------
 
-Function = Callable[[Mapping[str, Any]], Any]
-"""A function of the values of names."""
+Evaluator = Callable[[Mapping[str, Any]], Any]
+"""An expression made a function: from the values of names to the expression's value."""
 
 
 def _operator(symbol: str) -> Callable[[Expression, Expression], Operation]:
+    """Return a function that makes an operation with this symbol of two expressions."""
     return lambda left, right: Operation(symbol, left, right)
 
 
@@ -166,6 +167,7 @@ class Statement(NamedTuple):
 
 
 Program = tuple[Statement, ...]
+"""Assignments in the order of the code; each reads inputs, constants and earlier names."""
 Terms = tuple[tuple[int, str], ...]
 """A polynomial: exponents, ascending, and names of coefficients."""
 
@@ -188,7 +190,7 @@ class CodeBranch(NamedTuple):
 
 
 def bare(expression: Expression) -> Expression:
-    """Return the operations of an expression, without what is known of them."""
+    """Return the operations of an expression, without the marks that it is a polynomial, or exact."""
     match expression:
         case Polynomial():
             return expression.summed
@@ -199,11 +201,12 @@ def bare(expression: Expression) -> Expression:
 
 def names_in(*expressions: Expression) -> set[str]:
     """Return the names that expressions read; also the names of tables."""
-    found, rest = set[str](), [*expressions]
+    names, rest = set[str](), [*expressions]
+    # `rest` has the expressions that are still to be looked into.
     while rest:
         match rest.pop():
             case Name(name):
-                found.add(name)
+                names.add(name)
             case Polynomial(_, _, summed):
                 rest.append(summed)
             case Exact(operation):
@@ -215,15 +218,15 @@ def names_in(*expressions: Expression) -> set[str]:
             case Select(condition, met, otherwise):
                 rest += (condition, met, otherwise)
             case Item(values, index):
-                found |= {values, index}
+                names |= {values, index}
             case TableRow(table, index):
-                found.add(table)
+                names.add(table)
                 rest.append(index)
             case Column(row, _):
-                found.add(row)
+                names.add(row)
             case Call(_, arguments):
                 rest += arguments
-    return found
+    return names
 
 
 # --- readings ---------------------------------------------------------------------------------------------------------
@@ -263,10 +266,13 @@ class Reading:
 
 
 class Run(dict[str, Any]):
-    """The values of a program by name, each computed when it is first asked for."""
+    """The values of a program by name, each computed when it is first asked for.
 
-    def __init__(self, program: Program, given: Mapping[str, Any], arithmetic: Reading) -> None:
-        super().__init__(given)
+    It begins with those of the inputs and constants.
+    """
+
+    def __init__(self, program: Program, inputs: Mapping[str, Any], arithmetic: Reading) -> None:
+        super().__init__(inputs)
         self.program, self.arithmetic = {s.name: s.expression for s in program}, arithmetic
 
     def __missing__(self, name: str) -> Any:
@@ -301,72 +307,70 @@ equal, both = map(_operator, ("==", AND))
 
 
 def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Reading) -> Any:
-    """Return the value of an expression, given those of its names."""
+    """Return the value of an expression, from those of its names, with numbers of one kind."""
     return function_of(expression, arithmetic)(values)
 
 
+# 2^12: all expressions of the largest kernel are 424 (measured), once for each kind of numbers.
 @lru_cache(maxsize=1 << 12)
-def function_of(expression: Expression, arithmetic: Reading) -> Function:
+def function_of(expression: Expression, arithmetic: Reading) -> Evaluator:
     """Return an expression as a function of the values of its names; a proof has the same one for 10^5 values."""
     match expression:
         case Operation(symbol, left, right):
             operate = arithmetic.operations.get(symbol, _OPERATIONS[symbol])
-            return _applied(operate, function_of(left, arithmetic), function_of(right, arithmetic))
+            return _composed(operate, function_of(left, arithmetic), function_of(right, arithmetic))
         case Name(name):
             return op.itemgetter(name)
         case Literal(text):
-            return lambda values: arithmetic.literal(text)  # in the precision of the moment
+            # Converted at each call: balls of a decimal depend on the precision that FLINT has then.
+            return lambda values: arithmetic.literal(text)
         case Word():
-            return _constant(arithmetic.word(expression))
+            word = arithmetic.word(expression)
+            return lambda values: word
         case Call(function, arguments):
-            parts = (function_of(part, arithmetic) for part in arguments)
-            return _applied(arithmetic.functions[function], *parts)
+            operands = (function_of(operand, arithmetic) for operand in arguments)
+            return _composed(arithmetic.functions[function], *operands)
         case Exact(Operation(symbol, left, right)):
+            # A kind of numbers that counts rounding errors has operations without them; for others these are the same.
             operate = arithmetic.exactly.get(symbol) or arithmetic.operations.get(symbol, _OPERATIONS[symbol])
-            return _applied(operate, function_of(left, arithmetic), function_of(right, arithmetic))
+            return _composed(operate, function_of(left, arithmetic), function_of(right, arithmetic))
         case Polynomial(variable, terms, summed):
-            if arithmetic.polynomial is None:
+            # Power series and polynomials have a rule of their own; other numbers follow the code's sums.
+            polynomial = arithmetic.polynomial
+            if polynomial is None:
                 return function_of(summed, arithmetic)
-            return _summed(arithmetic.polynomial, terms, variable)
+            return lambda values: polynomial([(exponent, values[name]) for exponent, name in terms], values[variable])
         case Negation(symbol, operand):
-            return _applied(_NEGATIONS[symbol], function_of(operand, arithmetic))
+            return _composed(_NEGATIONS[symbol], function_of(operand, arithmetic))
         case Select(condition, met, otherwise):
-            parts = (function_of(part, arithmetic) for part in (condition, met, otherwise))
-            return _chosen(*parts) if arithmetic.choose is None else _applied(arithmetic.choose, *parts)
-        case Item(values, place):
-            return lambda known: known[values][known[place]]
+            test, if_met, if_not = (function_of(part, arithmetic) for part in (condition, met, otherwise))
+            # Arrays compute both and choose element by element; for single numbers the other one may have no value.
+            if arithmetic.choose is None:
+                return lambda values: (if_met if test(values) else if_not)(values)
+            return _composed(arithmetic.choose, test, if_met, if_not)
+        case Item(items, place):
+            return lambda values: values[items][values[place]]
         case TableRow(table, index):
-            return _applied(arithmetic.row, op.itemgetter(table), function_of(index, arithmetic))
+            return _composed(arithmetic.row, op.itemgetter(table), function_of(index, arithmetic))
         case Column(row, number):
             return lambda values: arithmetic.column(values[row], number)
     raise TypeError(f"{expression!r} is no expression")
 
 
-def _constant(value: Any) -> Function:
-    return lambda values: value
-
-
-def _applied(operate: Callable[..., Any], first: Function, *others: Function) -> Function:
-    """Return an operation on values of functions."""
+def _composed(operate: Callable[..., Any], first: Evaluator, *others: Evaluator) -> Evaluator:
+    """Return the function of names that applies an operation to the results of one, two or more such functions."""
+    # One and two operands have functions of their own, which call faster than an argument list.
     match others:
         case ():
             return lambda values: operate(first(values))
         case (second,):
             return lambda values: operate(first(values), second(values))
-    return lambda values: operate(first(values), *[part(values) for part in others])
+    return lambda values: operate(first(values), *[operand(values) for operand in others])
 
 
-def _chosen(condition: Function, met: Function, otherwise: Function) -> Function:
-    return lambda values: (met if condition(values) else otherwise)(values)
-
-
-def _summed(polynomial: Callable[[Any, Any], Any], terms: Terms, variable: str) -> Function:
-    return lambda values: polynomial([(exponent, values[name]) for exponent, name in terms], values[variable])
-
-
-def read(branch: CodeBranch, names: Iterable[str], given: Mapping[str, Any], arithmetic: Reading) -> dict[str, Any]:
-    """Return results or variables of a branch by name, given its inputs and constants."""
-    values, results = Run(branch.program, given, arithmetic), branch.results
+def read(branch: CodeBranch, names: Iterable[str], inputs: Mapping[str, Any], arithmetic: Reading) -> dict[str, Any]:
+    """Return results or variables of a branch by name, from its inputs and constants by name."""
+    values, results = Run(branch.program, inputs, arithmetic), branch.results
     return {name: evaluate(results[name], values, arithmetic) if name in results else values[name] for name in names}
 
 
@@ -378,23 +382,26 @@ def operations(program: Program, *results: Expression) -> Counter[str]:
         """Count, and add the names of variables that are counted."""
         match bare(expression):
             case Name(name) if name in assigned and name not in counted:
+                # A variable is computed once, however often it is read.
                 counted.add(name)
                 return count(assigned[name], counted)
             case Operation(symbol, left, right):
                 return Counter({symbol: 1}) + count(left, counted) + count(right, counted)
-            case Negation(_, operand):
+            case Negation(_, operand):  # free: it changes a bit
                 return count(operand, counted)
             case Select(condition, met, otherwise):
-                total, known = count(condition, counted), set(counted)
-                parts = count(met, counted), count(otherwise, known)
-                counted &= known
-                return total + max(parts, key=Counter.total)
+                # One of two sides is computed: the costlier one counts. Afterwards only what both have computed, or
+                # what was computed before, need not be computed again.
+                in_condition, counted_otherwise = count(condition, counted), set(counted)
+                sides = count(met, counted), count(otherwise, counted_otherwise)
+                counted &= counted_otherwise
+                return in_condition + max(sides, key=Counter.total)
             case Call(function, arguments):
-                return sum((count(part, counted) for part in arguments), Counter({function: 1}))
+                return sum((count(operand, counted) for operand in arguments), Counter({function: 1}))
         return Counter()
 
-    every: set[str] = set()
-    return sum((count(result, every) for result in results), Counter())
+    counted: set[str] = set()
+    return sum((count(result, counted) for result in results), Counter())
 
 
 # --- powers and lacunary polynomials ----------------------------------------------------------------------------------
@@ -408,41 +415,48 @@ class Step(NamedTuple):
     right: int
 
 
-@lru_cache(maxsize=256)
-def chain(wanted: frozenset[int]) -> tuple[Step, ...]:
-    """Return a shortest sequence of multiplications, in ascending order, that ends with all wanted powers.
+@lru_cache(maxsize=256)  # proof, rounding bound and code of a kernel ask for the same set; 256 is far more than kernels
+def chain(exponents: frozenset[int]) -> tuple[Step, ...]:
+    """Return a shortest sequence of multiplications, in ascending order, that ends with all these powers of y.
 
     Raises
     ------
     ValueError
         If a power is below 1.
     """
-    if any(power < 1 for power in wanted):
-        raise ValueError(f"powers are {sorted(wanted)}: expected whole numbers >= 1")
-    rest = tuple(sorted(wanted - {1}))
-    return next(found for steps in numbers(len(rest)) if (found := _chain((1,), rest, steps)) is not None)
+    if any(exponent < 1 for exponent in exponents):
+        raise ValueError(f"powers are {sorted(exponents)}: expected whole numbers >= 1")
+    # With k powers besides y itself k multiplications are the least; then k + 1, …, until a sequence is long enough.
+    rest = tuple(sorted(exponents - {1}))
+    lengths = (_chain((1,), rest, steps) for steps in numbers(len(rest)))
+    return next(steps for steps in lengths if steps is not None)
 
 
 def _chain(have: tuple[int, ...], missing: tuple[int, ...], steps: int) -> tuple[Step, ...] | None:
-    """Return at most `steps` multiplications that lead to the missing powers, or None."""
+    """Return at most `steps` multiplications that lead from the powers in `have` to those in `missing`, or None.
+
+    Both ascend, and a step's power is larger than all before it (an addition chain; search in depth).
+    """
     if not missing:
         return ()
+    # Each missing power takes a step of its own, and a step at most doubles the largest exponent: have[-1] 2^steps.
     if len(missing) > steps or have[-1] << steps < missing[-1]:
         return None
+    # The next power is a sum of two in `have`, and not above the first missing one, which has to be hit.
     sums = {x + y: (y, x) for x in have for y in have if x <= y and have[-1] < x + y <= missing[0]}
-    for power in sorted(sums, reverse=True):
-        left = missing[1:] if power == missing[0] else missing
-        found = _chain((*have, power), left, steps - 1)
-        if found is not None:
-            return (Step(power, *sums[power]), *found)
+    for power in sorted(sums, reverse=True):  # the largest first, as it is nearest to what is missing
+        rest = missing[1:] if power == missing[0] else missing
+        later = _chain((*have, power), rest, steps - 1)
+        if later is not None:
+            return (Step(power, *sums[power]), *later)
     return None
 
 
-def powers(variable: str, wanted: Iterable[int]) -> Program:
-    """Return the assignments that make the wanted powers of a variable: y2 = y * y, …."""
+def powers(variable: str, exponents: Iterable[int]) -> Program:
+    """Return the assignments that make these powers of a variable: y2 = y * y, …."""
     return tuple(
         Statement(f"{variable}{step.power}", power(variable, step.left) * power(variable, step.right))
-        for step in chain(frozenset(wanted))
+        for step in chain(frozenset(exponents))
     )
 
 
@@ -452,38 +466,49 @@ def power(variable: str, exponent: int) -> Name:
 
 
 def gaps(exponents: Sequence[int]) -> set[int]:
-    """Return the powers of y that Horner's rule for a lacunary polynomial needs."""
+    """Return the powers of y that Horner's rule for a lacunary polynomial needs: differences of its exponents."""
     return {high - low for low, high in pairwise(exponents)}
 
 
 def by_powers(variable: str, terms: Terms) -> Polynomial:
-    """Return a lacunary polynomial, whose exponents begin with 0, by Horner's rule: a0 + y4 * (a4 + y4 * a8)."""
-    total: Expression = Name(terms[-1][1])
+    """Return a lacunary polynomial, whose exponents begin with 0, by Horner's rule: a0 + y4 * (a4 + y4 * a8).
+
+    The powers of the variable have to be assigned before (`powers`, `gaps`).
+    """
+    # From the last term inwards: the sum so far times y to the gap of two exponents, plus the next coefficient.
+    summed: Expression = Name(terms[-1][1])
     for (low, name), (high, _) in reversed(list(pairwise(terms))):
-        total = Name(name) + power(variable, high - low) * total
-    return Polynomial(variable, terms, total)
+        summed = Name(name) + power(variable, high - low) * summed
+    return Polynomial(variable, terms, summed)
 
 
 def by_horner(variable: str, terms: Terms) -> Polynomial:
     """Return a polynomial by Horner's rule with products by the variable alone: a0 + v * (a1 + v * (v * a3))."""
-    total: Expression | None = None
+    # From the highest exponent down; None is the sum before the first coefficient, and where a coefficient is missing
+    # nothing is added.
+    summed: Expression | None = None
     names = dict(terms)
     for exponent in range(terms[-1][0], -1, -1):
-        product = None if total is None else Name(variable) * total
+        product = None if summed is None else Name(variable) * summed
         if exponent in names:
-            total = Name(names[exponent]) if product is None else Name(names[exponent]) + product
+            summed = Name(names[exponent]) if product is None else Name(names[exponent]) + product
         else:
-            total = product
-    return Polynomial(variable, terms, total or Name(terms[-1][1]))
+            summed = product
+    return Polynomial(variable, terms, summed or Name(terms[-1][1]))
 
 
 def in_pairs(variable: str, square: str, names: Sequence[str]) -> Polynomial:
-    """Return a polynomial in pairs, (c0 + m * c1) + mm * ((c2 + m * c3) + mm * (…)); an odd one out comes last."""
-    groups = [names[n : n + 2] for n in range(0, len(names), 2)]
+    """Return a polynomial in pairs, (c0 + m * c1) + mm * ((c2 + m * c3) + mm * (…)); an odd one out comes last.
+
+    `variable` and `square` are the names of m and of mm = m m, and `names` those of the coefficients c0, c1, …. The
+    pairs do not wait for each other, as the products of Horner's rule do.
+    """
+    pairs = [names[n : n + 2] for n in range(0, len(names), 2)]
     sums: list[Expression] = [
-        Name(group[0]) + Name(variable) * Name(group[1]) if len(group) == 2 else Name(group[0]) for group in groups
+        Name(pair[0]) + Name(variable) * Name(pair[1]) if len(pair) == 2 else Name(pair[0]) for pair in pairs
     ]
-    total = sums.pop()
-    for pair in reversed(sums):
-        total = pair + Name(square) * total
-    return Polynomial(variable, tuple(enumerate(names)), total)
+    # Horner's rule in mm, from the last pair inwards.
+    summed = sums.pop()
+    for pair_sum in reversed(sums):
+        summed = pair_sum + Name(square) * summed
+    return Polynomial(variable, tuple(enumerate(names)), summed)

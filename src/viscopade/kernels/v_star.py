@@ -34,7 +34,7 @@ def eps_error_from_v_star(machine: Arithmetic = HOST, largest: Fraction | None =
     largest : Fraction or None
         The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
     """
-    # Rows are polynomials proven to be near eps and 1 - eps on panels of v*; `steepest` bounds their |d ln row/d ln v*|.
+    # Rows are polynomials on panels of v*, proven to be near eps and 1 - eps; `steepest` bounds |d ln row/d ln v*|.
     # The margin of 2^-20 covers what is of second order: the change times the rows' errors of 2^-60.
     slope = panel_proof.steepest() * (1 + Fraction(1, 2**20))
     with working(BITS):
