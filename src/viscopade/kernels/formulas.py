@@ -47,6 +47,7 @@ from viscopade.kernels.expressions import (
 )
 
 Number = TypeVar("Number")
+"""Of coefficients: a double, a fraction, a ball."""
 ZERO, ONE = Literal("0.0"), Literal("1.0")
 
 
@@ -56,12 +57,15 @@ def letter_terms(letter: str, exponents: Iterable[int]) -> Terms:
 
 
 def _mirrored(polynomial: Terms) -> Terms:
-    """Return u^degree times the polynomial of 1/u."""
+    """Return u^degree times the polynomial of 1/u: exponent k becomes degree - k."""
     return tuple((polynomial[-1][0] - k, name) for k, name in reversed(polynomial))
 
 
 def constants(form: Powers, a: Sequence[Number], b: Sequence[Number]) -> dict[str, Number]:
-    """Return the coefficients of a lacunary quotient by name: a4 is the coefficient of y^4 in N, b4 the one in D."""
+    """Return the coefficients of a lacunary quotient by name: a4 is the coefficient of y^4 in N, b4 the one in D.
+
+    `form` has the exponents of N (`top`) and D (`bottom`), and a and b the coefficients in their order.
+    """
     tops = {f"a{k}": c for k, c in zip(form.top, a, strict=True)}
     return tops | {f"b{k}": c for k, c in zip(form.bottom, b, strict=True)}
 
@@ -80,6 +84,7 @@ def within(name: str, low: Expression, high: Expression) -> Expression:
 
 def v_star_branch() -> CodeBranch:
     """Return v* of the speed and beta; of a negative speed there is none, though pow(-infinity, 0.1) is +infinity."""
+    # v* = beta^(1/2) speed^(1/10) (paper, eq:betadef)
     speed = Name("speed")
     v_star = Call("sqrt", (Name("beta"),)) * Call("pow", (speed, Literal("0.1")))
     return CodeBranch(speed >= ZERO, (), {"v_star": v_star})
@@ -92,6 +97,8 @@ def beta_of_radii_branch() -> CodeBranch:
     `densities`; and `of_wall`, which is beta times the first radius for a wall as the second body. Both quotients are 0
     for a wall.
     """
+    # beta = 3/2 A (rho/m_eff)^(2/5), and rho goes like R_eff^(1/2). With R_eff = first/(1 + ratio) and
+    # 1/m_eff = (1 + densities ratio^3)/m_first this is beta of the wall, which goes like 1/first, times shape^(2/5).
     ratio, shape = Name("ratio"), Name("shape")
     program = (Statement("shape", (ONE + Name("densities") * ratio * ratio * ratio) / Call("sqrt", (ONE + ratio,))),)
     beta = Name("of_wall") / Name("first") * Call("pow", (shape, Literal("0.4")))
@@ -99,7 +106,7 @@ def beta_of_radii_branch() -> CodeBranch:
 
 
 def beta_branch() -> CodeBranch:
-    """Return beta of v* and a positive speed."""
+    """Return beta of v* and a positive speed: v*^2/speed^(1/5)."""
     speed, v_star = Name("speed"), Name("v_star")
     return CodeBranch(speed > ZERO, (), {"beta": v_star * v_star / Call("pow", (speed, Literal("0.2")))})
 
@@ -112,39 +119,25 @@ def dense(**polynomials: Sequence[Number]) -> dict[str, Number]:
     return {f"{letter}{i}": c for letter, values in polynomials.items() for i, c in enumerate(values) if c}
 
 
-def epsilon_branches(given: Mapping[str, object]) -> tuple[CodeBranch, CodeBranch]:
-    """Return the programs of eps = N/D with these coefficients a and b: in v_star, and in u = 1/v_star."""
-    top, bottom = _terms(given, "a"), _terms(given, "b")
-    ratio = Name("numerator") / Name("denominator")
-    near: dict[str, Expression] = {"epsilon": ratio}
-    if loss := _terms(given, "d"):  # of (D - N)/v*^2
-        near["loss_ratio"] = by_horner("v_star", loss) / Name("denominator")
-    return _in_v_star(top, bottom, near), _in_u(top, bottom, ratio, top[-1][0] - bottom[-1][0])
+def epsilon_branches(coefficients: Mapping[str, object]) -> tuple[CodeBranch, CodeBranch]:
+    """Return the programs of eps = N/D: in v_star, and in u = 1/v_star, where powers of v_star might overflow.
 
-
-def losses(a: Sequence[Any], b: Sequence[Any]) -> dict[str, Any]:
-    """Return the coefficients d of (D - N)/v*^2; none if 1 - N/D does not vanish like v*^2.
-
-    Balls that overlap are taken for the same coefficient.
+    `coefficients` has those of N as a0, a1, …, those of D as b0, b1, …, and, if 1 - N/D vanishes like v*^2, those of
+    (D - N)/v*^2 as d0, d1, …. Only the names count; the values are given where a program is run.
     """
-    size = max(len(a), len(b))
-    a, b = ([*values, *[0 * b[0]] * (size - len(values))] for values in (a, b))
-    if any(c != d for c, d in zip(a[:2], b[:2], strict=True)):
-        return {}
-    return dense(d=[d - c for c, d in zip(a[2:], b[2:], strict=True)])
+    top, bottom = _terms(coefficients, "a"), _terms(coefficients, "b")
+    ratio = Name("numerator") / Name("denominator")
 
-
-def _terms(given: Mapping[str, object], letter: str) -> Terms:
-    return letter_terms(letter, sorted(int(name[1:]) for name in given if name[0] == letter))
-
-
-def _in_v_star(top: Terms, bottom: Terms, results: Mapping[str, Expression]) -> CodeBranch:
+    # In v*: N/D, and for proofs "loss_ratio", (1 - eps)/v*^2 = ((D - N)/v*^2)/D.
+    results: dict[str, Expression] = {"epsilon": ratio}
+    if loss := _terms(coefficients, "d"):
+        results["loss_ratio"] = by_horner("v_star", loss) / Name("denominator")
     sums = (Statement("numerator", by_horner("v_star", top)), Statement("denominator", by_horner("v_star", bottom)))
-    return CodeBranch(None, sums, results)
+    near = CodeBranch(None, sums, results)
 
-
-def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int) -> CodeBranch:
-    """Return a quotient in powers of u = 1/v*, times v*^degree."""
+    # In u: N = v*^m N^(u) with the mirrored polynomial N^(u) = u^m N(1/u), likewise D, so that N/D is N^/D^ times
+    # v*^(m - n): a product for each power, by v_star or by u, neither of which can overflow before the result does.
+    degree = top[-1][0] - bottom[-1][0]
     for _ in range(abs(degree)):
         ratio = ratio * Name("v_star" if degree > 0 else "u")
     program = (
@@ -152,34 +145,62 @@ def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int) -> CodeBran
         Statement("numerator", by_horner("u", _mirrored(top))),
         Statement("denominator", by_horner("u", _mirrored(bottom))),
     )
-    return CodeBranch(None, program, {"epsilon": ratio})
+    return near, CodeBranch(None, program, {"epsilon": ratio})
+
+
+def losses(a: Sequence[Any], b: Sequence[Any]) -> dict[str, Any]:
+    """Return the coefficients d of (D - N)/v*^2 by name; none if 1 - N/D does not vanish like v*^2.
+
+    `a` and `b` are those of N and D, ascending. Balls that overlap are taken for the same coefficient.
+    """
+    # The shorter one gets zeros of its own kind (fractions, balls): 0 times a coefficient.
+    size = max(len(a), len(b))
+    a, b = ([*values, *[0 * b[0]] * (size - len(values))] for values in (a, b))
+    # D - N begins with v*^2 if a_0 = b_0 and a_1 = b_1.
+    if any(c != d for c, d in zip(a[:2], b[:2], strict=True)):
+        return {}
+    return dense(d=[d - c for c, d in zip(a[2:], b[2:], strict=True)])
+
+
+def _terms(coefficients: Mapping[str, object], letter: str) -> Terms:
+    """Return the polynomial whose coefficients have the letter: (exponent, name), ascending."""
+    return letter_terms(letter, sorted(int(name[1:]) for name in coefficients if name[0] == letter))
 
 
 # --- lacunary quotients -----------------------------------------------------------------------------------------------
 
 
 def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
-    """Return the programs for v* <= 1 and v* > 1; the input is v_star, the results epsilon and one_minus_epsilon."""
+    """Return the programs for v* <= 1 and v* > 1; the input is v_star, the results epsilon and one_minus_epsilon.
+
+    `form` has the exponents of y = v*^(1/3) in N (`top`) and D (`bottom`).
+    """
     v_star, w, u = Name("v_star"), Name("w"), Name("u")
     elastic, lost = Name("elastic"), Name("lost")
+    # eps and 1 - eps are the shares of two positive sums, so that neither loses digits.
     results = {"epsilon": elastic / (elastic + lost), "one_minus_epsilon": lost / (elastic + lost)}
     top, bottom = letter_terms("a", form.top), letter_terms("b", form.bottom)
+
+    # v* <= 1: elastic = D(y), lost = v*^2 N(y)
     near = (
         Statement("y", Call("cbrt", (v_star,))),
-        *powers("y", _needed(form)),
+        *powers("y", _horner_powers(form)),
         Statement("elastic", by_powers("y", bottom)),
         Statement("lost", v_star * v_star * by_powers("y", top)),
     )
+    loss_ratio = by_powers("y", top) / (elastic + lost)  # (1 - eps)/v*^2
+
+    # v* > 1: both sums times u^deg N v*^-2, with deg N = deg D + 4 and v*^-2 = u^6: D(y) becomes u^10 D^(u), which is
+    # w^3 u D^(u) with w = u^3, and v*^2 N(y) becomes N^(u).
     top, bottom = _mirrored(top), _mirrored(bottom)
     far = (
         Statement("w", ONE / v_star),
         Statement("u", Call("cbrt", (w,))),
-        *powers("u", _needed(form)),
+        *powers("u", _horner_powers(form)),
         Statement("elastic", w * w * w * u * by_powers("u", bottom)),
         Statement("lost", by_powers("u", top)),
     )
-    loss_ratio = by_powers("y", letter_terms("a", form.top)) / (elastic + lost)
-    limit = by_powers("u", bottom) / (elastic + lost)
+    limit = by_powers("u", bottom) / (elastic + lost)  # eps v*^(10/3), as eps has the factor w^3 u = v*^(-10/3)
     return (
         CodeBranch(v_star <= ONE, near, results | {"loss_ratio": loss_ratio}),
         CodeBranch(None, far, results | {"limit": limit}),
@@ -189,36 +210,44 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
 def inverse_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     """Return the programs for eps >= 1/2 and eps < 1/2.
 
-    Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star.
+    Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star. `form` has the exponents of y in N (`top`)
+    and D (`bottom`).
     """
     epsilon, loss = Name("epsilon"), Name("loss")
     ratio, tenth = Name("top") / Name("bottom"), Literal("0.1")
+    # y = (loss/epsilon)^(1/10), and v* = y^5 N(y)/D(y); SHIFT = 5 because 1 - eps goes like v*^2, so v* like y^5.
     near = CodeBranch(
         loss <= epsilon,
         (Statement("y", Call("pow", (loss / epsilon, tenth))), *_sums(form, "y", SHIFT)),
         {"v_star": power("y", SHIFT) * Name("top") / Name("bottom"), "ratio": ratio},
     )
+    # u = 1/y: N(y) = y^deg N N^(u), so that v* = N^(u)/(u^rest D^(u)), rest = 5 + deg N - deg D.
     rest = SHIFT + form.top[-1] - form.bottom[-1]
     far = CodeBranch(
         None,
         (Statement("u", Call("pow", (epsilon / loss, tenth))), *_sums(form, "u", rest)),
         {"v_star": Name("top") / (power("u", rest) * Name("bottom"))}
+        # v* goes like y^3, as eps goes like v*^(-10/3): only with deg D = deg N + 2 (DEGREES_LESS) has N^/D^ a limit.
         | ({"limit": ratio} if form.bottom[-1] - form.top[-1] == DEGREES_LESS else {}),
     )
     return near, far
 
 
-def _needed(form: Powers) -> set[int]:
+def _horner_powers(form: Powers) -> set[int]:
+    """Return the powers that Horner's rules for N and D multiply by; those of the mirrored polynomials are the same."""
     return gaps(form.top) | gaps(form.bottom)
 
 
 def _sums(form: Powers, variable: str, shift: int) -> Program:
-    """Return the assignments of N and D, or of the mirrored ones in u."""
+    """Return the assignments of `top` = N and `bottom` = D in the variable "y", or of the mirrored ones in "u".
+
+    The variable's power `shift` is assigned, too.
+    """
     top, bottom = letter_terms("a", form.top), letter_terms("b", form.bottom)
     if variable == "u":
         top, bottom = _mirrored(top), _mirrored(bottom)
     return (
-        *powers(variable, _needed(form) | {shift}),
+        *powers(variable, _horner_powers(form) | {shift}),
         Statement("top", by_powers(variable, top)),
         Statement("bottom", by_powers(variable, bottom)),
     )
@@ -228,7 +257,12 @@ def _sums(form: Powers, variable: str, shift: int) -> Program:
 
 
 def lost_energy(epsilon: Expression, loss: Expression) -> dict[str, Expression]:
-    """Return 1 - eps^2 of eps, of 1 - eps, and of both, each of which has few roundings: no digits are lost."""
+    """Return 1 - eps^2, the share of the energy that is lost, in three ways that lose no digits.
+
+    "of_epsilon" needs eps alone, "of_loss" 1 - eps alone (`loss`), and "of_both" both.
+    """
+    # (1 - eps)(1 + eps), and with loss = 1 - eps: loss (2 - loss). Of both: below eps = 1/2 1 - eps^2 is above 3/4 and
+    # has two roundings; from there on loss is the accurate factor.
     two, half = Literal("2.0"), Literal("0.5")
     return {
         "of_epsilon": (ONE - epsilon) * (ONE + epsilon),
@@ -237,7 +271,7 @@ def lost_energy(epsilon: Expression, loss: Expression) -> dict[str, Expression]:
     }
 
 
-# --- w ---------------------------------------------------------------------------------------------------
+# --- w ----------------------------------------------------------------------------------------------------------------
 
 
 def fifth_power(square: str) -> Expression:
@@ -273,12 +307,14 @@ def from_bits(word: Expression) -> Expression:
 
 
 def octaves(number: int) -> Word:
-    """Return the distance of the bits of 2^(e + number) and of 2^e."""
+    """Return the distance of the bits of 2^(e + number) and of 2^e, both normal numbers, as words."""
+    # A word has the sign, the exponent, and below it the precision - 1 bits of the fraction.
     return Word(lambda form: number << (form.precision - 1))
 
 
 def power_of_two(exponent: int) -> Word:
     """Return the bits of 2^exponent, a normal number."""
+    # IEEE 754 stores exponent + largest (the bias), before precision - 1 bits of the fraction, which are 0.
     return Word(lambda form: (form.largest + exponent) << (form.precision - 1))
 
 
@@ -288,6 +324,6 @@ def count(number: int | Callable[[Format], int]) -> Word:
 
 
 FRACTION = count(lambda form: form.precision - 1)
-"""The bits of a number's fraction."""
+"""The number of bits of a number's fraction: the leading bit of the significand is not stored."""
 OCTAVES = 128
-"""Of w, in every speed table: a power of 2, so that the range is checked by a shift."""
+"""Of w, in every speed table: 12.8 octaves of v*. A power of 2, so that the range is checked by a shift."""
