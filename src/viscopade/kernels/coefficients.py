@@ -22,7 +22,9 @@ from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.kernel import Proof
 
 LOOSER = 100
-"""Without a limit, the error in type float may be this many times as large as in type double."""
+"""Without a limit, the error in type float may be this many times as large as in type double. Chosen by hand: rounding in
+float adds 1e-6 to 3e-5, so that formulas to 1e-7 or better would lose most of their accuracy. It decides no kernel of
+the catalogue."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class ProvenQuotient:
         return tuple(form for form in FORMATS.values() if form.name not in self.missing)
 
     def rounded(self, form: Format) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return the coefficients in a type."""
+        """Return the coefficients a and b, rounded to a type."""
         return tuple(map(form.nearest, map(Fraction, self.a))), tuple(map(form.nearest, map(Fraction, self.b)))
 
     def bound(self, result: str, form: Format = DOUBLE) -> ErrorBound:
@@ -68,13 +70,14 @@ class ProvenQuotient:
 
     def error(self, result: str) -> Fraction:
         """Return the proven error of a function on the host in type double, with rounding."""
-        return _whole(self.bound(result))
+        return _error_and_rounding(self.bound(result))
 
     def variants(self, rounding: Mapping[str, object]) -> list[dict[str, Any]]:
         """Return each type's coefficients as decimals that read back, and bounds, as JSON-able data.
 
         `rounding` has the bound of rounding of each type.
         """
+        # C's suffix of float literals is no part of a number in JSON.
         return [
             {
                 "type": form.name,
@@ -106,39 +109,53 @@ def proven_quotient(
     Parameters
     ----------
     a, b : sequence of float
+        Coefficients of N and D, ascending.
     certificate : Certificate
+        That of N/D, evaluated exactly.
     bounds : callable
         Gives the bounds of the functions in a type, the first one on the host.
     limit : Fraction or None
         Largest error of the first function in type float, with rounding; None: `LOOSER` times that in double.
     """
     in_double = tuple(bounds(DOUBLE))
-    most = LOOSER * _whole(in_double[0]) if limit is None else limit
+    largest_error = LOOSER * _error_and_rounding(in_double[0]) if limit is None else limit
     try:
+        # A coefficient that is no normal float is a ValueError, a sum that may vanish an ArithmeticError.
         in_float = tuple(bounds(FLOAT))
-        if _whole(in_float[0]) > most:
-            raise ValueError(f"in float the error would be {at_most(_whole(in_float[0]))}")
+        if _error_and_rounding(in_float[0]) > largest_error:
+            raise ValueError(f"in float the error would be {at_most(_error_and_rounding(in_float[0]))}")
     except (ValueError, ArithmeticError) as error:
         return ProvenQuotient(tuple(a), tuple(b), certificate, in_double, {FLOAT.name: str(error)})
     return ProvenQuotient(tuple(a), tuple(b), certificate, (*in_double, *in_float))
 
 
-def _whole(bound: ErrorBound) -> Fraction:
+def _error_and_rounding(bound: ErrorBound) -> Fraction:
+    """Return the formula's error and all of rounding as one relative error; results that underflow are left out."""
     return bound.relative + bound.last
 
 
 def bounds_on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[ErrorBound]]) -> Iterator[ErrorBound]:
-    """Yield the bounds in each arithmetic of a format, without those of devices that are not proven."""
-    for machine in (one for one in ARITHMETICS.values() if one.form == form):
+    """Yield the bounds in each arithmetic of a format, without those of devices that are not proven.
+
+    `bounds` gives those in one arithmetic.
+    """
+    for machine in ARITHMETICS.values():
+        if machine.form != form:
+            continue
         try:
             yield from list(bounds(machine))
         except ArithmeticError:
+            # On a device a denominator may vanish within its larger error; a kernel without a bound there is none for
+            # it. Without a bound on the host there is no kernel.
             if machine.place == "host":
                 raise
 
 
 def checked_accuracy(accuracy: Exact, least: Fraction, name: str = "accuracy") -> Fraction:
-    """Return an accuracy asked for, by its name in a refusal; expected is a number from `least` to 0.99."""
+    """Return an accuracy, a relative error, exactly; expected is a number from `least` to 0.99.
+
+    `name` is that of the argument in a refusal. (A kernel that is off by all of eps is of no use.)
+    """
     expected = f"a number from {float(least):g} to 0.99"
     return arguments.exact_number(name, accuracy, expected, lambda x: least <= x <= Fraction("0.99"))
 
@@ -152,7 +169,8 @@ def accuracy_name(accuracy: Fraction) -> str:
 
 
 def powers_text(form: Powers) -> str:
-    """Return N and D as text, the end of a formula's text."""
+    """Return N and D as text, the end of a formula's text: "N = a0 + a4 y^4, D = 1 + b4 y^4"."""
+    # b_0 is 1, and y^1 is written y.
     top, bottom = (
         " + ".join(f"{letter}{k} y" + f"^{k}" * (k > 1) if k else constant for k in exponents)
         for letter, constant, exponents in (("a", "a0", form.top), ("b", "1", form.bottom))
@@ -161,24 +179,28 @@ def powers_text(form: Powers) -> str:
 
 
 def first_accurate(
-    wanted: Fraction, candidates: Iterable[tuple[float, Powers]], error_of: Callable[[Powers], Fraction]
+    accuracy: Fraction, candidates: Iterable[tuple[float, Powers]], error_of: Callable[[Powers], Fraction]
 ) -> Powers:
     """Return the first powers whose kernel is proven to be accurate enough, rounding in type double included.
 
-    Candidates come with their sampled errors, from which those that cannot be accurate enough are known. The most
-    accurate one is proven to have the least error that `checked_accuracy` accepts.
+    Candidates, the cheapest first, come with their sampled errors, from which those that cannot be accurate enough are
+    known; `error_of` proves an error, which takes seconds. The most accurate one is proven to have the least error that
+    `checked_accuracy` accepts.
     """
     for error, choice in candidates:
         with suppress(ArithmeticError):  # there is no proof
-            if error <= wanted and error_of(choice) <= wanted:
+            if error <= accuracy and error_of(choice) <= accuracy:
                 return choice
-    raise AssertionError(f"no kernel has a proven error of {float(wanted):g}, which is accepted")
+    raise AssertionError(f"no kernel has a proven error of {float(accuracy):g}, which is accepted")
 
 
 def sampled_candidates(
     choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]
 ) -> Iterator[tuple[float, Powers]]:
-    """Yield the sampled errors of the choices that have a best quotient, and the choices."""
+    """Yield the sampled errors of the choices that have a best quotient, and the choices, for `first_accurate`.
+
+    `fit` finds the best quotient with given powers.
+    """
     for form in choices:
         with suppress(remez.NoBest):
             yield fit(form).error, form

@@ -33,6 +33,7 @@ class Table:
     Attributes
     ----------
     name, form : str
+        Its name in programs, and that of the format.
     shape : pair of int
         Numbers of rows and of columns.
     make : callable
@@ -66,6 +67,7 @@ class Function:
     name : str
         The beginning of its name in code: "epsilon", "restitution", …
     arguments : tuple of str
+        Their names.
     meaning : str
         What it returns, for the reader.
     domain : Expression or None
@@ -89,23 +91,29 @@ class Function:
     @cached_property
     def pruned(self) -> Function:
         """Return the function without the statements that its result does not need."""
-        branches = tuple(_pruned(branch, self.result) for branch in self.branches)
-        wanted = set[str]().union(*map(names_of, branches))
+
+        def pruned_branch(branch: CodeBranch) -> CodeBranch:
+            value = branch.results[self.result]
+            return CodeBranch(branch.guard, needed(branch.program, names_in(value)), {self.result: value})
+
+        # What the branches read is what `start` has to compute.
+        branches = tuple(map(pruned_branch, self.branches))
+        read_names = set[str]().union(*map(names_of, branches))
         return Function(
-            self.name, self.arguments, self.meaning, self.domain, needed(self.start, wanted), branches, self.result
+            self.name, self.arguments, self.meaning, self.domain, needed(self.start, read_names), branches, self.result
         )
 
     @property
     def indices(self) -> set[str]:
-        """The arguments that are whole numbers."""
+        """The arguments that are whole numbers: those that choose a number of a list."""
         values = (*(s.expression for s in self.start), *(branch.results[self.result] for branch in self.branches))
         return {value.index for value in values if isinstance(value, Item)}
 
     @property
     def names(self) -> set[str]:
         """All names that are read."""
-        given = *(statement.expression for statement in self.start), *([] if self.domain is None else [self.domain])
-        return names_in(*given).union(*map(names_of, self.branches))
+        before = *(statement.expression for statement in self.start), *([] if self.domain is None else [self.domain])
+        return names_in(*before).union(*map(names_of, self.branches))
 
     @property
     def assigned(self) -> set[str]:
@@ -114,17 +122,16 @@ class Function:
 
     def operations(self) -> Counter[str]:
         """Return how often each operation and function occurs in the costliest branch, by symbol or name."""
-        counts = (
-            expressions.operations((*self.start, *branch.program), branch.results[self.result])
-            for branch in self.branches
-        )
-        return max(counts, key=Counter.total)
+        return max(map(self._branch_operations, self.branches), key=Counter.total)
 
     def calls(self, index: int) -> set[str]:
         """Return the names of the functions that a branch calls for its result."""
-        branch = self.branches[index]
-        found = expressions.operations((*self.start, *branch.program), branch.results[self.result])
-        return {name for name in found if name.isalnum()}
+        # Of the keys, symbols of operations and names of functions, the names have letters.
+        return {name for name in self._branch_operations(self.branches[index]) if name.isalnum()}
+
+    def _branch_operations(self, branch: CodeBranch) -> Counter[str]:
+        """Return how often each operation and function occurs in what one branch needs, with `start`."""
+        return expressions.operations((*self.start, *branch.program), branch.results[self.result])
 
 
 def names_of(branch: CodeBranch) -> set[str]:
@@ -133,19 +140,15 @@ def names_of(branch: CodeBranch) -> set[str]:
     return names_in(*(s.expression for s in branch.program), *branch.results.values(), *guard)
 
 
-def needed(program: Program, wanted: Iterable[str]) -> Program:
-    """Return the statements of a program that lead to the wanted names."""
-    known, kept = set(wanted), list[Statement]()
+def needed(program: Program, names: Iterable[str]) -> Program:
+    """Return the statements of a program that lead to these names."""
+    # From the last statement up: one that is needed makes what it reads needed.
+    needed_names, kept = set(names), list[Statement]()
     for statement in reversed(program):
-        if statement.name in known:
-            known |= names_in(statement.expression)
+        if statement.name in needed_names:
+            needed_names |= names_in(statement.expression)
             kept.append(statement)
     return tuple(reversed(kept))
-
-
-def _pruned(branch: CodeBranch, result: str) -> CodeBranch:
-    value = branch.results[result]
-    return CodeBranch(branch.guard, needed(branch.program, names_in(value)), {result: value})
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,9 +168,11 @@ class Kernel:
     normal : tuple of str
         What must be a normal number for the bounds, besides what each needs (`ErrorBound.normal`).
     functions : tuple of Function
+        What it computes, each with its own program.
     constants : mapping
         By name of a format and name of a constant; a format without constants has an entry, too.
     bounds : tuple of ErrorBound
+        Of results of the functions, each on a range and in an arithmetic.
     tables : tuple of Table
         In a narrower type than a table's, functions are computed in the table's type, and rounded.
     lists : mapping
@@ -206,18 +211,20 @@ class Kernel:
     normal: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        # What each function reads and does not compute; tables and lists are the same for all formats.
         needs = {f.name: f.names - f.assigned - {*f.arguments} for f in (whole.pruned for whole in self.functions)}
-        of_all = {*(table.name for table in self.tables), *self.lists}
+        shared = {*(table.name for table in self.tables), *self.lists}
         for form, constants in self.constants.items():
             for name, value in constants.items():
                 if FORMATS[form].rounded(Fraction(value)) != value:
                     raise ValueError(f"{self.name}: {name} is no number of type {form}")
             for function, names in needs.items():
-                if unknown := names - of_all - {*constants}:
+                if unknown := names - shared - {*constants}:
                     raise ValueError(f"{self.name}: {function} reads {', '.join(sorted(unknown))}, which nothing gives")
-        known = {function.name for function in self.functions}
+        # A bound of a function or a type that is not there would be stated by no file.
+        function_names = {function.name for function in self.functions}
         for bound in self.bounds:
-            if bound.result not in known or bound.arithmetic.form.name not in self.constants:
+            if bound.result not in function_names or bound.arithmetic.form.name not in self.constants:
                 raise ValueError(f"{self.name}: there is no {bound.result} in type {bound.arithmetic.form.name}")
 
     @property
@@ -226,24 +233,30 @@ class Kernel:
         return tuple(self.constants)
 
     def function(self, name: str) -> Function:
-        """Return the function of a name."""
+        """Return the function with this name."""
         return next(function for function in self.functions if function.name == name)
 
     def bound(self, result: str, place: str, form: str, branch: int | None = None) -> list[ErrorBound]:
-        """Return the bounds of a result in an arithmetic, the narrowest range first.
+        """Return the bounds of a result in an arithmetic, the narrowest range of v* first.
 
-        Bounds of one branch alone are left out, except for the given branch.
+        `result` is a function's name, and `place` ("host" or "device") and the name `form` of a type are the
+        arithmetic's. Bounds of one branch alone are left out, except for the branch with the index `branch`.
         """
-        wanted = result, place, form
-        found = [
+        key = result, place, form
+        bounds = [
             b
             for b in self.bounds
-            if (b.result, b.arithmetic.place, b.arithmetic.form.name) == wanted and b.branch in (None, branch)
+            if (b.result, b.arithmetic.place, b.arithmetic.form.name) == key and b.branch in (None, branch)
         ]
-        return sorted(found, key=lambda b: (b.high - b.low, b.speeds is None))
+        # Of the same range a bound for some speeds comes before one for all.
+        return sorted(bounds, key=lambda b: (b.high - b.low, b.speeds is None))
 
     def table_bound(self, result: str, form: str) -> ErrorBound:
-        """Return the bound for the arguments of a speed table that lead to its table, on a host."""
+        """Return the bound for the arguments of a speed table that lead to its table, on a host.
+
+        `result` is a function's name and `form` that of a type.
+        """
+        # Branch 0 of these functions reads the table, and branch 1 calls the kernel `fallback`.
         return next(b for b in self.bound(result, "host", form, 0) if b.branch == 0)
 
     @property

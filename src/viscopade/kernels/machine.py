@@ -33,6 +33,7 @@ _WORDS: Mapping[str, Any] = {DOUBLE.name: np.uint64, FLOAT.name: np.uint32}
 def machine_arithmetic(form: Format) -> Reading:
     """Return how arrays of numbers of a format are computed with, and words as long as these."""
     kind, word = TYPES[form.name], _WORDS[form.name]
+    # Names of functions in programs. A choice computes both sides and takes one, element by element.
     functions: dict[str, Any] = {
         "cbrt": np.cbrt,
         "sqrt": np.sqrt,
@@ -46,38 +47,37 @@ def machine_arithmetic(form: Format) -> Reading:
         "uint32": np.uint32,
         "uint64": np.uint64,
     }
+
+    def rows_at(table: Any, index: Any) -> Any:
+        """Return rows of a table; an index beyond the last one leads to it. Faster than `table[index]`."""
+        # NumPy 1.26 refuses unsigned indices.
+        return table.take(np.asarray(index).astype(np.intp, copy=False), axis=0, mode="clip")
+
     return Reading(
         kind,
         functions,
         word=lambda constant: word(constant.value_in(form)),
         choose=np.where,
-        row=_rows_at,
-        column=_column,
+        row=rows_at,
+        column=lambda row, index: row[..., index],  # of every row of an array of rows
     )
 
 
 def _power(x: Any, p: Any) -> Any:
     """Return x^p of doubles by the C library, from whose results NumPy's own differ in the last bit; NaN for x < 0."""
-    found = [math.pow(one, p) if one >= 0 else math.nan for one in np.ravel(x).tolist()]
-    return np.array(found, np.asarray(x).dtype).reshape(np.shape(x))
+    powers = [math.pow(base, p) if base >= 0 else math.nan for base in np.ravel(x).tolist()]
+    return np.array(powers, np.asarray(x).dtype).reshape(np.shape(x))
 
 
-def _rows_at(table: Any, index: Any) -> Any:
-    """Return rows of a table; an index beyond the last one leads to it. Faster than `table[index]`."""
-    # NumPy 1.26 refuses unsigned indices.
-    return table.take(np.asarray(index).astype(np.intp, copy=False), axis=0, mode="clip")
+def branch_value(branch: CodeBranch, result: str, inputs: Mapping[str, Any], form: Format) -> Any:
+    """Return a result of a branch, or one of its variables, from numbers or arrays of a format.
+
+    `inputs` has the branch's inputs and constants by name.
+    """
+    return read(branch, [result], inputs, machine_arithmetic(form))[result]
 
 
-def _column(row: Any, index: int) -> Any:
-    return row[..., index]
-
-
-def branch_value(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Format) -> Any:
-    """Return a result of a branch, or one of its variables, for inputs and constants: numbers or arrays of a format."""
-    return read(branch, [result], given, machine_arithmetic(form))[result]
-
-
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=32)  # the catalogue's kernels have seven tables, in two formats
 def rows_of(table: Table, form: Format) -> Any:
     """Return the rows of a table as an array of numbers of a format."""
     return np.array(table.rows, TYPES[form.name])
@@ -86,29 +86,31 @@ def rows_of(table: Table, form: Format) -> Any:
 # --- functions of kernels ---------------------------------------------------------------------------------------------
 
 
-def _given(kernel: Kernel, function: Function, arguments: Sequence[Any], form: Format) -> dict[str, Any]:
-    """Return the arguments and the constants by name."""
+def _inputs(kernel: Kernel, function: Function, arguments: Sequence[Any], form: Format) -> dict[str, Any]:
+    """Return a function's arguments, broadcast to one shape, and the kernel's constants, by name in a format."""
     kind = TYPES[form.name]
     constants = {name: kind(value) for name, value in kernel.constants[form.name].items()}
     values = np.broadcast_arrays(*(np.asarray(x, kind) for x in arguments))
     return {**constants, **dict(zip(function.arguments, values, strict=True))}
 
 
-def _branches(function: Function, given: Mapping[str, Any], by: Reading) -> Iterator[tuple[int, Any]]:
+def _branches(function: Function, inputs: Mapping[str, Any], arithmetic: Reading) -> Iterator[tuple[int, Any]]:
     """Yield the index of each branch, and for which arguments it is taken: those for which no earlier one is."""
-    rest = np.full(given[function.arguments[0]].shape, True)
+    # `untaken`: the arguments inside the domain that no branch has taken so far.
+    untaken = np.full(inputs[function.arguments[0]].shape, True)
     if function.domain is not None:
-        rest = rest & evaluate(function.domain, given, by)
+        untaken = untaken & evaluate(function.domain, inputs, arithmetic)
     for index, branch in enumerate(function.branches):
-        here = np.zeros(rest.shape, bool)
-        run = Run(function.start, _where(rest, function, given), by)
-        here[rest] = True if branch.guard is None else evaluate(branch.guard, run, by)
-        yield index, here
-        rest = rest & ~here
+        taken = np.zeros(untaken.shape, bool)
+        run = Run(function.start, _inputs_where(untaken, function, inputs), arithmetic)
+        taken[untaken] = True if branch.guard is None else evaluate(branch.guard, run, arithmetic)
+        yield index, taken
+        untaken = untaken & ~taken
 
 
-def _where(here: Any, function: Function, given: Mapping[str, Any]) -> dict[str, Any]:
-    return {**given, **{argument: given[argument][here] for argument in function.arguments}}
+def _inputs_where(chosen: Any, function: Function, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the inputs with only the arguments for which `chosen`, an array of bools, is true."""
+    return {**inputs, **{argument: inputs[argument][chosen] for argument in function.arguments}}
 
 
 def values_and_branches(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> tuple[Any, Any]:
@@ -116,43 +118,65 @@ def values_and_branches(kernel: Kernel, name: str, *arguments: Any, form: Format
 
     Outside the domain, and where no guard holds, they are NaN and -1. In a narrower type than a table's, results are
     computed in the table's type, and rounded.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    name : str
+        That of the function, such as "epsilon".
+    *arguments : number or array
+        Those of the function, in its order.
+    form : Format
+        The type to compute in.
     """
     if form != DOUBLE and any(table.form == DOUBLE.name for table in kernel.tables):
-        found, taken = values_and_branches(kernel, name, *(np.asarray(x, TYPES[form.name]) for x in arguments))
-        return found.astype(TYPES[form.name]), taken
-    function, by = kernel.function(name).pruned, machine_arithmetic(form)
-    given = _given(kernel, function, arguments, form)
+        rounded = (np.asarray(x, TYPES[form.name]) for x in arguments)
+        values, taken_branches = values_and_branches(kernel, name, *rounded)
+        return values.astype(TYPES[form.name]), taken_branches
+
+    function, arithmetic = kernel.function(name).pruned, machine_arithmetic(form)
+    inputs = _inputs(kernel, function, arguments, form)
     tables = {table.name: rows_of(table, form) for table in kernel.tables}
-    shape = given[function.arguments[0]].shape
-    found, taken = np.full(shape, math.nan, TYPES[form.name]), np.full(shape, -1)
+    shape = inputs[function.arguments[0]].shape
+    values, taken_branches = np.full(shape, math.nan, TYPES[form.name]), np.full(shape, -1)
+    # Code raises no floating-point error either: what overflows on purpose is no fault.
     with np.errstate(all="ignore"):
-        for index, here in _branches(function, given, by):
-            if not here.any():
+        for index, taken in _branches(function, inputs, arithmetic):
+            if not taken.any():
                 continue
-            branch, inner = function.branches[index], _where(here, function, given)
+            branch, branch_inputs = function.branches[index], _inputs_where(taken, function, inputs)
             if kernel.fallback is not None and index > 0:
-                found[here] = _in_double(kernel, kernel.fallback, function, branch, inner)
+                # Outside a speed table the code calls the functions of a kernel of v*.
+                values[taken] = _fallback_values(kernel, kernel.fallback, function, branch, branch_inputs)
             else:
-                run = Run((*function.start, *branch.program), {**inner, **tables}, by)
-                found[here] = evaluate(branch.results[function.result], run, by)
-            taken[here] = index
-    return found, taken
+                run = Run((*function.start, *branch.program), {**branch_inputs, **tables}, arithmetic)
+                values[taken] = evaluate(branch.results[function.result], run, arithmetic)
+            taken_branches[taken] = index
+    return values, taken_branches
 
 
-def _in_double(kernel: Kernel, called: Kernel, function: Function, branch: CodeBranch, given: Mapping[str, Any]) -> Any:
-    """Return results of a branch that calls functions of another kernel, in type double."""
-    by = machine_arithmetic(DOUBLE)
-    calls = {f"viscopade_{f.name}_{called.name}": partial(function_values, called, f.name) for f in called.functions}
-    by = replace(by, functions={**by.functions, **calls})
-    given = _given(kernel, function, [given[argument] for argument in function.arguments], DOUBLE)
-    return read(branch, [function.result], given, by)[function.result]
+def _fallback_values(
+    kernel: Kernel, fallback: Kernel, function: Function, branch: CodeBranch, inputs: Mapping[str, Any]
+) -> Any:
+    """Return results of a branch that calls functions of the kernel `fallback`, in type double.
+
+    `inputs` has the arguments of `kernel`'s function by name, of which the constants are taken anew in double.
+    """
+    # In programs the called functions have the names of the code.
+    arithmetic = machine_arithmetic(DOUBLE)
+    calls = {
+        f"viscopade_{f.name}_{fallback.name}": partial(function_values, fallback, f.name) for f in fallback.functions
+    }
+    arithmetic = replace(arithmetic, functions={**arithmetic.functions, **calls})
+    inputs = _inputs(kernel, function, [inputs[argument] for argument in function.arguments], DOUBLE)
+    return read(branch, [function.result], inputs, arithmetic)[function.result]
 
 
 def taken_branch(kernel: Kernel, name: str, *arguments: float) -> int:
     """Return the index of the branch that gives a function's result; nothing is read from tables."""
     function = kernel.function(name).pruned
-    given, by = _given(kernel, function, arguments, DOUBLE), machine_arithmetic(DOUBLE)
-    return next(index for index, here in _branches(function, given, by) if here)
+    inputs, arithmetic = _inputs(kernel, function, arguments, DOUBLE), machine_arithmetic(DOUBLE)
+    return next(index for index, taken in _branches(function, inputs, arithmetic) if taken)
 
 
 def function_values(kernel: Kernel, name: str, *arguments: Any, form: Format = DOUBLE) -> Any:
@@ -161,46 +185,58 @@ def function_values(kernel: Kernel, name: str, *arguments: Any, form: Format = D
 
 
 def is_normal(kernel: Kernel, name: str, *arguments: float, form: Format = DOUBLE) -> bool:
-    """Return whether nothing overflows or underflows in what a function computes before its branches."""
+    """Return whether nothing overflows or underflows in what a function of this name computes before its branches."""
     function = kernel.function(name).pruned
-    given = {key: value[()] for key, value in _given(kernel, function, arguments, form).items()}
-    run = Run(function.start, given, machine_arithmetic(form))
+    # [()] makes NumPy scalars of arrays without a dimension.
+    inputs = {key: value[()] for key, value in _inputs(kernel, function, arguments, form).items()}
+    run = Run(function.start, inputs, machine_arithmetic(form))
     try:
         with np.errstate(over="raise", under="raise"):
+            # Reading a name computes it.
             return all(run[statement.name] is not None for statement in function.start)
     except FloatingPointError:
         return False
 
 
 def borders(kernel: Kernel, name: str, form: Format = DOUBLE) -> list[float]:
-    """Return the largest first arguments, the others being 1, before a condition of the function changes."""
-    function, by = kernel.function(name).pruned, machine_arithmetic(form)
+    """Return the largest first arguments, the others being 1, before a condition of the function changes.
+
+    Conditions are those of the domain, of branches and of choices within programs, of the function `name`.
+    """
+    function, arithmetic = kernel.function(name).pruned, machine_arithmetic(form)
     programs = [(*function.start, *branch.program) for branch in function.branches]
     conditions = [
         (program, condition)
         for program, branch in zip(programs, function.branches, strict=True)
-        for condition in (function.domain, branch.guard, *_choices(program))
+        for condition in (function.domain, branch.guard, *_choice_conditions(program))
         if condition is not None
     ]
 
     def states(x: Any) -> Any:
-        given = _given(kernel, function, (x, *(1.0 for _ in function.arguments[1:])), form)
+        """Return which conditions hold for first arguments x: a row for each condition."""
+        inputs = _inputs(kernel, function, (x, *(1.0 for _ in function.arguments[1:])), form)
         return np.array(
-            [np.broadcast_to(evaluate(c, Run(program, given, by), by), np.shape(x)) for program, c in conditions]
+            [
+                np.broadcast_to(evaluate(condition, Run(program, inputs, arithmetic), arithmetic), np.shape(x))
+                for program, condition in conditions
+            ]
         )
 
-    found = []
+    largest_before_change = []
+    # All powers of 2 of the type; between two of them a condition changes at most once, or back, which stays unseen.
     x = np.ldexp(TYPES[form.name](1), np.arange(1 - form.largest, form.largest + 1))
     with np.errstate(all="ignore"):
-        known = states(x)
-        for i in np.flatnonzero((known[:, 1:] != known[:, :-1]).any(axis=0)):
+        states_at_x = states(x)
+        for i in np.flatnonzero((states_at_x[:, 1:] != states_at_x[:, :-1]).any(axis=0)):
+            # Bisection, until no number of the type lies between: `low` has the states of x[i], `high` others.
             low, high = x[i], x[i + 1]
             while (middle := low + (high - low) / 2) not in (low, high):
-                low, high = (middle, high) if (states(middle) == known[:, i]).all() else (low, middle)
-            found.append(float(low))
-    return found
+                same = (states(middle) == states_at_x[:, i]).all()
+                low, high = (middle, high) if same else (low, middle)
+            largest_before_change.append(float(low))
+    return largest_before_change
 
 
-def _choices(program: Program) -> Iterator[Expression]:
+def _choice_conditions(program: Program) -> Iterator[Expression]:
     """Yield the conditions of the choices that a program assigns."""
     yield from (s.expression.condition for s in program if isinstance(s.expression, Select))
