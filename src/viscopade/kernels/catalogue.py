@@ -44,7 +44,7 @@ class Request:
     from_speed : sequence of str
         At most one accuracy of `SPEEDS`: a kernel that needs no root, in C.
     v_star_min, v_star_max : str or None
-        Interval of the best approximants.
+        Interval of v* of the best approximants.
     digits : int
         Significant digits of coefficients, for LaTeX.
     """
@@ -82,33 +82,36 @@ class Request:
         Raises
         ------
         ValueError
-            If one does not exist, or cannot be as accurate as wanted.
+            If one does not exist, or cannot be as accurate as asked.
         """
         # What makes kernels is loaded here: the command line reads what can be asked for, and nothing else.
         from viscopade.kernels import compact, full, inverse, quotient, speed_table
 
+        # 1 - eps = lambda_1 v*^2 + …: [m/n] agrees to order m + n, and below order d = 2 it is 1.
         for m, n in self.pade:
             if m + n < VISCOELASTIC.d:
                 raise ValueError(f"pade is {m}/{n}: expected m + n >= {VISCOELASTIC.d}, as 1 - eps begins with v*^2")
-        found = [quotient.pade_quotient(m, n) for m, n in self.pade]
+        kernels = [quotient.pade_quotient(m, n) for m, n in self.pade]
+        # Without an interval an accuracy is one for all v* >= 0: the compact kernels.
         if self.v_star_max is None:
-            found += [compact.compact(accuracy) for accuracy in self.accuracy]
+            kernels += [compact.compact(accuracy) for accuracy in self.accuracy]
         else:
             ends = self.v_star_max, self.v_star_min
-            found += [quotient.best_fit(m, n, *ends) for m, n in self.minimax]
-            found += [quotient.accurate_quotient(accuracy, *ends) for accuracy in self.accuracy]
-        found += [inverse.inverse(accuracy) for accuracy in self.inverse]
-        found += [full.full()] if self.full else []
-        return [*found, *(speed_table.speed_table(accuracy) for accuracy in self.from_speed)]
+            kernels += [quotient.best_fit(m, n, *ends) for m, n in self.minimax]
+            kernels += [quotient.accurate_quotient(accuracy, *ends) for accuracy in self.accuracy]
+        kernels += [inverse.inverse(accuracy) for accuracy in self.inverse]
+        kernels += [full.full()] if self.full else []
+        return [*kernels, *(speed_table.speed_table(accuracy) for accuracy in self.from_speed)]
 
     def command(self, target: str) -> str:
-        """Return the command line."""
+        """Return the command line that makes this request's file for a target ("c", "json", …)."""
         words = ["viscopade export", target]
         for option in fields(self):
             value = getattr(self, option.name)
             if value != option.default:
-                given = [""] if value is True else [str(value)] if isinstance(value, (str, int)) else value
-                texts = (item if isinstance(item, str) else "/".join(map(str, item)) for item in given)
+                # A switch has no value, a sequence repeats its option, and degrees are written m/n.
+                values = [""] if value is True else [str(value)] if isinstance(value, (str, int)) else value
+                texts = (text if isinstance(text, str) else "/".join(map(str, text)) for text in values)
                 words += (f"--{option.name.replace('_', '-')} {text}".rstrip() for text in texts)
         return " ".join(words)
 
@@ -144,8 +147,15 @@ class Entry:
 
 
 def _entries() -> Iterator[Entry]:
-    for m, n in ((0, 3), (1, 4), (2, 5), (3, 6)):  # the paper's; its module takes long to import
+    """Yield the ready kernels. Accuracies are round numbers for users; each kernel is the cheapest one for its own."""
+    for m, n in (
+        (0, 3),
+        (1, 4),
+        (2, 5),
+        (3, 6),
+    ):  # the paper's [m/m+3], typed here because its module takes long to import
         yield Entry("pade", f"{m}/{n}", Request(pade=((m, n),)))
+    # On 0 <= v* <= 5, where eps falls from 1 to 0.006.
     for accuracy in ("1e-3", "1e-5", "1e-8"):
         yield Entry("minimax", f"{accuracy} v5", Request(accuracy=(accuracy,), v_star_max="5"))
     for accuracy in ("1e-3", "1e-5", "1e-7"):
@@ -162,21 +172,22 @@ CATALOGUE: Mapping[str, Entry] = {entry.key: entry for entry in _entries()}
 
 
 def group(name: str) -> tuple[Entry, ...]:
-    """Return the entries of a group, in order."""
+    """Return the entries of a group, "pade" or "compact", in the catalogue's order."""
     return tuple(entry for entry in CATALOGUE.values() if entry.group == name)
 
 
 def group_request(name: str) -> Request:
     """Return the request for all kernels of a group, whose requests differ in the kernel alone."""
+    # The fields with sequences are put together; the others are those of the first request.
     requests, lists = [entry.request for entry in group(name)], dict[str, Any]()
     for field in fields(Request):
         if isinstance(field.default, tuple):
-            lists[field.name] = tuple(asked for request in requests for asked in getattr(request, field.name))
+            lists[field.name] = tuple(value for request in requests for value in getattr(request, field.name))
     return replace(requests[0], **lists)
 
 
 def kernel(key: str) -> Kernel:
-    """Return the kernel of a key.
+    """Return the kernel of a key of `CATALOGUE`, "compact 1e-5".
 
     Raises
     ------

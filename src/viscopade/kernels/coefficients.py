@@ -22,7 +22,7 @@ from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.kernel import Proof
 
 LOOSER = 100
-"""Without a limit, the error in type float may be this many times as large as in type double. Chosen by hand: rounding in
+"""Without a limit, the error in float may be this many times as large as in double. Chosen by hand: rounding in
 float adds 1e-6 to 3e-5, so that formulas to 1e-7 or better would lose most of their accuracy. It decides no kernel of
 the catalogue."""
 

@@ -19,7 +19,9 @@ from viscopade.theory.series import series
 
 
 def render(request: Request, target: str, module: str | None = None) -> str:
-    """Return the text that `viscopade export` makes; `module` is the module's name, if it has one of its own.
+    """Return the text that `viscopade export TARGET` makes of a request's kernels.
+
+    `module` is the module's name, if it has one of its own.
 
     Raises
     ------
@@ -30,7 +32,13 @@ def render(request: Request, target: str, module: str | None = None) -> str:
         raise ValueError(f"target is {target!r}: expected {', '.join(TARGETS)}")
     kernels, command = distinct(request.kernels()), request.command(target)
     if target not in TABLES:
-        return file_text(kernels, language(target), command, module or _module(request, target))
+        # Code. The module has the name of the file in `exports/` with this request, if there is one, and else the
+        # language's own, by which its files with one group of kernels and with several are told apart.
+        names = (name.partition(".")[0] for name, origin in _FILES.items() if origin == (request, target))
+        in_language = language(target)
+        own_name = f"{in_language.stem}_kernels" if len(in_language.groups) > 1 else in_language.stem
+        return file_text(kernels, in_language, command, module or next(names, own_name))
+    # Data: tables for people and programs. Only test vectors tell what a kernel with a table of numbers computes.
     if target != "vectors" and any(kernel.tables for kernel in kernels):
         raise ValueError(f"target is {target!r}: expected {_WITH_TABLES} or vectors, as the kernel has a table")
     if target == "latex":
@@ -38,23 +46,18 @@ def render(request: Request, target: str, module: str | None = None) -> str:
     return _TABLES[target](kernels, command)
 
 
-def _module(request: Request, target: str) -> str:
-    """Return the name of a file's module: that of the file in `exports/`, if there is one."""
-    known = [name.partition(".")[0] for name, made in _FILES.items() if made == (request, target)]
-    of = language(target)
-    return next(iter(known), f"{of.stem}_kernels" if len(of.groups) > 1 else of.stem)
-
-
 def distinct(kernels: Sequence[Kernel]) -> Sequence[Kernel]:
     """Return the kernels; refuse an empty sequence and repeated names."""
     if not kernels:
         raise ValueError("no kernel is asked for: expected at least one")
+    # The name of a function in code consists of what it takes and the kernel's name.
     for (_, name), count in Counter((kernel.argument, kernel.name) for kernel in kernels).items():
         if count > 1:
             raise ValueError(f"the kernel {name} is asked for twice: expected each kernel once")
     return kernels
 
 
+# The function that makes a target's text of kernels and the command.
 _TABLES: Mapping[str, Callable[[Sequence[Kernel], str], str]] = {
     "csv": tables.csv_table,
     "json": tables.json_table,
@@ -62,21 +65,27 @@ _TABLES: Mapping[str, Callable[[Sequence[Kernel], str], str]] = {
     "vectors": vectors.render,
 }
 
+# The request for all kernels of each group.
 _GROUPS = {name: catalogue.group_request(name) for name in ("pade", "minimax", "compact", "inverse")}
 PAPER, RECOMMENDED, COMPACT, INVERSE = _GROUPS.values()
+# The language, C, that writes kernels which read tables.
 _WITH_TABLES = next(name for name in LANGUAGES if language(name).table)
 
 
 def default(target: str) -> Request:
-    """Return the request of a command without options: the paper's table, or the kernels for all v* >= 0."""
+    """Return the request of `viscopade export TARGET` without options: the paper's table, or a language's first group.
+
+    That group are the kernels for all v* >= 0.
+    """
     return PAPER if target in TABLES else _GROUPS[language(target).groups[0]]
 
 
+# The files in `exports/` with kernels: name -> (request, target). A language has a file for each of its groups.
 _FILES = {
     **{
-        f"{of.stem}{f'_{group}' * (len(of.groups) > 1)}{of.ending}": (_GROUPS[group], of.name)
-        for of in map(language, LANGUAGES)
-        for group in of.groups
+        f"{code.stem}{f'_{group}' * (len(code.groups) > 1)}{code.ending}": (_GROUPS[group], code.name)
+        for code in map(language, LANGUAGES)
+        for group in code.groups
     },
     "pade_table.csv": (PAPER, "csv"),
     "pade_table.json": (PAPER, "json"),
@@ -101,7 +110,10 @@ _FILES |= {
 
 
 def render_series(target: str, order: int, digits: int) -> str:
-    """Return the table of h_0 … h_order as CSV, JSON or LaTeX, with its provenance."""
+    """Return the table of h_0 … h_order, eps = sum h_k v*^k, as CSV, JSON or LaTeX (`target`), with its provenance.
+
+    `digits` is the number of significant digits of each.
+    """
     command = f"viscopade export series-{target} --order {order} --digits {digits}"
     renderer = {"csv": tables.series_csv, "json": tables.series_json, "latex": tables.series_latex}[target]
     return renderer(series(order, digits).decimals(), command)
@@ -115,7 +127,8 @@ NAMES = (*_FILES, *_SERIES, VERSION_HEADER)
 
 
 def file(name: str) -> str:
-    """Return the text of a file in `exports/`."""
+    """Return the text of a file in `exports/`, by its name (one of `NAMES`)."""
+    # Three kinds of files: the series, the header with the version, and those with kernels.
     if name in _SERIES:
         return render_series(_SERIES[name], SERIES_ORDER, SERIES_DIGITS)
     if name == VERSION_HEADER:
