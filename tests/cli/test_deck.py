@@ -52,7 +52,7 @@ def deck(tmp_path, monkeypatch):
                 return (f"pair_coeff 1 2 hooke {texts['coefficients']}",)
 
             name = "type 1 - type 2"
-            return DeckContact(name, line(number, "pair_coeff"), hooke(e, units), sizes, marks=mixed, rewritten=lines)
+            return DeckContact(name, line(number, "pair_coeff"), hooke(e, units), sizes, marks=mixed, lines_with=lines)
 
         units, mixed = changes.get("units", "si"), ("mixed from 1 1 and 2 2",)
         small, large = Size(1e-3, 1e-5), Size(said.radii.get("2", (2e-3,))[-1], 8e-5)
@@ -219,7 +219,7 @@ def test_a_terminal_obeys_nothing_of_a_file(monkeypatch, deck):
     line = Line(Path("in.x"), 1, f"run {clear}")
     size = Size(1e-3, 1e-5)
     free = DeckContact(
-        clear, line, hooke(0.5), ((size, size),), marks=(clear,), rewritten=lambda texts: (f"pair_coeff {clear}",)
+        clear, line, hooke(0.5), ((size, size),), marks=(clear,), lines_with=lambda texts: (f"pair_coeff {clear}",)
     )
     whole = Deck(
         simulator_of("lammps"), Path("in.x"), FileUnits(), (DeckRun(line, None, 0.0, (free,)),), (), (line,), (clear,)

@@ -15,10 +15,10 @@ from viscopade.simulators.formula import (
     TSUJI,
     TSUJI_RETURN,
     DampingFormula,
-    epsilon_of,
+    kappa_for_epsilon,
+    law_epsilon,
     ratio_at_force_end,
     ratio_for_return,
-    wanted_kappa,
 )
 from viscopade.simulators.setup import NamedContact, Setup
 
@@ -59,15 +59,15 @@ def test_closed_forms_against_the_proven_integration(epsilon, law):
     if law.end == "return" and epsilon == 1e-30:
         return  # contact lasts too long to be integrated
     kappa = exact.invert(repr(epsilon), 20, law=law).mpf()["kappa"]
-    assert float(wanted_kappa(law, repr(epsilon)) / kappa - 1) == pytest.approx(0, abs=1e-17)
-    assert float(epsilon_of(law, kappa) / mpmath.mpf(repr(epsilon)) - 1) == pytest.approx(0, abs=1e-15)
-    assert wanted_kappa(law, "1") == ratio_at_force_end(mpmath.mpf(1)) == 0
+    assert float(kappa_for_epsilon(law, repr(epsilon)) / kappa - 1) == pytest.approx(0, abs=1e-17)
+    assert float(law_epsilon(law, kappa) / mpmath.mpf(repr(epsilon)) - 1) == pytest.approx(0, abs=1e-15)
+    assert kappa_for_epsilon(law, "1") == ratio_at_force_end(mpmath.mpf(1)) == 0
 
 
 def test_a_linear_spring_from_the_critical_damping_on_never_returns():
-    assert float(epsilon_of(LINEAR, mpmath.mpf(2))) == math.exp(-2)
+    assert float(law_epsilon(LINEAR, mpmath.mpf(2))) == math.exp(-2)
     with pytest.raises(ValueError, match="damping ratio is not below 1"):
-        epsilon_of(LINEAR_RETURN, mpmath.mpf(2))
+        law_epsilon(LINEAR_RETURN, mpmath.mpf(2))
 
 
 @pytest.mark.parametrize(

@@ -121,9 +121,9 @@ def test_sizes_that_do_not_matter_are_one_row():
 
 def test_what_to_write_instead():
     """Design 2.9, nu = 2: the number e whose exp(-pi zeta/w) = e gives eps = 0.5 with the end "force"."""
-    lines = contact(HOOKE | SI, (BEAD, BEAD), rewritten=lambda texts: (f"pair_coeff 1 1 {texts['coefficients']}",))
+    lines = contact(HOOKE | SI, (BEAD, BEAD), lines_with=lambda texts: (f"pair_coeff 1 1 {texts['coefficients']}",))
     (row,) = contact_rows(deck(run(lines)), 1.0, 0.5)
-    e = float(row.contact.rewritten(row.answer.instead)[0].split()[-1])
+    e = float(row.contact.lines_with(row.answer.instead)[0].split()[-1])
     zeta = -math.log(e) / math.hypot(math.pi, math.log(e))
     assert math.exp(-zeta * (math.pi - 2 * math.asin(zeta)) / math.sqrt(1 - zeta**2)) == pytest.approx(0.5, abs=1e-7)
 

@@ -26,7 +26,7 @@ from viscopade import Pair, Sphere
 from viscopade.collision.weight import calibrated
 from viscopade.simulators import TARGETS, input_file, simulator_with
 from viscopade.simulators.input_file import render
-from viscopade.simulators.setup import NamedContact, Setup, of_pair
+from viscopade.simulators.setup import NamedContact, Setup, pair_setup
 from viscopade.simulators.simulator import InputFile
 
 COMMAND = "viscopade simulators PROGRAM scene.toml"
@@ -163,7 +163,7 @@ def test_the_constant_eps(program, epsilon):
     assert 100 * ends[1] == pytest.approx(largest, rel=6e-3)
 
 
-FALL = of_pair(
+FALL = pair_setup(
     calibrated(
         Pair(
             Sphere(radius=0.01, density=2500, young_modulus=5e6, poisson_ratio=0.22, dissipative_constant=0),

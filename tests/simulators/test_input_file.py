@@ -14,7 +14,7 @@ from viscopade.generated import SPDX, __version__
 from viscopade.simulators import TARGETS, simulator_with
 from viscopade.simulators.input_file import render, table
 from viscopade.simulators.own_law import Softness, Wanted, render_own_law
-from viscopade.simulators.setup import NamedContact, Setup, of_pair
+from viscopade.simulators.setup import NamedContact, Setup, pair_setup
 from viscopade.simulators.simulator import OwnLaw
 
 COMMAND = "viscopade simulators lammps scene.toml"
@@ -127,4 +127,4 @@ def test_an_eps_that_is_no_normal_number_is_refused(target, dissipative_constant
         radius=0.01, density=2500, young_modulus=1e20, poisson_ratio=0.3, dissipative_constant=dissipative_constant
     )
     with pytest.raises(ValueError, match="eps is too small for double precision at the fastest impact"):
-        render(target, of_pair(Pair(ball, ball), 1e-3), "viscopade simulators")
+        render(target, pair_setup(Pair(ball, ball), 1e-3), "viscopade simulators")

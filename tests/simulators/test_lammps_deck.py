@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.simulators.two_balls import need
-from viscopade.simulators.deck import Said
+from viscopade.simulators.deck import DeckOptions
 from viscopade.simulators.lammps_deck import line_settings, read_input
 from viscopade.simulators.lammps_variables import Variables
 from viscopade.simulators.native import FileUnits, Impact, delivery
@@ -136,7 +136,7 @@ def deck_of(folder, text, said=None, **others):
     """Return a deck of a file with others beside it."""
     for name, content in {"in.deck": text, "spheres": SPHERES, **others}.items():
         (folder / name).write_text(content)
-    return read_input(folder / "in.deck", said or Said())
+    return read_input(folder / "in.deck", said or DeckOptions())
 
 
 def expected_epsilon(deck, run, contact, sizes):
@@ -217,7 +217,7 @@ def test_lines_to_write_instead_give_the_wanted_eps_in_lammps(name, tmp_path):
     mass, radius = (1 / sum(1 / size[i] for size in sizes if size is not None) for i in (1, 0))
     instead = delivery(deck.program.native, contact.settings, Impact(SPEED, mass, radius, 0, run.step), 0.42).instead
     # The wall's own line acts on all types.
-    lines = "\n".join(["unfix floor" if "wall" in name else "", *contact.rewritten(instead)])
+    lines = "\n".join(["unfix floor" if "wall" in name else "", *contact.lines_with(instead)])
     printed = lammps(
         text.replace("timestep", f"{lines}\ntimestep"), spheres=spheres_of(contact, sizes, run.step, 0.0, 0)
     )
@@ -399,7 +399,7 @@ def test_a_drum_of_two_types(tmp_path):
     assert radii(by_name["type 1 - wall 3"]) == [(0.201681,), (0.40678,)]
     assert {contact.name for contact in second.contacts} - set(by_name) == {"type 1 - wall 4", "type 2 - wall 4"}
     assert [line.text for line in deck.unread] == ["delete_atoms group high"]
-    lines = by_name["type 2 - wall 3"].rewritten({"coefficients": "1e5 0.25 0.3"})
+    lines = by_name["type 2 - wall 3"].lines_with({"coefficients": "1e5 0.25 0.3"})
     assert lines == (
         "group viscopade_type2 type 2  # later spheres are not in it, and fall through: pour them into it",
         "fix 3_type2 viscopade_type2 wall/gran/region granular hertz/material 1e5 0.25 0.3 tangential mindlin NULL 1 "
@@ -422,7 +422,7 @@ def test_pouring_in_two_dimensions(tmp_path):
     # LAMMPS gives spheres to pour in two dimensions the mass of spheres: pi/6 d^3.
     masses = [tuple(round(size.mass, 6) for size in sizes if size) for sizes in wall.sizes]
     assert masses == [(0.06545,), (0.523599,)]
-    assert pair.rewritten({"coefficients": "4000 120"}) == ("pair_style gran/hertz/history 4000 NULL 120 NULL 0.5 0",)
+    assert pair.lines_with({"coefficients": "4000 120"}) == ("pair_style gran/hertz/history 4000 NULL 120 NULL 0.5 0",)
 
 
 @pytest.mark.parametrize(
@@ -485,7 +485,7 @@ def test_a_chute_of_liggghts(tmp_path):
     assert top.reason == "cohesion sjkr: not computed here"
     assert ["fix adapt" in text for text in deck.warnings] == [True]
     line = "fix m3 all property/global coefficientRestitution peratomtypepair 2 0.3 0.25 0.25 0.9"
-    assert chute.rewritten({"coefficientRestitution": "0.25"}) == (line,)
+    assert chute.lines_with({"coefficientRestitution": "0.25"}) == (line,)
 
 
 def test_walls_of_other_types_have_other_numbers_to_write(tmp_path):
@@ -498,8 +498,8 @@ def test_walls_of_other_types_have_other_numbers_to_write(tmp_path):
         text += f"fix {name} all wall/gran model hertz primitive type {number} zplane 0\n"
     _, both, other = deck_of(tmp_path, f"{text}run 1\n").runs[0].contacts
     assert (both.name, other.name) == ("type 1 - wall w1, w3", "type 1 - wall w2")
-    assert both.rewritten({"coefficientRestitution": "0.5"}) == (f"{matrix} 0.9 0.5 0.7 0.5 1 1 0.7 1 1",)
-    assert other.rewritten({"coefficientRestitution": "0.5"}) == (f"{matrix} 0.9 0.7 0.5 0.7 1 1 0.5 1 1",)
+    assert both.lines_with({"coefficientRestitution": "0.5"}) == (f"{matrix} 0.9 0.5 0.7 0.5 1 1 0.7 1 1",)
+    assert other.lines_with({"coefficientRestitution": "0.5"}) == (f"{matrix} 0.9 0.7 0.5 0.7 1 1 0.5 1 1",)
 
 
 def test_numbers_of_liggghts_in_cgs_are_in_si_units(tmp_path):
@@ -511,7 +511,7 @@ def test_numbers_of_liggghts_in_cgs_are_in_si_units(tmp_path):
     deck = deck_of(tmp_path, f"{text}create_atoms 1 single 0 0 0\n")
     contact = deck.runs[0].contacts[0]
     assert (float(contact.settings["kn"]), float(contact.settings["gamman"])) == (4e7, 3000)
-    assert contact.rewritten({"gamman": "4000"}) == ("fix 2 all property/global gamman peratomtypepair 1 40",)
+    assert contact.lines_with({"gamman": "4000"}) == ("fix 2 all property/global gamman peratomtypepair 1 40",)
     assert contact.sizes[0][0].mass == pytest.approx(math.pi / 6)  # the default sphere, in the units of the file
 
 
@@ -574,9 +574,9 @@ def test_everything_that_is_missing_is_named_at_once(tmp_path):
         "the value of the variable t (--variable t=VALUE)",
         *spheres,
     )
-    said = Said({"k": "1e4", "e": "50", "t": "1e-6"})
+    said = DeckOptions({"k": "1e4", "e": "50", "t": "1e-6"})
     assert deck_of(tmp_path, text, said).missing == spheres
-    said = Said(said.variables, {"1": (1e-3, 2e-3), "2": (4e-3,)}, {"1": 2500.0, "2": 1000.0})
+    said = DeckOptions(said.variables, {"1": (1e-3, 2e-3), "2": (4e-3,)}, {"1": 2500.0, "2": 1000.0})
     deck = deck_of(tmp_path, text.replace("units si", "units cgs"), said)
     one, mixed, two = deck.runs[0].contacts
     assert not deck.missing
@@ -639,7 +639,7 @@ def test_groups_and_substyles(tmp_path, lines, expected, mark):
     assert {contact.name: contact.settings["coefficients"] for contact in run.contacts} == expected
     assert {contact.settings["units"] for contact in run.contacts} == {"si"}
     assert not deck.unread
-    written = [contact.rewritten({"coefficients": "3 4"}) for contact in run.contacts]
+    written = [contact.lines_with({"coefficients": "3 4"}) for contact in run.contacts]
     assert all(line.startswith(("pair_style", "group", "fix")) for lines in written for line in lines)
 
 
@@ -754,7 +754,7 @@ def test_variables_that_need_a_run_or_a_shell_are_missing(tmp_path, style):
     deck = deck_of(tmp_path, f"variable x {style}\n{CONTACT}")
     option = "(--variable x=VALUE)"
     assert deck.missing == (f"the value of the variable x, of style {style.split()[0]} in line 1 {option}",)
-    assert not deck_of(tmp_path, f"variable x {style}\n{CONTACT}", Said({"x": "5"})).missing
+    assert not deck_of(tmp_path, f"variable x {style}\n{CONTACT}", DeckOptions({"x": "5"})).missing
 
 
 def test_nothing_of_a_file_is_run(tmp_path):
@@ -785,8 +785,8 @@ def test_a_gravity_of_a_run_is_asked_for(tmp_path):
 
 def test_options_need_an_effect(tmp_path):
     for said, message in (
-        (Said({"q": "1", "x": "2"}), "has no variable q"),
-        (Said({"x": "2"}, {"7": (1e-3,)}), "has no type 7: expected 1"),
+        (DeckOptions({"q": "1", "x": "2"}), "has no variable q"),
+        (DeckOptions({"x": "2"}, {"7": (1e-3,)}), "has no type 7: expected 1"),
     ):
         with pytest.raises(ValueError, match=message):
             deck_of(tmp_path, f"units si\n{CONTACT}", said)
@@ -874,8 +874,8 @@ def test_other_styles_are_rows_without_a_number_or_none_at_all(tmp_path):
     }
     first, *_, last = (contact for contact in contacts if not contact.reason)
     line = "pair_style hybrid/overlay gran/hooke 1e4 NULL 60 NULL 0 0 lj/cut 2.5 granular"
-    assert first.rewritten({"coefficients": "1e4 60"}) == (line,)
-    assert last.rewritten({"coefficients": "7 9"}) == ("pair_coeff 2 3 granular hooke 7 9",)
+    assert first.lines_with({"coefficients": "1e4 60"}) == (line,)
+    assert last.lines_with({"coefficients": "7 9"}) == ("pair_coeff 2 3 granular hooke 7 9",)
 
 
 def test_files_are_sought_beside_the_input(tmp_path):
@@ -911,7 +911,7 @@ def test_a_file_of_windows_is_the_same(tmp_path):
     """A mark of the order of bytes, ends of lines with a carriage return, and bytes that are no text."""
     text = CONTACT.replace("$x", "&\n 5").replace("\n", "\r\n")
     (tmp_path / "in.deck").write_bytes(b"\xef\xbb\xbf" + f"units si # \xe9\r\n{text}".encode("latin-1"))
-    deck = read_input(tmp_path / "in.deck", Said())
+    deck = read_input(tmp_path / "in.deck", DeckOptions())
     assert deck.runs[0].contacts[0].settings["coefficients"] == "1e4 5"
     assert deck.units.length == "m"
 

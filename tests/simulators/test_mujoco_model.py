@@ -10,7 +10,7 @@ import pytest
 
 from viscopade.extras import MissingPackage
 from viscopade.simulators import mujoco_model
-from viscopade.simulators.deck import INCLINED, Said
+from viscopade.simulators.deck import INCLINED, DeckOptions
 from viscopade.simulators.mujoco import NATIVE, Surface, mixed_surface
 from viscopade.simulators.native import Impact, delivery
 
@@ -51,7 +51,7 @@ SPEED = 1.0
 def deck_of(tmp_path, text):
     file = tmp_path / "model.xml"
     file.write_text(text)
-    return mujoco_model.read_model(file, Said())
+    return mujoco_model.read_model(file, DeckOptions())
 
 
 def row_of(tmp_path, **parts):
@@ -63,7 +63,7 @@ def row_of(tmp_path, **parts):
 
 def names_of(contact):
     """Return the pairs of geoms in the lines to write instead."""
-    return [tuple(re.findall(r'geom[12]="([^"]*)"', line)) for line in contact.rewritten({"solref": "1 1"})]
+    return [tuple(re.findall(r'geom[12]="([^"]*)"', line)) for line in contact.lines_with({"solref": "1 1"})]
 
 
 def run_epsilon(text, names, phase, gravity, distance=0.0):
@@ -326,7 +326,7 @@ def test_what_is_written_instead_gives_the_wanted_eps(tmp_path):
     (contact, *_) = (contact for contact in deck_of(tmp_path, FIVE).runs[0].contacts if contact.name == "ball - rough")
     impact = Impact(SPEED, step=0.0005)
     instead = delivery(NATIVE, contact.settings, impact, 0.7).instead
-    (line,) = contact.rewritten(instead)
+    (line,) = contact.lines_with(instead)
     assert line.startswith('<pair geom1="ball" geom2="rough" ')
     rows = deck_of(tmp_path, FIVE.replace("<contact>", f"<contact>{line}")).runs[0].contacts
     (again,) = (row for row in rows if row.name == "ball - rough")
@@ -392,7 +392,7 @@ def test_hostile_models(tmp_path, monkeypatch, name):
 
 def test_a_model_says_everything_itself(tmp_path):
     with pytest.raises(ValueError, match="takes no variable, radius or density: expected --speed"):
-        mujoco_model.read_model(tmp_path / "model.xml", Said(densities={"a": 1000.0}))
+        mujoco_model.read_model(tmp_path / "model.xml", DeckOptions(densities={"a": 1000.0}))
 
 
 def test_a_missing_package_is_named_before_any_work(tmp_path, monkeypatch):
@@ -400,4 +400,4 @@ def test_a_missing_package_is_named_before_any_work(tmp_path, monkeypatch):
     with pytest.raises(
         MissingPackage, match=r"viscopade audit FILE needs mujoco.*pip install 'viscopade\[simulators\]'"
     ):
-        mujoco_model.read_model(tmp_path / "gone.xml", Said())
+        mujoco_model.read_model(tmp_path / "gone.xml", DeckOptions())

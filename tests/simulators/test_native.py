@@ -511,9 +511,8 @@ def newton_epsilon(ke, kd, mass=1.0):
 def test_newtons_damping_of_the_approach_has_its_closed_form(zeta):
     """Only the approach is damped: eps is the greatest x of x'' + 2 zeta x' + x = 0, x(0) = 0, x'(0) = 1."""
     w, ke, mass = np.sqrt(abs(1 - zeta**2)), 1e5, 3.0
-    turning = (
-        np.arctan2(w, zeta) / w if zeta < 1 else np.arctanh(w / zeta) / w
-    )  # the time of x' = 0, where x is e^(-zeta t)
+    # The time of x' = 0, where x is e^(-zeta t).
+    turning = (np.arctan2(w, zeta) if zeta < 1 else np.arctanh(w / zeta)) / w
     assert newton_epsilon(ke, 2 * zeta * np.sqrt(ke * mass), mass) == pytest.approx(np.exp(-zeta * turning), abs=1e-9)
 
 
@@ -526,7 +525,7 @@ def test_newton_gets_the_damping_of_one_half():
 @pytest.mark.parametrize("kd", [1e-3, 0.5, 2, np.sqrt(10), 30])  # zeta = kd/2 is below, at and above 1
 def test_newtons_formula_is_the_sampled_contact(kd):
     formula = simulator_of("newton").formula("SolverSemiImplicit, damping of the approach")
-    assert float(formula.delivered(formula.kappa(mp.mpf(kd)))) == pytest.approx(newton_epsilon(1, kd), rel=1e-8)
+    assert float(formula.contact_epsilon(formula.kappa(mp.mpf(kd)))) == pytest.approx(newton_epsilon(1, kd), rel=1e-8)
 
 
 def test_newton_has_other_units_with_the_solver_of_mujoco():
@@ -600,11 +599,11 @@ def test_wrong_parameters(settings, message):
 
 
 def test_numbers_may_have_units():
-    one, two = Parameter("young", "Pa", default="1e9"), Parameter("both", "N/m", default="1 2", most=2)
+    one, two = Parameter("young", "Pa", default="1e9"), Parameter("both", "N/m", default="1 2", max_numbers=2)
     assert one.value("70 GPa") == one.value("7e10") == 7e10
     assert two.value("3 kN/m, 4 N/m") == (3000, 4)
     assert two.value("3") == (3, 2)
-    assert two.written(two.value("3, 4")) == "3 4"
+    assert two.text(two.value("3, 4")) == "3 4"
     for wrong in ("70 kg", "1 GPa, 2 GPa", "-1", "x"):
         with pytest.raises(ValueError, match="expected a number >= 0, in Pa"):
             one.value(wrong)

@@ -9,7 +9,7 @@ import pytest
 
 from tests.simulators.test_impulse import PHASES, measured, package
 from viscopade.simulators import simulator_of
-from viscopade.simulators.native import Impact, delivery, without_effect
+from viscopade.simulators.native import Impact, delivery, names_without_effect
 
 STEPS = 400  # after which a body that has not left stays
 
@@ -102,7 +102,7 @@ def test_a_soft_contact_of_a_million_steps_is_that_of_infinitely_many():
     """Without damping eps is 1. All steps would take minutes."""
     native, given = simulator_of("gazebo").native, {"kp": "2", "kd": "0", "max_vel": "10"}
     impact = Impact(1.0, 1.0, None, 0.0, 1e-6)
-    assert without_effect(native, given, impact) == ()
+    assert names_without_effect(native, given, impact) == ()
     found = delivery(native, given, impact, weight_is_known=True)
     assert found.collision.epsilon == pytest.approx(1, abs=1e-9)
     assert found.warnings == ("A contact has 3.1e+06 time steps: this is eps with infinitely many",)
@@ -455,9 +455,11 @@ def test_a_compliant_contact_with_velocity_iterations_of_tgs_is_refused():
 def test_a_warning_hides_no_option_without_effect():
     """BEPU's numbers are per mass, and Gazebo needs no radius; both warn that they were not run."""
     settings = {"Frequency": "5", "DampingRatio": "0.1", "MaximumRecoveryVelocity": "1e9"}
-    assert without_effect(simulator_of("bepu").native, settings, Impact(4.0, 0.7, None, 0.0, 1 / 60)) == ("mass",)
+    assert names_without_effect(simulator_of("bepu").native, settings, Impact(4.0, 0.7, None, 0.0, 1 / 60)) == ("mass",)
     settings = {"kp": "1e4", "max_vel": "9"}
-    assert without_effect(simulator_of("gazebo").native, settings, Impact(1.0, 0.7, 0.1, 9.81, 1e-3)) == ("radius",)
+    assert names_without_effect(simulator_of("gazebo").native, settings, Impact(1.0, 0.7, 0.1, 9.81, 1e-3)) == (
+        "radius",
+    )
 
 
 def test_the_step_itself_damps():

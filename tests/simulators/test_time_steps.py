@@ -9,7 +9,7 @@ from tests.closed_forms import nu_2
 from viscopade.collision import exact
 from viscopade.collision.schemes import IMPLICIT, RUNGE_KUTTA, SEMI_IMPLICIT
 from viscopade.simulators.audit import largest_step, step_slope
-from viscopade.simulators.formula import compensated, stepped_collision
+from viscopade.simulators.formula import kappa_in_steps, stepped_collision
 from viscopade.theory.law import law_of
 
 LAWS = [
@@ -80,7 +80,7 @@ def test_the_largest_step_for_an_error_has_that_error():
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: f"{law}-{law.end}")
 def test_damping_compensates_for_the_step(law):
     for step in (0.02, 0.1):
-        kappa = compensated(law, 0.6, step, SEMI_IMPLICIT)
+        kappa = kappa_in_steps(law, 0.6, step, SEMI_IMPLICIT)
         assert stepped_collision(law, kappa, step, SEMI_IMPLICIT).epsilon == pytest.approx(0.6, abs=1e-9)
 
 
@@ -102,8 +102,8 @@ def test_other_schemes_deliver_the_proven_eps_in_the_limit(scheme, name):
 
 def test_a_number_far_from_that_of_fine_steps_is_found_or_refused():
     law = law_of("hunt-crossley:1")
-    kappa = compensated(law, 0.9, 0.02, IMPLICIT)
+    kappa = kappa_in_steps(law, 0.9, 0.02, IMPLICIT)
     assert kappa < 0.0166
     assert stepped_collision(law, kappa, 0.02, IMPLICIT).epsilon == pytest.approx(0.9, abs=1e-9)
     with pytest.raises(ValueError, match=r"0\.1 of the contact time: no damping gives eps = 0\.9"):
-        compensated(law, 0.9, 0.1, IMPLICIT)
+        kappa_in_steps(law, 0.9, 0.1, IMPLICIT)

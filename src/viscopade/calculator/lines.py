@@ -11,7 +11,7 @@ from typing import Any
 from mpmath import mp
 
 from viscopade.simulators import TARGETS, simulator_with
-from viscopade.simulators.formula import DampingFormula, same
+from viscopade.simulators.formula import DampingFormula, identity
 from viscopade.simulators.simulator import OwnLaw
 
 
@@ -48,7 +48,7 @@ def _kappa(formula: DampingFormula, text: OwnLaw) -> dict[str, Any]:
     The ratio is -ln e/sqrt(pi^2 + ln^2 e), which is 1/sqrt(2) for e = exp(-pi).
     """
     # For a damping ratio of 1/sqrt(2), kappa is formula.kappa(exp(-pi)): so the factor is sqrt(2) times that.
-    restitution = formula.written is same
+    restitution = formula.usual_parameter is identity
     factor = formula.kappa(mp.exp(-mp.pi)) * mp.sqrt(2) if restitution else formula.kappa(mp.mpf(1))
     per = "root of stiffness" if text.per_mass else "speed" if text.per_speed else ""
     return {"factor": float(factor), "restitution": restitution, "per": per}

@@ -51,7 +51,7 @@ def show_contact(
 ) -> None:
     """Print the eps of the contact in a user's file, or with any force."""
     from viscopade.simulators.lammps_deck import line_settings
-    from viscopade.simulators.native import FileUnits, delivery, without_effect
+    from viscopade.simulators.native import FileUnits, delivery, names_without_effect
     from viscopade.simulators.own_law import FEWEST_STEPS
     from viscopade.simulators.setup import SI
 
@@ -68,7 +68,7 @@ def show_contact(
 
     has_wall = any(text.split()[0] == "fix" for text in pasted)
     impact, sized = _impact(radius, density, has_wall, **quantities, **{"time-step": time_step})
-    units_are_assumed = pasted and sized and "units" in native.known and "units" not in texts
+    units_are_assumed = pasted and sized and "units" in native.parameters_by_name and "units" not in texts
     if units_are_assumed:
         texts["units"] = "si"
     unsized = native.units(native.values(texts)).unsized
@@ -81,7 +81,7 @@ def show_contact(
         )
     if epsilon is not None:
         target = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
-    for useless in without_effect(native, texts, impact):
+    for useless in names_without_effect(native, texts, impact):
         # The mass depends on the radius of spheres; a pasted line is whole.
         if (useless == "radius" and density) or f"{useless}={texts.get(useless)}" in of_lines:
             continue
@@ -249,7 +249,7 @@ def _say_contact(
         say(f"depth {collision.depth:.4g} {units.length}{duration if collision.parts else ''}")
     used = {name: value for name, value in outcome.values.items() if name in outcome.values.read - {native.integrator}}
     if used:
-        say(f"for {', '.join(filter(None, (_words(native.written(used)), bodies)))}")
+        say(f"for {', '.join(filter(None, (_words(native.texts(used)), bodies)))}")
     for name, mixed in outcome.values.mixed.items():
         say(mixed.sentence(name))
     if (sticking := outcome.sticking) is not None:

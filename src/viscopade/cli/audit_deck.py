@@ -46,7 +46,7 @@ def show_deck(
 ) -> None:
     """Print a row for each contact of a file."""
     from viscopade.simulators import lammps_deck, mujoco_model
-    from viscopade.simulators.deck import DeckRun, Said
+    from viscopade.simulators.deck import DeckOptions, DeckRun
     from viscopade.simulators.deck_rows import contact_rows
     from viscopade.simulators.native import Impact
 
@@ -61,7 +61,7 @@ def show_deck(
     densities = {
         name: si_number("density", text, sized) for name, text in values_by_name("--density", density, "1=2500").items()
     }
-    said = Said(values_by_name("--variable", variable, "n=5"), radii, densities)
+    said = DeckOptions(values_by_name("--variable", variable, "n=5"), radii, densities)
     texts = {**quantities, "time-step": time_step}
     si = {name: None if text is None else si_number(name, text, sized) for name, text in texts.items()}
     target = None
@@ -134,7 +134,7 @@ def _fields(row: DeckRow) -> dict[str, Any]:
         "step": run.step,
         "steps": row.steps,
         "sticking_speed": answer.sticking_speed,
-        "instead": None if instead is None else list(contact.rewritten(instead)),
+        "instead": None if instead is None else list(contact.lines_with(instead)),
         "reason": answer.reason,
         "marks": list(contact.marks),
         "warnings": list(answer.warnings),
@@ -193,7 +193,7 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
         kinds = {"": (*reasons, *row.contact.marks), "Warning, ": row.answer.warnings}
         for kind, text in ((kind, text) for kind, texts in kinds.items() for text in texts):
             sentences.setdefault((kind, re.sub(_NUMBER, "#", text) if kind else text), {})[i] = text
-        lines = row.contact.rewritten(row.answer.instead) if row.answer.instead else ()
+        lines = row.contact.lines_with(row.answer.instead) if row.answer.instead else ()
         if lines:
             weight, place = " with weight" if row.impact.gravity else "", _position(lines, row.contact.line, deck)
             replacements.setdefault((weight, place, lines), []).append(i)

@@ -118,14 +118,14 @@ def _audits(
     ValueError
         If all refuse all.
     """
-    from viscopade.simulators.audit import audited
+    from viscopade.simulators.audit import audit_formula
 
     found, refused = [], []
     for program in programs:
         for formula in program.formulas:
             for asked in wanted:
                 try:
-                    found.append(audited(program, formula, asked, step, step_error))
+                    found.append(audit_formula(program, formula, asked, step, step_error))
                 except ValueError as error:
                     refused.append(f"{program.title}: {error}")
     if not found:

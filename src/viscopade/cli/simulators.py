@@ -182,11 +182,11 @@ def _setup_of_material(
     options: dict[str, Any],
 ) -> Setup:
     """Return one pair of bodies with the given A, or with the A that gives eps at the speed."""
-    from viscopade.simulators.setup import of_pair
+    from viscopade.simulators.setup import pair_setup
 
     pair = pair_with(epsilon, speed, gravity, **options)
     fastest = speed if speeds is None else speeds[1]
-    return of_pair(pair, speed, speeds, tuple(limits_of(pair, fastest, yield_strength)), gravity)
+    return pair_setup(pair, speed, speeds, tuple(limits_of(pair, fastest, yield_strength)), gravity)
 
 
 def _own_law_text(target: str, found: _Given, words: str, given: dict[str, Any]) -> str:

@@ -147,7 +147,7 @@ def _of_formula(formula: DampingFormula, kappa: float, speed: float) -> Restitut
     power = float(2 * formula.law.c)
 
     def epsilon(v: float) -> float:
-        value = formula.delivered(mp.mpf(kappa * (v / speed) ** power))
+        value = formula.contact_epsilon(mp.mpf(kappa * (v / speed) ** power))
         return np.nan if value is None else float(value)
 
     return lambda v: np.array([epsilon(v_i) for v_i in v.tolist()])

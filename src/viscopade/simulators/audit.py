@@ -12,7 +12,14 @@ from mpmath import mp
 
 from viscopade.collision.contact import PHASES, Contact, SampledCollision, resolving_factor
 from viscopade.collision.schemes import Scheme
-from viscopade.simulators.formula import DIGITS, REASONS, DampingFormula, compensated, stepped_collision, wanted_kappa
+from viscopade.simulators.formula import (
+    DIGITS,
+    REASONS,
+    DampingFormula,
+    kappa_for_epsilon,
+    kappa_in_steps,
+    stepped_collision,
+)
 from viscopade.simulators.native import SPREAD
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law
@@ -68,7 +75,11 @@ class Audit:
 
         The damping gives eps on average. None without a time step or damping, or if the time step is short enough.
         """
-        law, scheme, near = self.formula.law, self.formula.scheme, float(wanted_kappa(self.formula.law, self.asked))
+        law, scheme, near = (
+            self.formula.law,
+            self.formula.scheme,
+            float(kappa_for_epsilon(self.formula.law, self.asked)),
+        )
         if self.time_step is None or scheme is None or near == 0:
             return None
 
@@ -99,7 +110,7 @@ class Advice:
     slope: float
 
 
-def audited(
+def audit_formula(
     program: Simulator,
     formula: DampingFormula,
     asked: str,
@@ -126,15 +137,15 @@ def audited(
         If the program does not accept what people would write for this eps.
     """
     kappa, step = formula.damping(asked), None if formula.scheme is None else time_step
-    delivered = formula.delivered(kappa)
+    delivered = formula.contact_epsilon(kappa)
     wrong = delivered is None or abs(delivered / mp.mpf(asked) - 1) > _AGREES
     reasons = [REASONS[formula.reason], *([formula.note] if formula.note else [])] if wrong else []
-    wanted, stepped = wanted_kappa(formula.law, asked), None
+    wanted, stepped = kappa_for_epsilon(formula.law, asked), None
     if step is not None and formula.scheme is not None:
         stepped = stepped_collision(formula.law, float(kappa), step, formula.scheme)
         reasons.append(f"The time step adds {stepped.epsilon - float(delivered or 0):+.2g} on average.")
         try:
-            wanted = compensated(formula.law, float(asked), step, formula.scheme)
+            wanted = kappa_in_steps(formula.law, float(asked), step, formula.scheme)
         except ValueError as error:
             wanted = None
             reasons.append(f"No damping gives it: {error}; expected a shorter step or a longer contact.")
@@ -142,13 +153,13 @@ def audited(
     if instead is None and wanted is not None:
         reasons.append(f"No {formula.parameter} in its range gives it.")
     with mp.workdps(DIGITS):
-        written = float(formula.written(mp.mpf(asked)))
+        written = float(formula.usual_parameter(mp.mpf(asked)))
     number = None if instead is None else float(instead)
-    advice = None if step_error is None or delivered is None else advised(formula, kappa, delivered, step_error)
+    advice = None if step_error is None or delivered is None else step_advice(formula, kappa, delivered, step_error)
     return Audit(program, formula, asked, written, delivered, step, stepped, number, tuple(reasons), advice)
 
 
-def advised(formula: DampingFormula, kappa: Any, delivered: Any, error: float) -> Advice | None:
+def step_advice(formula: DampingFormula, kappa: Any, delivered: Any, error: float) -> Advice | None:
     """Return how eps depends on the time step; None for a program without time steps."""
     if formula.scheme is None:
         return None

@@ -89,19 +89,19 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     if model in _LINEAR:
         k *= (mass * values["characteristic_velocity"] ** 2 / k) ** 0.2
     restitution = values.mix("restitution", native.SMALLER, _MIXED)
-    return native.power_of(formula, max(restitution, float(_ACCEPTED[0])), k, mass)
+    return native.power_force(formula, max(restitution, float(_ACCEPTED[0])), k, mass)
 
 
 _NATIVE = native.Native(
     (
         native.Parameter("contact_force_model", default="Hertz", words=("Hertz", *_LINEAR, "PlainCoulomb")),
         native.Parameter("use_material_properties", default="true", words=("true", "false")),
-        native.positive("young_modulus", "Pa", "2e5", both=True),
+        native.positive("young_modulus", "Pa", "2e5", per_body=True),
         native.poisson_ratios("poisson_ratio", "0.3"),
-        native.restitution("restitution", "0.4", both=True),
+        native.restitution("restitution", "0.4", per_body=True),
         native.positive("characteristic_velocity", "m/s", "1"),
-        native.Parameter("kn", "", "2e5", f"a number > 0: in {_KN}", lambda pair: min(pair) > 0, both=True),
-        native.Parameter("gn", "", "40", f"a number >= 0: in {_GN}", both=True),
+        native.Parameter("kn", "", "2e5", f"a number > 0: in {_KN}", lambda pair: min(pair) > 0, per_body=True),
+        native.Parameter("gn", "", "40", f"a number >= 0: in {_GN}", per_body=True),
         native.positive("fixed_body_mass", "kg"),
     ),
     _force,

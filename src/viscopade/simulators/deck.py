@@ -58,7 +58,7 @@ class DeckContact:
         Why there is no number; "" if there is one.
     marks : tuple of str
         What a reader of the row has to know, such as "mixed from the lines of each type" or "geom on a jointed body".
-    rewritten : callable
+    lines_with : callable
         From texts of parameters, by name, to the lines of this file that give them.
     """
 
@@ -70,7 +70,7 @@ class DeckContact:
     count: int = 1
     reason: str = ""
     marks: tuple[str, ...] = ()
-    rewritten: Callable[[Mapping[str, str]], tuple[str, ...]] = field(default=lambda settings: (), compare=False)
+    lines_with: Callable[[Mapping[str, str]], tuple[str, ...]] = field(default=lambda settings: (), compare=False)
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Deck:
 
 
 @dataclass(frozen=True)
-class Said:
+class DeckOptions:
     """What options say of a deck, beside its file.
 
     Attributes

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from viscopade.collision.contact import SampledCollision
 from viscopade.progress import track
 from viscopade.simulators.deck import Deck, DeckContact, DeckRun, Size
-from viscopade.simulators.native import FileUnits, Impact, delivery, effective, without_effect
+from viscopade.simulators.native import FileUnits, Impact, delivery, effective, names_without_effect
 
 TOO_DEEP = "The overlap is larger than the radius: the bodies pass through each other, whatever eps is"
 
@@ -100,7 +100,7 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
     @cache
     def effective_values(settings: tuple[tuple[str, str], ...], impact: Impact) -> Impact:
         """Return the impact without the mass or radius on which eps does not depend."""
-        useless = without_effect(native, dict(settings), replace(impact, step=None).in_units(to_si))
+        useless = names_without_effect(native, dict(settings), replace(impact, step=None).in_units(to_si))
         mass, radius = (None if name in useless else getattr(impact, name) for name in ("mass", "radius"))
         return replace(impact, mass=mass, radius=radius)
 

@@ -35,7 +35,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     mass = impact.effective_mass
     if "SetMass" in values:
         mass *= values["SetMass"] / (mass + values["SetMass"])
-    return native.power_of(SIMULATOR.formula("Hertzian"), e, k, mass)
+    return native.power_force(SIMULATOR.formula("Hertzian"), e, k, mass)
 
 
 SIMULATOR = Simulator(
@@ -45,9 +45,9 @@ SIMULATOR = Simulator(
     formulas("CoR", ("1e-12", "1"), _SOURCE, ("Hertzian", TSUJI_RETURN, tsuji_kappa, "exact"), scheme=TAYLOR),
     native=native.Native(
         (
-            native.positive("E", "Pa", both=True),
+            native.positive("E", "Pa", per_body=True),
             native.poisson_ratios("nu"),
-            native.restitution("CoR", least_written=1e-12, both=True),
+            native.restitution("CoR", least_epsilon=1e-12, per_body=True),
             native.positive("SetMass", "kg"),
         ),
         _force,

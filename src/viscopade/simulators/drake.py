@@ -87,9 +87,9 @@ def _warnings(values: Values, impact: Impact) -> Iterator[str]:
 
 _NATIVE = Native(
     (
-        Parameter("point_stiffness", "N/m", "1e6", "a number > 0", lambda pair: min(pair) > 0, both=True),
-        Parameter("hunt_crossley_dissipation", "s/m", "50", both=True),
-        Parameter("relaxation_time", "s", "0.1", both=True),
+        Parameter("point_stiffness", "N/m", "1e6", "a number > 0", lambda pair: min(pair) > 0, per_body=True),
+        Parameter("hunt_crossley_dissipation", "s/m", "50", per_body=True),
+        Parameter("relaxation_time", "s", "0.1", per_body=True),
     ),
     _force,
     f"multibody/{_DISCRETE}",

@@ -1,8 +1,8 @@
 """Formulas of programs that compute damping from a wanted eps.
 
-A formula has two halves. `DampingFormula.written` is what people write for a wanted eps: eps itself where the program
-asks for it, else the number that a manual tells them. `DampingFormula.kappa` is what the program makes of that number:
-the damping of the scaled equation x'' + x^a + kappa x^b x' = 0, with the law and the end of contact that it has.
+A formula has two halves. `DampingFormula.usual_parameter` is what people write for a wanted eps: eps itself where the
+program asks for it, else the number that a manual tells them. `DampingFormula.kappa` is what the program makes of that
+number: the damping of the scaled equation x'' + x^a + kappa x^b x' = 0, with the law and the end of contact.
 
 The number to write instead is the one whose kappa gives the wanted eps: the program's own formula, inverted.
 
@@ -52,7 +52,7 @@ _THORNTON = (
 )
 
 
-def same(value: Any) -> Any:
+def identity(value: Any) -> Any:
     """Return the value: a program that takes eps, or the damping of the scaled equation, itself."""
     return value
 
@@ -82,7 +82,7 @@ class DampingFormula:
         Why the contact gives a different eps than asked for: a key of `REASONS`.
     source : str
         File of the program, or citation.
-    written : callable
+    usual_parameter : callable
         From the wanted eps to the parameter, both mpmath numbers.
     note : str
         What a reader of the row must know, a sentence.
@@ -99,7 +99,7 @@ class DampingFormula:
     accepted: tuple[str, str]
     reason: Reason
     source: str
-    written: Callable[[Any], Any] = same
+    usual_parameter: Callable[[Any], Any] = identity
     note: str = ""
     scheme: Scheme | None = SEMI_IMPLICIT
     is_impulse: bool = False
@@ -111,7 +111,7 @@ class DampingFormula:
     def damping(self, asked: str) -> Any:
         """Return the kappa of the contact if eps = `asked` is wanted, an mpmath number."""
         with mp.workdps(DIGITS + _GUARD):
-            parameter = self.written(mp.mpf(asked))
+            parameter = self.usual_parameter(mp.mpf(asked))
             low, high = map(mp.mpf, self.accepted)
             if not low <= parameter <= high:
                 raise ValueError(
@@ -120,10 +120,10 @@ class DampingFormula:
                 )
             return +self.kappa(parameter)
 
-    def delivered(self, kappa: Any) -> Any:
+    def contact_epsilon(self, kappa: Any) -> Any:
         """Return the proven eps of the contact with a kappa, an mpmath number; None if the bodies never part."""
         try:
-            return epsilon_of(self.law, kappa)
+            return law_epsilon(self.law, kappa)
         except ValueError:
             if self.law.bounded:
                 return None
@@ -152,7 +152,7 @@ class DampingFormula:
 
     def instead(self, asked: str) -> Any:
         """Return the parameter that gives `asked` in the continuum, an mpmath number; None if none does."""
-        return self.parameter_of(wanted_kappa(self.law, asked))
+        return self.parameter_of(kappa_for_epsilon(self.law, asked))
 
 
 Row = tuple[str, Law, Callable[[Any], Any], Reason] | tuple[str, Law, Callable[[Any], Any], Reason, str]
@@ -164,14 +164,14 @@ def formulas(
     accepted: tuple[str, str],
     source: str,
     *rows: Row,
-    written: Callable[[Any], Any] = same,
+    usual_parameter: Callable[[Any], Any] = identity,
     scheme: Scheme | None = SEMI_IMPLICIT,
     is_impulse: bool = False,
 ) -> tuple[DampingFormula, ...]:
     """Return a table of formulas that take the same parameter; the arguments are those of `DampingFormula`."""
     return tuple(
         DampingFormula(
-            name, law, parameter, kappa, accepted, reason, source, written, "".join(note), scheme, is_impulse
+            name, law, parameter, kappa, accepted, reason, source, usual_parameter, "".join(note), scheme, is_impulse
         )
         for name, law, kappa, reason, *note in rows
     )
@@ -192,12 +192,12 @@ def viscoelastic_formula(
     """
     reason: Reason = "exact" if end == "force" else "other end"
     row = name, law_of(VISCOELASTIC, end), mp.mpf, reason, note
-    (found,) = formulas(parameter, ("0", "1e6"), source, row, written=viscoelastic_kappa, scheme=scheme)
+    (found,) = formulas(parameter, ("0", "1e6"), source, row, usual_parameter=viscoelastic_kappa, scheme=scheme)
     return found
 
 
 @cache
-def epsilon_of(law: Law, kappa: Any) -> Any:
+def law_epsilon(law: Law, kappa: Any) -> Any:
     """Return the eps that a law gives with a kappa, to `DIGITS` digits, an mpmath number.
 
     Raises
@@ -248,7 +248,7 @@ def _scale(law: Law) -> Any:
 
 
 @cache
-def wanted_kappa(law: Law, asked: str) -> Any:
+def kappa_for_epsilon(law: Law, asked: str) -> Any:
     """Return the kappa with which a law gives eps = `asked`, an mpmath number."""
     if mp.mpf(asked) == 1:
         return mp.mpf(0)
@@ -274,7 +274,7 @@ class TooFewSteps(ValueError):
 
 
 @cache
-def compensated(
+def kappa_in_steps(
     law: Law,
     epsilon: float,
     step: float | None,
@@ -294,7 +294,7 @@ def compensated(
     ValueError
         If none does with this load.
     """
-    near = float(wanted_kappa(law, repr(epsilon))) if near is None else near
+    near = float(kappa_for_epsilon(law, repr(epsilon))) if near is None else near
     if near == 0:
         return 0.0  # without damping no step changes eps
     scaled = None if step is None else step * law.contact_time
@@ -347,7 +347,7 @@ def ratio_at_force_end(e: Any) -> Any:
 
 def viscoelastic_kappa(e: Any) -> Any:
     """Return kappa of the viscoelastic law for eps = e, as `viscopade.simulators` do."""
-    return wanted_kappa(VISCOELASTIC, mp.nstr(e, DIGITS + _GUARD - 1))
+    return kappa_for_epsilon(VISCOELASTIC, mp.nstr(e, DIGITS + _GUARD - 1))
 
 
 def thornton_kappa(en: Any) -> Any:

@@ -460,7 +460,7 @@ class Engine(NamedTuple):
         """Return the collision, a contact only if it is soft and has no time steps."""
         # Of the rules that two materials name, the later of `_RULES` counts.
         chosen = values[self.combination.name]
-        rule = max(chosen if self.combination.both else (chosen,), key=[*_RULES].index)
+        rule = max(chosen if self.combination.per_body else (chosen,), key=[*_RULES].index)
         combined = values.mix(self.restitution, _RULES[rule], self.combining)
         threshold = values[self.threshold.name] if combined > 0 else math.inf
         spring = None if self.soft is None else self.soft.spring(values, impact)
@@ -517,12 +517,12 @@ class Engine(NamedTuple):
         if self.soft is not None:
             parameters = (*parameters, self.soft.stiffness, self.soft.damping)
         contact = native.Native(
-            (native.restitution(self.restitution, "0", above=None, both=True), *parameters),
+            (native.restitution(self.restitution, "0", above=None, per_body=True), *parameters),
             self.collision,
             self.source,
             schemes=dict.fromkeys(self.steps, SEMI_IMPLICIT),
             integrator=self.choice,
-            damped=self.damped,
+            damped_values=self.damped,
             warnings=self.all_warnings,
         )
         return Simulator(name, self.title, self.version, rows, native=contact)
@@ -539,11 +539,11 @@ _ENGINES = {
         "5.6.1, commit a3d8a641; 5.3.1 was run, in SAPIEN 3.0.3",
         "physx/source/lowleveldynamics/src/DyContactPrepShared.h",
         "PxsCombineMaterials",
-        Parameter("restitution_combine_mode", default="average", words=tuple(_RULES), both=True),
+        Parameter("restitution_combine_mode", default="average", words=tuple(_RULES), per_body=True),
         "restitution",
         Parameter("bounce_threshold_velocity", "m/s", "0.2"),
         (
-            Parameter("contact_offset", "m", "0.02", both=True),
+            Parameter("contact_offset", "m", "0.02", per_body=True),
             _count("solver_position_iteration_count", 1, "4"),
             _count("solver_velocity_iteration_count", 0, "1"),
         ),
@@ -552,8 +552,8 @@ _ENGINES = {
         {"PGS": _physx_pgs, "TGS": _physx_tgs},
         _physx_warnings,
         Soft(
-            Parameter("compliant_contact_stiffness", "N/m", both=True),
-            Parameter("compliant_contact_damping", "N s/m", both=True),
+            Parameter("compliant_contact_stiffness", "N/m", per_body=True),
+            Parameter("compliant_contact_damping", "N s/m", per_body=True),
             _compliance,
             rebounds=False,
         ),
@@ -573,8 +573,8 @@ _ENGINES = {
         {"btMultiBody": _bullet, "btRigidBody": partial(_bullet, is_multi_body=False)},
         _bullet_warnings,
         soft=Soft(
-            native.positive("contactStiffness", "N/m", both=True),
-            Parameter("contactDamping", "N s/m", both=True),
+            native.positive("contactStiffness", "N/m", per_body=True),
+            Parameter("contactDamping", "N s/m", per_body=True),
             _springs_in_series,
             rebounds=True,
         ),

@@ -86,10 +86,10 @@ def render(target: str, setup: Setup, command: str, **options: str) -> str:
     contacts = values["contacts"]
     opening = [*values["setup"].opening, *size_warning(contacts, file.way_out)]
     tables = *table(values.get("types", [])), *_wrapped(_LEGEND), *table([contact["row"] for contact in contacts])
-    return written(file, command, opening, values, tables=tables)
+    return input_text(file, command, opening, values, tables=tables)
 
 
-def written(
+def input_text(
     file: InputFile | OwnLaw,
     command: str,
     opening: Sequence[str],
@@ -235,7 +235,7 @@ def in_percent(errors: Sequence[SpeedErrors]) -> str:
     return " to ".join(dict.fromkeys("0" if abs(end) < _ROUNDING else f"{100 * end:+.3g}" for end in ends)) + " %"
 
 
-def described(
+def template_contact(
     contact: NamedContact, setup: Setup, errors: Sequence[SpeedErrors] = (), row: Row | None = None, **values: Any
 ) -> dict[str, Any]:
     """Return a contact for templates.

@@ -53,11 +53,11 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     # A sphere's own radius is 2 R_eff.
     k = 2 * impact.effective_radius * values.mix("young", native.HARMONIC, _FORCE)
     e = values.mix("e", native.SMALLER, _FORCE)
-    return native.power_of(SIMULATOR.formula("cundallstrack"), e, k, impact.effective_mass)
+    return native.power_force(SIMULATOR.formula("cundallstrack"), e, k, impact.effective_mass)
 
 
 _NATIVE = native.Native(
-    (native.positive("young", "Pa", both=True), native.restitution("e", both=True)),
+    (native.positive("young", "Pa", per_body=True), native.restitution("e", per_body=True)),
     _force,
     _SOURCE,
     schemes={"verlet": SEMI_IMPLICIT, "euler": SEMI_IMPLICIT},

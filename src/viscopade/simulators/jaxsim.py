@@ -60,7 +60,7 @@ SIMULATOR = Simulator(
         _SOURCE,
         schemes={"SemiImplicitEuler": SEMI_IMPLICIT, "RungeKutta4": RUNGE_KUTTA},
         integrator="integrator",
-        damped=_damped,
+        damped_values=_damped,
         warnings=lambda values, impact: ("This is SoftContacts; RelaxedRigidContacts is JaxSim's default",),
     ),
     default_step=0.001,

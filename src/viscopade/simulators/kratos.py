@@ -44,15 +44,15 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         k = 4 / 3 * modulus * math.sqrt(radius)
     else:
         k = (_PAIR if values["other"] == "sphere" else 1.0) * math.pi * _CHORD * modulus * radius
-    return native.power_of(formula, values[_E], k, impact.effective_mass)
+    return native.power_force(formula, values[_E], k, impact.effective_mass)
 
 
 _NATIVE = native.Native(
     (
         native.Parameter("law", words=_LAWS),
-        native.positive("YOUNG_MODULUS", "Pa", both=True),
+        native.positive("YOUNG_MODULUS", "Pa", per_body=True),
         native.poisson_ratios("POISSON_RATIO"),
-        native.restitution(_E, least_written=0.001),
+        native.restitution(_E, least_epsilon=0.001),
         native.Parameter("other", default="sphere", words=("sphere", "wall")),
     ),
     _force,

@@ -68,9 +68,9 @@ from viscopade.simulators.input_file import (
     WAY_OUT,
     Row,
     damping_per_mass,
-    described,
     same_damping_per_mass,
     size_errors,
+    template_contact,
     time_step,
     type_rows,
 )
@@ -205,7 +205,7 @@ def _values(setup: Setup) -> dict[str, Any]:
         "default": f"{default:g}",
         "is_long": default > LONG * float(steps["timestep"]),
         "contacts": [
-            described(
+            template_contact(
                 contact,
                 setup,
                 size_errors(contact, same_damping_per_mass(contact.pair)),
@@ -529,7 +529,7 @@ class GranularLine(NamedTuple):
         normal = self.models["normal"][0]
         normal, damping = self.classic or (normal, self.models.get("damping", ("viscoelastic",))[0])
         for name, model in (("normal", normal), ("damping", damping)):
-            if model not in _NATIVE.known[name].words:
+            if model not in _NATIVE.parameters_by_name[name].words:
                 raise OtherModel(f"the {name} model {model} is not computed here")
         if "synchronized_verlet" in self.tail:
             raise OtherModel("the steps of synchronized_verlet are not computed here")
@@ -553,7 +553,7 @@ class GranularLine(NamedTuple):
             head=("fix", f"{name}_type{number}", group, *style), before=(f"group {group} type {number}{_OF_NOW}",)
         )
 
-    def rewritten(self, settings: Mapping[str, str]) -> tuple[str, ...]:
+    def lines_with(self, settings: Mapping[str, str]) -> tuple[str, ...]:
         """Return the line with other coefficients of the normal model; nothing without any."""
         if "coefficients" not in settings:
             return ()
@@ -698,8 +698,8 @@ _NATIVE = native.Native(
             accepted="the numbers of the normal model, as in the line: k_n and damping coefficient, or for "
             "hertz/material E, damping coefficient and nu; jkr and dmt have gamma after these; with tsuji and "
             "coeff_restitution the coefficient is an eps",
-            most=4,
-            both=True,
+            max_numbers=4,
+            per_body=True,
         ),
         native.Parameter(
             "damping", default="viscoelastic", words=("velocity", "mass_velocity", "viscoelastic", *_OF_EPSILON)
@@ -711,7 +711,7 @@ _NATIVE = native.Native(
     _SOURCE,
     schemes={"verlet": SEMI_IMPLICIT},
     integrator="run_style",
-    damped=_damped,
+    damped_values=_damped,
     warnings=_warnings,
     units=lambda values: UNITS[values["units"]],
 )
@@ -750,7 +750,7 @@ SIMULATOR = Simulator(
             _SOURCE,
             ("hooke, mass_velocity", LINEAR_RETURN, mp.mpf, "exact"),
             ("hooke, mass_velocity, limit_damping", LINEAR, mp.mpf, "other end"),
-            written=linear_kappa,
+            usual_parameter=linear_kappa,
         ),
         viscoelastic_formula("hertz, viscoelastic, limit_damping", _SOURCE, f"{_WRITTEN}.", parameter=_SCALED_ETA),
         viscoelastic_formula(

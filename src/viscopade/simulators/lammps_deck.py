@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 from viscopade import files
 from viscopade.simulators import lammps, lammps_spheres, liggghts
-from viscopade.simulators.deck import INCLINED, Deck, DeckContact, DeckRun, Line, Said, Size
+from viscopade.simulators.deck import INCLINED, Deck, DeckContact, DeckOptions, DeckRun, Line, Size
 from viscopade.simulators.lammps import GranularLine, OtherModel, granular_line, type_range
 from viscopade.simulators.lammps_spheres import UNKNOWN, Spheres
 from viscopade.simulators.lammps_variables import Unsaid, Variables, commands
@@ -80,13 +80,13 @@ class _State:
         return {name: fix.words for name, fix in self.fixes.items()}
 
 
-def read_input(path: Path, said: Said) -> Deck:
+def read_input(path: Path, said: DeckOptions) -> Deck:
     """Return what an input of LAMMPS or LIGGGHTS says of its contacts.
 
     Parameters
     ----------
     path : Path
-    said : Said
+    said : DeckOptions
         A variable of it replaces all definitions in the file, and a radius or density all those of its type.
 
     Raises
@@ -175,7 +175,7 @@ def contact_line(words: Sequence[str]) -> AnyLine:
 class _Reader:
     """The commands of a file: a method `do_…` takes the words of each."""
 
-    def __init__(self, file: Path, said: Said) -> None:
+    def __init__(self, file: Path, said: DeckOptions) -> None:
         self.file, self.said, self.state = file, said, _State()
         self.variables = Variables(said.variables)
         self.number = self.variables.number
@@ -514,15 +514,15 @@ class _Reader:
             facts = (*sorted(contact.settings.items()),), contact.sizes, contact.falls, contact.reason, contact.marks
             groups.setdefault((types, facts) if is_wall else contact.name, []).append(contact)
 
-        def rewritten(walls: list[DeckContact], settings: Mapping[str, str]) -> tuple[str, ...]:
-            return tuple(dict.fromkeys(line for wall in walls for line in wall.rewritten(settings)))
+        def lines_with(walls: list[DeckContact], settings: Mapping[str, str]) -> tuple[str, ...]:
+            return tuple(dict.fromkeys(line for wall in walls for line in wall.lines_with(settings)))
 
         return tuple(
             replace(
                 first,
                 name=", ".join((first.name, *(wall.name.partition(" - wall ")[2] for wall in others))),
                 count=1 + len(others),
-                rewritten=partial(rewritten, [first, *others]),
+                lines_with=partial(lines_with, [first, *others]),
             )
             if others
             else first
@@ -600,5 +600,5 @@ class _Reader:
             sizes = ((Size(r, size.mass), None) for r, size in zip(radii, spheres, strict=True))
         elif first != second and not reason:
             sizes = {frozenset(pair): pair for pair in itertools.product(spheres, self.sizes(second))}.values()
-        rewritten = whole.rewritten if whole else lambda texts: ()
-        return DeckContact(name, line, settings, tuple(sizes), falls, 1, reason, tuple(marks), rewritten)
+        lines_with = whole.lines_with if whole else lambda texts: ()
+        return DeckContact(name, line, settings, tuple(sizes), falls, 1, reason, tuple(marks), lines_with)

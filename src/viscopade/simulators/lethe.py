@@ -54,14 +54,14 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power | Conta
     modulus = native.effective_modulus(values, young, poisson, source)
     e = values.mix("restitution coefficient", native.HARMONIC, source, restitution)
     mass, stiffness = impact.effective_mass, modulus * math.sqrt(impact.effective_radius)
-    hertz = native.power_of(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
+    hertz = native.power_force(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
     if values[_METHOD.format(other)].endswith("JKR"):
         return adhesion.lethe_contact(modulus, hertz, of_both("surface energy"), impact)
     if values[_METHOD.format(other)] != "linear":
         return hertz
     # k = 16/15 sqrt(R) E (15/16 m v_c^2/(sqrt(R) E))^(1/5), v_c = 1 m/s
     k = 16 / 15 * stiffness * (15 / 16 * mass / stiffness) ** 0.2
-    return native.power_of(SIMULATOR.formula("linear"), e, k, mass)
+    return native.power_force(SIMULATOR.formula("linear"), e, k, mass)
 
 
 def _damped(values: native.Values, c: float, impact: native.Impact) -> Mapping[str, Any]:
@@ -76,12 +76,12 @@ _NATIVE = native.Native(
         native.Parameter("other", default="particle", words=("particle", "wall")),
         native.Parameter(_METHOD.format("particle"), default=_HERTZ[0], words=("linear", *_HERTZ, "hertz_JKR")),
         native.Parameter(_METHOD.format("wall"), default="nonlinear", words=("linear", "nonlinear", "JKR")),
-        native.positive("young modulus particles", "Pa", "1e6", both=True),
+        native.positive("young modulus particles", "Pa", "1e6", per_body=True),
         native.poisson_ratios("poisson ratio particles", "0.3"),
-        native.restitution(_E.format("particles"), "0.1", both=True),
-        native.Parameter("surface energy particles", "J/m^2", "0", both=True),
+        native.restitution(_E.format("particles"), "0.1", per_body=True),
+        native.Parameter("surface energy particles", "J/m^2", "0", per_body=True),
         native.positive("young modulus wall", "Pa", "1e6"),
-        native.poisson_ratios("poisson ratio wall", "0.3", both=False),
+        native.poisson_ratios("poisson ratio wall", "0.3", per_body=False),
         native.restitution(_E.format("wall"), "0.1"),
         native.Parameter("surface energy wall", "J/m^2", "0"),
     ),
@@ -89,7 +89,7 @@ _NATIVE = native.Native(
     "include/dem/particle_particle_contact_force.h",
     schemes={"velocity_verlet": SEMI_IMPLICIT, "explicit_euler": SEMI_IMPLICIT},
     integrator="integration method",
-    damped=_damped,
+    damped_values=_damped,
 )
 
 SIMULATOR = Simulator(

@@ -46,10 +46,10 @@ from viscopade.simulators.input_file import (
     WAY_OUT,
     Row,
     damping_per_mass,
-    described,
     program_number,
     same_damping_per_mass,
     size_errors,
+    template_contact,
     time_step,
     type_rows,
 )
@@ -81,7 +81,7 @@ def _values(setup: Setup) -> dict[str, Any]:
     return {
         **time_step(setup),
         "contacts": [
-            described(contact, setup, size_errors(contact, same_damping_per_mass(contact.pair)), row)
+            template_contact(contact, setup, size_errors(contact, same_damping_per_mass(contact.pair)), row)
             for contact, row in zip(setup.contacts, usual, strict=True)
         ],
         "types": type_rows(setup, "type", {name: f"{number} {name}" for number, name in enumerate(names, 1)}),
@@ -169,7 +169,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     else:
         whole = 16 / 15 * modulus * radius**0.5
         k = whole * (mass * values["characteristicVelocity"] ** 2 / whole) ** 0.2
-    return native.power_of(formula, values[_E], k, mass)
+    return native.power_force(formula, values[_E], k, mass)
 
 
 ONLY_THERE = re.compile(
@@ -267,7 +267,7 @@ class MaterialLine(NamedTuple):
             settings[name] = " ".join(map(program_number, numbers))
         return settings
 
-    def rewritten(self, settings: Mapping[str, str]) -> tuple[str, ...]:
+    def lines_with(self, settings: Mapping[str, str]) -> tuple[str, ...]:
         """Return the lines of properties with other numbers for both types, in both orders."""
         lines = []
         for name, text in settings.items():
@@ -314,9 +314,9 @@ def surfaces(words: Sequence[str], fixes: Mapping[str, Sequence[str]]) -> dict[s
 _NATIVE = native.Native(
     (
         native.Parameter("model", words=("hertz", "hooke", "hertz/stiffness")),
-        native.positive("youngsModulus", "Pa", both=True),
+        native.positive("youngsModulus", "Pa", per_body=True),
         native.poisson_ratios("poissonsRatio"),
-        native.restitution(_E, above=float(_LEAST_COEFFICIENT), least_written=float(_LEAST_COEFFICIENT)),
+        native.restitution(_E, above=float(_LEAST_COEFFICIENT), least_epsilon=float(_LEAST_COEFFICIENT)),
         native.positive("characteristicVelocity", "m/s"),
         native.positive("kn", "Pa"),
         native.Parameter("gamman", "m^-1 s^-1"),

@@ -52,7 +52,7 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_formula,
 )
-from viscopade.simulators.input_file import Row, described, time_step, type_rows
+from viscopade.simulators.input_file import Row, template_contact, time_step, type_rows
 from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, best_row, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
@@ -80,7 +80,9 @@ def _values(setup: Setup) -> dict[str, Any]:
 
     return {
         **time_step(setup),
-        "contacts": [described(contact, setup, row=_older_versions(contact, setup)) for contact in setup.contacts],
+        "contacts": [
+            template_contact(contact, setup, row=_older_versions(contact, setup)) for contact in setup.contacts
+        ],
         "types": type_rows(setup, "species", names),
         "species": [own(name) for name in setup.bodies],
         "mixed": [
@@ -214,7 +216,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
             else:
                 # k = m/2 (pi^2 + ln^2 e)/t_c^2
                 k = half_mass * (math.pi**2 + math.log(e) ** 2) / values["collisionTime"][body] ** 2
-            return k, native.power_of(formula, e, k, half_mass).c
+            return k, native.power_force(formula, e, k, half_mass).c
 
         stiffnesses, dissipations = zip(spring_and_dashpot(0), spring_and_dashpot(1), strict=True)
         k = values.mix("stiffness", native.HARMONIC, mixed, stiffnesses)
@@ -233,16 +235,16 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
 _NATIVE = native.Native(
     (
         native.Parameter("species", words=tuple(_SPECIES)),
-        native.positive("stiffness", "N/m", both=True),
+        native.positive("stiffness", "N/m", per_body=True),
         native.Parameter(
             "dissipation",
             accepted="a number >= 0: in N s/m if {}, without unit if {}, in s if {}".format(*_SPECIES),
-            both=True,
+            per_body=True,
         ),
-        native.positive("effectiveElasticModulus", "Pa", both=True),
-        native.positive("collisionTime", "s", both=True),
-        native.restitution("restitutionCoefficient", both=True),
-        native.positive("particleMass", "kg", both=True),
+        native.positive("effectiveElasticModulus", "Pa", per_body=True),
+        native.positive("collisionTime", "s", per_body=True),
+        native.restitution("restitutionCoefficient", per_body=True),
+        native.positive("particleMass", "kg", per_body=True),
     ),
     _force,
     _LINEAR,

@@ -33,13 +33,13 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     model, mass, wall = values["DES_COLL_MODEL"], impact.effective_mass, values["other"] == "wall"
     formula, e = SIMULATOR.formula(model), values[_damping(values)]
     if model == "LSD":
-        return native.power_of(formula, e, values["KN_W" if wall else "KN"], mass)
+        return native.power_force(formula, e, values["KN_W" if wall else "KN"], mass)
     young, poisson = (
         (values.single(name, "as the other one is that of the wall"), values[of_wall]) if wall else values[name]
         for name, of_wall in (("E_YOUNG", "EW_YOUNG"), ("V_POISSON", "VW_POISSON"))
     )
     modulus = native.effective_modulus(values, young, poisson, "CHECK_SOLIDS_DEM_COLL_HERTZ")
-    return native.power_of(formula, e, 4 / 3 * modulus * math.sqrt(impact.effective_radius), mass)
+    return native.power_force(formula, e, 4 / 3 * modulus * math.sqrt(impact.effective_radius), mass)
 
 
 def _damping(values: native.Values) -> str:
@@ -53,10 +53,10 @@ _NATIVE = native.Native(
         native.Parameter("other", default="particle", words=("particle", "wall")),
         *(native.positive(name, "") for name in ("KN", "KN_W")),
         *(native.restitution(name) for name in ("DES_EN_INPUT", "DES_EN_WALL_INPUT")),
-        native.positive("E_YOUNG", "", both=True),
+        native.positive("E_YOUNG", "", per_body=True),
         native.positive("EW_YOUNG", ""),
         native.poisson_ratios("V_POISSON"),
-        native.poisson_ratios("VW_POISSON", both=False),
+        native.poisson_ratios("VW_POISSON", per_body=False),
     ),
     _force,
     _SOURCE,

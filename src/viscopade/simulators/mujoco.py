@@ -103,7 +103,7 @@ def mixed_surface(first: Surface, second: Surface) -> tuple[Surface, str]:
     numbers, words = {}, []
     for name, rule in rules(first, second).items():
         one, other = getattr(first, name), getattr(second, name)
-        numbers[name] = rule.of_both(one, other)
+        numbers[name] = rule.mix(one, other)
         words += [f"{name} is {rule.words.removesuffix(',')}"] if one != other else []
     return first._replace(priority=max(first.priority, second.priority), **numbers), ", ".join(words)
 
@@ -169,26 +169,26 @@ NATIVE = Native(
             default="0.02 1",
             accepted="timeconst (in s) and dampratio > 0, or -stiffness (in 1/s^2) and -damping (in 1/s) <= 0",
             allowed=lambda pair: min(pair) > 0 or (max(pair) <= 0 and pair[0] < 0),
-            most=2,
-            both=True,
+            max_numbers=2,
+            per_body=True,
         ),
         Parameter(
             "solimp",
             default="0.9 0.95 0.001 0.5 2",
             accepted="d_0, d_width, width (a length), midpoint and power, numbers >= 0",
-            most=5,
-            both=True,
+            max_numbers=5,
+            per_body=True,
         ),
         Parameter(
             "friction",
             default="1 0.005 0.0001",
             accepted="sliding, torsion and rolling, numbers >= 0",
-            most=3,
-            both=True,
+            max_numbers=3,
+            per_body=True,
         ),
-        Parameter("condim", "", "3", "1, 3, 4 or 6", lambda pair: {*pair} <= {1, 3, 4, 6}, both=True),
-        Parameter("priority", "", "0", "an integer", lambda pair: all(x == round(x) for x in pair), both=True),
-        Parameter("solmix", default="1", both=True),
+        Parameter("condim", "", "3", "1, 3, 4 or 6", lambda pair: {*pair} <= {1, 3, 4, 6}, per_body=True),
+        Parameter("priority", "", "0", "an integer", lambda pair: all(x == round(x) for x in pair), per_body=True),
+        Parameter("solmix", default="1", per_body=True),
         Parameter("cone", default="pyramidal", words=("pyramidal", "elliptic")),
         Parameter("impratio", default="1", accepted="a number > 0", allowed=lambda ratio: ratio[0] > 0),
         Parameter("refsafe", default="enable", words=("enable", "disable")),
@@ -197,7 +197,7 @@ NATIVE = Native(
     _SOURCE,
     schemes={"Euler": SEMI_IMPLICIT, "RK4": RUNGE_KUTTA, "implicit": SEMI_IMPLICIT, "implicitfast": SEMI_IMPLICIT},
     integrator="integrator",
-    damped=_damped,
+    damped_values=_damped,
     warnings=_warnings,
 )
 
@@ -234,7 +234,7 @@ SIMULATOR = Simulator(
             ("1e-9", "1e3"),
             "other end",
             _SOURCE,
-            written=ratio_for_return,
+            usual_parameter=ratio_for_return,
             note="The first two numbers of solimp are equal.",
         ),
         _direct("solref = -stiffness -damping", SEMI_IMPLICIT),

@@ -38,7 +38,7 @@ import numpy as np
 
 from viscopade import files
 from viscopade.extras import require
-from viscopade.simulators.deck import INCLINED, Deck, DeckContact, DeckRun, Line, Said, Size
+from viscopade.simulators.deck import INCLINED, Deck, DeckContact, DeckOptions, DeckRun, Line, Size
 from viscopade.simulators.mujoco import SIMULATOR, Surface, mixed_surface
 from viscopade.simulators.native import FileUnits
 
@@ -83,13 +83,13 @@ class State(NamedTuple):
     element: str
 
 
-def read_model(path: Path, said: Said) -> Deck:
+def read_model(path: Path, said: DeckOptions) -> Deck:
     """Return the contacts of a model.
 
     Parameters
     ----------
     path : Path
-    said : Said
+    said : DeckOptions
         Nothing: a model says everything itself.
 
     Raises
@@ -100,7 +100,7 @@ def read_model(path: Path, said: Said) -> Deck:
         If the file is no model, or something is said.
     """
     require("viscopade audit FILE", "mujoco")
-    if said != Said():
+    if said != DeckOptions():
         raise ValueError("a model of MuJoCo takes no variable, radius or density: expected --speed, --epsilon, …")
     text = files.content(path, "a model of MuJoCo (MJCF)").decode(errors="replace").splitlines()
     try:

@@ -59,14 +59,14 @@ class Parameter:
         What is expected, in words.
     allowed : callable
         Whether numbers, a tuple, are accepted.
-    most : int
+    max_numbers : int
         How many numbers it has at most; those that are not given are those of the default.
-    both : bool
+    per_body : bool
         Whether each of both bodies has a number, or a word; a single one is that of both. If a body has several
         numbers, a comma stands between those of both bodies, "0.02 1, 0.01 0.5", and the value is two tuples.
     words : tuple of str
         The accepted words, if it has no numbers.
-    least_written : float or None
+    least_epsilon : float or None
         If the parameter is a coefficient of restitution, the least one that is written instead of the user's.
     other_units : mapping of str to str
         SI units that differ from `unit`, by the integrator with which the program has them.
@@ -77,21 +77,21 @@ class Parameter:
     default: str | None = None
     accepted: str = "a number >= 0"
     allowed: Callable[[tuple[float, ...]], bool] = lambda numbers: all(x >= 0 for x in numbers)
-    most: int = 1
-    both: bool = False
+    max_numbers: int = 1
+    per_body: bool = False
     words: tuple[str, ...] = ()
-    least_written: float | None = None
+    least_epsilon: float | None = None
     other_units: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def described(self) -> str:
+    def summary(self) -> str:
         """Name, unit, accepted values and default, for a list of parameters."""
         unit = " or ".join((self.unit, *(f"{other} with {name}" for name, other in self.other_units.items())))
         what = "|".join(self.words) if self.words else self.accepted + (f", {unit}" if unit else "")
-        if self.both:
+        if self.per_body:
             what += (
                 ", one for both bodies or two"
-                if self.most == 1
+                if self.max_numbers == 1
                 else ", of both bodies, or of each with a comma between"
             )
         return f"{self.name} ({what}{'' if self.default is None else f'; default {self.default}'})"
@@ -106,31 +106,31 @@ class Parameter:
         """
         text = text.strip()
         if self.words:
-            words = text.split() if self.both else [text]
+            words = text.split() if self.per_body else [text]
             if not 0 < len(words) <= 2 or not {*words} <= {*self.words}:
-                two = ", or two of them" if self.both else ""
+                two = ", or two of them" if self.per_body else ""
                 raise ValueError(f"{self.name} is {text!r}: expected {', '.join(self.words)}{two}")
-            return (words[0], words[-1]) if self.both else text
-        if self.both and self.most > 1:
+            return (words[0], words[-1]) if self.per_body else text
+        if self.per_body and self.max_numbers > 1:
             bodies = text.split(",")
             # "0.02, 1" may be two numbers of one body, or one number of each of two.
             if len(bodies) > 2 or (len(bodies) == 2 and max(len(body.split()) for body in bodies) == 1):
                 separated = "numbers apart by spaces, and at most one comma, between both bodies"
                 raise ValueError(f"{self.name} is {text!r}: expected {separated}")
-            first, *second = (replace(self, both=False).value(body) for body in bodies)
+            first, *second = (replace(self, per_body=False).value(body) for body in bodies)
             return (first, *second) if second else (first, first)
         numbers = self._numbers(text)
         if numbers is None or not all(map(math.isfinite, numbers)) or not self.allowed(numbers):
             unit = f", in {self.unit}" if self.unit else ""
             raise ValueError(f"{self.name} is {text!r}: expected {self.accepted}{unit}")
-        return numbers if self.most > 1 or self.both else numbers[0]
+        return numbers if self.max_numbers > 1 or self.per_body else numbers[0]
 
-    def written(self, value: Any) -> str:
+    def text(self, value: Any) -> str:
         """Return a value as a file has it, the number of both bodies once."""
         parts = value if isinstance(value, tuple) else (value,)
-        different = parts[:1] if self.both and parts[0] == parts[-1] else parts
-        if self.both and self.most > 1:
-            return ", ".join(replace(self, both=False).written(body) for body in different)
+        different = parts[:1] if self.per_body and parts[0] == parts[-1] else parts
+        if self.per_body and self.max_numbers > 1:
+            return ", ".join(replace(self, per_body=False).text(body) for body in different)
         return " ".join(part if isinstance(part, str) else f"{part:.8g}" for part in different)
 
     def _numbers(self, text: str) -> tuple[float, ...] | None:
@@ -138,11 +138,11 @@ class Parameter:
         found = [_plain(part) for part in text.replace(",", " ").split()]
         if None in found and self.unit:
             found = [quantity.decimal_in(part, self.unit) for part in text.split(",")]
-        if not 0 < len(found) <= (2 if self.both else self.most) or None in found:
+        if not 0 < len(found) <= (2 if self.per_body else self.max_numbers) or None in found:
             return None
-        if self.both and len(found) == 1:
+        if self.per_body and len(found) == 1:
             found *= 2
-        rest = self.default.split()[len(found) :] if self.default and not self.both else []
+        rest = self.default.split()[len(found) :] if self.default and not self.per_body else []
         return (*(float(number) for number in found if number is not None), *map(float, rest))
 
 
@@ -168,7 +168,7 @@ class Rule(NamedTuple):
     words: str
     number: Callable[[float, float], float]
 
-    def of_both(self, first: Any, second: Any) -> Any:
+    def mix(self, first: Any, second: Any) -> Any:
         """Return the number, or the tuple of numbers, of the contact."""
         return tuple(map(self.number, first, second)) if isinstance(first, tuple) else self.number(first, second)
 
@@ -252,7 +252,7 @@ class Values(dict[str, Any]):
             What they are, if they are not the parameter's.
         """
         first, second = self[name] if bodies is None else bodies
-        value = rule.of_both(first, second)
+        value = rule.mix(first, second)
         # A product or a sum of two equal numbers is another number, too.
         is_other = bodies is None and isinstance(value, float) and not math.isclose(value, first)
         if first != second or is_other:
@@ -368,7 +368,7 @@ class Power(NamedTuple):
         return self.law.damping_constant(kappa, impact.speed, k=self.k, mass=impact.effective_mass) / self.c
 
 
-def power_of(formula: DampingFormula, number: float, k: float, mass: float) -> Power:
+def power_force(formula: DampingFormula, number: float, k: float, mass: float) -> Power:
     """Return the force of a formula with nu = 2, such as that of an eps, for the number that a file has."""
     return Power(formula.law, k, float(formula.kappa(mp.mpf(number))) * math.sqrt(k * mass))
 
@@ -388,24 +388,31 @@ def effective(values: Sequence[float | None]) -> float | None:
     return numbers[0] if len(numbers) == 1 else math.prod(numbers) / sum(numbers)
 
 
-def positive(name: str, unit: str, default: str | None = None, *, both: bool = False) -> Parameter:
+def positive(name: str, unit: str, default: str | None = None, *, per_body: bool = False) -> Parameter:
     """Return a parameter that is > 0."""
-    return Parameter(name, unit, default, "a number > 0", lambda numbers: min(numbers) > 0, both=both)
+    return Parameter(name, unit, default, "a number > 0", lambda numbers: min(numbers) > 0, per_body=per_body)
 
 
-def poisson_ratios(name: str, default: str | None = None, *, both: bool = True) -> Parameter:
+def poisson_ratios(name: str, default: str | None = None, *, per_body: bool = True) -> Parameter:
     """Return the parameter for the Poisson ratios of both bodies, or of a wall alone."""
-    return Parameter(name, "", default, "from -1 to 1/2", lambda pair: all(-1 < nu <= 0.5 for nu in pair), both=both)
+    return Parameter(
+        name, "", default, "from -1 to 1/2", lambda pair: all(-1 < nu <= 0.5 for nu in pair), per_body=per_body
+    )
 
 
 def restitution(
-    name: str, default: str | None = None, *, above: float | None = 0, least_written: float = 1e-15, both: bool = False
+    name: str,
+    default: str | None = None,
+    *,
+    above: float | None = 0,
+    least_epsilon: float = 1e-15,
+    per_body: bool = False,
 ) -> Parameter:
     """Return the parameter for an eps, > `above` and <= 1; None: >= 0."""
     least = math.nextafter(above, 1) if above is not None else 0.0
     allowed: Callable[[tuple[float, ...]], bool] = lambda pair: all(least <= e <= 1 for e in pair)  # noqa: E731
     accepted = "a number from 0 to 1" if above is None else f"a number > {above:g} and <= 1"
-    return Parameter(name, "", default, accepted, allowed, both=both, least_written=least_written)
+    return Parameter(name, "", default, accepted, allowed, per_body=per_body, least_epsilon=least_epsilon)
 
 
 @dataclass(frozen=True)
@@ -465,10 +472,10 @@ class Native:
     damping : str or callable
         Name of the parameter that is the damping, or a function of the values that returns it: an eps, or a number to
         which the damping of a `Power` is proportional.
-    damped : callable or None
+    damped_values : callable or None
         For another damping: from the values, a number c and an impact to the values, by name, that make the contact so
         damped: eps falls with c, and c = 1 is of the order of eps = 0.5.
-    altered : callable
+    integrator_contact : callable
         From the contact and the values to the contact that the integrator makes of it.
     warnings : callable
         From the values and an impact to sentences, without their full stops.
@@ -482,8 +489,8 @@ class Native:
     schemes: Mapping[str, Scheme | None] = field(default_factory=lambda: {"semi-implicit Euler": SEMI_IMPLICIT})
     integrator: str = "scheme"
     damping: str | Callable[[Values], str] = ""
-    damped: Callable[[Values, float, Impact], Mapping[str, Any]] | None = None
-    altered: Callable[[Contact, Values], Contact] = lambda contact, values: contact
+    damped_values: Callable[[Values, float, Impact], Mapping[str, Any]] | None = None
+    integrator_contact: Callable[[Contact, Values], Contact] = lambda contact, values: contact
     warnings: Callable[[Values, Impact], Iterable[str]] = lambda values, impact: ()
     units: Callable[[Values], FileUnits] = lambda values: FileUnits()
 
@@ -491,24 +498,24 @@ class Native:
         """Return the collision that the program makes of values."""
         force = self.force(values, impact)
         contact = force.contact(impact) if isinstance(force, Power) else force
-        return contact if isinstance(contact, Impulse) else self.altered(contact, values)
+        return contact if isinstance(contact, Impulse) else self.integrator_contact(contact, values)
 
     def with_damping(self, values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
         """Return the values, by name, that damp by c, as `damped`."""
-        if self.damped is not None:
-            return self.damped(values, c, impact)
+        if self.damped_values is not None:
+            return self.damped_values(values, c, impact)
         name = self.damping if isinstance(self.damping, str) else self.damping(values)
-        parameter = self.known[name]
-        if parameter.least_written is not None:
-            number = max(math.exp(-c), parameter.least_written)
+        parameter = self.parameters_by_name[name]
+        if parameter.least_epsilon is not None:
+            number = max(math.exp(-c), parameter.least_epsilon)
         else:
-            one = self.force(Values({**values, name: (1.0, 1.0) if parameter.both else 1.0}), impact)
+            one = self.force(Values({**values, name: (1.0, 1.0) if parameter.per_body else 1.0}), impact)
             assert isinstance(one, Power)
             number = one.damping_number(c, impact)
-        return {name: (number, number) if parameter.both else number}
+        return {name: (number, number) if parameter.per_body else number}
 
     @property
-    def known(self) -> dict[str, Parameter]:
+    def parameters_by_name(self) -> dict[str, Parameter]:
         """All parameters by name, the integrator too."""
         names = tuple(self.schemes)
         own = Parameter(self.integrator, default=names[0], words=names)
@@ -522,10 +529,10 @@ class Native:
         ValueError
             If there is no such parameter, or a value is not accepted.
         """
-        known = self.known
+        known = self.parameters_by_name
         for name in settings:
             if name not in known:
-                there = "; ".join(parameter.described for parameter in known.values())
+                there = "; ".join(parameter.summary for parameter in known.values())
                 raise ValueError(f"there is no parameter {name!r}: expected {there}")
         texts = {name: each.default for name, each in known.items() if each.default is not None} | dict(settings)
         scheme = texts[self.integrator]
@@ -537,12 +544,12 @@ class Native:
                 raise ValueError(f"{name} is not set: expected --set {choice}")
         return found
 
-    def written(self, values: Mapping[str, Any]) -> dict[str, str]:
+    def texts(self, values: Mapping[str, Any]) -> dict[str, str]:
         """Return values as a file has them."""
-        return {name: self.known[name].written(value) for name, value in values.items()}
+        return {name: self.parameters_by_name[name].text(value) for name, value in values.items()}
 
 
-def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) -> tuple[str, ...]:
+def names_without_effect(native: Native, settings: Mapping[str, str], impact: Impact) -> tuple[str, ...]:
     """Return the names, "mass", "radius" or those of set parameters, on which the contact does not depend.
 
     An impulse after which a body stays shows no dependence on mass and radius: both are accepted.
@@ -559,7 +566,7 @@ def without_effect(native: Native, settings: Mapping[str, str], impact: Impact) 
     def collision(hit: Impact) -> SampledCollision | None:
         """Return the collision; None if it is not accepted, for instance because a mass is missing."""
         try:
-            return delivered(native, values, hit)
+            return program_collision(native, values, hit)
         except ValueError:
             return None
 
@@ -653,13 +660,13 @@ def delivery(
     warnings = [*native.warnings(values, hit), *of_steps]
 
     # Both numbers, with and without weight, are those of the program: in its time steps, if there are some.
-    collision, falling = delivered(native, values, hit), None
+    collision, falling = program_collision(native, values, hit), None
     duration = contact_time(native, values, hit)
     gravity = 0.0 if units.unsized else EARTH * units.seconds**2 / units.metres
     ratio = gravity * (duration or 0.0) / hit.speed
     if not (hit.gravity or weight_is_known) and ratio >= COUNTS:
         with suppress(ValueError):  # too strong a damping
-            heavy = delivered(native, values, replace(hit, gravity=gravity))
+            heavy = program_collision(native, values, replace(hit, gravity=gravity))
             # Weight alone costs nothing: without damping eps is 1 with it, too.
             falling = heavy if abs(heavy.epsilon - collision.epsilon) > _SAME else None
         if falling is not None:
@@ -668,7 +675,7 @@ def delivery(
             warnings.append(f"Without weight. {words}: --gravity 9.81")
 
     instead = None
-    if epsilon is not None and not native.damping and native.damped is None:
+    if epsilon is not None and not native.damping and native.damped_values is None:
         warnings.append("No parameter is a damping: there is nothing to write instead")
     elif epsilon is not None:
 
@@ -686,10 +693,12 @@ def delivery(
                 )
         try:
             c = damping_factor(contact, epsilon, 1.0, **stepping)
-            instead = native.written(native.with_damping(values, c, hit))
+            instead = native.texts(native.with_damping(values, c, hit))
             # A program that finds its damping by some steps of a method jumps over an eps. The digits that are written
             # decide on which side of the jump it is.
-            written = {parameter: native.known[parameter].value(text) for parameter, text in instead.items()}
+            written = {
+                parameter: native.parameters_by_name[parameter].value(text) for parameter, text in instead.items()
+            }
             reached = native.contact(Values({**values, **written}), hit).collide(**stepping)
             if abs(reached.epsilon - epsilon) > _SAME:
                 warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
@@ -727,7 +736,7 @@ def _in_steps(native: Native, values: Values, hit: Impact) -> tuple[Impact, list
     return hit, [f"{few if steps >= 1 else long}: eps depends on where in a step contact begins"]
 
 
-def delivered(native: Native, values: Values, hit: Impact) -> SampledCollision:
+def program_collision(native: Native, values: Values, hit: Impact) -> SampledCollision:
     """Return the collision that a program makes of values: with the weight and in the time steps of the impact."""
     scheme = native.schemes[values[native.integrator]] or SEMI_IMPLICIT
     return native.contact(values, hit).collide(hit.speed, step=hit.step, scheme=scheme)

@@ -130,11 +130,17 @@ def _warnings(values: Values, impact: Impact) -> Iterator[str]:
 _NATIVE = Native(
     (
         Parameter(
-            "ke", "N/m", "2500", "a number > 0", lambda pair: min(pair) > 0, both=True, other_units=_per_mass("1/s^2")
+            "ke",
+            "N/m",
+            "2500",
+            "a number > 0",
+            lambda pair: min(pair) > 0,
+            per_body=True,
+            other_units=_per_mass("1/s^2"),
         ),
-        Parameter("kd", "N s/m", "100", both=True, other_units=_per_mass("1/s")),
-        Parameter("mu", default="1", both=True),
-        restitution("restitution", "0", above=None, both=True),
+        Parameter("kd", "N s/m", "100", per_body=True, other_units=_per_mass("1/s")),
+        Parameter("mu", default="1", per_body=True),
+        restitution("restitution", "0", above=None, per_body=True),
         Parameter("enable_restitution", default="False", words=("False", "True")),
         Parameter("use_mujoco_contacts", default="True", words=("True", "False")),
         Parameter("solref_mode", default="2", words=("2", "0")),
@@ -143,7 +149,7 @@ _NATIVE = Native(
     _CONTACT,
     schemes={"SolverSemiImplicit": SEMI_IMPLICIT, "SolverXPBD": SEMI_IMPLICIT, "SolverMuJoCo": SEMI_IMPLICIT},
     integrator="solver",
-    damped=_damped,
+    damped_values=_damped,
     warnings=_warnings,
 )
 

@@ -51,7 +51,7 @@ def _contact(values: native.Values, impact: native.Impact) -> Contact:
 
 _NATIVE = native.Native(
     (
-        native.positive("youngsModulus", "Pa", both=True),
+        native.positive("youngsModulus", "Pa", per_body=True),
         native.poisson_ratios("poissonsRatio"),
         native.Parameter("alpha"),
         native.positive("b", ""),
@@ -59,7 +59,7 @@ _NATIVE = native.Native(
     _contact,
     _SOURCE,
     schemes={"leapfrog": SEMI_IMPLICIT},
-    damped=lambda values, c, impact: {"alpha": c},
+    damped_values=lambda values, c, impact: {"alpha": c},
 )
 
 SIMULATOR = Simulator(
@@ -71,7 +71,7 @@ SIMULATOR = Simulator(
         ("0", "1e3"),
         _SOURCE,
         ("pairSpringSliderDashpot, alpha", TSUJI_RETURN, mp.mpf, "exact"),
-        written=tsuji_kappa,
+        usual_parameter=tsuji_kappa,
     ),
     native=_NATIVE,
 )

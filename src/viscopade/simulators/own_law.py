@@ -35,20 +35,20 @@ from viscopade.simulators.audit import largest_step
 from viscopade.simulators.formula import (
     DampingFormula,
     TooFewSteps,
-    compensated,
-    epsilon_of,
-    same,
+    identity,
+    kappa_for_epsilon,
+    kappa_in_steps,
+    law_epsilon,
     stepped_collision,
-    wanted_kappa,
 )
 from viscopade.simulators.input_file import (
     SPEEDS,
     Row,
     SpeedErrors,
     in_percent,
+    input_text,
     program_number,
     speed_errors,
-    written,
 )
 from viscopade.simulators.setup import NO_WEIGHT, SI, NamedContact, Units
 from viscopade.simulators.simulator import OwnLaw, Simulator
@@ -137,7 +137,7 @@ class Wanted:
         if law == VISCOELASTIC:
             beta = float(beta_from_restitution(speed, epsilon))
         else:
-            beta = float(wanted_kappa(law, repr(epsilon))) / speed ** float(2 * law.c)
+            beta = float(kappa_for_epsilon(law, repr(epsilon))) / speed ** float(2 * law.c)
         found = cls("contact", beta, slowest, speed, fastest, mass, law=law)
         return found if gravity is None else replace(found, gravity=gravity, with_weight=epsilon)
 
@@ -167,7 +167,7 @@ class Wanted:
         factor = self.beta if beta is None else beta
         if self.law == VISCOELASTIC:
             return float(double.epsilon(v_star(speed, factor)))
-        return float(epsilon_of(self.law, mp.mpf(factor * speed ** float(2 * self.law.c))))
+        return float(law_epsilon(self.law, mp.mpf(factor * speed ** float(2 * self.law.c))))
 
 
 @dataclass(frozen=True)
@@ -260,7 +260,7 @@ class OwnLawContact:
             raise ValueError("a time step is given: expected none, as the program chooses its own")
         if self._parameter(self.kappa) is None:
             dampings = (self.formula.kappa(mp.mpf(end)) for end in self.formula.accepted)
-            least, most = sorted(float(epsilon_of(self.formula.law, kappa)) for kappa in dampings)
+            least, most = sorted(float(law_epsilon(self.formula.law, kappa)) for kappa in dampings)
             raise ValueError(
                 f"epsilon is {self.epsilon:.6g}: expected {least:.4g} to {most:.4g}, which {self.formula.parameter} "
                 f"from {self.formula.accepted[0]} to {self.formula.accepted[1]} gives"
@@ -370,7 +370,7 @@ class OwnLawContact:
     @property
     def _continuum(self) -> float:
         """The kappa without weight and time steps."""
-        return float(wanted_kappa(self.formula.law, repr(self.epsilon)))
+        return float(kappa_for_epsilon(self.formula.law, repr(self.epsilon)))
 
     def _damping(self, over_mass: float, near: float | None = None) -> float:
         """Return the kappa at the typical speed that gives the wanted eps with a k/m, by the program's own steps.
@@ -383,7 +383,7 @@ class OwnLawContact:
         if not load and step is None:
             return self._continuum
         self._check_step(over_mass)
-        return compensated(self.formula.law, self.epsilon, step, scheme, load, self.carried, near)
+        return kappa_in_steps(self.formula.law, self.epsilon, step, scheme, load, self.carried, near)
 
     def _check_step(self, over_mass: float) -> None:
         """Raise ValueError if the time step is longer than the undamped contact, or needlessly short."""
@@ -480,7 +480,7 @@ class OwnLawContact:
         """
         damping, over_mass = self.kappa if kappa is None else kappa, self.stiffness_over_mass
         if over_mass is None or (self.time_step is None and self.wanted.with_weight is None):
-            return float(epsilon_of(self.formula.law, mp.mpf(self._at(damping, speed))))
+            return float(law_epsilon(self.formula.law, mp.mpf(self._at(damping, speed))))
         return self._course(speed, damping, over_mass, falls).epsilon
 
     def stepped(self, time_step: float | None = None) -> SampledCollision | None:
@@ -520,7 +520,7 @@ class OwnLawContact:
             betas = (wanted.beta, *wanted.extremes)
             most = max(wanted.epsilon(wanted.slowest, beta) for beta in betas)
             least = min(wanted.epsilon(wanted.fastest, beta) for beta in betas)
-            return self._with_error(float(wanted_kappa(self.formula.law, repr(2 * least / (1 + least / most)))))
+            return self._with_error(float(kappa_for_epsilon(self.formula.law, repr(2 * least / (1 + least / most)))))
 
         def spread(logarithm: Any) -> Any:
             errors = self.errors(float(mp.exp(logarithm)))
@@ -667,14 +667,14 @@ def ways_out(contact: OwnLawContact, wanted: Wanted, time_step: float, spread: f
                 return
 
 
-def best_line(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
+def best_line(contact: OwnLawContact, name: str, number: Callable[[float], float] = identity) -> Iterator[str]:
     """Yield a line on the number with the smallest largest error; `number` makes it of the parameter."""
     best = contact.balanced()
     if best is not None:
         yield f"  the largest error is smallest, {100 * best[1]:.3g} %, with {name} {number(best[0]):.6g}"
 
 
-def constant_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Row:
+def constant_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = identity) -> Row:
     """Return columns on a contact whose law has one eps for all speeds: the number for the one at the typical speed.
 
     Behind it stands the range of errors over the speeds and sizes, or with weight eps at the speeds.
@@ -688,7 +688,7 @@ def constant_row(contact: OwnLawContact, name: str, number: Callable[[float], fl
     return {(name, ""): text, (f"{name}: eps with weight", ""): epsilons}
 
 
-def best_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Row:
+def best_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = identity) -> Row:
     """Return a column with the number whose largest error is smallest; none with weight, or at one speed."""
     best = None if contact.wanted.with_weight is not None else contact.balanced()
     return {} if best is None else {(f"best {name}", ""): f"{number(best[0]):.6g} ({100 * best[1]:.3g} %)"}
@@ -776,7 +776,7 @@ def render_own_law(
     common = [line for line in first if others and all(line in lines for lines in others)]
     facts = [line for contact in contacts for line in contact["lines"] if line not in common]
     facts += ["In all contacts:", *common] if common else []
-    return written(own, command, opening, {"contacts": contacts, "units": units, "time_step": time_step}, facts)
+    return input_text(own, command, opening, {"contacts": contacts, "units": units, "time_step": time_step}, facts)
 
 
 def _number(contact: OwnLawContact, own: OwnLaw, parameter: float) -> float:

@@ -44,10 +44,10 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         raise ValueError("time-step is given: expected none, as the steps of Adams' methods are not computed here")
     model, mass = values["contactForceModel"], impact.effective_mass
     if model == "linear":
-        return native.power_of(SIMULATOR.formula(model), values["en"], values["kn"], mass)
+        return native.power_force(SIMULATOR.formula(model), values["en"], values["kn"], mass)
     k = 4 / 3 * values["Yeff"] * math.sqrt(impact.effective_radius)
     if model == "nonLinear":
-        return native.power_of(SIMULATOR.formula(model), values["en"], k, mass)
+        return native.power_force(SIMULATOR.formula(model), values["en"], k, mass)
     return native.Power(law_of(VISCOELASTIC, "return"), k, values["etha_n"])
 
 

@@ -44,7 +44,7 @@ from viscopade.kernels.write.file import file_text
 from viscopade.kernels.write.languages import language as language_of
 from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR, DampingFormula, force_end_kappa, viscoelastic_formula
-from viscopade.simulators.input_file import described, same_beta, size_errors
+from viscopade.simulators.input_file import same_beta, size_errors, template_contact
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 
@@ -111,7 +111,7 @@ def _values(setup: Setup, tier: str = "1e-5") -> dict[str, Any]:
             {("functions", ""): f"viscopade_callback_{symbol} viscopade_resolve_{symbol}"},
         )
         found.append(
-            described(contact, setup, errors, row, symbol=symbol, quoted=repr(contact.name), **numbers, **exact)
+            template_contact(contact, setup, errors, row, symbol=symbol, quoted=repr(contact.name), **numbers, **exact)
         )
     return {
         "contacts": found,

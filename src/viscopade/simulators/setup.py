@@ -183,7 +183,7 @@ class Setup:
         return [name for name, body in self.bodies.items() if not body.is_wall]
 
 
-def of_pair(
+def pair_setup(
     pair: Pair,
     speed: float,
     speeds: tuple[float, float] | None = None,

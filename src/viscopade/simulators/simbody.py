@@ -38,8 +38,8 @@ def _force(values: Values, impact: Impact) -> Power:
 
 _NATIVE = Native(
     (
-        Parameter("stiffness", "Pa", None, "a number > 0", lambda pair: min(pair) > 0, both=True),
-        Parameter("dissipation", "s/m", "0", both=True),
+        Parameter("stiffness", "Pa", None, "a number > 0", lambda pair: min(pair) > 0, per_body=True),
+        Parameter("dissipation", "s/m", "0", per_body=True),
     ),
     _force,
     "Simbody/src/HuntCrossleyForce.cpp",
@@ -87,7 +87,7 @@ SIMULATOR = Simulator(
             ("0", "1e6"),
             "approximate formula",
             "Simbody/src/HuntCrossleyForce.cpp",
-            written=lambda e: 1 - e,
+            usual_parameter=lambda e: 1 - e,
             scheme=None,
         ),
     ),

@@ -25,8 +25,8 @@ class InputFile:
     code : str
         What follows the comment at the beginning.
     values : callable
-        From a `Setup` and options to what both templates have: "contacts", which are `input_file.described`, and other
-        values. Besides these they have `setup`, `units`, `command` and the function `number`. A "setup" among the
+        From a `Setup` and options to what both templates have: "contacts", which are `input_file.template_contact`, and
+        other values. Besides these they have `setup`, `units`, `command` and the function `number`. A "setup" among the
         values is that of the program, where its contacts are not those of the bodies. "types" are the rows of a table.
     way_out : str
         What to do if eps is off for some sizes.

@@ -35,7 +35,7 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import IMPLICIT, SEMI_IMPLICIT
 from viscopade.simulators import native
-from viscopade.simulators.formula import LINEAR, formulas, linear_kappa, ratio_for_return, same, twice
+from viscopade.simulators.formula import LINEAR, formulas, identity, linear_kappa, ratio_for_return, twice
 from viscopade.simulators.impulse import Ground, Motion, Spring, flight_epsilon
 from viscopade.simulators.native import SERIES, SMALLER, SUM, Impact, Impulse, Native, Parameter, Values
 from viscopade.simulators.simulator import Simulator
@@ -192,7 +192,7 @@ def _bepu_collision(values: Values, impact: Impact) -> Impulse | Contact:
 
 _CAPPED = "{} is above the speed of the rebound."
 # The damping that people compute from a damping ratio for contact that ends at x = 0
-_row = partial(formulas, "kd/sqrt(kp m)", ("0", "1e3"), written=linear_kappa, scheme=IMPLICIT)
+_row = partial(formulas, "kd/sqrt(kp m)", ("0", "1e3"), usual_parameter=linear_kappa, scheme=IMPLICIT)
 _SOURCE, _GAZEBO_SOURCE = "ode/src/joints/contact.cpp", "deps/opende/src/joints/contact.cpp"
 _BEPU_SOURCE = "BepuPhysics/Constraints/Contact/PenetrationLimit.cs"
 _ENGINES = (
@@ -200,7 +200,7 @@ _ENGINES = (
         "ode",
         "ODE",
         "commit 624b1c17; 0.16.2 was run",
-        _row(_SOURCE, ("soft_erp and soft_cfm of kp and kd", LINEAR, same, "other end")),
+        _row(_SOURCE, ("soft_erp and soft_cfm of kp and kd", LINEAR, identity, "other end")),
         native=Native(
             (
                 Parameter("soft_erp", "", "0.2", "a number > 0 and <= 1", lambda pair: 0 < pair[0] <= 1),
@@ -214,22 +214,22 @@ _ENGINES = (
             _SOURCE,
             schemes={"dWorldStep": SEMI_IMPLICIT, "dWorldQuickStep": SEMI_IMPLICIT},
             integrator="solver",
-            damped=_ode_damped,
+            damped_values=_ode_damped,
         ),
     ),
     Simulator(
         "gazebo",
         "Gazebo Classic",
         "gazebo-classic at commits 73be8911 and 9ca8b87a; from the source, not run",
-        _row(_GAZEBO_SOURCE, ("kp and kd", LINEAR, same, "other end", _CAPPED.format("max_vel"))),
+        _row(_GAZEBO_SOURCE, ("kp and kd", LINEAR, identity, "other end", _CAPPED.format("max_vel"))),
         native=Native(
             (
-                native.positive("kp", "N/m", "1e12", both=True),
-                Parameter("kd", "N s/m", "1", both=True),
-                Parameter("max_vel", "m/s", "0.01", both=True),
-                Parameter("min_depth", "m", "0", both=True),
-                native.restitution("restitution_coefficient", "0", above=None, both=True),
-                Parameter("threshold", "m/s", "100000", both=True),
+                native.positive("kp", "N/m", "1e12", per_body=True),
+                Parameter("kd", "N s/m", "1", per_body=True),
+                Parameter("max_vel", "m/s", "0.01", per_body=True),
+                Parameter("min_depth", "m", "0", per_body=True),
+                native.restitution("restitution_coefficient", "0", above=None, per_body=True),
+                Parameter("threshold", "m/s", "100000", per_body=True),
                 Parameter("contact_max_correcting_vel", "m/s", "100"),
                 Parameter("contact_residual_smoothing", "", "0.01", "a number < 1", lambda part: 0 <= part[0] < 1),
             ),
@@ -237,7 +237,7 @@ _ENGINES = (
             _GAZEBO_SOURCE,
             schemes={"quick": SEMI_IMPLICIT},
             integrator="solver",
-            damped=_gazebo_damped,
+            damped_values=_gazebo_damped,
             warnings=_gazebo_warnings,
         ),
         default_step=0.001,
@@ -251,7 +251,7 @@ _ENGINES = (
             ("0", "1e3"),
             _BEPU_SOURCE,
             ("SpringSettings", LINEAR, twice, "other end", _CAPPED.format("MaximumRecoveryVelocity")),
-            written=ratio_for_return,
+            usual_parameter=ratio_for_return,
             scheme=None,
         ),
         native=Native(
@@ -265,7 +265,7 @@ _ENGINES = (
             _BEPU_SOURCE,
             schemes={"velocity iterations": SEMI_IMPLICIT},
             integrator="solver",
-            damped=lambda values, c, impact: {"DampingRatio": c / 2},
+            damped_values=lambda values, c, impact: {"DampingRatio": c / 2},
             warnings=lambda values, impact: [_NOT_RUN.format("BEPU")] * bool(impact.step),
         ),
     ),

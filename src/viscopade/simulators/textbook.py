@@ -27,9 +27,9 @@ from viscopade.simulators.formula import (
     TSUJI_RETURN,
     DampingFormula,
     Reason,
+    identity,
     ratio_at_force_end,
     ratio_for_return,
-    same,
 )
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law, law_of
@@ -171,7 +171,7 @@ def _with_ratio(name: str, law: Law, other: Law, factor: str, citations: tuple[s
         place = {"return": "x = 0", "force": "force 0"}
         words = f"{name}, zeta for the end at {place[at]}; contact ends at {place[contact.end]}"
         source = citations[at == "force"]
-        return DampingFormula(words, contact, "damping ratio", kappa, _RATIO, reason, source, written=written)
+        return DampingFormula(words, contact, "damping ratio", kappa, _RATIO, reason, source, usual_parameter=written)
 
     return tuple(formula(at, contact) for at in ("return", "force") for contact in (other, law))
 
@@ -200,11 +200,11 @@ SIMULATOR = Simulator(
                 f"Hunt-Crossley, {formula.name}",
                 law_of(LAW),
                 "d v",
-                same,
+                identity,
                 _ANY,
                 "approximate formula",
                 formula.citation,
-                written=formula.z,
+                usual_parameter=formula.z,
             )
             for formula in HUNT_CROSSLEY
         ),

@@ -38,14 +38,14 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
             values, values["elastic_modulus"], values["poissons_ratio"], "collision_force_normal"
         )
         k = 4 / 3 * modulus * math.sqrt(impact.effective_radius)
-    return native.power_of(SIMULATOR.formula(model), values["damping_coefficient"], k, impact.effective_mass)
+    return native.power_force(SIMULATOR.formula(model), values["damping_coefficient"], k, impact.effective_mass)
 
 
 _NATIVE = native.Native(
     (
         native.Parameter("contact_model", words=_LAWS),
         native.positive("normal_stiffness", "N/m"),
-        native.positive("elastic_modulus", "Pa", both=True),
+        native.positive("elastic_modulus", "Pa", per_body=True),
         native.poisson_ratios("poissons_ratio"),
         native.Parameter("damping_coefficient", default="0.0001"),
     ),
@@ -66,7 +66,7 @@ SIMULATOR = Simulator(
         _SOURCE,
         ("LinearContactModel", LINEAR_RETURN, twice, "exact"),
         ("HertzContactModel", TSUJI_RETURN, twice, "other law"),
-        written=ratio_for_return,
+        usual_parameter=ratio_for_return,
         scheme=None,
     ),
     native=_NATIVE,

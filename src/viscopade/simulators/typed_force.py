@@ -241,5 +241,5 @@ def native(formula: str, end: End, settings: Sequence[str] = (), damping: str | 
         for name, number in constants.items()
     )
     return Native(
-        parameters, contact, "", schemes=SCHEMES, damped=None if damping is None else damped, warnings=warnings
+        parameters, contact, "", schemes=SCHEMES, damped_values=None if damping is None else damped, warnings=warnings
     )

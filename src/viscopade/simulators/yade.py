@@ -69,7 +69,7 @@ from viscopade.simulators.formula import (
     thornton_kappa,
     tsuji_kappa,
 )
-from viscopade.simulators.input_file import WAY_OUT, described, same_beta, size_errors, time_step, type_rows
+from viscopade.simulators.input_file import WAY_OUT, same_beta, size_errors, template_contact, time_step, type_rows
 from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, best_row, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
@@ -114,7 +114,7 @@ def _values(setup: Setup) -> dict[str, Any]:
                 row["betan: stays down below", setup.units.speed] = f"{stays:.3g}"
             row["with weight at a Facet (2/3 R): eps of betan, of en", ""] = " ".join(facets)
         numbers = {"betan": constant.parameter, "en": printed_pade(pair.v_star(vn)), "vn": vn, "A": pair.A}
-        contacts.append(described(contact, own, size_errors(real, same_beta(real.pair)), row, **numbers))
+        contacts.append(template_contact(contact, own, size_errors(real, same_beta(real.pair)), row, **numbers))
     return {
         **time_step(own),
         "setup": own,
@@ -274,7 +274,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
             # k = m (pi^2 + ln^2 e)/t_c^2
             k = counted / values.mix("tc", native.MEAN, _VISC_EL) ** 2 * (math.pi**2 + math.log(e) ** 2)
             formula = SIMULATOR.formula("ViscElPhys, tc, en, et" + ("" if other == "sphere" else ", at a wall"))
-            return native.power_of(formula, e, k, mass)
+            return native.power_force(formula, e, k, mass)
         if "young" not in values:
             raise ValueError("tc and young: expected one of them")
         # kn = 2 young R
@@ -283,17 +283,17 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
             for young, radius in zip(values["young"], _BODIES[other], strict=True)
         )
         k = values.mix("kn", native.SERIES, "contactParameterCalculation", (first, second), "2 young R")
-        return native.power_of(SIMULATOR.formula("ViscElPhys, young, en, et"), e, k, counted)
+        return native.power_force(SIMULATOR.formula("ViscElPhys, young, en, et"), e, k, counted)
 
     modulus = native.effective_modulus(values, values["young"], values["poisson"], "Ip2_FrictMat_FrictMat_MindlinPhys")
     k = 4 / 3 * modulus * math.sqrt(impact.effective_radius * _RADII[other])
     if ("en" in values) == ("betan" in values):
         raise ValueError("en and betan: expected one of them")
     if "betan" in values:
-        return native.power_of(SIMULATOR.formula("MindlinPhys, betan"), values["betan"], k, mass)
+        return native.power_force(SIMULATOR.formula("MindlinPhys, betan"), values["betan"], k, mass)
     e = values.single("en", "as MindlinPhys has one for a pair of materials")
     if "vn" not in values:
-        return native.power_of(SIMULATOR.formula("MindlinPhys, en"), e, k, mass)
+        return native.power_force(SIMULATOR.formula("MindlinPhys, en"), e, k, mass)
     formula = SIMULATOR.formula("MindlinPhys, en and vn")
     kappa = float(formula.kappa(mp.mpf(e)))
     return native.Power(formula.law, k, formula.law.damping_constant(kappa, values["vn"], k=k, mass=mass))
@@ -320,12 +320,12 @@ def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
 _NATIVE = native.Native(
     (
         native.Parameter("physics", words=("MindlinPhys", "ViscElPhys")),
-        native.positive("young", "Pa", both=True),
+        native.positive("young", "Pa", per_body=True),
         native.poisson_ratios("poisson"),
-        native.restitution("en", least_written=float(_NEARLY_ALL[0]), both=True),
+        native.restitution("en", least_epsilon=float(_NEARLY_ALL[0]), per_body=True),
         native.Parameter("betan"),
         native.positive("vn", "m/s"),
-        native.positive("tc", "s", both=True),
+        native.positive("tc", "s", per_body=True),
         native.Parameter("other", default="sphere", words=tuple(_RADII)),
         native.Parameter("damping", "", "0.2", "a number >= 0 and < 1", lambda part: 0 <= part[0] < 1),
     ),
@@ -334,7 +334,7 @@ _NATIVE = native.Native(
     schemes={"NewtonIntegrator": SEMI_IMPLICIT},
     integrator="engine",
     damping=lambda values: "betan" if "betan" in values else "en",
-    altered=_altered,
+    integrator_contact=_altered,
     warnings=_warnings,
 )
 
@@ -355,7 +355,7 @@ SIMULATOR = Simulator(
             ("0", "100"),
             _MINDLIN,
             ("MindlinPhys, betan", TSUJI, _of_betan, "exact", "betan is as `viscopade simulators yade` writes it."),
-            written=betan,
+            usual_parameter=betan,
         ),
         *formulas(
             _EN,

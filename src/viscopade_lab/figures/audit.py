@@ -32,7 +32,7 @@ from viscopade.plots.sheet import (
     new_sheet,
 )
 from viscopade.simulators import simulator_of
-from viscopade.simulators.formula import DampingFormula, wanted_kappa
+from viscopade.simulators.formula import DampingFormula, kappa_for_epsilon
 from viscopade.theory.law import law_of
 from viscopade_lab.figures.paper import Figure, figure
 from viscopade_lab.runs.simulators import measurements
@@ -89,7 +89,7 @@ def _audit() -> Sheet:
 
 
 def _draw_curve(axes: Axes, formula: DampingFormula, look: Look, gid: str) -> None:
-    values = [float(formula.delivered(formula.damping(f"{asked:.4g}"))) for asked in ASKED.tolist()]
+    values = [float(formula.contact_epsilon(formula.damping(f"{asked:.4g}"))) for asked in ASKED.tolist()]
     draw_look(axes, look, ASKED, np.array(values), gid)
 
 
@@ -107,7 +107,7 @@ def _mark_measured(axes: Axes) -> None:
 
 def _draw_stepped(axes: Axes, formula: DampingFormula, look: Look) -> None:
     """Draw the mean eps over the time step, its range, and the measured values."""
-    kappa, gid = float(wanted_kappa(formula.law, str(CHOSEN))), formula.name.replace(", ", "-")
+    kappa, gid = float(kappa_for_epsilon(formula.law, str(CHOSEN))), formula.name.replace(", ", "-")
     times = STEPS * formula.law.contact_time
     found = np.array([Contact.of_law(formula.law, kappa).rebounds(1.0, step, PHASES).epsilon for step in times])
     axes.fill_between(
@@ -179,9 +179,9 @@ def _over_speed() -> Sheet:
 
 def _at_speeds(formula: DampingFormula, instead: bool) -> FloatArray:
     """Return eps at `SPEEDS`; kappa at 1 m/s is that of the formula, or the one that gives `CHOSEN`."""
-    kappa = wanted_kappa(formula.law, str(CHOSEN)) if instead else formula.damping(str(CHOSEN))
+    kappa = kappa_for_epsilon(formula.law, str(CHOSEN)) if instead else formula.damping(str(CHOSEN))
     power = float(2 / formula.law.nu - 1)
-    return np.array([float(formula.delivered(mp.mpf(float(kappa) * speed**power))) for speed in SPEEDS.tolist()])
+    return np.array([float(formula.contact_epsilon(mp.mpf(float(kappa) * speed**power))) for speed in SPEEDS.tolist()])
 
 
 SHARES = np.concatenate([np.geomspace(0.01, 0.4, 25), np.linspace(0.44, 1.4, 49)])
@@ -205,7 +205,7 @@ def _weight() -> Sheet:
             law = law_of(name, end)
             if end == "return" and law.nu <= 1:
                 continue
-            kappa = float(wanted_kappa(law, str(CHOSEN)))
+            kappa = float(kappa_for_epsilon(law, str(CHOSEN)))
             values = []
             for share in SHARES.tolist():
                 values.append(Contact.of_law(law, kappa, share / law.contact_time).collide().epsilon)

@@ -47,10 +47,10 @@ from viscopade.collision.contact import Contact
 from viscopade.collision.weight import EARTH
 from viscopade.extras import install_command
 from viscopade.simulators import simulator_of
-from viscopade.simulators.audit import audited
-from viscopade.simulators.formula import DampingFormula, same
+from viscopade.simulators.audit import audit_formula
+from viscopade.simulators.formula import DampingFormula, identity
 from viscopade.simulators.input_file import render
-from viscopade.simulators.setup import of_pair
+from viscopade.simulators.setup import pair_setup
 
 RADIUS = 0.01
 SPEEDS = (1.0, 0.3, 0.1)
@@ -566,7 +566,7 @@ def rebound_written(formula: DampingFormula, parameter: float) -> Written:
 def _install_callback(sim: Any, beta: float) -> None:
     """Give a simulation the callback of the generated Python module, without a compiled kernel."""
     pair = Pair(BALL, BALL)
-    setup = of_pair(pair.damped(float(pair.dissipative_constant(beta))), 1.0)
+    setup = pair_setup(pair.damped(float(pair.dissipative_constant(beta))), 1.0)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "audit.py"
         path.write_text(render("rebound-python", setup, "audit"), "utf-8")
@@ -1058,7 +1058,7 @@ def case(program: str, formula: DampingFormula, asked: str, time_step: float, ph
     write = PROGRAMS[program].written
     assert write is not None
     with mp.workdps(20):
-        written = write(formula, float(formula.written(mp.mpf(asked))))
+        written = write(formula, float(formula.usual_parameter(mp.mpf(asked))))
     duration = formula.law.contact_time * formula.law.time_scale(1.0, k=written.k, mass=1.0)
     words = program, written.scheme, written.parameters
     return Case(formula, asked, time_step, Deck(*words, 1.0, 1.0, 0.0, time_step * duration, duration, phases))
@@ -1076,9 +1076,9 @@ def cases(program: str) -> Iterator[Case]:
             for step, phases in [*TIME_STEPS.items()][0 if formula.scheme else -1 :]:
                 yield case(program, formula, asked, step, phases)
     for formula in formulas:
-        if formula.written is same or formula.reason != "exact":
+        if formula.usual_parameter is identity or formula.reason != "exact":
             for step, phases in [*INSTEAD.items()][: 2 if formula.scheme else 1]:
-                instead = audited(simulator, formula, WANTED, step).instead
+                instead = audit_formula(simulator, formula, WANTED, step).instead
                 epsilon = None if instead is None else asked_for(formula, instead)
                 if epsilon is not None:
                     yield case(program, formula, f"{epsilon:.9g}", step, phases)
@@ -1088,12 +1088,12 @@ def asked_for(formula: DampingFormula, number: float) -> float | None:
     """Return the eps from 0.001 to 1 whose parameter is a number, or None."""
     with mp.workdps(20):
         low, high = mp.mpf("0.001"), mp.mpf(1)
-        at_low, at_high = formula.written(low), formula.written(high)
+        at_low, at_high = formula.usual_parameter(low), formula.usual_parameter(high)
         if not min(at_low, at_high) <= number <= max(at_low, at_high):
             return None
         for _ in range(40):
             middle = (low + high) / 2
-            before = (formula.written(middle) < number) == (at_low < at_high)
+            before = (formula.usual_parameter(middle) < number) == (at_low < at_high)
             low, high = (middle, high) if before else (low, middle)
         return float(high)
 
@@ -1136,7 +1136,7 @@ class Measurement:
         """Eps by the map of the program's steps, at this step and phase."""
         formula = self.of
         if formula.scheme is None:
-            return float(formula.delivered(formula.damping(self.asked)))
+            return float(formula.contact_epsilon(formula.damping(self.asked)))
         contact = Contact.of_law(formula.law, float(formula.damping(self.asked)))
         step = self.time_step * formula.law.contact_time
         return contact.collide(step=step, scheme=formula.scheme, phases=[self.phase]).epsilon

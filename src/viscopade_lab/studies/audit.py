@@ -16,8 +16,8 @@ from viscopade.collision.contact import SampledCollision
 from viscopade.collision.schemes import IMPLICIT, RUNGE_KUTTA, SEMI_IMPLICIT, Scheme
 from viscopade.collision.weight import loaded, loss_slope
 from viscopade.simulators import simulator_of, simulators
-from viscopade.simulators.audit import ASKED, Audit, advised, audited
-from viscopade.simulators.formula import DampingFormula, stepped_collision, wanted_kappa
+from viscopade.simulators.audit import ASKED, Audit, audit_formula, step_advice
+from viscopade.simulators.formula import DampingFormula, kappa_for_epsilon, stepped_collision
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law, law_of
 from viscopade_lab.runs.simulators import REQUESTED, WANTED, Measurement, finest, measurements
@@ -46,7 +46,7 @@ def delivered_table(program: Simulator) -> str:
 def _delivered(program: Simulator, formula: DampingFormula) -> Iterator[str]:
     for asked in ASKED:
         try:
-            yield number(audited(program, formula, asked))
+            yield number(audit_formula(program, formula, asked))
         except ValueError:
             yield "not accepted"
 
@@ -72,7 +72,7 @@ def _measured(program: Simulator, formula: DampingFormula) -> list[str]:
 
 def _advice(program: Simulator, formula: DampingFormula) -> list[str]:
     """Return the eps that the program gives for `WANTED`, the reason, and the value to set instead."""
-    found = audited(program, formula, WANTED)
+    found = audit_formula(program, formula, WANTED)
     instead = "" if found.instead is None else f"`{formula.parameter}` = {found.instead:.6g}"
     return [number(found), *(["", ""] if formula.reason == "exact" else [formula.reason, instead])]
 
@@ -146,10 +146,10 @@ def _with_ends(name: str) -> list[Law]:
 
 
 def _steps(law: Law, name: str, words: str, scheme: Scheme = SEMI_IMPLICIT) -> list[str]:
-    kappa, wanted = float(wanted_kappa(law, WANTED)), float(WANTED)
+    kappa, wanted = float(kappa_for_epsilon(law, WANTED)), float(WANTED)
     found = stepped_collision(law, kappa, STEP, scheme)
     formula = DampingFormula(name, law, "kappa", mp.mpf, ("0", "1e6"), "exact", "", scheme=scheme)
-    advice = advised(formula, kappa, wanted, ERROR)
+    advice = step_advice(formula, kappa, wanted, ERROR)
     assert advice is not None
     contact_ends = ENDS[law.end] if law.nu > 1 else "both"
     values = (f"{value:.4f}" for value in (found.epsilon, found.least, found.largest))
@@ -163,7 +163,7 @@ def weight_table() -> str:
 
 
 def _weight(law: Law, words: str) -> list[str]:
-    kappa = float(wanted_kappa(law, WANTED))
+    kappa = float(kappa_for_epsilon(law, WANTED))
 
     def fall(share: float) -> SampledCollision:
         return loaded(law, kappa, share / law.contact_time).collide()
