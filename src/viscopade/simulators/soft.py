@@ -35,7 +35,7 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.schemes import IMPLICIT, SEMI_IMPLICIT
 from viscopade.simulators import native
-from viscopade.simulators.formula import LINEAR, formulas, identity, linear_kappa, ratio_for_return, twice
+from viscopade.simulators.formula import LINEAR, formulas, identity, kappa_from_ratio, linear_kappa, ratio_for_return
 from viscopade.simulators.impulse import Ground, Motion, Spring, flight_epsilon
 from viscopade.simulators.native import SERIES, SMALLER, SUM, Impact, Impulse, Native, Parameter, Values
 from viscopade.simulators.simulator import Simulator
@@ -250,7 +250,7 @@ _ENGINES = (
             "DampingRatio",
             ("0", "1e3"),
             _BEPU_SOURCE,
-            ("SpringSettings", LINEAR, twice, "other end", _CAPPED.format("MaximumRecoveryVelocity")),
+            ("SpringSettings", LINEAR, kappa_from_ratio, "other end", _CAPPED.format("MaximumRecoveryVelocity")),
             usual_parameter=ratio_for_return,
             scheme=None,
         ),

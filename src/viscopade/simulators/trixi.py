@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 
 from viscopade.simulators import native
-from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, formulas, ratio_for_return, twice
+from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, formulas, kappa_from_ratio, ratio_for_return
 from viscopade.simulators.simulator import Simulator
 
 _SOURCE = "src/schemes/structure/discrete_element_method/contact_models.jl"
@@ -64,8 +64,8 @@ SIMULATOR = Simulator(
         "damping_coefficient",
         ("0", "1e3"),
         _SOURCE,
-        ("LinearContactModel", LINEAR_RETURN, twice, "exact"),
-        ("HertzContactModel", TSUJI_RETURN, twice, "other law"),
+        ("LinearContactModel", LINEAR_RETURN, kappa_from_ratio, "exact"),
+        ("HertzContactModel", TSUJI_RETURN, kappa_from_ratio, "other law"),
         usual_parameter=ratio_for_return,
         scheme=None,
     ),
