@@ -18,20 +18,23 @@ from viscopade.simulators import OTHER_NAMES, SIMULATORS
 from viscopade.theory.law import ENDS
 
 _NOTHING = (None, False, ())
-"""Values of an option that is not there."""
+"""Values of an option that is not typed: of one with a value, of a flag, of a repeatable one."""
 
 
 class _SimulatorOrFile(OneOf):
     """Type of an argument: the name of a simulator, or a file that is there."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the name, or the path."""
+        """Return the simulator's name in lower case, or the path of a file.
+
+        `value` is the typed text; Click also passes the argument `param` and the running command `ctx`.
+        """
         if str(value).lower() not in self.choices and os.path.exists(value):  # pathlib raises for long names
             return Path(value)
         try:
             return super().convert(value, param, ctx)
         except click.UsageError as error:
-            if error.message.endswith("?"):  # did you mean …?
+            if error.message.endswith("?"):  # a name that looks like it: "did you mean …?" says enough
                 raise
             raise click.UsageError(f"{error.message}, or a file: {DECKS}") from None
 
@@ -45,6 +48,7 @@ _MEANT = {
     for meant, names in OTHER_NAMES.items()
     for name in names.split()
 }
+"""The sentence for each name that people use for a simulator and that is not ours."""
 
 
 @click.command(
@@ -118,7 +122,7 @@ def audit(
     step_error: float | None,
     whole: bool,
     style: str,
-    **own: Any,
+    **of_contacts: Any,
 ) -> None:
     """Print the eps that a program gives, and what to set instead.
 
@@ -142,27 +146,40 @@ def audit(
     The contact time is without damping: `viscopade epsilon` prints it for a material with A = 0. Plain numbers are in
     SI units.
     """
+    # Options that only the table of formulas takes, and those of which any one asks for a single contact.
     of_formulas = {"--contact-time": contact_time, "--step-error": step_error, "--all": whole}
-    of_contact = {"--speed": own["speed"], "--set": own["settings"], "--force": own["force"]}
-    typed = [flag for flag, value in of_contact.items() if value not in _NOTHING]
+    of_one_contact = {
+        "--speed": of_contacts["speed"],
+        "--set": of_contacts["settings"],
+        "--force": of_contacts["force"],
+    }
+    typed = [flag for flag, value in of_one_contact.items() if value not in _NOTHING]
+
+    # A file: all its contacts. It says parameters, masses and integrator itself.
     if isinstance(simulator, Path):
-        more = {"--set": own.pop("settings"), "--constant": own.pop("constants")} | {
-            f"--{name}": own.pop(name) for name in ("force", "vary", "mass", "scheme", "end")
+        more = {"--set": of_contacts.pop("settings"), "--constant": of_contacts.pop("constants")} | {
+            f"--{name}": of_contacts.pop(name) for name in ("force", "vary", "mass", "scheme", "end")
         }
         _refuse("with a file", of_formulas | more)
-        show_deck(simulator, epsilon, time_step, style, **own)
+        show_deck(simulator, epsilon, time_step, style, **of_contacts)
         return
-    _refuse("without a file", {"--variable": own.pop("variable")})
+    _refuse("without a file", {"--variable": of_contacts.pop("variable")})
+
+    # One contact, of a program's own parameters or of a force.
     if typed:
         _refuse(f"with {' and '.join(typed)}", of_formulas)
-        show_contact(simulator, epsilon, time_step, style, **own)
+        show_contact(simulator, epsilon, time_step, style, **of_contacts)
+
+    # Neither: the formulas of manuals, for an eps. No body has a size or a speed there.
     else:
         names = ("vary", "mass", "radius", "density", "gravity", "scheme", "end")
-        _refuse("without --speed", {"--constant": own["constants"]} | {f"--{name}": own[name] for name in names})
+        useless = {"--constant": of_contacts["constants"]} | {f"--{name}": of_contacts[name] for name in names}
+        _refuse("without --speed", useless)
         show_formulas(simulator, epsilon, time_step, contact_time, step_error, whole, style)
 
 
 def _refuse(where: str, options: Mapping[str, object]) -> None:
+    """Raise a usage error for the first option that is typed; `options` has values by flags such as "--set"."""
     for flag, value in options.items():
         if value not in _NOTHING:
             raise click.UsageError(f"{flag} is given {where}: expected a command without it")

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from viscopade.collision.contact import SampledCollision
     from viscopade.simulators.native import Delivery, Impact, Native
 
+# A line of an input of these programs, which begins with one of these commands, may be pasted after --set.
 _WITH_LINES = ("lammps", "liggghts")
-_COMMANDS = (["pair_coeff"], ["pair_style"], ["fix"])  # of a line that may be pasted
+_COMMANDS = (["pair_coeff"], ["pair_style"], ["fix"])
 BETWEEN = "a number > 0 and < 1"
 QUANTITIES = {
     "speed": Quantity("speed", " > 0"),
@@ -49,12 +50,35 @@ def show_contact(
     vary: str | None,
     **quantities: str | None,
 ) -> None:
-    """Print the eps of the contact in a user's file, or with any force."""
+    """Print the eps of the contact in a user's file, or with any force.
+
+    Parameters
+    ----------
+    simulator, force : str or None
+        One of both: a program's name, or a formula of the compression x and its rate v.
+    epsilon : str or None
+        The wanted eps: also print what to write for it.
+    time_step : str or None
+        A time; without it steps are infinitely fine.
+    style : str
+        Format of the output: text, csv or json.
+    settings : sequence of str
+        NAME=VALUE of the program's parameters, or pasted lines of LAMMPS or LIGGGHTS.
+    scheme, end : str or None
+        The program's name of an integrator; the end of contact of a force.
+    radius, density : sequence of str
+        Empty or one text: an effective radius, or with a density the radii of the spheres.
+    constants, vary
+        NAME=VALUE of constants in the formula, and the name of the one that is the damping.
+    **quantities : str or None
+        Texts of speed, mass and gravity.
+    """
     from viscopade.simulators.lammps_deck import line_settings
     from viscopade.simulators.native import FileUnits, delivery, names_without_effect
     from viscopade.simulators.own_law import FEWEST_STEPS
     from viscopade.simulators.setup import SI
 
+    # `native`: the parameters of the program's contact and its force as a function of them.
     title, version, native = _native(simulator, force, end, constants, vary)
     if force is not None and settings:
         raise click.UsageError("--set is given with --force: expected --constant for a number in the formula")
@@ -66,6 +90,9 @@ def show_contact(
     of_lines = [f"{name}={value}" for text in pasted for name, value in line_settings(text).items()]
     texts = values_by_name("--set", [*words, *of_lines], "solref=-2500 -100")
 
+    # A pasted fix is a wall: fix wall/gran. Plain numbers are in the units of the user's file. `sized` lists the
+    # options with a unit: a pasted line does not say its file's units, which are then taken to be si, and where the
+    # units have no size (lj of LAMMPS) a unit is refused.
     has_wall = any(text.split()[0] == "fix" for text in pasted)
     impact, sized = _impact(radius, density, has_wall, **quantities, **{"time-step": time_step})
     units_are_assumed = pasted and sized and "units" in native.parameters_by_name and "units" not in texts
@@ -81,6 +108,7 @@ def show_contact(
         )
     if epsilon is not None:
         target = float(arguments.exact_number("--epsilon", epsilon, BETWEEN, lambda e: 0 < e < 1))
+    # Refuse what changes nothing: radius, mass, or a set parameter on which the contact does not depend.
     for useless in names_without_effect(native, texts, impact):
         # The mass depends on the radius of spheres; a pasted line is whole.
         if (useless == "radius" and density) or f"{useless}={texts.get(useless)}" in of_lines:
@@ -91,12 +119,16 @@ def show_contact(
     if units_are_assumed:
         text = f"units is not set, and taken to be si because --{sized[0]} has a unit: --set units=…"
         outcome = replace(outcome, warnings=(*outcome.warnings, text))
+    # Without --time-step eps is that of infinitely fine steps. Warn if the program's default step is too coarse for
+    # this: from FEWEST_STEPS steps in a contact on, the step matters little. Default steps are in SI units.
     default = None if simulator is None or time_step else simulator_of(simulator).default_step
     steps = outcome.collision.duration / default if default and outcome.units == FileUnits() else FEWEST_STEPS
     if steps < FEWEST_STEPS:
         step = SI.time_text(default or 0.0)
         long = f"{title}'s default step of {step} is {1 / steps:.2g} contacts long"
         outcome = replace(outcome, warnings=(*outcome.warnings, f'{long}: --time-step "{step}" computes its eps'))
+
+    # The numbers of a row of CSV, and what JSON has besides.
     collision, units = outcome.collision, outcome.units
     fields: dict[str, Any] = {
         "simulator": simulator,
@@ -143,7 +175,15 @@ def _impact(
 ) -> tuple[Impact, list[str]]:
     """Return the impact that options describe, in SI units, and the options that have a unit.
 
-    With a density, the radius is that of two spheres, or of one at a wall, and says their masses.
+    Parameters
+    ----------
+    radius, density : sequence of str
+        Empty or one text. Without a density the radius is the effective one, R1 R2/(R1 + R2). With a density it is that
+        of the spheres, "1 mm", "1 mm, 2 mm" or "1 mm, wall", from which their masses follow.
+    has_wall : bool
+        Whether a plane is known to be the second body.
+    **quantities : str or None
+        Texts of speed, mass (the effective one), gravity and time-step.
     """
     from viscopade.simulators.native import Impact, effective
 
@@ -168,7 +208,8 @@ def _impact(
         if not 0 < len(densities) <= len(radii) <= 2 - has_wall:
             spheres = "one sphere" if has_wall else 'one sphere, or two, such as "1 mm, 2 mm", or "1 mm, wall"'
             raise click.UsageError(f"--radius is {radius[0]!r}, --density {density[0]!r}: expected those of {spheres}")
-        # A single number is that of both spheres; m = 4/3 pi R^3 rho.
+        # A single number is that of both spheres, a wall has none; m = 4/3 pi R^3 rho. `effective` of two numbers is
+        # x1 x2/(x1 + x2), and of one, at a wall, the number itself.
         radii, densities = ((numbers * 2)[: 2 - has_wall] for numbers in (radii, densities))
         masses = [4 / 3 * math.pi * r**3 * rho for r, rho in zip(radii, densities, strict=True)]
         effective_mass, effective_radius = effective(masses), effective(radii)
@@ -178,13 +219,18 @@ def _impact(
 def _native(
     simulator: str | None, force: str | None, end: End | None, constants: Sequence[str], vary: str | None
 ) -> tuple[str, str, Native]:
-    """Return the name, the version and the contact of a simulator, or of a force."""
+    """Return the title, the version and the contact (parameters and force) of a simulator, or of a force.
+
+    Of `simulator`, a name, and `force`, a formula, one is None. `end`, the end of contact, the texts NAME=VALUE of
+    `constants`, and `vary`, the constant that is the damping, belong to a force, which has neither title nor version.
+    """
     if (simulator is None) == (force is None):
         raise click.UsageError("expected either a simulator, such as mujoco, or --force")
     if force is not None:
         from viscopade.simulators.typed_force import native
 
         return "", "", native(force, end or "force", constants, vary)
+    # A program has its own end of contact and its own names of parameters.
     for flag, value in {"--end": end, "--constant": constants, "--vary": vary}.items():
         if value:
             raise click.UsageError(f"{flag} is given for a simulator, which has its own: expected --force with it")
@@ -196,9 +242,10 @@ def _native(
 
 
 def values_by_name(option: str, texts: Sequence[str], example: str) -> dict[str, str]:
-    """Return the values of NAME=VALUE by name."""
+    """Return the values of texts NAME=VALUE by name; `option` and `example` are for the refusal of another text."""
     values: dict[str, str] = {}
     for text in texts:
+        # The first "=" separates; a value may have others.
         name, equals, value = map(str.strip, text.partition("="))
         if not equals:
             raise click.UsageError(f'{option} is {text!r}: expected NAME=VALUE, such as "{example}"')
@@ -209,11 +256,18 @@ def values_by_name(option: str, texts: Sequence[str], example: str) -> dict[str,
 
 
 def _words(values: Mapping[str, str]) -> str:
+    """Return "name = value, name = value"."""
     return ", ".join(f"{name} = {value}" for name, value in values.items())
 
 
 def _pasted_again(pasted: Sequence[str], texts: Mapping[str, str], instead: Mapping[str, str]) -> str:
-    """Return a pasted line with other coefficients after its normal model; "" for a line without that, as gran/… is."""
+    """Return the pasted line with the coefficients of `instead`; "" for a line without a normal model, as gran/… is.
+
+    `texts` has the values of all parameters by name: in "pair_coeff * * hooke 1e5 50 tangential …" the parameter
+    normal is "hooke" and coefficients is "1e5 50". `instead` has what to write for the wanted eps.
+    """
+    # Only where the coefficients are all that changes, and only behind the model's name: the same numbers may stand
+    # elsewhere in the line.
     model, numbers = texts.get("normal"), texts.get("coefficients")
     lines = (" ".join(text.split()) for text in pasted if [*instead] == ["coefficients"])
     return "".join(
@@ -226,18 +280,39 @@ def _pasted_again(pasted: Sequence[str], texts: Mapping[str, str], instead: Mapp
 def _say_contact(
     title: str, outcome: Delivery, native: Native, epsilon: str | None, speed: float, bodies: str, line: str
 ) -> None:
-    """Print a collision in sentences; `line` is the pasted line for the wanted eps."""
+    """Print a collision in sentences.
+
+    Parameters
+    ----------
+    title : str
+        Name of the program; "" for a force.
+    outcome : Delivery
+        The collision and what to write instead, in the units of the file.
+    native : Native
+        The contact: its integrators and the words for its parameters.
+    epsilon : str or None
+        The wanted eps as it was typed.
+    speed : float
+        Impact speed in m/s.
+    bodies : str
+        Effective mass and radius in words, if they follow from a density, else "".
+    line : str
+        The pasted line for the wanted eps, or "".
+    """
     collision, units, stepped = outcome.collision, outcome.units, outcome.stepped
 
     def eps(sampled: SampledCollision, why: str = "") -> str:
+        """Return eps in figures; with a time step its mean and its range over the phases, and why there is one."""
         if not sampled.parts:
             return "0"
+        # In steps four decimals are enough: eps depends on where in a step contact begins. Else it has six figures.
         return (
             f"{sampled.epsilon:.4f} ({sampled.least:.4f} to {sampled.largest:.4f}{why})"
             if stepped
             else f"{sampled.epsilon:.6g}"
         )
 
+    # First sentence: eps, and eps with the weight of a falling body where this was not asked for but would count.
     text = eps(collision, ": where in a step contact begins") if collision.parts else "0, as the bodies do not part"
     if collision.parts and outcome.falling is not None:
         text += f" without weight; {eps(outcome.falling)} for a body that falls on a plane"
@@ -247,21 +322,26 @@ def _say_contact(
         duration = "; if contact begins at some places in a step, the bodies do not part"
     if collision.depth:  # an impulse has none
         say(f"depth {collision.depth:.4g} {units.length}{duration if collision.parts else ''}")
+    # The parameters on which the force depends, with the program's defaults, and how those of two types were mixed.
     used = {name: value for name, value in outcome.values.items() if name in outcome.values.read - {native.integrator}}
     if used:
         say(f"for {', '.join(filter(None, (_words(native.texts(used)), bodies)))}")
     for name, mixed in outcome.values.mixed.items():
         say(mixed.sentence(name))
+    # Adhesion: the speed below which bodies stay together, and the energy of a neck, which eps loses without damping.
     if (sticking := outcome.sticking) is not None:
         below = "no speed is found below which the bodies stay together"
         if sticking.speed is not None:
             below = f"below {sticking.speed:.4g} {units.speed} the bodies stay together"
         energy = f"; without damping the neck costs {sticking.neck_energy:.4g} {units.energy}"
         say(f"{below}{energy if sticking.neck_energy else ''}")
+    # The integrator of this answer; the program's default is the first of its own.
     default, *others = native.schemes
     continuous = "infinitely fine steps" if collision.depth else "none, as there is no --time-step"
     choice = f"; there are {', '.join([f'{default} (default)', *others])}" if others else ""
     say(f"integrator: {outcome.scheme if stepped else continuous}{choice}")
+    # What to write for the wanted eps: as a pasted line on its own, or in words. `seconds` and `metres` are the sizes
+    # of the file's units.
     if outcome.instead is not None:
         speed_text = f"{speed * units.seconds / units.metres:.6g} {units.speed}"
         say(f"for eps = {epsilon} at {speed_text} write{'' if line else f' {_words(outcome.instead)}'}")

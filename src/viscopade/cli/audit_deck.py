@@ -28,8 +28,11 @@ _NUMBERS = (
     ),
     *(("g t_c/v", "g_t_c_over_v", ".2g"), ("t_c/step", "steps", ".3g"), ("sticks below", "sticking_speed", ".3g")),
 )
-"""Columns of numbers, each with its name in JSON and its format."""
-_NUMBER = r"\d[\d.]*(e[+-]?\d+)?"
+"""Columns of numbers, each with its name in JSON and its format.
+
+The figures are chosen for a table of 100 columns: eps to 1e-4, ratios to 1 %, and g t_c/v, a rule of thumb, to 10 %.
+"""
+_NUMBER = r"\d[\d.]*(e[+-]?\d+)?"  # as Python prints it, without a sign
 DECKS = "an input of LAMMPS or LIGGGHTS, or a model of MuJoCo"
 
 
@@ -44,7 +47,23 @@ def show_deck(
     density: Sequence[str],
     **quantities: str | None,
 ) -> None:
-    """Print a row for each contact of a file."""
+    """Print a row for each contact of a file.
+
+    Parameters
+    ----------
+    file : Path
+        An input of LAMMPS or LIGGGHTS, or a model of MuJoCo.
+    epsilon : str or None
+        The wanted eps: also print the lines to write for it.
+    time_step : str or None
+        A time, instead of the file's.
+    style : str
+        Format of the output: text, csv or json.
+    variable, radius, density : sequence of str
+        NAME=VALUE: variables of the file, and radius or density of a type of particles that the file does not say.
+    **quantities : str or None
+        Texts of speed (without it 1 m/s) and gravity (instead of the file's).
+    """
     from viscopade.simulators import lammps_deck, mujoco_model
     from viscopade.simulators.deck import DeckOptions, DeckRun
     from viscopade.simulators.deck_rows import contact_rows
@@ -53,6 +72,7 @@ def show_deck(
     # Options with numbers become SI units; those with a unit are refused where the units of the file have no size.
     sized: list[str] = []
 
+    # "1=0.25mm:1mm": of type 1 the least and the largest radius.
     radii: dict[str, tuple[float, ...]] = {}
     for name, text in values_by_name("--radius", radius, "1=0.25mm:1mm").items():
         radii[name] = tuple(si_number("radius", part, sized) for part in text.split(":"))
@@ -83,7 +103,8 @@ def show_deck(
     if si["gravity"] is not None and not any(contact.falls for run in deck.runs for contact in run.contacts):
         raise click.UsageError(f"--gravity has no effect: {file} has no contact with a wall or the ground")
 
-    # Step and gravity of an option replace those of all runs.
+    # Step and gravity of an option replace those of all runs. Without --speed it is 1 m/s, chosen by hand; the output
+    # says so.
     impact = Impact(si["speed"] or 1.0, gravity=si["gravity"] or 0.0, step=si["time-step"]).in_units(deck.units)
     runs = (
         DeckRun(
@@ -92,6 +113,7 @@ def show_deck(
         for run in deck.runs
     )
     deck = replace(deck, runs=tuple(runs))
+    # A row for each contact and pair of sizes.
     table = contact_rows(deck, impact.speed, target)
     if all(row.answer.collision is None for row in table):
         reasons = "; ".join(dict.fromkeys(row.answer.reason for row in table))
@@ -115,7 +137,8 @@ def show_deck(
 
 
 def _fields(row: DeckRow) -> dict[str, Any]:
-    """Return a row as JSON has it; numbers are in the units of the file."""
+    """Return a row as JSON has it; numbers are in the units of the file, and None where there is none."""
+    # `x and x.y`: None without a collision (`answer.reason` says why), else a number of it.
     run, contact, answer = row.run, row.contact, row.answer
     collision, instead = answer.collision, answer.instead
     return {
@@ -142,6 +165,7 @@ def _fields(row: DeckRow) -> dict[str, Any]:
 
 
 def _line_fields(line: Line) -> dict[str, Any]:
+    """Return a line of a file as JSON has it; a file in XML has no numbers of lines, 0 there and None in JSON."""
     return {"file": str(line.file), "number": line.number or None, "text": line.text}
 
 
@@ -153,7 +177,20 @@ def _cell(value: Any) -> object:
 
 
 def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_source: str) -> None:
-    """Print what was read, a table for each run, and each remark and warning once."""
+    """Print what was read, a table for each run, and each remark and warning once.
+
+    Parameters
+    ----------
+    deck : Deck
+        What the file says of contacts.
+    table : sequence of DeckRow
+        A row for each contact and pair of sizes of each run.
+    epsilon : str or None
+        The wanted eps, as it was typed.
+    speed_source : str
+        What to add behind the speed: ", as --speed is not given", or "".
+    """
+    # The first sentence counts runs, pairs of bodies and contacts; equal numbers, and no run, are not worth a word.
     units, speed = deck.units, table[0].impact.speed
     pairs = {contact.name: contact.count for run in deck.runs for contact in run.contacts}
     counts = {"run": len(deck.runs), "pair": sum(pairs.values()), "contact": len(pairs)}
@@ -172,7 +209,7 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     for run in deck.runs:
         cells = [_columns(i, row, deck) for i, row in numbered if row.run is run]
         heads = [head for head in (cells[0] if cells else ()) if any(row[head] for row in cells)]
-        # A terminal that is too narrow does without these, which JSON has.
+        # A terminal that is too narrow does without these, which JSON has. A column takes 2 characters beside its text.
         for optional in ("g t_c/v", f"m_eff ({units.mass})", "line"):
             width = sum(2 + max(len(row[head]) for row in ({head: head}, *cells)) for head in heads)
             if width > text_width() and optional in heads:
@@ -185,7 +222,8 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
             say(title)
             show("text", heads, [[row[head] for head in heads] for row in cells], {})
 
-    # Equal remarks and lines are printed once, and so are warnings that differ in their numbers only.
+    # Equal remarks and lines are printed once, and so are warnings that differ in their numbers only. `sentences`: from
+    # kind and text, without numbers, to the full text by row. `replacements`: from weight, place and lines to rows.
     sentences: dict[tuple[str, str], dict[int, str]] = {}
     replacements: dict[tuple[str, str, tuple[str, ...]], list[int]] = {}
     for i, row in numbered:
@@ -206,7 +244,8 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
     for (weight, place, lines), numbers in replacements.items():
         say(f"for eps = {epsilon}{weight} in {_rows(numbers)} write{place}")
         click.echo("\n".join(f"    {printable(line)}" for line in lines))
-    # A command names what it sets in its first three words; a model has one <option>.
+    # Lines to write may contradict each other. A command names what it sets in its first three words ("pair_coeff 1 2",
+    # "fix ID group"); a model has one <option>.
     written = dict.fromkeys(line for _, _, lines in replacements for line in lines)
     if len({(*line.split()[: 1 if line.startswith("<option") else 3],) for line in written}) < len(written):
         say("Of lines that begin alike the last one counts: each is for its rows alone. Give sizes types of their own.")
@@ -217,7 +256,7 @@ def _say_deck(deck: Deck, table: Sequence[DeckRow], epsilon: str | None, speed_s
 
 
 def _position(lines: Sequence[str], line: Line, deck: Deck) -> str:
-    """Return where in a file the lines to write belong; `line` is that of the contact."""
+    """Return where in a file `lines`, which are to be written, belong; `line` of the `deck` is that of the contact."""
     command = lines[-1].split()[0]
     if command.startswith("<"):
         return {"<geom": " in both geoms of each pair", "<pair": " in <contact>"}.get(command, "")
@@ -229,6 +268,7 @@ def _position(lines: Sequence[str], line: Line, deck: Deck) -> str:
 
 def _rows(numbers: Sequence[int]) -> str:
     """Return "row 1", or "rows 1 to 3, 5": three consecutive numbers or more are a range."""
+    # Collect runs of consecutive numbers; "1, 2" is shorter than "1 to 2".
     ranges: list[list[int]] = []
     for i in numbers:
         if ranges and ranges[-1][-1] == i - 1:
@@ -240,7 +280,7 @@ def _rows(numbers: Sequence[int]) -> str:
 
 
 def _command(words: Sequence[str]) -> str:
-    """Return the name of a command, of a fix with its style."""
+    """Return the name of a command, of a fix with its style: "fix ID group style" has it as the fourth word."""
     return " ".join(words[:4:3] if words[0] == "fix" else words[:1])
 
 
@@ -250,7 +290,9 @@ def _place(line: Line, deck: Deck) -> str:
 
 
 def _columns(i: int, row: DeckRow, deck: Deck) -> dict[str, str]:
-    """Return the cells of a row, with the heads of their columns as keys."""
+    """Return the cells of row `i`, with the heads of their columns as keys; an empty cell is ""."""
+    # In LAMMPS "type 1 - type 2" is short as "1 - 2" in a column "types". Four figures of a radius or mass tell sizes
+    # of a mixture apart.
     fields, contact, units = _fields(row), row.contact, deck.units
     if row.impact.step is None:  # then there is no range over phases
         fields |= {"least": None, "largest": None}

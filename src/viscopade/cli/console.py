@@ -24,7 +24,10 @@ from viscopade.generated import printable, wrapped
 from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
 FIRST_SECONDS, LONG_SECONDS = 1.0, 60.0
-"""When the duration of a loop is estimated, and the remaining time from which on a message states it."""
+"""Seconds after which `tracker` estimates the duration of a loop, and the remaining seconds that a message is worth.
+
+Both are chosen by hand: a second holds enough steps to measure their speed, and nobody needs a message for a minute.
+"""
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
@@ -40,12 +43,13 @@ else:  # before Click 8.4 it takes no type
 
 def examples(*lines: str) -> str:
     """Return command lines as the end of a command's help."""
+    # A backspace alone on a line tells Click not to join and break the lines of the paragraph.
     shown = "\n".join(f"  {line}" for line in lines)
     return f"\b\n{'Examples' if len(lines) > 1 else 'Example'}:\n{shown}"
 
 
 def _name(param: click.Parameter | None) -> str:
-    """Return how a refusal names an option or an argument."""
+    """Return how a refusal names an option (its longest flag, "--output"), or an argument ("TARGET")."""
     assert param is not None
     if isinstance(param, click.Argument):
         return (param.metavar or param.human_readable_name).strip("[]").upper()
@@ -53,7 +57,7 @@ def _name(param: click.Parameter | None) -> str:
 
 
 class OneOf(click.Choice[str]):
-    """Type of an argument: one of several names in any case; a refusal names those that look like the given one.
+    """Type of an argument: one of several names in any case; a refusal names those that look like the typed one.
 
     `others` has further names, with the sentence that refuses each.
     """
@@ -63,19 +67,23 @@ class OneOf(click.Choice[str]):
         self.others = others or {}
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Take one of the names, in upper or lower case."""
+        """Return the typed name in lower case.
+
+        `value` is the typed text, `param` the argument and `ctx` the running command; Click passes them.
+        """
+        # A name of `others` has its own sentence; any other wrong name has the names that look like it, or else all.
         name = str(value).lower()
         if name in self.others:
             raise click.UsageError(self.others[name])
         if name not in self.choices:
             listed = ", ".join(self.choices)
-            near = arguments.meant(name, self.choices)
+            near = arguments.meant(name, self.choices)  # ": did you mean …?", or "" if no name looks like it
             raise click.UsageError(f"{_name(param)} is {value!r}{near or f': expected {listed}'}")
         return name
 
 
 class Whole(_Integer):
-    """Type of an option: an integer within a range."""
+    """Type of an option: an integer from `low` to `high`."""
 
     name = "integer"
 
@@ -83,7 +91,12 @@ class Whole(_Integer):
         self.low, self.high = low, high
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Parse decimal digits with an optional sign."""
+        """Return an integer from decimal digits with an optional sign.
+
+        `value` is the typed text, or an integer as a default; `param` is the option and `ctx` the running command.
+        """
+        # int() alone would also take blanks, underscores and digits of other scripts. 18 digits exceed every range
+        # here; a longer text stays one, and is refused below in our own words (int() has others beyond 4300 digits).
         if isinstance(value, str) and re.fullmatch(r"[+-]?[0-9]{1,18}", value):
             value = int(value)
         if isinstance(value, str):
@@ -91,6 +104,7 @@ class Whole(_Integer):
         return arguments.integer(_name(param), value, self.low, self.high)
 
 
+# The largest double is 1.8e308: a number below 1e300 is a finite double, also after a conversion of its unit.
 _BEYOND = 10**300
 _CONDITIONS: dict[str, Callable[[Fraction], bool]] = {
     "": lambda number: abs(number) < _BEYOND,
@@ -108,9 +122,10 @@ class Real(_Number):
         self.condition = condition
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Parse a decimal number."""
-        if isinstance(value, float):
+        """Return the double nearest to the typed decimal `value`; `param` is the option, `ctx` the running command."""
+        if isinstance(value, float):  # already converted: Click converts a default and a prompt again
             return value
+        # The condition is checked on the exact decimal, before it is rounded: 1e-400 > 0 holds.
         accepted = f"a finite decimal number{self.condition}"
         return float(arguments.exact_number(_name(param), value, accepted, _CONDITIONS[self.condition]))
 
@@ -118,7 +133,8 @@ class Real(_Number):
 class Quantity(_Number):
     """Type of an option: a number with a unit, or a plain one in SI units.
 
-    It becomes a double in SI units, or with `exact` a decimal string.
+    It becomes a double in SI units, or with `exact` a decimal string. `dimension` is a key of
+    `viscopade.quantity.DIMENSIONS`, such as "length", and `condition` one of `_CONDITIONS`.
     """
 
     name = "quantity"
@@ -127,24 +143,34 @@ class Quantity(_Number):
         self.dimension, self.condition, self.exact = dimension, condition, exact
 
     def decimal(self, value: str, name: str) -> str:
-        """Return the number in SI units as an exact decimal."""
+        """Return the number of the typed text `value` in SI units as an exact decimal; `name` is that of the option.
+
+        Raises
+        ------
+        ValueError
+            If the text is neither a number nor a quantity of this dimension, or does not meet the condition.
+        """
         from viscopade import quantity
 
+        # A plain number is in SI units already. Other texts have a unit; None says that the unit does not fit.
         try:
             arguments.exact_number(name, value, "", lambda _: True)
-            found: str | None = value
+            in_si: str | None = value
         except ValueError:
-            found = quantity.si_decimal(value, self.dimension)
-        if found is None or not _CONDITIONS[self.condition](Fraction(found)):
+            in_si = quantity.si_decimal(value, self.dimension)
+        if in_si is None or not _CONDITIONS[self.condition](Fraction(in_si)):
             unit, example = quantity.DIMENSIONS[self.dimension]
             article = "an" if self.dimension[0] in "aeiou" else "a"
             expected = f'{article} {self.dimension}{self.condition}, such as "2.5 {example}", or a number in {unit}'
             raise ValueError(f"{name} is {value!r}: expected {expected}")
-        return found
+        return in_si
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Parse a number, or a number with a unit."""
-        if isinstance(value, float):
+        """Return the quantity of the typed `value` in SI units, as a double or (`exact`) as a decimal string.
+
+        `param` is the option and `ctx` the running command.
+        """
+        if isinstance(value, float):  # already converted
             return value
         decimal = self.decimal(value, _name(param))
         return decimal if self.exact else float(decimal)
@@ -156,9 +182,10 @@ class Degrees(_Pair):
     name = "M/N"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        """Parse degrees such as "3/6"."""
-        if isinstance(value, tuple):
+        """Return (m, n) of a typed `value` such as "3/6"; `param` is the option and `ctx` the running command."""
+        if isinstance(value, tuple):  # already converted
             return value
+        # Three digits write every degree up to MAX_DEGREE = 200. Any other text becomes a degree that is refused.
         match = re.fullmatch(r"([0-9]{1,3})/([0-9]{1,3})", value)
         degrees = (int(match[1]), int(match[2])) if match else (arguments.MAX_DEGREE + 1, 0)
         if max(degrees) > arguments.MAX_DEGREE:
@@ -193,10 +220,11 @@ class FilePath(click.Path):
 
 
 PICTURES = ("svg", "png", "pdf")
-_ENDLESS = 1_000_000  # columns, more than any table has
-_IN_A_PIPE = 100  # columns of text in a pipe or a file
-_READABLE = 24  # columns for a sentence on several lines, and for a name without digits
-_NARROWEST = 20  # columns; lines are so long on a narrower terminal, too
+# Widths are in characters, and chosen by hand; a change moves line breaks and no number.
+_ENDLESS = 1_000_000  # wider than any table: Rich then measures a table without folding it
+_IN_A_PIPE = 100  # of text in a pipe or a file, as of generated files (`viscopade.generated.WIDTH`)
+_READABLE = 24  # of a sentence on several lines, about four words, and of a name without digits, which may be broken
+_NARROWEST = 20  # of a line, also on a narrower terminal: one of our longer words
 
 ORDER = Whole(0, arguments.MAX_ORDER)
 DIGITS = Whole(1, arguments.MAX_DIGITS)
@@ -224,7 +252,7 @@ def to_file(*flags: str) -> Callable[..., Any]:
     return click.option(
         *flags,
         type=FilePath(),
-        callback=_checked_output,
+        callback=_checked_output,  # `command_line` recognises the option by it
         help="File to write.  [default: -, the standard output]",
     )
 
@@ -241,22 +269,27 @@ def command_line() -> str:
 
     Files are named without their folders. An option of `to_file` is left out, because the text does not depend on it.
     """
+    # Parse the typed words again, without conversion. `order` has an option or argument once for each time it was
+    # typed; `values` has by name its text, a tuple of texts, or True or False for a flag; of a repeated option a list.
     context = click.get_current_context()
     name, *words = context.meta[WORDS]
     values, _, order = context.command.make_parser(context).parse_args(list(words))
-    given = {param: values[str(param.name)] for param in order}
-    found = ["viscopade", name]
+    values_left = {param: values[str(param.name)] for param in order}
+    line = ["viscopade", name]
     for param in sorted(order, key=lambda param: isinstance(param, click.Option)):  # arguments come first
-        value = given[param]
+        # A repeated option stands in `order` as often as it has values: take the next one.
+        value = values_left[param]
         if param.multiple:
-            value, given[param] = value[0], value[1:]
+            value, values_left[param] = value[0], value[1:]
+        # Leave out the file to write, and an optional argument that was not typed.
         if param.callback is _checked_output or not isinstance(value, (str, bool, tuple)):
             continue
+        # A flag has no text, and --no-… is the second name of one that is False; the longest name reads best.
         texts = [value] if isinstance(value, str) else [] if isinstance(value, bool) else value
         if isinstance(param, click.Option):
-            found.append(max(param.secondary_opts if value is False else param.opts, key=len))
-        found += (Path(text).name or text if isinstance(param.type, click.Path) else text for text in texts)
-    return shlex.join(found)
+            line.append(max(param.secondary_opts if value is False else param.opts, key=len))
+        line += (Path(text).name or text if isinstance(param.type, click.Path) else text for text in texts)
+    return shlex.join(line)
 
 
 def write_or_print(text: str, output: Path | None) -> None:
@@ -268,7 +301,11 @@ def write_or_print(text: str, output: Path | None) -> None:
 
 
 def law_words(law: Law) -> tuple[dict[str, Any], str]:
-    """Return a law as JSON fields, and as a line if it is not the paper's."""
+    """Return a law as JSON fields, and as a line if it is not the paper's.
+
+    Here kappa, the damping of the scaled equation, grows with the speed as v^(2/nu - 1), and eps is a power series in
+    v* = kappa^(1/d).
+    """
     fields = {"law": str(law), "end": law.end, "nu": str(law.nu), "d": law.d}
     if law == VISCOELASTIC:
         return fields, ""
@@ -279,8 +316,9 @@ def law_words(law: Law) -> tuple[dict[str, Any], str]:
 
 
 def with_options(*options: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Return a decorator that adds options to a command, in this order."""
-    return lambda command: reduce(lambda made, option: option(made), reversed(options), command)
+    """Return a decorator that adds options to a command; its help lists them in this order."""
+    # Click lists the decorator that is applied last first.
+    return lambda command: reduce(lambda decorated, option: option(decorated), reversed(options), command)
 
 
 LAW = click.option(
@@ -321,7 +359,10 @@ MATERIAL = {
 
 
 def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Return a decorator that adds the options of two spheres of one material, or of a sphere and a wall."""
+    """Return a decorator that adds the options of two spheres of one material, or of a sphere and a wall.
+
+    `names` are the keys of `MATERIAL` that the command takes. `pair_of` reads the options.
+    """
     radius = "Radius of both spheres; give it twice for two different radii."
     return with_options(
         click.option("--radius", "radii", type=Quantity("length"), multiple=True, help=radius),
@@ -338,6 +379,17 @@ def pair_of(
 ) -> Pair | None:
     """Return the pair of bodies that the options describe, or None if no option is given.
 
+    Parameters
+    ----------
+    radii : sequence of float
+        Radii of the spheres, in m: one for two equal spheres.
+    wall : bool
+        Whether the second body is a plane wall of the same material.
+    yield_strength : float, optional
+        Only shows that a material is meant.
+    **properties : float or None
+        Arguments of `Sphere` in SI units, None where an option is missing; without dissipative_constant it is 0.
+
     Raises
     ------
     click.UsageError
@@ -350,8 +402,10 @@ def pair_of(
     missing = [name for name, value in properties.items() if value is None] + ([] if radii else ["radius"])
     if missing:
         raise click.UsageError("a material also needs " + ", ".join("--" + name.replace("_", "-") for name in missing))
+    # Two bodies have two radii, a sphere and a wall one (`wall` counts as 1).
     if len(radii) > 2 - wall:
         raise click.UsageError(f"--radius is given {len(radii)} times: expected once or twice, and once with --wall")
+    # A wall has no density: its mass is infinite. One radius is that of both spheres.
     values: dict[str, Any] = {"dissipative_constant": 0.0} | properties
     spheres = [Sphere(radius=radius, **values) for radius in radii]
     values.pop("density")
@@ -359,12 +413,14 @@ def pair_of(
 
 
 def pair_with(epsilon: float | None, speed: float, gravity: float | None, **options: Any) -> Pair:
-    """Return the pair that `pair_of` describes, with its A, or with the A that gives eps at a speed.
+    """Return the pair that `pair_of` describes, with its A, or with the A that gives `epsilon` at `speed` (m/s).
 
-    With gravity the sphere falls on a wall, and eps is the one with its weight.
+    With `gravity` (m/s^2) the sphere falls on a wall, and eps is the one with its weight. `options` are those of
+    `pair_of`, dissipative_constant among them; it is None with `epsilon`.
     """
     from viscopade.collision.weight import calibrated
 
+    # With eps the pair has no damping (A = 0) until it is calibrated.
     pair = pair_of(**options | {"dissipative_constant": options["dissipative_constant"] or 0.0})
     assert pair is not None
     if gravity is not None and not pair.second.is_wall:
@@ -404,7 +460,10 @@ def picture_kind(option: str, file: Path) -> str:
 def show(
     style: str, header: Sequence[str], rows: Iterable[Sequence[object]], whole: dict[str, Any], title: str | None = None
 ) -> None:
-    """Print a table as text or CSV, or `whole` as one JSON object."""
+    """Print a table as text or CSV, or `whole` as one JSON object, in the format `style`: text, csv or json.
+
+    `header` names the columns of `rows`; `title` stands above the table, as text only.
+    """
     cells = [[str(cell) for cell in row] for row in rows]
     if style == "json":
         click.echo(json.dumps(whole, ensure_ascii=False))
@@ -413,11 +472,15 @@ def show(
         csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
         click.echo(buffer.getvalue(), nl=False)
     else:
+        # A terminal would obey invisible characters of a user's text: it gets escapes.
         _print_table(header, [[*map(printable, row)] for row in cells], title)
 
 
 def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
-    """Print a table; if it is too wide, with heads and sentences on several lines, or with one line for each cell."""
+    """Print a table; if it is too wide, with heads and sentences on several lines, or with one line for each cell.
+
+    `header` has a head for each column, `cells` the texts of each row.
+    """
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -428,19 +491,24 @@ def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: s
     console = Console(width=_ENDLESS, color_system=None, force_terminal=False, markup=False, highlight=False)
     width = text_width()
     if console.measure(table).maximum > width:
+        # The table is too wide. Take a character at a time from the widest column that can still be narrower, until
+        # the table fits. Beside its text a column takes 2 characters: a blank of padding and one of the frame.
         columns = list(zip(header, *cells, strict=True))
         least = [max(map(_least_width, texts)) for texts in columns]
         widths = [max(map(len, texts)) for texts in columns]
         while sum(widths) + 2 * len(columns) > width and widths != least:
-            _, widest = max((have, i) for i, have in enumerate(widths) if have > least[i])
+            _, widest = max((present, i) for i, present in enumerate(widths) if present > least[i])
             widths[widest] -= 1
+        # Padding (top, right, bottom, left): one blank to the right of each column but the last.
         table.padding, table.pad_edge = (0, 1, 0, 0), False
-        for column, wanted in zip(table.columns, widths, strict=True):
-            column.width, column.overflow = wanted, "fold"
-        in_rows = max(len(columns[i][0]) + have for i, have in enumerate(least))
+        for column, narrow in zip(table.columns, widths, strict=True):
+            column.width, column.overflow = narrow, "fold"
+        # Still too wide: a line for each cell, after its head, if these lines are shorter.
+        in_rows = max(len(columns[i][0]) + narrow for i, narrow in enumerate(least))
         if sum(widths) + 2 * len(columns) > width > in_rows:
             _print_rows(header, cells, title)
             return
+    # Rich fills lines with blanks up to the width; they go.
     with console.capture() as capture:
         console.print(table)
     click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
@@ -448,15 +516,20 @@ def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: s
 
 def _least_width(text: str) -> int:
     """Return the least width of a text: sentences need more than their longest word, and long names may be broken."""
+    # A number is never broken, a long name is. A sentence has up to four lines, a long one more of 24 characters.
     whole = (len(word) if re.search("[0-9]", word) else min(len(word), _READABLE) for word in text.split())
     return max([*whole, min(len(text) // 4, _READABLE)])
 
 
 def _print_rows(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
-    """Print each cell of a table that is not empty on its own line, after its head."""
+    """Print each cell of a table that is not empty on its own line, after its head.
+
+    `header` has a head for each column, `cells` the texts of each row; a blank line separates the rows.
+    """
     say(title or "")
     for row in cells:
         click.echo()
+        # All cells but the first of a row are indented by 2, and further lines of a cell by 4, to tell them apart.
         for i, (head, text) in enumerate(zip(header, row, strict=True)):
             if text:
                 say(f"{'  ' * (i > 0)}{head}: {text}", 4)
@@ -464,7 +537,10 @@ def _print_rows(header: Sequence[str], cells: Sequence[Sequence[str]], title: st
 
 
 def say(text: str, indent: int = 0) -> None:
-    """Print a text; lines break at spaces, but not inside a formula, and all lines but the first are indented."""
+    """Print a text; lines break at spaces, but not inside a formula.
+
+    All lines but the first are indented by `indent` blanks.
+    """
     lines = wrapped(text, text_width(), " " * indent, whole_words=True)
     click.echo("\n".join(map(printable, lines)))
 
@@ -493,31 +569,38 @@ def keep_printing() -> None:
 def tracker(steps: Sequence[int], description: str, cost: Cost | None) -> Iterable[int]:
     """Iterate over the steps; if their costs are known and they take long, state the remaining time on standard error.
 
-    If standard error is a terminal, a progress bar is shown, which disappears at the end.
+    `cost` gives a step's duration in any unit; `description` names the loop. If standard error is a terminal, a
+    progress bar is shown, which disappears at the end.
     """
+    # Without `cost` all steps count 1 in the bar, and no time is stated, as if this were done already.
     costs = [1.0 if cost is None else cost(step) for step in steps]
-    total, done, told, begin = sum(costs), 0.0, cost is None, monotonic()
+    total, done, is_stated, begin = sum(costs), 0.0, cost is None, monotonic()
     with _bar(description, total) as advance:
-        for step, its_cost in zip(steps, costs, strict=True):
+        for step, cost_of_step in zip(steps, costs, strict=True):
             yield step
-            done += its_cost
+            done += cost_of_step
             advance(done)
+            # The rest takes as long per unit of cost as the steps that are done.
             elapsed = monotonic() - begin
-            left = elapsed * (total - done) / done
-            if not told and elapsed > FIRST_SECONDS and left > LONG_SECONDS:
-                click.echo(f"viscopade: {description}: about {max(round(left / 60), 1)} min", err=True)
-                told = True
+            remaining = elapsed * (total - done) / done
+            if not is_stated and elapsed > FIRST_SECONDS and remaining > LONG_SECONDS:
+                click.echo(f"viscopade: {description}: about {max(round(remaining / 60), 1)} min", err=True)
+                is_stated = True
 
 
 @contextmanager
 def _bar(description: str, total: float) -> Iterator[Callable[[float], None]]:
-    """Show a progress bar in a `with` block, if standard error is a terminal; the yielded function updates it."""
+    """Show a progress bar in a `with` block, if standard error is a terminal; the yielded function updates it.
+
+    That function takes the cost of all steps that are done, in units of `total`; `description` stands left of the bar.
+    """
     if not _is_terminal(sys.stderr):
         yield lambda _: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+    # A transient bar disappears at the end: standard error keeps only messages.
     columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task(description, total=total)

@@ -44,12 +44,15 @@ if TYPE_CHECKING:
     from viscopade.theory.law import Law
     from viscopade.theory.pade import Pade, Root
 
-COMPARED_DIGITS = 20
-_HIGHEST = 9  # order to which `reproduce` shows h_k, that of [3/6]
-_IN_DOUBLES = 15  # digits of numbers that are computed from doubles
-_PRECISE = 20  # digits of a damping that is used in doubles
-_SAMPLED, _LEAST_SAMPLED = 12, 1e-12  # digits of sampled numbers, and the smallest error that is stated
-_STATED, _STATED_DIGITS = (1, 2, 5, 10), 30  # v* at which the errors of an approximant are printed
+COMPARED_DIGITS = 20  # of our coefficients beside the paper's, which have 6 digits or so; chosen by hand
+_HIGHEST = 9  # order to which `reproduce` shows h_k: [3/6], the paper's best approximant, follows from h_0 to h_9
+_IN_DOUBLES = 15  # digits that a double has in any case: of numbers that are computed from doubles
+_PRECISE = 20  # digits of a damping that is rounded to a double: 17 tell doubles apart, 3 keep the rounding right
+# Sampled numbers are integrated in double precision with errors down to about 1e-12: no smaller one is stated.
+_SAMPLED, _LEAST_SAMPLED = 12, 1e-12
+# v* at which the errors of an approximant are printed, from 1 to where eps is 6e-4, and the digits of the exact eps
+# there: errors up to [30/33], 6e-23 at v* = 1, are the same with 80 digits (measured).
+_STATED, _STATED_DIGITS = (1, 2, 5, 10), 30
 
 
 @click.command(epilog=examples("viscopade reproduce"))
@@ -65,6 +68,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     With --out, also write all exported files (C headers, tables, modules). Every kernel is fitted and proven again,
     and compared with the package's record of it. After a mismatch the exit status is 1, and no file is written.
     """
+    # `context` is the running command, and `style` the format of the output.
     from viscopade import store
     from viscopade.kernels import requests
     from viscopade.theory.derivation import derive
@@ -73,10 +77,14 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 
     if out is not None:
         check_targets([out / name for name in requests.NAMES], parents=True)
+
+    # Derive the h_k, build the approximants, and compare each coefficient with the printed one.
     derivation = derive(scaled_equation(), _HIGHEST, COMPARED_DIGITS)
     ours = approximants(COMPARED_DIGITS)
     entries = compare(ours)
     agreeing = sum(entry.agrees for entry in entries)
+
+    # The table, and around it as text the steps of the derivation and what each approximant is good for.
     header = ("[m/n]", "coefficient", "paper", "ours, rounded", "ours", "agrees")
     rows = [(f"[{e.m}/{e.n}]", e.name, e.printed, e.rounded, e.ours, "yes" if e.agrees else "NO") for e in entries]
     fields = ("m", "n", "symbol", "index", "printed", "rounded", "ours", "agrees")
@@ -102,10 +110,14 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
         say(f"{agreeing} of {len(entries)} printed numbers agree")
         for approximant in ours:
             say(f"{approximant.label} is {approximant.verdict}")
+
+    # A disagreement ends the command with status 1.
     if agreeing < len(entries):
         if out is not None:
             click.echo("viscopade: no file is written, because a printed number disagrees", err=True)
         context.exit(1)
+
+    # Fit and prove all kernels again, with no record of the package, and compare the records that this makes.
     if out is not None:
         with store.anew() as records:
             texts = requests.files()
@@ -140,18 +152,19 @@ def coefficients(order: int, digits: int, symbolic: bool, law: str, end: str | N
     from viscopade.theory.law import law_of
     from viscopade.theory.series import series
 
-    of = law_of(law, end)
+    # The h_k as decimals; with --symbolic SymPy also derives them as polynomials.
+    contact_law = law_of(law, end)
     if symbolic:
         from viscopade.theory.derivation import derive
         from viscopade.theory.equation import scaled_equation
 
-        derivation = derive(scaled_equation(of), order, digits, of.end)
-    h = series(order, digits, of).decimals()
-    fields, line = law_words(of)
+        derivation = derive(scaled_equation(contact_law), order, digits, contact_law.end)
+    h = series(order, digits, contact_law).decimals()
+    fields, line = law_words(contact_law)  # for JSON, and a sentence ("" for the paper's law)
     whole: dict[str, Any] = {"order": order, "digits": digits, **fields, "h": h}
     if symbolic:
         whole |= _polynomials_json(derivation, "symbolic")
-    if symbolic and style == "csv":
+    if symbolic and style == "csv":  # h_k has a polynomial from k = d on; before it h_0 = 1 and the others are 0
         rows = [(k, h_k, derivation.polynomials.get(k, h_k)) for k, h_k in enumerate(h)]
         show(style, ("k", "h_k", "polynomial"), rows, whole)
     else:
@@ -164,7 +177,7 @@ def coefficients(order: int, digits: int, symbolic: bool, law: str, end: str | N
 
 
 def _polynomials_json(derivation: Derivation, name: str) -> dict[str, dict[str, str]]:
-    """Return the polynomials as text that SymPy reads, and the values of the lambdas."""
+    """Return the polynomials, under `name`, as text that SymPy reads, and the values of the lambdas."""
     return {
         name: {str(k): str(polynomial) for k, polynomial in derivation.polynomials.items()},
         "lambda": {str(k): value for k, value in derivation.lambdas.items()},
@@ -172,9 +185,10 @@ def _polynomials_json(derivation: Derivation, name: str) -> dict[str, dict[str, 
 
 
 def _say_polynomials(derivation: Derivation) -> None:
-    """Print the lambdas, and every h_k as a polynomial and as a number."""
+    """Print the lambdas of a `derivation`, and every h_k as a polynomial and as a number."""
     from viscopade.theory.derivation import plain_text
 
+    # A polynomial of 0 has no second form.
     for k, value in derivation.lambdas.items():
         say(f"lambda_{k} = {value}", indent=2)
     for k, polynomial in derivation.polynomials.items():
@@ -213,19 +227,22 @@ def pade_command(
     from viscopade.theory.law import law_of
     from viscopade.theory.pade import pade
 
-    of = law_of(law, end)
-    fields, line = law_words(of)
+    # Degrees: M/N as one word, M N as two, or M alone (`bottom` is -1 where `m` has no second degree).
+    contact_law = law_of(law, end)
+    fields, line = law_words(contact_law)
     top, bottom = m
     if bottom >= 0 and n is not None:
         raise click.UsageError(f"the degrees are {top}/{bottom} and {n}: expected M/N or M N")
     if bottom < 0:
-        bottom = top + of.excess if n is None else n
-    p = pade(top, bottom, digits, of)
+        bottom = top + contact_law.excess if n is None else n
+    p = pade(top, bottom, digits, contact_law)
     errors, verdict = [], f"{p.label} is {p.verdict}"  # sentences
-    if of != VISCOELASTIC:
+
+    # Largest error up to v*: sampled for other laws, proven for the paper's. Ends are rounded down and errors up.
+    if contact_law != VISCOELASTIC:
         from viscopade.kernels.quotient import sampled_errors
 
-        sampled = [(below(high), at_most(error)) for high, error in sampled_errors(p, of, v_star_max)]
+        sampled = [(below(high), at_most(error)) for high, error in sampled_errors(p, contact_law, v_star_max)]
         fields["sampled"] = [{"v_star_max": high, "error": error} for high, error in sampled]
         errors = [
             f"sampled, not proven: |{p.label} - eps| <= {error} min(eps, 1 - eps) for 0 <= v* <= {high}"
@@ -237,12 +254,16 @@ def pade_command(
         bound = at_most(error_up_to(p.a, p.b, v_star_max))
         fields |= {"v_star_max": v_star_max, "proven_error": bound}
         errors = [f"proven: |{p.label} - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= {v_star_max}"]
-    if of == VISCOELASTIC:
-        at = _errors_at(p, 0 if v_star_max is None else float(v_star_max))
-        fields["errors"] = [{"v_star": v_star, "relative": error} for v_star, error in at]
-        listed = ", ".join(f"{float(f'{100 * error:.2g}'):g} % at v* = {v_star:g}" for v_star, error in at)
-        grows = sorted(at, key=lambda pair: abs(pair[1])) == at
+
+    # Errors at a few v*, in percent with two figures; "grows" if each is larger than the one before.
+    if contact_law == VISCOELASTIC:
+        few_errors = _errors_at(p, 0 if v_star_max is None else float(v_star_max))
+        fields["errors"] = [{"v_star": v_star, "relative": error} for v_star, error in few_errors]
+        listed = ", ".join(f"{float(f'{100 * error:.2g}'):g} % at v* = {v_star:g}" for v_star, error in few_errors)
+        grows = sorted(few_errors, key=lambda pair: abs(pair[1])) == few_errors
         verdict += f"; its relative error (sampled){' grows' * grows}: {listed}"
+
+    # The table: coefficients, then poles and zeros, which may be complex.
     a, b = p.decimals()
     rows = [(name, i, value, "") for name, values in (("a", a), ("b", b)) for i, value in enumerate(values)]
     rows += [
@@ -256,6 +277,7 @@ def pade_command(
         if line:
             say(line)
         say(verdict)
+        # The series of the error begins with this term; 10 digits of it, and of doublets below, are enough to read.
         say(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
         for line in errors:
             say(line)
@@ -266,26 +288,32 @@ def pade_command(
 
 
 def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
-    """Return the relative errors of an approximant at a few v*, and at the largest one if it lies beyond them."""
+    """Return (v*, relative error of the approximant `p` there) at a few v*, and at `v_star_max` if it lies beyond.
+
+    The relative error is p(v*)/eps(v*) - 1.
+    """
     from flint import arb, arb_poly
 
     from viscopade.arithmetic.balls import bits_for, working
     from viscopade.collision import exact
 
-    found = []
+    errors = []
     for v_star in (*_STATED, *[v_star_max] * (v_star_max > max(_STATED))):
+        # eps to 30 digits. The quotient of the polynomials has 64 bits (19 digits) more, a margin chosen by hand for
+        # what their sums lose. The middle of the ball is taken, without its radius: the errors are "sampled".
         true = exact.epsilon(v_star, _STATED_DIGITS)
         with working(bits_for(_STATED_DIGITS) + 64):
             value = arb_poly(list(p.a))(v_star) / arb_poly(list(p.b))(v_star)
-            found.append((v_star, float((value / arb(true) - 1).mid())))
-    return found
+            errors.append((v_star, float((value / arb(true) - 1).mid())))
+    return errors
 
 
 # --- epsilon and invert -----------------------------------------------------------------------------------------------
 
 
 def _of_bodies(*properties: str) -> Callable[..., Any]:
-    """Return a decorator that adds the options of `_Bodies`."""
+    """Return a decorator that adds the options of `_Bodies`; `properties` are the keys of a material's options."""
+    # Exact decimals of --speed: for beta and v* every digit is proven, and a double would round it.
     return with_options(
         click.option("--speed", type=Quantity("speed", exact=True), help="Impact speed."),
         click.option("--stiffness", help="Constant k of the elastic force k x^A, in N/m^A."),
@@ -332,7 +360,7 @@ class _Bodies:
     strength: float | None
 
     @classmethod
-    def of(
+    def from_options(
         cls,
         law: str,
         end: str | None,
@@ -343,7 +371,22 @@ class _Bodies:
         force: Mapping[str, str | None],
         **options: Any,
     ) -> _Bodies:
-        """Read the options, those of the force by name.
+        """Return the bodies that the options describe.
+
+        Parameters
+        ----------
+        law, end : str, str or None
+            Name or exponents of the law of contact, and its end; None for where the force vanishes.
+        style : str
+            Format of the output.
+        speed : str or None
+            Impact speed in m/s, an exact decimal.
+        load, gravity : float or None
+            Load G of the scaled equation; acceleration in m/s^2.
+        force : mapping of str to str or None
+            Typed texts of stiffness, mass and, where it is asked for, damping.
+        **options : Any
+            Those of `pair_of`.
 
         Raises
         ------
@@ -352,8 +395,10 @@ class _Bodies:
         """
         from viscopade.theory.law import law_of
 
-        of, pair, forced = law_of(law, end), pair_of(**options), any(value is not None for value in force.values())
-        if pair is not None and (speed is None or forced or of != VISCOELASTIC):
+        # Refuse what does not belong together. There are a material, a force of k and c, or the scaled equation.
+        contact_law, pair = law_of(law, end), pair_of(**options)
+        forced = any(value is not None for value in force.values())
+        if pair is not None and (speed is None or forced or contact_law != VISCOELASTIC):
             raise click.UsageError(
                 "a material is given: expected --speed with it, and none of --law, --end, --stiffness, --damping and "
                 "--mass"
@@ -368,10 +413,11 @@ class _Bodies:
                 "--gravity needs a body that falls on a plane: expected a material, --wall and --speed, or "
                 "--stiffness, --mass and --speed"
             )
-        constants, damping = _force(of, speed, force) if forced else ({}, None)
+        # A material is the force k x^(3/2) + … with k = rho and the effective mass.
+        constants, damping = _force(contact_law, speed, force) if forced else ({}, None)
         if pair is not None:
             constants = {"k": pair.rho, "mass": pair.m_eff}
-        return cls(of, style, speed, pair, constants, damping, load, gravity, options["yield_strength"])
+        return cls(contact_law, style, speed, pair, constants, damping, load, gravity, options["yield_strength"])
 
     @property
     def _speed(self) -> float:
@@ -394,13 +440,15 @@ class _Bodies:
         """The load G; None without weight."""
         if self.gravity is None:
             return self.load
+        # G = g T^2/L, with the units L and T of length and time of the scaled equation.
         length, time = self.scales
         return self.gravity * time**2 / length
 
     def with_weight(self, kappa: float, epsilon: float) -> float:
-        """Return the kappa that gives eps with the weight; `kappa` gives it without."""
+        """Return the kappa that gives `epsilon` with the weight; `kappa`, which gives it without, starts the search."""
         from viscopade.collision.contact import Contact, damping_factor
 
+        # Without a weight, or for eps = 1 (kappa = 0, with which weight costs nothing), both are the same.
         weight = self.weight
         if not weight or not kappa:
             return kappa
@@ -414,31 +462,54 @@ class _Bodies:
         unit_of_beta: str = "",
         precise: Mapping[str, float] | None = None,
     ) -> None:
-        """Print the numbers of a collision, and those of a force in SI units, which need all digits of a double."""
+        """Print the numbers of a collision, and those of a force in SI units, which need all digits of a double.
+
+        Parameters
+        ----------
+        collision : exact.Collision
+            Proven numbers of the scaled equation.
+        kappa : float
+            Its damping.
+        digits : int
+            Digits of the proven numbers, for JSON.
+        unit_of_beta : str
+            "" if beta has none, or there is no beta.
+        precise : mapping of str to float, optional
+            The numbers of the collision as doubles, where it has too few digits for them.
+        """
         numbers, scaled = collision.decimals(), precise or collision.floats()
-        found: dict[str, tuple[float, str]] = {}
+
+        # Of a force: c = kappa over the kappa of c = 1, the law's own constant such as a damping ratio, and x_max and
+        # tau_c in the units of length and time. For a linear spring the contact time does not depend on the speed.
+        si_quantities: dict[str, tuple[float, str]] = {}  # by name: the number and its unit
         lines = []
         if self.constants:
-            law, own, (length, time) = self.law, self.law.own_damping, self.scales
+            law, law_damping, (length, time) = self.law, self.law.own_damping, self.scales
             c = law.damping_constant(kappa, self._speed, **self.constants)
-            found["damping"] = c, law.damping_unit
-            if own is not None:
-                found[own.symbol] = own.value(c, **self.constants), own.unit
+            si_quantities["damping"] = c, law.damping_unit
+            if law_damping is not None:
+                si_quantities[law_damping.symbol] = law_damping.value(c, **self.constants), law_damping.unit
             if self.speed is not None:
-                found["max_compression"] = scaled["x_max"] * length, "m"
+                si_quantities["max_compression"] = scaled["x_max"] * length, "m"
             if self.speed is not None or law.elastic == 1:
-                found["contact_time"] = scaled["tau_c"] * time, "s"
-            symbol = "" if own is None else f", and {own.symbol} = {own.definition}"
+                si_quantities["contact_time"] = scaled["tau_c"] * time, "s"
+            symbol = "" if law_damping is None else f", and {law_damping.symbol} = {law_damping.definition}"
             lines.append(f"damping is c of the force {law.force}{symbol}")
-        numbers |= {name: repr(float(value)) for name, (value, _) in found.items()}
-        units = {"beta": unit_of_beta, **{name: unit for name, (_, unit) in found.items()}}
+
+        # repr is the shortest decimal that is this double.
+        numbers |= {name: repr(float(value)) for name, (value, _) in si_quantities.items()}
+        units = {"beta": unit_of_beta, **{name: unit for name, (_, unit) in si_quantities.items()}}
         context = {} if self.load is not None else {"digits": digits}
         self._print(numbers, units, context, lines, kappa, scaled["epsilon"])
 
     def show_material(self, pair: Pair, proven: dict[str, str], **context: Any) -> None:
-        """Print the numbers of a pair, in double precision except for the proven ones, and warnings about the model."""
+        """Print the numbers of a pair, in double precision except for the proven ones, and warnings about the model.
+
+        `proven` has decimals by name, which replace the doubles; `context` has further entries for JSON.
+        """
         from viscopade.arrays import double
 
+        # v* = beta^(1/2) v^(1/10); x_max and tau_c are scaled, max_compression and contact_time are in m and s.
         speed = self._speed
         v_star = pair.v_star(speed)
         numbers = {
@@ -459,9 +530,14 @@ class _Bodies:
         self._print(texts, units, context, [], v_star**2, float(numbers["epsilon"]), warnings=warnings)
 
     def show_adhesive(self, pair: Pair, work: float) -> None:
-        """Print the sampled numbers of a pair that adheres, and warnings about the model."""
+        """Print the sampled numbers of a `pair` that adheres, and warnings about the model.
+
+        `work` is the work of adhesion in J/m^2.
+        """
         from viscopade.collision.adhesion import JKR, adhesive, sticking
 
+        # `bond` has the speed below which the bodies stay together, `spheres` the pull-off force and the neck's energy
+        # of Johnson, Kendall and Roberts' contact.
         speed, gravity = self._speed, self.gravity or 0.0
         contact, spheres = adhesive(pair, work, gravity), JKR(pair.E_eff, pair.R_eff, work)
         collision, bond = contact.collide(speed), sticking(lambda _: contact, speed)
@@ -488,6 +564,7 @@ class _Bodies:
         }
         show(self.style, ("quantity", "value", "unit"), rows, whole)
         if self.style == "text":
+            # The estimated error, rounded up to a power of ten.
             error = 10.0 ** math.ceil(math.log10(max(collision.errors["epsilon"], _LEAST_SAMPLED)))
             weight = " and weight" if gravity else ""
             sentence = f"Sampled, with an error below {error:.0e}: eps with adhesion{weight}"
@@ -510,50 +587,73 @@ class _Bodies:
         """Print numbers, in a table with a column of units if there are any, and lines below it.
 
         With weight, sampled numbers replace those of the collision without weight, whose eps is `without`.
+
+        Parameters
+        ----------
+        numbers, units : mapping of str to str
+            Texts of the numbers and their units ("" for none), by name.
+        context : mapping
+            First entries of JSON.
+        lines : sequence of str
+            Sentences.
+        kappa, without : float
+            Damping of the scaled equation, and its eps without weight.
+        **further : Any
+            Last entries of JSON; warnings among them are printed as text, too.
         """
         fields, line = law_words(self.law)
         lines = [line, *lines]
+        # A load has no units, so that all numbers are new; a weight leaves those that do not depend on it.
         if (weight := self.weight) is not None:
             sampled, of_weight, sentence = self._with_weight(weight, kappa, without)
             numbers = sampled if self.load is not None else {**numbers, **sampled}
             lines.append(sentence)
             further |= of_weight
         lines += [f"Warning: {text}." for text in further.get("warnings", ())]
-        known = {name: unit for name, unit in units.items() if unit}
-        header = ("quantity", "value", "unit") if known else ("quantity", "value")
-        rows = [(name, value, known.get(name, ""))[: len(header)] for name, value in numbers.items()]
-        further = ({"units": known} if known else {}) | further
+        # The third column stands only if some number has a unit.
+        with_unit = {name: unit for name, unit in units.items() if unit}
+        header = ("quantity", "value", "unit") if with_unit else ("quantity", "value")
+        rows = [(name, value, with_unit.get(name, ""))[: len(header)] for name, value in numbers.items()]
+        further = ({"units": with_unit} if with_unit else {}) | further
         show(self.style, header, rows, {**context, **fields, **numbers, **further})
         for text in lines if self.style == "text" else ():
             if text:
                 say(text)
 
     def _with_weight(self, weight: float, kappa: float, without: float) -> tuple[dict[str, str], dict[str, Any], str]:
-        """Return the sampled numbers of a collision with weight, further entries for JSON, and a sentence."""
+        """Return the sampled numbers of a collision with weight, further entries for JSON, and a sentence.
+
+        `weight` is the load G of the scaled equation, `kappa` its damping, and `without` its eps without weight.
+        """
         from viscopade.collision.contact import Contact
 
-        found = Contact.of_law(self.law, kappa, weight).collide()
-        scaled = {"epsilon": found.epsilon, "one_minus_epsilon": 1 - found.epsilon}
-        scaled |= {"x_max": found.depth, "tau_c": found.duration}
+        # The scaled numbers, or with a gravity the same in SI units.
+        heavy = Contact.of_law(self.law, kappa, weight).collide()
+        scaled = {"epsilon": heavy.epsilon, "one_minus_epsilon": 1 - heavy.epsilon}
+        scaled |= {"x_max": heavy.depth, "tau_c": heavy.duration}
         if self.load is not None:
             v_star = kappa ** (1 / self.law.d)
             numbers = {"v_star": v_star, "kappa": kappa, "load": weight, **scaled, "epsilon_without_load": without}
         else:
             length, time = self.scales
-            in_si = {"max_compression": found.depth * length, "contact_time": found.duration * time}
+            in_si = {"max_compression": heavy.depth * length, "contact_time": heavy.duration * time}
             numbers = scaled | in_si | {"epsilon_without_weight": without}
+
+        # Estimated errors under the names of the numbers; that of eps, rounded up to a power of ten, in the sentence.
         names = {"epsilon": "epsilon", "depth": "x_max", "duration": "tau_c"}
-        errors = {name: found.errors[of] for of, name in names.items()}
-        error = 10.0 ** math.ceil(math.log10(max(found.errors["epsilon"], _LEAST_SAMPLED)))
+        errors = {name: heavy.errors[field] for field, name in names.items()}
+        error = 10.0 ** math.ceil(math.log10(max(heavy.errors["epsilon"], _LEAST_SAMPLED)))
         sentence = f"Sampled, with an error below {error:.0e}: eps with the weight. Without it eps is {without:.6g}."
-        if not found.parts:
+        if not heavy.parts:
             sentence = f"Sampled: with the weight the bodies do not part, eps is 0; without it eps is {without:.6g}."
         texts = {name: f"{value:.{_SAMPLED}g}" for name, value in numbers.items()}
-        return texts, {"parts": found.parts, "status": found.status, "errors": errors}, sentence
+        return texts, {"parts": heavy.parts, "status": heavy.status, "errors": errors}, sentence
 
 
-def _force(law: Law, speed: str | None, given: Mapping[str, str | None]) -> tuple[dict[str, float], float | None]:
+def _force(law: Law, speed: str | None, typed: Mapping[str, str | None]) -> tuple[dict[str, float], float | None]:
     """Return stiffness and mass, as arguments of `Law.kappa`, and the damping if it is asked for; in SI units.
+
+    `speed` is in m/s, and `typed` has the texts of stiffness, mass and, where it is asked for, damping, by name.
 
     Raises
     ------
@@ -562,16 +662,17 @@ def _force(law: Law, speed: str | None, given: Mapping[str, str | None]) -> tupl
     ValueError
         If one is not a positive number, or one in another unit.
     """
-    needed = given if law.nu == 2 else {**given, "speed": speed}
+    # kappa grows as v^(2/nu - 1): for nu = 2 it does not depend on the speed.
+    needed = typed if law.nu == 2 else {**typed, "speed": speed}
     missing = [f"--{name}" for name, value in needed.items() if value is None]
     if missing:
-        others = " and ".join(f"--{name}" for name, value in given.items() if value is not None)
+        others = " and ".join(f"--{name}" for name, value in typed.items() if value is not None)
         why = "" if law.nu == 2 else f"; for the law {law} kappa depends on the speed"
         raise click.UsageError(f"{others} {'need' if ' and ' in others else 'needs'} {' and '.join(missing)}{why}")
     if speed is not None and float(speed) == 0:
         raise ValueError("speed is 0: expected a number > 0")
     units = {"stiffness": law.stiffness_unit, "damping": law.damping_unit, "mass": "kg"}
-    value = {name: _in_unit(name, str(text), units[name]) for name, text in given.items()}
+    value = {name: _in_unit(name, str(text), units[name]) for name, text in typed.items()}
     return {"k": value["stiffness"], "mass": value["mass"]}, value.get("damping")
 
 
@@ -619,7 +720,8 @@ def epsilon(
     """
     from viscopade.collision import exact
 
-    bodies = _Bodies.of(force={"stiffness": stiffness, "damping": damping, "mass": mass}, **options)
+    # Refuse options that do not belong together.
+    bodies = _Bodies.from_options(force={"stiffness": stiffness, "damping": damping, "mass": mass}, **options)
     law, speed = bodies.law, bodies.speed
     scaled = {"--v-star": v_star, "--kappa": kappa, "--beta": beta}
     if bodies.constants:
@@ -631,6 +733,8 @@ def epsilon(
                 f"--digits and {what} given: such numbers are computed in double precision, {_IN_DOUBLES} digits "
                 f"without weight, {_SAMPLED} with it; expected no --digits"
             )
+
+    # Bodies with a force: adhesive, of a material, or of k and c. These numbers are doubles.
     if adhesion is not None:
         if bodies.pair is None:
             raise click.UsageError("--adhesion needs surfaces: expected a material with --speed")
@@ -643,15 +747,17 @@ def epsilon(
         in_doubles = exact.collision(kappa=repr(bodies.kappa), digits=_IN_DOUBLES, law=law)
         bodies.show(in_doubles, bodies.kappa, _IN_DOUBLES)
         return
+
+    # The scaled equation: exactly one of v*, kappa and beta with a speed. Every digit is proven.
     if sum(value is not None for value in scaled.values()) != 1 or (beta is None) != (speed is None):
         raise click.UsageError(
             "the options do not give one v*: expected --v-star, --kappa, --beta with --speed, --stiffness with "
             "--damping and --mass, or a material with --speed"
         )
-    number, unit = 30 if digits is None else digits, ""
+    number, unit = 30 if digits is None else digits, ""  # 30 digits: the default that the help states
     if beta is not None and speed is not None and law == VISCOELASTIC:
-        factor, in_its_units, unit = _beta_and_speed(beta, speed)
-        collision = exact.collision(digits=number, beta=factor, speed=in_its_units)
+        beta_number, matching_speed, unit = _beta_and_speed(beta, speed)
+        collision = exact.collision(digits=number, beta=beta_number, speed=matching_speed)
     else:
         if beta is not None:
             unit = _unit_of_beta(law)
@@ -694,9 +800,9 @@ def invert(
     from viscopade.collision import exact
 
     if (epsilon is None) == (one_minus_epsilon is None):
-        given = "neither" if epsilon is None else "both"
-        raise click.UsageError(f"--epsilon and --one-minus-epsilon: {given} given, expected exactly one of them")
-    bodies = _Bodies.of(force={"stiffness": stiffness, "mass": mass}, **options)
+        which = "neither" if epsilon is None else "both"
+        raise click.UsageError(f"--epsilon and --one-minus-epsilon: {which} given, expected exactly one of them")
+    bodies = _Bodies.from_options(force={"stiffness": stiffness, "mass": mass}, **options)
     law, speed, pair = bodies.law, bodies.speed, bodies.pair
     collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law)
 
@@ -704,8 +810,9 @@ def invert(
     precise = collision.floats()
     if digits < _PRECISE:
         precise = exact.invert(epsilon, _PRECISE, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law).floats()
-    without = precise["v_star"] ** law.d
+    without = precise["v_star"] ** law.d  # kappa = v*^d, for bodies without weight
     kappa = bodies.with_weight(without, precise["epsilon"])
+    # The A of a material is in proportion to kappa.
     if pair is not None:
         constant = pair.dissipative_constant(precise["beta"])
         damped = pair.damped(constant if kappa == without else constant * kappa / without)
@@ -718,15 +825,19 @@ def invert(
 
 
 def _in_unit(name: str, text: str, unit: str) -> float:
-    """Return a number with a unit, or a plain one, in an SI unit."""
+    """Return the number of a typed `text`, with a unit or a plain one, in the SI unit `unit`; > 0, a damping may be 0.
+
+    `name` is the option's, for the message.
+    """
     from viscopade import quantity
 
-    found = quantity.decimal_in(text, unit)
+    # None for a text without a unit. A number below 1e300 is a finite double, also in another unit.
+    in_si = quantity.decimal_in(text, unit)
     accepted = f"a number {'>=' if name == 'damping' else '>'} 0 in {unit}, or one with such a unit"
     return float(
         arguments.exact_number(
             name,
-            text if found is None else found,
+            text if in_si is None else in_si,
             accepted,
             lambda x: 0 < x < 10**300 or (x == 0 and name == "damping"),
         )
@@ -734,9 +845,14 @@ def _in_unit(name: str, text: str, unit: str) -> float:
 
 
 def _beta_and_speed(beta: str, speed: str) -> tuple[str, str | Fraction, str]:
-    """Return the number of beta, the speed in matching units, and the unit of beta; the numbers are exact."""
+    """Return the number of beta, the speed in matching units, and the unit of beta; the numbers are exact.
+
+    `beta` is a typed text such as "1.307 (s/cm)^(1/5)", and `speed` is in m/s. In units of its own, (s/cm)^(1/5) and
+    cm/s, beta v^(1/5) is the same number; so the fifth root of 100 is never needed, which no decimal is.
+    """
     from viscopade import quantity
 
+    # `parts`: the number, the unit, and the speed of 1 in its lengths and times, in m/s: 0.01 for cm/s.
     parts = quantity.beta_decimal(beta)
     if parts is None:
         accepted = 'a number in (s/m)^(1/5), or one with its unit, such as "1.3 (s/cm)^(1/5)"'
@@ -755,7 +871,9 @@ def _unit_of_beta(law: Law) -> str:
 
 
 def _root_json(root: Root, digits: int) -> dict[str, Any]:
+    """Return a pole or a zero as JSON has it: decimals, whether it is real or positive, and a pole's residue."""
     real_part, imaginary_part = root.decimals(digits)
+    # Positive and real: the approximant is not defined there, or vanishes, for some v*.
     result: dict[str, Any] = {
         "re": real_part,
         "im": imaginary_part,
@@ -770,8 +888,10 @@ def _root_json(root: Root, digits: int) -> dict[str, Any]:
 
 
 def _pade_json(p: Pade) -> dict[str, Any]:
+    """Return an approximant as JSON has it: numbers with `p.digits` digits are decimals, as text."""
     from viscopade.arithmetic.balls import known_decimal
 
+    # next_term is the first coefficient of the series of eps - p; 10 digits, as text output has, tell its size.
     a, b = p.decimals()
     return {
         "m": p.m,

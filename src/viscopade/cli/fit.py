@@ -37,12 +37,11 @@ if TYPE_CHECKING:
     from viscopade.fitting.damping import Constant, DampingFit
     from viscopade.fitting.empirical import Form
     from viscopade.fitting.flight import Flight
-    from viscopade.fitting.likelihood import LawFit
     from viscopade.fitting.neglected import WeightInContacts
     from viscopade.fitting.read import Recording
 
 MOST_ROWS = 20
-"""Most rows of a table or a list; JSON has all."""
+"""Most rows of a table or a list; chosen by hand for a terminal, and JSON has all."""
 _UNIT = "(s/m)^(1/5)"
 _BETAS = f"beta_i {_UNIT}"
 
@@ -63,16 +62,21 @@ class Neglected(NamedTuple):
         ]
 
 
-def _warnings(recording: Recording, found: DampingFit, left: Neglected) -> list[str]:
-    """Return sentences on units, on neglected effects that matter, and on eps above 1."""
-    warnings = [*recording.warnings, *left.warnings]
-    above = [i for i, eps in enumerate(found.points.epsilon) if eps > 1]
+def _warnings(recording: Recording, damping_fit: DampingFit, neglected: Neglected) -> list[str]:
+    """Return sentences on units, on neglected effects that matter, and on eps above 1.
+
+    `recording` is what was read of the data, `damping_fit` their fit.
+    """
+    warnings = [*recording.warnings, *neglected.warnings]
+    # No collision has eps > 1: state the first one, by how many standard errors it exceeds 1, and how many there are.
+    points = damping_fit.points
+    above = [i for i, eps in enumerate(points.epsilon) if eps > 1]
     if not above:
         return warnings
     i, others = above[0], len(above) - 1
-    off = (found.points.epsilon[i] - 1) / found.main.standard_errors[i]
+    excess = (points.epsilon[i] - 1) / damping_fit.main.standard_errors[i]
     more = f", and {others} more eps are" * (others > 0)
-    text = f"{found.points.labels[i]}: eps = {found.points.epsilon[i]:.6g} is above 1, by {off:.2g} standard errors"
+    text = f"{points.labels[i]}: eps = {points.epsilon[i]:.6g} is above 1, by {excess:.2g} standard errors"
     return [*warnings, f"{text}{more}; {'they are' if others else 'it is'} in the fit"]
 
 
@@ -83,7 +87,10 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
         self.name = name
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
-        """Parse the name of a column and its header or unit."""
+        """Return the name of a column and its header or unit, from a typed `value` such as "speed=v (cm/s)".
+
+        Click also passes the option `param` and the running command `ctx`.
+        """
         from viscopade.fitting.forms import OPTIONS
 
         name, equals, rest = value.partition("=")
@@ -181,11 +188,12 @@ def fit(
     With a column contact_time instead of --young-modulus the Young modulus is fitted, too. Plain numbers are in SI
     units.
     """  # noqa: D301
+    # Refuse at once what would be refused after the work: packages, names of files, targets that are not ours.
     if "" in options["sheets"]:
         raise click.UsageError("--sheet is '': expected the name of a sheet")
-    spreadsheet = any(each.suffix.lower() in (".xls", ".xlsx", ".ods") for each in data)
-    needed = {"scipy": True, "python_calamine": spreadsheet, "matplotlib": picture is not None}
-    require("fit", *(package for package, wanted in needed.items() if wanted))
+    spreadsheet = any(file.suffix.lower() in (".xls", ".xlsx", ".ods") for file in data)
+    packages = {"scipy": True, "python_calamine": spreadsheet, "matplotlib": picture is not None}
+    require("fit", *(package for package, is_needed in packages.items() if is_needed))
     if picture is not None:
         picture_kind("--plot", picture)
     targets = [path for path in (scene_file, picture, code) if path is not None]
@@ -194,33 +202,38 @@ def fit(
     if targets:
         check_targets(targets)
     language = None if code is None else _language(code)
-    names = ", ".join(each.name for each in data)
+    names = ", ".join(file.name for file in data)
     words = command_line()
-    recording, found, sphere, constants, left = _fitted(data, laws, robust, scene_file is not None, **options)
+    recording, damping_fit, sphere, constants, neglected = _fit_data(
+        data, laws, robust, scene_file is not None, **options
+    )
+
+    # Make the contents of all files, then write them together.
     written: dict[Any, str | bytes] = {}
     if scene_file is not None:
         from viscopade.fitting.scene_text import scene_text
 
         assert sphere is not None
-        text = scene_text(found, sphere, options["wall"], words, f"Spheres as in {names}")
+        text = scene_text(damping_fit, sphere, options["wall"], words, f"Spheres as in {names}")
         written[scene_file] = text
     if picture is not None:
         from viscopade.plots import fit_picture, sheet
 
         kind = picture_kind("--plot", picture)
-        draw = partial(fit_picture.draw_fit, found)
+        draw = partial(fit_picture.draw_fit, damping_fit)
         written[picture] = sheet.picture(draw, f"eps against speed, {names}", words, kind)
     if code is not None and language is not None:
         from viscopade.fitting import empirical
 
+        # The function is named for the file, as far as a name may be.
         stem = re.sub(r"\W", "_", code.stem.lower(), flags=re.ASCII)
-        written[code] = empirical.of_points(found.points, form).text(language, stem, words)
+        written[code] = empirical.of_points(damping_fit.points, form).text(language, stem, words)
     if written:
         write_all(written)
-    _show(recording, found, constants, left, style)
+    _show(recording, damping_fit, constants, neglected, style)
     if style == "text" and written:
         say(f"wrote {', '.join(map(str, written))}")
-        if scene_file is not None and found.contact_law.law != "viscoelastic":
+        if scene_file is not None and damping_fit.contact_law.law != "viscoelastic":
             say(f"{scene_file} has the viscoelastic law: scenes have no other law")
 
 
@@ -228,40 +241,65 @@ def _language(code: Path) -> str:
     """Return the language of a file with code, by its ending."""
     from viscopade.kernels.write import languages
 
+    # Of languages with the same ending the first counts: it is entered last.
     endings = {languages.language(name).ending: name for name in reversed(languages.NAMES)}
     if code.suffix not in endings:
         raise click.UsageError(f"--empirical is {code}: expected a name that ends in {', '.join(sorted(endings))}")
     return endings[code.suffix]
 
 
-def _fitted(
+def _fit_data(
     data: Sequence[Path],
     laws: Sequence[str],
     robust: bool,
     for_scene: bool,
     **options: Any,
 ) -> tuple[Recording, DampingFit, Sphere | None, Mapping[str, Constant], Neglected]:
-    """Return the data, their fit, the sphere with its Young modulus, its fitted constants, and what is neglected."""
+    """Return the data, their fit, the sphere with its Young modulus, its fitted constants, and what is neglected.
+
+    Parameters
+    ----------
+    data : sequence of Path
+        Files, which are fitted together.
+    laws : sequence of str
+        Further laws of contact to compare with.
+    robust : bool
+        Give outliers less weight.
+    for_scene : bool
+        Whether a scene is to be written, which needs the material.
+    **options : Any
+        Further options of `fit`, in SI units: of the sphere, its flight and the columns.
+    """
     from dataclasses import replace
 
     from viscopade.collision.spheres import Pair, Sphere
     from viscopade.files import content
-    from viscopade.fitting import damping, neglected, read
+    from viscopade.fitting import damping, read
+    from viscopade.fitting import neglected as effects
 
+    # The sphere, and with its elastic constants the pair of what collides: two spheres, or one and a wall.
     names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
     body = {name: options.pop(name) for name in names}
     if (mass := options.pop("mass")) is not None:
         body["density"] = _density(body, mass)
     in_air = options["air_density"] is not None
     sphere = _sphere(body, in_air, for_scene)
-    resolution, given, length = (options.pop(name) for name in ("resolution", "contact_time", "length_per_unit"))
-    contact: ContactTime = given or 0.0
+    resolution, contact_time, length = (options.pop(name) for name in ("resolution", "contact_time", "length_per_unit"))
+    # The time between two flights: the typed one in s, or else that of the pair at each speed, or else 0.
+    contact: ContactTime = contact_time or 0.0
     pair = None
     if sphere is not None and body["poisson_ratio"] is not None and body["young_modulus"] is not None:
-        pair = Pair(sphere, _partner(sphere, body["wall"]))
-        contact = pair if given is None else contact
-    contents = [(content(each, "CSV or a spreadsheet"), str(each)) for each in data]
-    how = read.Options(
+        partner = sphere
+        if body["wall"]:
+            partner = Sphere.wall(
+                young_modulus=sphere.young_modulus, poisson_ratio=sphere.poisson_ratio, dissipative_constant=0
+            )
+        pair = Pair(sphere, partner)
+        contact = pair if contact_time is None else contact
+
+    # Read the points (speed, eps and their errors) of all files, and fit beta to them.
+    contents = [(content(file, "CSV or a spreadsheet"), str(file)) for file in data]
+    reading = read.Options(
         dict(options.pop("columns")),
         dict(options.pop("units")),
         _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),
@@ -270,34 +308,39 @@ def _fitted(
         length_per_unit=length,
         **options,
     )
-    recording = read.recording(contents, how)
+    recording = read.recording(contents, reading)
     points = recording.points
     _require_speeds(recording, ", ".join(map(str, data)))
-    found = damping.fit(points, laws=laws, robust=robust)
+    damping_fit = damping.fit(points, laws=laws, robust=robust)
+
+    # Constants of the material: A from beta, and the Young modulus from measured contact times if it is not typed.
     constants: dict[str, Constant] = {}
     if sphere is not None and body["poisson_ratio"] is not None:
         if pair is not None:
-            constants["dissipative_constant"] = found.dissipative_constant(pair)
+            constants["dissipative_constant"] = damping_fit.dissipative_constant(pair)
         elif points.contact_time is not None:
-            constants["dissipative_constant"], young = found.stiffness(sphere, body["wall"])
+            constants["dissipative_constant"], young = damping_fit.stiffness(sphere, body["wall"])
             constants["young_modulus"] = young
             sphere = replace(sphere, young_modulus=young.value)
         else:
             raise click.UsageError("the Young modulus is not known: expected --young-modulus, or a column contact_time")
+
+    # Sentences on effects that the fit neglects, where they may matter.
     assert isinstance(sphere, Sphere | None)
-    gravity = how.flight.gravity
-    drag = None if in_air else neglected.drag(recording, sphere, gravity)
-    weight = neglected.weight_in_contacts(recording, pair, gravity)
-    # A weight that matters, and is not in the fit, looks alike.
-    adhesion = None if weight and weight.warns else neglected.adhesion(found.laws)
-    left = Neglected(weight, drag, adhesion)
-    return recording, found, sphere, constants, left
+    gravity = reading.flight.gravity
+    drag = None if in_air else effects.drag(recording, sphere, gravity)
+    weight = effects.weight_in_contacts(recording, pair, gravity)
+    # A weight that matters, and is not in the fit, looks like adhesion: eps falls at low speeds.
+    adhesion = None if weight and weight.warns else effects.adhesion(damping_fit.laws)
+    return recording, damping_fit, sphere, constants, Neglected(weight, drag, adhesion)
 
 
 def _require_speeds(recording: Recording, files: str) -> None:
-    """Raise ValueError if the points are too few for a fit, or all have one speed."""
+    """Raise ValueError if the points are too few for a fit, or all have one speed; `files` are named in the message."""
     import numpy as np
 
+    # A law with a free exponent has two parameters: 3 points leave it one degree of freedom. Speeds that differ by less
+    # than 1e-9 (chosen by hand, above round-off and below any measurement) are one speed, which tells nothing of a law.
     points = recording.points
     if len(points) < 3:
         text = (
@@ -305,44 +348,56 @@ def _require_speeds(recording: Recording, files: str) -> None:
         )
     elif np.ptp(points.speed) <= 1e-9 * points.speed.max():
         mean, error = points.epsilon.mean(), points.epsilon.std(ddof=1) / math.sqrt(len(points))
-        each = [f"{epsilon:.3f}" for epsilon in points.epsilon[:MOST_ROWS]]
+        numbers = [f"{epsilon:.3f}" for epsilon in points.epsilon[:MOST_ROWS]]
         text = (
             f"all speeds are {points.speed[0]:.4g} m/s: expected two or more; `viscopade invert --epsilon {mean:.4g}` "
-            f"gives the damping for the mean eps, {uncertain(mean, error)}, of {', '.join(each)}"
+            f"gives the damping for the mean eps, {uncertain(mean, error)}, of {', '.join(numbers)}"
         )
     else:
         return
-    every = [*recording.left_out, *((name, made) for name, made in recording.sheets if isinstance(made, str))]
-    left_out = "".join(f"; {name} is left out: {why}" for name, why in every[:MOST_ROWS])
+    # Lines and sheets that were left out may be why: (label, reason).
+    reasons = [*recording.left_out, *((name, made) for name, made in recording.sheets if isinstance(made, str))]
+    left_out = "".join(f"; {name} is left out: {why}" for name, why in reasons[:MOST_ROWS])
     raise ValueError(f"{files}: {text}{left_out}")
 
 
 def _density(body: Mapping[str, Any], mass: float) -> float:
-    """Return the density of a sphere with a mass."""
+    """Return the density of a sphere with a mass in kg, in kg/m^3; `body` has the options of the sphere by name."""
     from viscopade.collision.spheres import Sphere
 
     if body["density"] is not None or len(body["radii"]) != 1:
         raise click.UsageError("--mass is given: expected one --radius with it, and no --density")
+    # `Sphere` computes it, rho = m/(4/3 pi R^3); it also takes elastic constants, which do not matter here.
     unit = {"young_modulus": 1, "poisson_ratio": 0, "dissipative_constant": 0}
     return Sphere(radius=body["radii"][0], mass=mass, **unit).density
 
 
 def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere | None:
-    """Return the measured sphere, with a Young modulus of 1 if none is given; None if nothing is given."""
-    given = {name for name, value in body.items() if value is not None and value != ()} - {"wall"}
-    if not given and not for_drag and not for_scene:
+    """Return the measured sphere, with a Young modulus of 1 Pa if none is typed; None if nothing is typed of it.
+
+    Parameters
+    ----------
+    body : mapping
+        The sphere's options by name, in SI units.
+    for_drag, for_scene : bool
+        Whether the drag of air needs its radius and density, and a scene also its Poisson ratio.
+    """
+    typed = {name for name, value in body.items() if value is not None and value != ()} - {"wall"}
+    if not typed and not for_drag and not for_scene:
         if body["wall"]:
             raise click.UsageError(
                 "--wall is given: expected the sphere's --radius, --density and --poisson-ratio with it"
             )
         return None
-    needed = ["radii", "density", *(["poisson_ratio"] if for_scene or given - {"radii", "density"} else [])]
-    if missing := [name for name in needed if name not in given]:
+    # Radius and density are enough for the drag. An elastic constant needs the other ones.
+    needed = ["radii", "density", *(["poisson_ratio"] if for_scene or typed - {"radii", "density"} else [])]
+    if missing := [name for name in needed if name not in typed]:
         flags = ", ".join("--" + name.replace("radii", "radius").replace("_", "-") for name in missing)
         flags = flags.replace("--density", "--density (or --mass)")
         raise click.UsageError(f"the sphere also needs {flags}")
     if len(body["radii"]) > 1:
         raise click.UsageError("--radius is given twice: expected one radius, of a sphere or of two alike")
+    # A Young modulus that is not typed is fitted later, or not used: 1 Pa holds its place, as does the ratio 0.
     pair = pair_of(
         body["radii"],
         body["wall"],
@@ -354,19 +409,16 @@ def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere 
     return pair.first
 
 
-def _partner(sphere: Sphere, wall: bool) -> Sphere:
-    from viscopade.collision.spheres import Sphere
-
-    if not wall:
-        return sphere
-    return Sphere.wall(young_modulus=sphere.young_modulus, poisson_ratio=sphere.poisson_ratio, dissipative_constant=0)
-
-
 def _flight(
     sphere: Sphere | None, gravity: float | None, air_density: float | None, drag_coefficient: float | None
 ) -> Flight:
+    """Return how the sphere flies: with a gravity in m/s^2, and with drag if the density of the air, kg/m^3, is typed.
+
+    None stands for the standard gravity, for no drag, and for the usual drag coefficient of a sphere.
+    """
     from viscopade.fitting.flight import DRAG_COEFFICIENT, STANDARD_GRAVITY, Flight
 
+    # `_sphere` has refused an air density without a radius and a density of the sphere.
     g = STANDARD_GRAVITY if gravity is None else gravity
     if air_density is None:
         if drag_coefficient is not None:
@@ -381,29 +433,47 @@ def _flight(
 
 
 def _show(
-    recording: Recording, found: DampingFit, constants: Mapping[str, Constant], left: Neglected, style: str
+    recording: Recording, damping_fit: DampingFit, constants: Mapping[str, Constant], neglected: Neglected, style: str
 ) -> None:
+    """Print a fit.
+
+    Parameters
+    ----------
+    recording : Recording
+        What was read of the data, and what was left out.
+    damping_fit : DampingFit
+        beta with its errors, the laws that were compared, and the verdict.
+    constants : mapping of str to Constant
+        The fitted dissipative_constant and young_modulus, each a value with its standard error.
+    neglected : Neglected
+    style : str
+        Format of the output: text, csv or json.
+    """
     from viscopade.fitting.damping import LEVELS
 
+    # CSV: a row for each constant, with both confidence intervals (`LEVELS` are 0.68 and 0.95) of beta.
     units = {"dissipative_constant": "s", "young_modulus": "Pa"}
     if style != "text":
         columns = ("quantity", "value", "standard error", "68 % from", "68 % to", "95 % from", "95 % to", "unit")
-        ends = [f"{end:.6g}" for level in LEVELS for end in found.interval(level)]
-        rows = [("beta", f"{found.beta:.8g}", f"{found.beta_standard_error:.3g}", *ends, _UNIT)]
-        for name, each in constants.items():
-            rows.append((name, f"{each.value:.8g}", f"{each.standard_error:.3g}", "", "", "", "", units[name]))
-        show(style, columns, rows, fit_json(recording, found, constants, left))
+        ends = [f"{end:.6g}" for level in LEVELS for end in damping_fit.interval(level)]
+        rows = [("beta", f"{damping_fit.beta:.8g}", f"{damping_fit.beta_standard_error:.3g}", *ends, _UNIT)]
+        for name, constant in constants.items():
+            rows.append((name, f"{constant.value:.8g}", f"{constant.standard_error:.3g}", "", "", "", "", units[name]))
+        show(style, columns, rows, fit_json(recording, damping_fit, constants, neglected))
         return
-    spans = [" … ".join(f"{end:.5g}" for end in found.interval(level)) for level in LEVELS]
-    rows = [("beta", f"{found.beta:.6g}", f"{found.beta_standard_error:.2g}", *spans, _UNIT)]
-    for name, each in constants.items():
-        rows.append((name, f"{each.value:.6g}", f"{each.standard_error:.2g}", "", "", units[name]))
+    spans = [" … ".join(f"{end:.5g}" for end in damping_fit.interval(level)) for level in LEVELS]
+    rows = [("beta", f"{damping_fit.beta:.6g}", f"{damping_fit.beta_standard_error:.2g}", *spans, _UNIT)]
+    for name, constant in constants.items():
+        rows.append((name, f"{constant.value:.6g}", f"{constant.standard_error:.2g}", "", "", units[name]))
+
+    # Text begins with what was read, then the verdict with its reasons, what was left out, and warnings.
     for paragraph in read_text(recording):
         say(paragraph)
     click.echo()
-    say(f"{found.verdict.sentence}.")
-    for reason in found.verdict.reasons:
+    say(f"{damping_fit.verdict.sentence}.")
+    for reason in damping_fit.verdict.reasons:
         say(f"  {reason}", 2)
+    # A sheet has its number of points, or the reason why it is not read.
     for name, made in recording.sheets if len(recording.sheets) > 1 else ():
         say(f"  {name}: {made} points" if isinstance(made, int) else f"  {name} is not read: {made}", 2)
     for label, why in recording.left_out[:MOST_ROWS]:
@@ -415,54 +485,65 @@ def _show(
         say(f"  flight from {flown.first} to {flown.last}: acceleration {acceleration} m/s^2", 2)
     if (more := len(recording.flights) - MOST_ROWS) > 0:
         say(f"  and {more} more; --format json lists all", 2)
-    for label, off in found.outliers:
-        advice = "" if found.main.robust else "; --without leaves a line out, --robust counts outliers less"
+    for label, off in damping_fit.outliers:
+        advice = "" if damping_fit.main.robust else "; --without leaves a line out, --robust counts outliers less"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
-    for warning in _warnings(recording, found, left):
+    for warning in _warnings(recording, damping_fit, neglected):
         say(f"  {warning}", 2)
+
+    # The sentence for a report, and the table of the constants.
     click.echo()
-    say(_quoted(recording, found, constants))
+    say(_quoted(recording, damping_fit, constants))
     if "dissipative_constant" not in constants:
         say(
             "A also needs --radius, --density or --mass, --poisson-ratio, and --young-modulus or a column contact_time."
         )
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
-    show(style, header, rows, {}, title=found.number)
-    known = found.points.known  # with a fitted scatter chi^2 says nothing about the law
+    show(style, header, rows, {}, title=damping_fit.number)
+
+    # The laws by Akaike's information criterion, the smallest first; it is infinite for too few points. Each law has
+    # the damping kappa ~ v^p. chi^2 only where the errors of the points are known: with a fitted scatter it says
+    # nothing about the law.
+    errors_known = damping_fit.points.known
     laws = [
         (
             fit.model.name,
             f"{fit.exponent:.3g}",
-            *((f"{fit.chi2:.4g}", fit.degrees) if known else (f"{fit.scatter:.2g}",)),
+            *((f"{fit.chi2:.4g}", fit.degrees) if errors_known else (f"{fit.scatter:.2g}",)),
             f"{fit.aic:.2f}" if math.isfinite(fit.aic) else "too few points",
         )
-        for fit in sorted(found.laws, key=lambda fit: fit.aic)
+        for fit in sorted(damping_fit.laws, key=lambda fit: fit.aic)
     ]
-    header = ("law", "p", *(("chi^2", "degrees of freedom") if known else ("scatter of eps",)), "AIC")
+    header = ("law", "p", *(("chi^2", "degrees of freedom") if errors_known else ("scatter of eps",)), "AIC")
     show(style, header, laws, {}, title="Laws, the best first")
-    points = list(zip(*(column for _, column in _columns(found)), strict=True))
+
+    # The points, and what follows from the fit for a user of other commands.
+    columns_of_points = _columns(damping_fit)
+    points = list(zip(*(column for _, column in columns_of_points), strict=True))
     show(
         style,
-        [name for name, _ in _columns(found)],
+        [name for name, _ in columns_of_points],
         [(label, *(f"{number:.4g}" for number in numbers)) for label, *numbers in points[:MOST_ROWS]],
         {},
         title="Points; beta_i grow or fall with the speed if p is not 1/5",
     )
     if len(points) > MOST_ROWS:
         say(f"and {len(points) - MOST_ROWS} more points; --format json lists all")
-    for sentence in _sentences(found):
+    for sentence in _sentences(damping_fit):
         say(sentence)
-    if left.weight and not left.weight.warns:
-        say(f"{left.weight.sentence.capitalize()}.")
+    if neglected.weight and not neglected.weight.warns:
+        say(f"{neglected.weight.sentence.capitalize()}.")
 
 
 def read_text(recording: Recording) -> list[str]:
-    """Return what was read, a paragraph for all sheets with the same columns."""
+    """Return what was read of a `recording`, a paragraph for all sheets with the same columns."""
+    # From the sentence on columns to the sheets with these columns. Of a sheet, `recording.read` has by name its
+    # quantities, each a dict with column, unit, its origin and the column of the error, and sheet, rows, lines, unused.
     sheets: dict[str, list[str]] = {}
     for sheet in recording.read:
-        quantities = {name: each for name, each in sheet.items() if isinstance(each, dict)}
-        text = [f"{name}: {_headers(each['column'])}{_unit(each)}" for name, each in quantities.items()]
-        text += [f"error of {name}: {_headers(each['error'])}" for name, each in quantities.items() if each["error"]]
+        quantities = {name: entry for name, entry in sheet.items() if isinstance(entry, dict)}
+        text = [f"{name}: {_headers(entry['column'])}{_unit(entry)}" for name, entry in quantities.items()]
+        text += [f"error of {name}: {_headers(entry['error'])}" for name, entry in quantities.items() if entry["error"]]
         text.append(f"not used: {_headers(sheet['unused']) or 'none'}")
         first, last = sheet["lines"]
         sheets.setdefault("; ".join(text), []).append(
@@ -472,6 +553,7 @@ def read_text(recording: Recording) -> list[str]:
 
 
 def _headers(headers: str | Sequence[str]) -> str:
+    """Return one header or several in quotes."""
     return ", ".join(map(repr, [headers] if isinstance(headers, str) else headers))
 
 
@@ -482,93 +564,127 @@ def _unit(read: Mapping[str, Any]) -> str:
     return f" in {units} ({read['unit_from']})" if units and not shown else ""
 
 
-def _quoted(recording: Recording, found: DampingFit, constants: Mapping[str, Constant]) -> str:
-    """Return the sentence that a report quotes; under a condition if the flights say that the scale is wrong."""
+def _quoted(recording: Recording, damping_fit: DampingFit, constants: Mapping[str, Constant]) -> str:
+    """Return the sentence that a report quotes; under a condition if the flights say that the scale is wrong.
+
+    `constants` are the fitted dissipative_constant (A) and young_modulus (Y), each a value with its standard error.
+    The flights of a `recording` say so if their acceleration is not that of gravity.
+    """
+    # `uncertain` writes "0.873 +- 0.0040". The number of points is in words.
     names = {"dissipative_constant": ("A", "s"), "young_modulus": ("Y", "Pa")}
-    numbers = [f"beta = {uncertain(found.beta, found.beta_standard_error)} {_UNIT}"]
-    for name, each in constants.items():
-        numbers.append(f"{names[name][0]} = {uncertain(each.value, each.standard_error)} {names[name][1]}")
-    verdict = found.verdict.sentence
+    numbers = [f"beta = {uncertain(damping_fit.beta, damping_fit.beta_standard_error)} {_UNIT}"]
+    for name, constant in constants.items():
+        numbers.append(f"{names[name][0]} = {uncertain(constant.value, constant.standard_error)} {names[name][1]}")
+    verdict = damping_fit.verdict.sentence
     condition = ", if the scale were right, which the warning above doubts" * recording.doubtful_scale
-    return f"{', '.join(numbers)} (standard errors; {found.number}){condition}: {verdict[0].lower()}{verdict[1:]}."
+    return (
+        f"{', '.join(numbers)} (standard errors; {damping_fit.number}){condition}: {verdict[0].lower()}{verdict[1:]}."
+    )
 
 
-def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:
-    main = found.main
+def _columns(damping_fit: DampingFit) -> list[tuple[str, Sequence[Any]]]:
+    """Return the columns of the table of points: heads, and a value for each point."""
+    # beta_i is the beta that a point alone has. A residual is eps minus that of the viscoelastic law, and its standard
+    # error is that of the point with the fitted scatter.
+    main = damping_fit.main
     return [
-        ("point", found.points.labels),
-        ("speed (m/s)", found.points.speed.tolist()),
-        ("eps", found.points.epsilon.tolist()),
-        (_BETAS, found.betas.tolist()),
+        ("point", damping_fit.points.labels),
+        ("speed (m/s)", damping_fit.points.speed.tolist()),
+        ("eps", damping_fit.points.epsilon.tolist()),
+        (_BETAS, damping_fit.betas.tolist()),
         ("residual", main.residuals.tolist()),
         ("in standard errors", (main.residuals / main.standard_errors).tolist()),
     ]
 
 
-def _sentences(found: DampingFit) -> list[str]:
-    value, error = found.epsilon(found.main.middle)
-    alone = ", without weight" if found.points.weight_speed else ""
-    text = [f"eps at {found.main.middle:.3g} m/s{alone}: {uncertain(value, error)} (standard error)."]
-    if (best := found.contact_law).law != "viscoelastic":
+def _sentences(damping_fit: DampingFit) -> list[str]:
+    """Return sentences on eps in the middle of the speeds, on the best law, and on the scatter of eps."""
+    # The fitted eps at the geometric mean of the measured speeds.
+    main = damping_fit.main
+    value, error = damping_fit.epsilon(main.middle)
+    alone = ", without weight" if damping_fit.points.weight_speed else ""
+    text = [f"eps at {main.middle:.3g} m/s{alone}: {uncertain(value, error)} (standard error)."]
+    if (best := damping_fit.contact_law).law != "viscoelastic":
         text.append(f"Best law of contact, for `viscopade invert` and `viscopade simulators`: {best.options}")
-    if found.main.scatter:
+    # Intervals come from Student's t where the scatter was fitted, also if the fit found none.
+    if main.scatter:
         text.append(
-            f"eps scatters by {found.main.scatter:.2g}, found from the residuals; intervals are those of Student's t."
+            f"eps scatters by {main.scatter:.2g}, found from the residuals; intervals are those of Student's t."
         )
-    elif not found.points.known:
+    elif not damping_fit.points.known:
         text.append("eps does not scatter beyond the errors of the measurement; intervals are those of Student's t.")
     return text
 
 
 def fit_json(
-    recording: Recording, found: DampingFit, constants: Mapping[str, Constant], left: Neglected
+    recording: Recording, damping_fit: DampingFit, constants: Mapping[str, Constant], neglected: Neglected
 ) -> dict[str, Any]:
-    """Return a fit as JSON-able data, in SI units."""
-    free = next((fit for fit in found.laws if fit.model.exponent is None), None)
-    columns = dict(_columns(found)) | {_BETAS: _finite(found.betas.tolist())}
-    value, error = found.epsilon(found.main.middle)
+    """Return a fit as JSON-able data, in SI units.
+
+    Parameters
+    ----------
+    recording : Recording
+        What was read of the data, and what was left out.
+    damping_fit : DampingFit
+        beta with its errors, the laws that were compared, and the verdict.
+    constants : mapping of str to Constant
+        The fitted dissipative_constant and young_modulus, each a value with its standard error.
+    neglected : Neglected
+    """
+    # The law with a free exponent of the speed, if there is one among them. Its parameters are a prefactor (0) and the
+    # exponent (1), whose standard error is the root of its variance.
+    free = next((fit for fit in damping_fit.laws if fit.model.exponent is None), None)
+    columns = dict(_columns(damping_fit)) | {_BETAS: _finite(damping_fit.betas.tolist())}
+    main = damping_fit.main
+    value, error = damping_fit.epsilon(main.middle)
     return {
-        "beta": found.beta,
-        "beta_standard_error": found.beta_standard_error,
-        "interval_68": _finite(found.interval(0.68)),
-        "interval_95": _finite(found.interval(0.95)),
-        "chi2": found.main.chi2,
-        "dof": found.main.degrees,
-        "verdict": found.verdict.word,
-        "reasons": list(found.verdict.reasons),
-        "deciding_ratio_of_speeds": found.verdict.ratio,
-        "laws": [_law_json(fit) for fit in found.laws],
-        "contact_law": vars(found.contact_law),
+        "beta": damping_fit.beta,
+        "beta_standard_error": damping_fit.beta_standard_error,
+        # Confidence intervals: 0.68 is about one standard error on either side, 0.95 the usual level.
+        "interval_68": _finite(damping_fit.interval(0.68)),
+        "interval_95": _finite(damping_fit.interval(0.95)),
+        "chi2": main.chi2,
+        "dof": main.degrees,
+        "verdict": damping_fit.verdict.word,
+        "reasons": list(damping_fit.verdict.reasons),
+        "deciding_ratio_of_speeds": damping_fit.verdict.ratio,
+        "laws": [
+            {
+                "law": fit.model.name,
+                "exponent": fit.exponent,
+                "chi2": fit.chi2,
+                "dof": fit.degrees,
+                "scatter": fit.scatter,
+                "aic": _finite([fit.aic])[0],
+            }
+            for fit in damping_fit.laws
+        ],
+        "contact_law": vars(damping_fit.contact_law),
         "exponent": free
         and {
             "value": free.exponent,
             "standard_error": float(free.covariance[1, 1] ** 0.5),
             "interval_95": _finite(free.interval(0.95, 1)),
         },
-        "epsilon": {"speed": found.main.middle, "value": value, "standard_error": error},
-        "scatter": found.main.scatter,
-        **{name: {"value": each.value, "standard_error": each.standard_error} for name, each in constants.items()},
+        "epsilon": {"speed": main.middle, "value": value, "standard_error": error},
+        "scatter": main.scatter,
+        **{name: {"value": c.value, "standard_error": c.standard_error} for name, c in constants.items()},
         "read": {**recording.read[0], "files": recording.read},
         "sheets": [
             {"sheet": name} | ({"points": made} if isinstance(made, int) else {"not_read": made})
             for name, made in recording.sheets
         ],
-        "weight": left.weight and {"fitted": left.weight.fitted, "g_t_c_over_v": left.weight.shares},
-        "warnings": _warnings(recording, found, left),
-        "masked": found.points.masked,
+        "weight": neglected.weight and {"fitted": neglected.weight.fitted, "g_t_c_over_v": neglected.weight.shares},
+        "warnings": _warnings(recording, damping_fit, neglected),
+        "masked": damping_fit.points.masked,
         "left_out": [{"line": label, "why": why} for label, why in recording.left_out],
-        "flights": [vars(each) for each in recording.flights],
-        "outliers": [{"point": label, "standard_errors": off} for label, off in found.outliers],
+        "flights": [vars(flight) for flight in recording.flights],
+        "outliers": [{"point": label, "standard_errors": off} for label, off in damping_fit.outliers],
         "points": [
             dict(zip(("point", "speed", "epsilon", "beta", "residual", "standardized"), row, strict=True))
             for row in zip(*columns.values(), strict=True)
         ],
     }
-
-
-def _law_json(fit: LawFit) -> dict[str, Any]:
-    law = {"law": fit.model.name, "exponent": fit.exponent, "chi2": fit.chi2, "dof": fit.degrees}
-    return law | {"scatter": fit.scatter, "aic": _finite([fit.aic])[0]}
 
 
 def _finite(numbers: Sequence[float]) -> list[float | None]:

@@ -81,7 +81,7 @@ _SERIES = ("series-csv", "series-json", "series-latex")
     f"[default: {LATEX_DIGITS} for latex, else {SERIES_DIGITS}]",
 )
 @OUTPUT
-def export(target: str, order: int, digits: int | None, output: Path | None, **wanted: Any) -> None:
+def export(target: str, order: int, digits: int | None, output: Path | None, **of_kernels: Any) -> None:
     """Generate code or tables of proven kernels.
 
     A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. TARGET is a language or a table.
@@ -99,8 +99,9 @@ def export(target: str, order: int, digits: int | None, output: Path | None, **w
     """  # noqa: D301
     from viscopade.kernels import requests
 
+    # The options that change something in this target's file; others are refused if they are typed.
     of_series = target.startswith("series-")
-    used = {"order", "digits"} if of_series else set() if target == "version-header" else {*wanted}
+    used = {"order", "digits"} if of_series else set() if target == "version-header" else {*of_kernels}
     used |= {"digits"} if target == "latex" else set()
     _refuse_unused(target, used | {"target", "output"})
     if of_series:
@@ -108,14 +109,16 @@ def export(target: str, order: int, digits: int | None, output: Path | None, **w
     elif target == "version-header":
         text = requests.file(requests.VERSION_HEADER)
     else:
-        request = Request(**wanted)
+        # Without options, the target's own kernels.
+        request = Request(**of_kernels)
         request = requests.default(target) if request == Request() else request
         text = requests.render(replace(request, digits=digits or LATEX_DIGITS), target)
     write_or_print(text, output)
 
 
 def _refuse_unused(target: str, used: set[str]) -> None:
-    """Refuse options that would change nothing in a target's file."""
+    """Refuse options that would change nothing in a target's file; `used` has the names of those that do."""
+    # Options with a default always have a value: what counts is whether the user typed it.
     context = click.get_current_context()
     flags = {str(option.name): option.opts[-1] for option in context.command.params}
     for name, flag in flags.items():
@@ -158,6 +161,7 @@ def scene_command(
     from viscopade.scene import check as run
     from viscopade.scene import choice, render, tables
 
+    # The scene is a file or an example; `words` is how the command in the head of the code begins.
     if (file is None) == (example is None):
         raise click.UsageError("expected a scene: either FILE, or --example NAME")
     if example is not None and example not in example_scenes():
@@ -168,21 +172,25 @@ def scene_command(
         raise click.UsageError("--cc is given, but no C compiler is needed: expected --cc with the check of code in C")
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)
-    found = choice.choose(scene)
+    # Choose the cheapest kernel. Make the code only if it is written or checked; the verdict says whether its results
+    # are right.
+    kernel_choice = choice.choose(scene)
     verdict = text = None
     if out is not None or checking:
-        text = render.render(found, f"viscopade scene {words}{example or shlex.quote(source.name)} --out .")
+        text = render.render(kernel_choice, f"viscopade scene {words}{example or shlex.quote(source.name)} --out .")
     if checking and text is not None:
-        verdict = run.check_code(found, text, cc)
+        verdict = run.check_code(kernel_choice, text, cc)
     if out is not None and text is not None:
         write_all({out / render.file_name(scene): text}, parents=True)
+
+    # CSV has the table of kernels; as text a table of the pairs of bodies stands before it.
     if style != "text":
-        show(style, tables.KERNELS, tables.kernel_rows(found), tables.to_json(found, verdict))
+        show(style, tables.KERNELS, tables.kernel_rows(kernel_choice), tables.to_json(kernel_choice, verdict))
         return
-    say(tables.summary(found))
-    show(style, tables.PAIRS, tables.pairs(found), {}, title=scene.title)
-    show(style, tables.KERNELS, tables.kernel_rows(found), {}, title="Kernels, operations; errors are proven")
-    for line in tables.sentences(found):
+    say(tables.summary(kernel_choice))
+    show(style, tables.PAIRS, tables.pairs(kernel_choice), {}, title=scene.title)
+    show(style, tables.KERNELS, tables.kernel_rows(kernel_choice), {}, title="Kernels, operations; errors are proven")
+    for line in tables.sentences(kernel_choice):
         say(line)
     if verdict is not None:
         say(tables.checked(verdict))

@@ -21,8 +21,12 @@ from viscopade.extras import MissingPackage
 from viscopade.generated import printable
 from viscopade.progress import shown_by
 
-LONGEST_LINE = 5000  # characters of a message
-NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # on the device of the output
+# Characters of a message, chosen by hand: our longest sentences are far shorter, and a message that quotes a file of
+# megabytes does not flood the terminal.
+LONGEST_LINE = 5000
+# Errors of the operating system that say that the output cannot be written, not that an input cannot be read: no space,
+# a file too large, the quota, the device, a closed stream.
+NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}
 
 
 SECTIONS = {
@@ -49,16 +53,20 @@ class Commands(click.Group):
         return sorted(_MODULES)
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
-        """Return the command of a name."""
+        """Return the command of a name, or None; its module is imported now, with the other commands in it."""
         if name in _MODULES and name not in self.commands:
-            for found in import_module(_MODULES[name]).COMMANDS:
-                self.add_command(found)
+            for member in import_module(_MODULES[name]).COMMANDS:
+                self.add_command(member)
         return self.commands.get(name)
 
     def resolve_command(
         self, context: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command; a refusal names the commands that look like the given name."""
+        """Return name, command and its words; a refusal names the commands that look like the typed name.
+
+        `args` are the words of the command line from the command's name on. They are kept in the `context`, from which
+        `viscopade.cli.console.command_line` makes the heads of files.
+        """
         if not args[0].startswith("-") and self.get_command(context, args[0]) is None:
             near = arguments.meant(args[0], self.list_commands(context))
             raise click.UsageError(f"there is no command {args[0]!r}{near}")
@@ -66,12 +74,18 @@ class Commands(click.Group):
         return super().resolve_command(context, args)
 
     def invoke(self, context: click.Context) -> Any:
-        """Run the command; a message that begins with an argument's name gets the name of the option instead."""
+        """Run the command that the words in the `context` name, and return what it returns.
+
+        A message that begins with an argument's name, "time_step is …", gets the option's name, "--time-step is …".
+        """
         try:
             return super().invoke(context)
         except (ValueError, TypeError, click.BadParameter) as error:
-            asked = self.get_command(context, context.meta[WORDS][0]) if WORDS in context.meta else None
-            flags = [flag for param in asked.params for flag in (*param.opts, *param.secondary_opts)] if asked else []
+            # The names of all options of this command; none if the error came before the command was known.
+            running = self.get_command(context, context.meta[WORDS][0]) if WORDS in context.meta else None
+            params = running.params if running else []
+            flags = [flag for param in params for flag in (*param.opts, *param.secondary_opts)]
+            # Replace the first word if it is an option's name; every other message stays.
             text = error.message if isinstance(error, click.BadParameter) else str(error)
             name = text.partition(" ")[0]
             option = "--" + name.replace("_", "-")
@@ -80,25 +94,29 @@ class Commands(click.Group):
             raise click.UsageError(option + text[len(name) :]) from error
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands by section, each with its summary."""
+        """Write the commands of the group into the help, by section, each with the first sentence of its own help.
+
+        `formatter` collects the help's text, and `context` is that of the group.
+        """
+        # Names are filled up to one width, so that the summaries of all sections begin in one column.
         width = max(map(len, self.list_commands(context)))
         for section, names in SECTIONS.items():
             with formatter.section(section):
-                rows = [(name, _summary(self.get_command(context, name))) for name in names]
-                formatter.write_dl([(name.ljust(width), summary) for name, summary in rows])
-
-
-def _summary(command: click.Command | None) -> str:
-    """Return the first sentence of a command's help."""
-    assert command is not None
-    return command.get_short_help_str(limit=100)
+                members = [(name, self.get_command(context, name)) for name in names]
+                # Our first sentences are shorter than 100 characters, at which Click would cut them.
+                summaries = [(name, member.get_short_help_str(limit=100)) for name, member in members if member]
+                formatter.write_dl([(name.ljust(width), summary) for name, summary in summaries])
 
 
 def _folder_option(name: str, folder: Callable[[], str], text: str) -> Callable[[Any], Any]:
-    """Return a decorator that adds an option which prints a folder."""
+    """Return a decorator that adds an option which prints a folder and ends the program.
 
-    def show(context: click.Context, _: click.Parameter, wanted: bool) -> None:
-        if wanted and not context.resilient_parsing:
+    `name` is the option's, `folder` finds the folder, and `text` says in the help what it has.
+    """
+
+    def show(context: click.Context, _: click.Parameter, is_typed: bool) -> None:
+        # The shell's completion parses a line that is not finished: nothing may be printed then.
+        if is_typed and not context.resilient_parsing:
             click.echo(folder())
             context.exit()
 
@@ -128,7 +146,8 @@ def command() -> None:
 
 
 def _fail(message: object, status: int) -> NoReturn:
-    """Print a message as one line of printable characters, with long words shortened, and exit."""
+    """Print a message as one line of printable characters, with long words shortened, and exit with `status`."""
+    # A number of thousands of digits keeps its first and last 200 characters, which tell it from others (by hand).
     words = (word if len(word) <= 400 else f"{word[:200]}…{word[-200:]}" for word in str(message).split())
     line = printable(" ".join(words))
     try:
@@ -145,32 +164,34 @@ def _forget(stream: TextIO | None) -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _run_command() -> object:
-    """Run the command in the arguments and return its exit status, if it has one; without a command, print the help."""
-    try:
-        return command.main(prog_name="viscopade", standalone_mode=False)
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message())
-        return 2
-
-
 def _be_quick() -> None:
     """Set up the process: most commands take less than a second."""
-    gc.set_threshold(50_000)  # imports make many objects and hardly any garbage
+    # Imports make many objects and hardly any garbage: with Python's threshold of 700 to 2000 objects the search for it
+    # and NumPy's threads took a quarter of a command's processor time. The number itself is chosen by hand.
+    gc.set_threshold(50_000)
     atexit.register(gc.freeze)  # no collection when the process ends
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # NumPy's threads cost more than they save: matrices are small
 
 
 def main() -> None:
-    """Run the command line; errors are one line, and exit status 2 means wrong input."""
+    """Run the command in the arguments, and exit with its status; errors are one line.
+
+    Exit status 2 means wrong input, 1 that something else failed, 130 (128 and the number of SIGINT) an interruption.
+    """
     keep_printing()
     _be_quick()
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # its messages about its cache
     try:
+        # Loops show their progress by `tracker`. Without a command, print the help.
         with shown_by(tracker):
-            status = _run_command()
-            if sys.stdout is not None:  # closed by the caller
+            try:
+                status: object = command.main(prog_name="viscopade", standalone_mode=False)
+            except click.exceptions.NoArgsIsHelpError as error:
+                click.echo(error.format_message())
+                status = 2
+            if sys.stdout is not None:  # None if the caller closed it; errors of the last output are raised here
                 sys.stdout.flush()
+    # The order matters: the first clause that fits has the error, and several are subclasses of later ones.
     except (click.Abort, KeyboardInterrupt):  # the former is a RuntimeError
         _fail("interrupted", 130)
     except click.ClickException as error:

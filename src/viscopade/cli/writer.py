@@ -13,8 +13,8 @@ from pathlib import Path
 
 from viscopade.generated import MARKER
 
-_HEAD = 1000  # first bytes of a text; the marker stands within them
-_METADATA = 1 << 16  # first or last bytes of a picture, where its metadata have the marker
+_HEAD = 1000  # first bytes of a text; the marker stands in the first line, after a few characters of a comment
+_METADATA = 1 << 16  # first or last bytes of a picture, where its metadata have the marker; at the end in a PDF
 _PICTURES = {".pdf", ".png", ".svg"}
 
 
@@ -30,12 +30,13 @@ def write(path: str | os.PathLike[str], text: str) -> None:
 def check_targets(paths: Iterable[str | os.PathLike[str]], *, parents: bool = False) -> None:
     """Check the targets of a later `write_all`, before the texts are computed.
 
-    Parameters and errors are those of `write_all`.
+    `paths` are the files to write; `parents` and the errors are those of `write_all`.
     """
     for path in map(Path, paths):
         with _reporting(path):
             if path.is_dir():
                 raise WriteError(f"will not replace {path}: it is a directory")
+            # A target that exists has to be a regular file of ours; one that does not exist needs its directory.
             try:
                 if not stat.S_ISREG(path.lstat().st_mode):
                     raise WriteError(f"will not replace {path}: it is a symbolic link or no regular file")
@@ -48,6 +49,7 @@ def check_targets(paths: Iterable[str | os.PathLike[str]], *, parents: bool = Fa
             except FileNotFoundError:
                 if not parents and not path.parent.is_dir():
                     raise WriteError(f"cannot write {path}: there is no directory {path.parent}") from None
+            # The nearest directory that exists, in which the file or its directories are to be made.
             directory = next(parent for parent in path.absolute().parents if parent.exists())
             if not os.access(directory, os.W_OK):
                 raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
@@ -74,6 +76,7 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
         If a target exists and is not a regular file with that marker (symbolic links are refused), if its
         directory is missing or cannot be written to, or a text lacks the marker.
     """
+    # Check contents and targets before anything is written. A carriage return would come from a user's text.
     files = {Path(path): what.encode() if isinstance(what, str) else what for path, what in contents.items()}
     for path, content in files.items():
         if not _is_ours(path, content[:_METADATA], content[-_METADATA:]):
@@ -81,6 +84,9 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
         if path.suffix not in _PICTURES and b"\r" in content:
             raise WriteError(f"cannot write {path}: the text contains a carriage return")
     check_targets(files, parents=parents)
+
+    # Write every content to a temporary file beside its target, so that the replacement is within one file system. Its
+    # name has 8 random bytes, which no other process draws; "x" makes the file only if there is none.
     staged: dict[Path, Path] = {}
     try:
         for path, content in files.items():
@@ -91,6 +97,7 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
                     file.write(content)
                 if path.exists():
                     shutil.copymode(path, temporary)
+        # All are complete: replace the targets, each in one step of the operating system.
         for path, temporary in staged.items():
             with _reporting(path):
                 temporary.replace(path)
