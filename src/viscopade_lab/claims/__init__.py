@@ -57,7 +57,7 @@ def claims() -> tuple[CheckedClaim, ...]:
 
 
 def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
-    """Check the claims of these names; None means all.
+    """Return the claims of these names with their evidence, in the order of the names; None means all.
 
     Raises
     ------
@@ -65,16 +65,14 @@ def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
         If there is no claim of a name.
     """
     by_name = {claim.name: claim for claim in CLAIMS}
-    wanted = list(by_name) if names is None else list(names)
-    for name in wanted:
+    chosen = list(by_name) if names is None else list(names)
+    for name in chosen:
         if name not in by_name:
+            # `meant` returns ", did you mean …?" for a name that resembles one of the claims, else "".
             raise ValueError(f"there is no claim {name!r}{meant(name, by_name) or ': expected ' + ', '.join(by_name)}")
-    return tuple(
-        CheckedClaim(by_name[wanted[i]], _quietly(by_name[wanted[i]])) for i in track(range(len(wanted)), "claims")
-    )
 
-
-def _quietly(claim: Claim) -> Evidence:
-    """Check a claim without a progress bar of its own."""
-    with quietly():
-        return claim.check()
+    checked = []
+    for i in track(range(len(chosen)), "claims"):  # a progress bar over all claims
+        with quietly():  # without the bars of a check's own loops, which would overwrite it
+            checked.append(CheckedClaim(by_name[chosen[i]], by_name[chosen[i]].check()))
+    return tuple(checked)

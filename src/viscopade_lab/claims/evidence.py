@@ -71,7 +71,7 @@ class CheckedClaim:
     evidence: Evidence
 
     def to_json(self) -> dict[str, Any]:
-        """Return everything as a dictionary for JSON."""
+        """Return the claim and its evidence as one dictionary of text and numbers: a row of `viscopade claims`."""
         claim, evidence = self.claim, self.evidence
         return {
             "name": claim.name,
@@ -85,7 +85,7 @@ class CheckedClaim:
 
 
 def verdict(holds: bool, within_limits: bool = False) -> Verdict:
-    """Return the verdict that the numbers support."""
+    """Return the verdict that the numbers support: the statement `holds`, or only `within_limits`, or neither."""
     if holds:
         return "holds"
     return "holds with a limit" if within_limits else "does not hold"
@@ -94,9 +94,11 @@ def verdict(holds: bool, within_limits: bool = False) -> Verdict:
 def percent(fraction: float) -> str:
     """Return a fraction as text in per cent, to two digits: 0.0123 is "1.2 %"."""
     value = 100 * fraction
+    # Two digits as "1.2"; from 99.5 on ".2g" would write 1e+02, so whole per cents are shown; from 10,000 on 1e+04.
     return f"{value:.0f} %" if 99.5 <= abs(value) < 1e4 else f"{value:.2g} %"
 
 
 def percent_at_most(fraction: float) -> str:
     """Return an upper bound as text in per cent, rounded up to two digits: 0.0122 is "1.3 %"."""
+    # A fraction, so that 100 times it is exact before `at_most` rounds it up to 2 digits.
     return f"{at_most(100 * Fraction(fraction), 2)} %"

@@ -1,4 +1,8 @@
-"""The paper's statements about the series and its truncations."""
+"""The paper's statements about the series eps = 1 + sum h_k v*^k and its truncations S_k (sums up to h_k v*^k).
+
+Each function below `@claim(name, place in the paper, statement)` returns `Evidence`: the verdict, a summary, its
+numbers, and "proven" or "sampled". `verdict(holds, limited)` is "holds", "holds with a limit" or "does not hold".
+"""
 
 from __future__ import annotations
 
@@ -26,12 +30,14 @@ VISIBLE, GROSS = 0.01, 0.1
 ONE_DIGIT = 0.1
 # Truncation orders of the paper's figures.
 FIGURE_ORDERS = (20, 40)
-# The two routes to the singularity must agree to 4 digits before the radius of convergence is used.
+# The two routes to the singularity must agree to 4 digits before the radius of convergence is used: claims print it
+# with 4 to 6 digits, and the coefficients give it to about 5.
 SINGULARITY_TOLERANCE = 1e-4
-# The paper considers speeds up to 2.6 m/s for ice, v* = 2: a series with a smaller radius is useless there.
+# The paper considers speeds up to 2.6 m/s for ice, v* = 10^0.3 = 2: a series with a smaller radius is useless there.
 LARGEST_SPEED = 2.0
 
-# More terms than this for 1e-3 is slow.
+# "Extremely slowly" is the paper's word without a number. More terms than this for three digits count as slow: exp(1)
+# takes 6 terms for them.
 SLOW = 20
 
 # Published with the older end of contact at x = 0, in eps0 = 1 - C_1 kappa + C_2 kappa^2 - C_3 kappa^3 + C_4 kappa^4.
@@ -44,8 +50,12 @@ OLDER = ("1.15344", "0.79826", "0.483582", "0.285279")
     "all infinitely many coefficients h_k are known analytically",
 )
 def _known() -> Evidence:
+    """Return the evidence: the digits of the proven enclosures of h_0 … h_120."""
     h = coefficients()
+    # Digits that the worst enclosure has: a ball of b correct bits has b log10(2) decimal digits. h_0 and the
+    # vanishing h_1, h_3 are exact integers.
     digits = min(math.floor(h_k.rel_accuracy_bits() * math.log10(2)) for h_k in h.h if not h_k.is_exact())
+    # Listed: h_0 … h_12, all that the table's largest approximant [3/6] is made of (h_9) and some more, to 12 digits.
     numbers = {"order": h.order, "digits": digits, "h": list(h.decimals(12)[:13])}
     summary = (
         f"h_0 … h_{h.order} are enclosed to {digits} digits or more here, and nothing limits order and digits but "
@@ -56,9 +66,11 @@ def _known() -> Evidence:
 
 @claim("sum-from-zero", "eq:epsSeriesAdvanced", "eps = 1 + sum of h_k v*^k, the sum starting at k = 0")
 def _sum_from_zero() -> Evidence:
-    eps_at_rest = exact.collision(0).epsilon
+    """Return the evidence: beside the printed 1 the sum can start at k = 0 only if h_0 = 0; a_0 = 1 says h_0 = 1."""
+    eps_at_rest = exact.collision(0).epsilon  # eps(v* = 0) = 1: a collision without damping
     h_0_in_the_sum = eps_at_rest - 1  # what the sum, as printed beside the 1, must contribute at v* = 0
     h_0 = coefficients().h[0]
+    # TABLE: (m, n) -> (a_0 … a_m, b_0 … b_n) as printed. [m/n](0) = a_0/b_0 = a_0 is the h_0 that the table uses.
     a_0 = {row[0][0] for row in TABLE.values()}
     numbers = {
         "epsilon_at_0": float(eps_at_rest),
@@ -76,7 +88,9 @@ def _sum_from_zero() -> Evidence:
 
 @claim("no-linear-term", "tab:padeCoeffs", "b_1 = 0 in [0/3], and a_1 = b_1 elsewhere")
 def _no_linear_term() -> Evidence:
+    """Return the evidence: h_1 = 0 exactly, and the printed a_1 and b_1 are the same decimals."""
     h_1 = coefficients().h[1]
+    # Order v* of b eps - a = O(v*^(m+n+1)) is b_1 + h_1 - a_1 = 0. TABLE: (m, n) -> (a_0 … a_m, b_0 … b_n) as printed.
     pairs = [(a[1] if len(a) > 1 else "0", b[1]) for a, b in TABLE.values()]
     equal = all(a_1 == b_1 for a_1, b_1 in pairs)
     numbers = {"h_1": float(h_1), "h_3": float(coefficients().h[3]), "printed_a_1_b_1": [list(pair) for pair in pairs]}
@@ -86,9 +100,11 @@ def _no_linear_term() -> Evidence:
 
 @claim("twenty-terms", "text after eq:betadef", "20 terms of the series are needed for eps to quadratic order in v")
 def _quadratic_order() -> Evidence:
-    # v* grows by this power of beta and of v: measured, not assumed.
+    """Return the evidence: the k for which v*^k is proportional to v^2, and the h_k up to there that vanish."""
+    # v* is proportional to beta^(1/2) v^(1/10): the powers are measured by doubling beta or v, not assumed.
+    # `v_star(speed, beta)`; any speed and beta would do instead of 1.
     beta, v = (math.log2(v_star(*doubled) / v_star(1.0, 1.0)) for doubled in ((1.0, 2.0), (2.0, 1.0)))
-    order = round(2 / v)
+    order = round(2 / v)  # v*^k contains v^(k/10), which is v^2 for k = 2/(1/10)
     zero = [k for k in range(1, order + 1) if coefficients().h[k].is_zero()]
     numbers = {
         "power_of_v_in_v_star": v,
@@ -101,14 +117,26 @@ def _quadratic_order() -> Evidence:
         f"v*^k = beta^(k/2) v^(k/10), so v^2 is k = {order}, with beta^{order * beta:.0f}: {order} terms beyond the 1, "
         f"of which {len(zero)} (k = {' and '.join(map(str, zero))}) vanish"
     )
-    return Evidence(verdict(order == 20), summary, numbers, "proven")
+    return Evidence(verdict(order == 20), summary, numbers, "proven")  # 20 is the paper's number of terms
 
 
 @claim("exact-solution", "text after eq:betadef", "the series is the exact solution of the problem")
 def _exact_solution() -> Evidence:
+    """Return the evidence: |S_120/eps - 1| at five v*, three inside the radius of convergence R = 1.047, two beyond."""
+    # At 0.5 the error is already below (0.5/R)^120 = 3e-39; beyond 1.5 it only grows.
     inside, outside = ("0.5", "0.7", "0.9"), ("1.2", "1.5")
-    off = {v: _relative_error(v) for v in (*inside, *outside)}
+    off = {}
+    for v in (*inside, *outside):
+        truth = exact.collision(v, SERIES_DIGITS).epsilon  # an enclosure
+        # 64 bits more than the enclosures of h_k have: rounding in Horner's scheme, some 120 units, does not show.
+        with working(bits_for(SERIES_DIGITS) + 64):
+            partial_sum = arb(0)
+            for h_k in reversed(coefficients().h):  # Horner's scheme for S_120
+                partial_sum = partial_sum * ball_of(Fraction(v)) + h_k
+            off[v] = float(abs(partial_sum / truth - 1).mid())
     radius = radius_numbers()["radius"]
+    # |h_k| R^k < 0.4 for k from 10 to 120, so the rest, h_121 v*^121 + …, should be below (v*/R)^120 at v* = 0.5 and
+    # 0.7; the verdict checks it, and at 0.9, too.
     bound = {v: (float(v) / radius) ** ORDER for v in inside}
     summary = (
         f"S_{ORDER} is within {at_most(off['0.5'], 1)} of eps at v* = 0.5, {at_most(off['0.7'], 1)} at 0.7 and "
@@ -122,26 +150,19 @@ def _exact_solution() -> Evidence:
     return Evidence(verdict(good and everywhere, good), summary, numbers, "sampled")
 
 
-def _relative_error(at: str) -> float:
-    """Return |S_120/eps - 1| from enclosures of both."""
-    truth = exact.collision(at, SERIES_DIGITS).epsilon
-    with working(bits_for(SERIES_DIGITS) + 64):
-        total = arb(0)
-        for h_k in reversed(coefficients().h):
-            total = total * ball_of(Fraction(at)) + h_k
-        return float(abs(total / truth - 1).mid())
-
-
 @claim(
     "truncations-diverge",
     "text after eq:betadef; Conclusion",
     "truncated at any order, the series goes to plus or minus infinity, as the sign of h_k says",
 )
 def _truncations_diverge() -> Evidence:
+    """Return the evidence: S_k has the sign of h_k at large v*, and h_k = 0 for k = 1 and 3 only, up to k = 120."""
     h = coefficients().h
     vanishing = [k for k, h_k in enumerate(h) if h_k.is_zero()]
     signs_known = all(k in vanishing or not h_k.contains(0) for k, h_k in enumerate(h))
-    far = 1e6  # where the last term decides
+    # Where the last term decides: neighbouring |h_k| that are not 0 differ by less than a factor of 10. A double holds
+    # (10^6)^40 = 10^240, but not (10^6)^52; 40 is the largest order that the paper's figures show.
+    far = 1e6
     signs_agree = all(
         (truncated(k, far) > 0) == bool(h_k > 0) for k, h_k in enumerate(h[:41]) if k > 1 and k not in vanishing
     )
@@ -159,6 +180,8 @@ def _truncations_diverge() -> Evidence:
     "truncated at k_c = 20 the series starts to deviate at about v* = 1",
 )
 def _order_20_at_1() -> Evidence:
+    """Return the evidence: the v* from which S_20 is 1 % off, and 10 % off; both within 10 % of 1 means "about 1"."""
+    # departure(order, tolerance): the first v* where |S_order/eps - 1| reaches the tolerance.
     visible, gross = (departure(FIGURE_ORDERS[0], tolerance) for tolerance in (VISIBLE, GROSS))
     numbers = {"v_star_where_1_percent_off": visible, "v_star_where_10_percent_off": gross}
     summary = (
@@ -170,10 +193,17 @@ def _order_20_at_1() -> Evidence:
 
 @claim("slow-convergence", "text after eq:betadef", "the series converges extremely slowly")
 def _slow_convergence() -> Evidence:
+    """Return the evidence: the radius of convergence, and the orders that three digits take at half and 0.9 of it."""
     numbers: dict[str, Any] = {**radius_numbers()}
     radius = numbers["radius"]
-    below, above = (round(radius * factor, 2) for factor in (0.5, 0.9))
-    terms = {v: _terms_needed(v, 1e-3) for v in (below, above)}
+    # Half of the radius is a place well inside, 0.9 one where slow convergence shows: 0.9^k falls by 10 in 22 terms.
+    below, above = (round(radius * share, 2) for share in (0.5, 0.9))
+    terms = {}
+    for v in (below, above):
+        truth = double.epsilon(v)
+        # The order from which all truncations up to S_120 are within 1e-3, three digits: what a plot or a fit needs.
+        off = [k for k in range(ORDER + 1) if abs(truncated(k, v) / truth - 1) > 1e-3]
+        terms[v] = max(off) + 1
     numbers |= {"terms_for_1e-3": {str(v): count for v, count in terms.items()}}
     summary = (
         f"the series converges, geometrically like (v*/R)^k, for v* < R = {radius:.6f} (1e-3 takes "
@@ -183,9 +213,17 @@ def _slow_convergence() -> Evidence:
     return Evidence(verdict(radius > LARGEST_SPEED, max(terms.values()) > SLOW), summary, numbers, "sampled")
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=1)  # two claims and a figure's text need it; it takes a second
 def radius_numbers() -> dict[str, float]:
-    """Return the radius of convergence by two routes."""
+    """Return the radius of convergence R and the argument/pi of the singularity R exp(i argument), by two routes.
+
+    The keys without "_from_coefficients" are by the equation of motion in complex time, which has more digits.
+
+    Raises
+    ------
+    ArithmeticError
+        If the singularities of both routes differ by more than `SINGULARITY_TOLERANCE`, relatively.
+    """
     flow, series = singularity.from_flow(), singularity.from_coefficients()
     difference = float(abs(series.v_star / flow.v_star - 1))
     if difference > SINGULARITY_TOLERANCE:
@@ -199,27 +237,40 @@ def radius_numbers() -> dict[str, float]:
     }
 
 
-def _terms_needed(v_star: float, tolerance: float) -> int:
-    """Return the order from which all known truncations are within `tolerance`."""
-    truth = double.epsilon(v_star)
-    off = [k for k in range(ORDER + 1) if abs(truncated(k, v_star) / truth - 1) > tolerance]
-    return max(off) + 1
-
-
 @claim(
     "older-coefficients",
     "not in the paper: values in wide use for the older end of contact",
     "eps0 = 1 - C_1 kappa + C_2 kappa^2 - C_3 kappa^3 + C_4 kappa^4 with C = " + ", ".join(OLDER),
 )
 def _older_coefficients() -> Evidence:
-    ours = _eps0_coefficients(len(OLDER))
-    digits = [decimal_string(abs(c), 12) for c in ours]
+    """Return the evidence: the published C_1 … C_4 beside the proven ones of the older end of contact, x = 0.
+
+    The coefficients come from Lambda, which is odd: ln eps0 = -Lambda(nu), nu = kappa eps0^(1/10), Lambda(nu) =
+    lambda_1 nu + lambda_3 nu^3 + … (docs/theory/mathematics.md, section 4).
+    """
+    count = len(OLDER)
+    # lambda_1, lambda_3 suffice for kappa^4. 40 digits and 200 bits (60 digits) leave many more than the 12 shown.
+    odd = lambda_coefficients((count + 1) // 2, 40)
+    with working(200, count + 1):  # power series in kappa up to kappa^count
+        powers = [arb(0)] * (2 * len(odd) + 1)
+        powers[1::2] = odd
+        log_eps0 = arb_series([arb(0)], count + 1)
+        # Fixed-point iteration: nu = kappa exp(ln eps0/10) has a factor kappa, so each turn corrects one more order.
+        for _ in range(count):
+            nu = arb_series([arb(0), arb(1)], count + 1) * (log_eps0 / 10).exp()
+            log_eps0 = -arb_series(powers, count + 1)(nu)
+        ours = log_eps0.exp().coeffs()[1 : count + 1]  # of kappa^1 … kappa^4; C_k without their signs
+
+    digits = [decimal_string(abs(c), 12) for c in ours]  # twice the digits in use
+    # One unit of each printed number's last decimal place.
     units = [Fraction(1, 10 ** len(printed.partition(".")[2])) for printed in OLDER]
     agree = [
         bool(abs(abs(c) - ball_of(Fraction(printed))) < ball_of(unit))  # the last digit may have been cut, not rounded
         for c, printed, unit in zip(ours, OLDER, units, strict=True)
     ]
     off = [float(printed) / float(abs(c).mid()) - 1 for c, printed in zip(ours, OLDER, strict=True)]
+    # kappa = v*^2: C_1 … C_4 belong to h_2, h_4, h_6, h_8. eps/eps0 = H(delta) = 1 + (4/15) v*^5 + …, so the ends of
+    # contact differ in odd powers from v*^5 on, and in even ones only from v*^10 on: these four are the same for both.
     same = [h_k.overlaps(c) for h_k, c in zip(coefficients().h[2:9:2], ours, strict=True)]
     numbers = {
         "printed": list(OLDER),
@@ -235,19 +286,6 @@ def _older_coefficients() -> Evidence:
         "gives the ones in use"
     )
     return Evidence(verdict(all(agree)), summary, numbers, "proven")
-
-
-def _eps0_coefficients(count: int) -> list[arb]:
-    """Return the coefficients of kappa^1 … kappa^count in eps0, from ln eps0 = -Lambda(kappa eps0^(1/10))."""
-    odd = lambda_coefficients((count + 1) // 2, 40)
-    with working(200, count + 1):
-        powers = [arb(0)] * (2 * len(odd) + 1)
-        powers[1::2] = odd
-        log_eps0 = arb_series([arb(0)], count + 1)
-        for _ in range(count):
-            nu = arb_series([arb(0), arb(1)], count + 1) * (log_eps0 / 10).exp()
-            log_eps0 = -arb_series(powers, count + 1)(nu)
-        return log_eps0.exp().coeffs()[1 : count + 1]
 
 
 CLAIMS: tuple[Claim, ...] = (
