@@ -42,8 +42,8 @@ TERMS_PER_BIT = 0.5
 # Up to so many, over the square of the bits, Taylor coefficients one by one are faster than Newton's iteration: 494 of
 # 900 bits, 100 of 2000.
 NEWTON_FROM = 400_000_000
-# Of `Motion.radius`, 1.018 for n_a = 5: the step is 0.23, a quarter of the distance 0.911 of the nearest singularity, as
-# `TERMS_PER_BIT` needs. Measured: 0.15 needs 15 per cent more pieces, and 0.35 is shortened to nearly the same ones.
+# Of `Motion.radius`, 1.018 for n_a = 5: the step is 0.23, a quarter of the distance 0.911 of the nearest singularity,
+# as `TERMS_PER_BIT` needs. Measured: 0.15 needs 15 per cent more pieces, and 0.35 is shortened to nearly the same ones.
 LONGEST_FIRST_STEP = 0.2258
 STEP_AT_CONTACT = 0.16  # of a first step from first contact, times the speed there: r goes to about a third
 MAX_PIECES = 20_000  # so that a branch without an end is an error; one of the paper's law has about seven pieces
