@@ -26,12 +26,13 @@ from viscopade.arithmetic.function_balls import FunctionBall, Wiener, norm, shif
 from viscopade.collision.flow import Dyadic, integrate
 from viscopade.collision.validation import falls_less_than_start
 
-SCALE_BITS = 30
-SCALE_NODES = 5
-END_IN_LAST = 0.7  # where in the last piece the end lies
-CUT_BEHIND = 4  # powers of z that a residual takes into account beyond those of the polynomials
+# Choices: no proof needs their values. Bad ones make the residual too large, and the proof is refused.
+SCALE_BITS = 30  # of the coefficients of c(z), which only has to follow the time until the end roughly
+SCALE_NODES = 5  # through which c(z) goes: with degree 4 the end stays inside the last piece for every z
+END_IN_LAST = 0.7  # where in the last piece the end lies: there is room to either side for c(z)'s error
+CUT_BEHIND = 4  # powers of z that a residual takes into account beyond those of the polynomials; others are bounded
 ROUGH = 40  # bits of the times that only lay out the pieces
-PARTS = 8  # of a piece, on which the speed is shown to be positive
+PARTS = 8  # of a piece, on which the speed is shown to be positive; 1 is not always enough
 SPARE_TERMS = 1.3  # coefficients of a piece, compared with those of a single branch: steps are a little longer
 
 
@@ -44,11 +45,12 @@ class Scaled(NamedTuple):
     @classmethod
     def nearest(cls, series: arb_series, bits: int) -> Scaled:
         """Round a series' coefficients to integers in a unit that gives the first that is not 0 `bits` bits."""
+        # A number is mantissa 2^power: its first bit is that of 2^(bit length + power - 1).
         middles = [c.mid() for c in series.coeffs()]
         first = next(c for c in middles if not c.is_zero())
         mantissa, power = (int(part) for part in first.man_exp())
         exponent = mantissa.bit_length() + power - bits
-        with working(2 * bits):
+        with working(2 * bits):  # so that the products are exact up to the rounding to integers
             return cls(fmpz_poly([_integer(c * arb(2) ** -exponent) for c in middles]), exponent)
 
     def poly(self) -> arb_poly:
@@ -56,7 +58,7 @@ class Scaled(NamedTuple):
         return arb_poly(self.polynomial) * arb(2) ** self.exponent
 
     def value(self, z: fmpq | int) -> Dyadic:
-        """Return the value at z to 64 bits."""
+        """Return the value at z to 64 bits, enough to lay out pieces."""
         with working(128):
             return Dyadic.nearest(self.poly()(arb(z)), 64)
 
@@ -70,11 +72,13 @@ class Scaled(NamedTuple):
 
 
 def least(polynomial: fmpz_poly) -> arb:
-    """Return a lower bound of a polynomial for |z| <= 1."""
+    """Return a lower bound of a polynomial for |z| <= 1: c_0 - sum of |c_i|, i >= 1."""
+    # norm is the sum of all |c_i|; for c_0 < 0 this is lower still.
     return arb(2 * int(polynomial[0]) - norm(polynomial.coeffs()))
 
 
 def _integer(value: arb) -> int:
+    """Return the integer nearest to the middle of a ball, or 0 if the ball is infinite."""
     whole = (value + arb(1) / 2).mid().floor().unique_fmpz()
     return int(whole) if whole is not None else 0
 
@@ -117,6 +121,7 @@ class ParametricBranch:
     end: fmpz_poly
 
     def __post_init__(self) -> None:
+        """Refuse a branch to which the proof does not apply: as for `flow.Branch`, for every z."""
         if any(c != 0 for c in chain(*(p.coeffs() for p in self.pieces[0].u[:2]))):
             raise ValueError("a branch starts with u = p = 0")
         if any(piece.step.mantissa <= 0 for piece in self.pieces):
@@ -126,7 +131,8 @@ class ParametricBranch:
                 raise ValueError("u is not continuous")
 
     def at_end(self) -> tuple[FunctionBall, FunctionBall]:
-        """Enclose r = 1 - u and u_y of the last piece's polynomial at y = end(z)."""
+        """Enclose r = 1 - u and u_y of the last piece's polynomial at y = end(z), in units of 2^-bits."""
+        # Functions of z, |z| <= 1: polynomials up to z^degree with a bound of the norm of their error.
         ring, last = Wiener(self.bits, self.degree + 1), self.pieces[-1]
         y = ring.element(self.end.coeffs(), 0)
         u, slope = (_value(ring, c, y) for c in (last.u, last.y))
@@ -139,7 +145,8 @@ class ParametricBranch:
 
 
 def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: FunctionBall) -> FunctionBall:
-    """Return sum_j c_j y^j by Horner's rule."""
+    """Return sum_j c_j y^j by Horner's rule: `coefficients` are polynomials in z, and y is a function of z."""
+    # A product's polynomial is cut behind z^degree and rounded; its error, which `ring` bounds, is carried along.
     total = ring.element([0], 0)
     for c in reversed(coefficients):
         product = ring.product(total, y)
@@ -151,7 +158,7 @@ def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: FunctionBall) -> 
 
 
 def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int) -> ParametricBranch:
-    """Integrate for all z.
+    """Return a branch for all z.
 
     Parameters
     ----------
@@ -165,8 +172,10 @@ def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int)
         `end` is where r is larger by 2^-gap than at the true end.
     """
     signed = Scaled(-k.polynomial, k.exponent) if unloading else k
+    # A single branch in the middle of the panel decides the pieces: their number, and H c(0) of each.
     branch = integrate(signed.value(_on_panel(k, fmpq(0))), accuracy)
     scale = _scale(signed)
+    # 8 bits more than for a single branch: each product adds up to 50 coefficients in z, also rounded ones.
     bits = branch.bits + 8
     terms = int(SPARE_TERMS * len(branch.pieces[0].u))
     steps = _stretched([piece.h for piece in branch.pieces], branch.root / 2.0**branch.bits)
@@ -179,13 +188,16 @@ def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int)
 
 
 def _scale(k: Scaled) -> Scaled:
-    """Return the polynomial that makes the time until the end the same for all z, nearly."""
+    """Return c(z), the time until the end at k(z) over that in the middle: it puts the end at nearly the same y."""
+    # Through Chebyshev's nodes cos((2 i + 1) pi/(2 n)), as fractions of 20 bits: where they lie exactly does not
+    # matter. The middle one is z = 0.
     one = 1 << SCALE_BITS
     cosines = [math.cos((2 * i + 1) * math.pi / (2 * SCALE_NODES)) for i in range(SCALE_NODES)]
     nodes = [_on_panel(k, fmpq(round(c * 2**20), 2**20)) for c in cosines]
     times = [_duration(k.value(z)) for z in nodes]
     middle = times[SCALE_NODES // 2]
     values = fmpq_mat([[fmpq(time * one // middle)] for time in times])
+    # sum_n c_n z_i^n = value_i, solved with fractions.
     vandermonde = fmpq_mat([[z**n for n in range(SCALE_NODES)] for z in nodes])
     coefficients = (vandermonde.inv() * values).entries()
     return Scaled(fmpz_poly([int(c.p // c.q) for c in coefficients]), -SCALE_BITS)
@@ -197,17 +209,22 @@ def _on_panel(k: Scaled, z: fmpq) -> fmpq:
 
 
 def _duration(k: Dyadic) -> int:
-    """Return the time from the turning point to the end, roughly, in a unit of the same exponent for all similar k."""
+    """Return the time s from the turning point to the end, roughly, in units of 2^-200.
+
+    Only quotients of such times are used. The unit is far smaller than any time, about 1/k^2 at least.
+    """
     branch = integrate(k, ROUGH)
-    with working(128):
-        whole = sum((piece.h.ball() for piece in branch.pieces[:-1]), arb(0))
-        total = whole + branch.pieces[-1].h.ball() * fixed_point(branch.root, 0, branch.bits)
-        return _integer(total * arb(2) ** 200)
+    with working(128):  # bits; `ROUGH` of them are right
+        # All steps, and of the last one the part up to the end, z = root/2^bits.
+        before_last = sum((piece.h.ball() for piece in branch.pieces[:-1]), arb(0))
+        time = before_last + branch.pieces[-1].h.ball() * fixed_point(branch.root, 0, branch.bits)
+        return _integer(time * arb(2) ** 200)
 
 
 def _stretched(steps: list[Dyadic], root: float) -> list[Dyadic]:
-    """Scale the steps so that the end is at `END_IN_LAST` of the last one, to 20 bits."""
+    """Return the steps scaled so that the end is at `END_IN_LAST` of the last one; before, it is at `root` of it."""
     with working(64):
+        # factor (before + END_IN_LAST last) = before + root last. 20 bits: products with short steps are cheap.
         before = sum((h.ball() for h in steps[:-1]), arb(0))
         last = steps[-1].ball()
         factor = (before + last * root) / (before + last * END_IN_LAST)
@@ -216,7 +233,11 @@ def _stretched(steps: list[Dyadic], root: float) -> list[Dyadic]:
 
 @dataclass(frozen=True)
 class _Growth:
-    """Taylor's recursion with polynomials in z for coefficients."""
+    """Taylor's recursion with polynomials in z for coefficients.
+
+    k(z) is negative for unloading, `scale` is c(z). Coefficients are in units of 2^-bits, polynomials in z are cut
+    behind z^degree, and a piece has `terms` powers of y.
+    """
 
     k: Scaled
     scale: Scaled
@@ -225,22 +246,25 @@ class _Growth:
     terms: int
 
     def piece(self, step: Dyadic, before: ParametricPiece | None) -> ParametricPiece:
-        """Return the piece that follows `before`, or the first."""
+        """Return the piece of step H = `step` that follows `before`, or the first, which starts with u = p = 0."""
         if before is None:
             start, slope = fmpz_poly(), fmpz_poly()
         else:
+            # u is the sum of the coefficients at y = 1, exactly. u_y = 2 H c p is proportional to the step.
             start = sum(before.u, fmpz_poly())
-            with working(self.bits + 64):
+            with working(self.bits + 64):  # so that the ratio is right to `bits` bits whatever the steps' exponents
                 ratio = _integer(step.ball() / before.step.ball() * arb(2) ** self.bits)
             slope = self._floor(sum(before.y, fmpz_poly()) * ratio, self.bits)
         return ParametricPiece(self._coefficients(start, slope, step), step)
 
     def _floor(self, polynomial: fmpz_poly, shift: int) -> fmpz_poly:
+        """Return polynomial/2^shift, rounded down and cut behind z^degree."""
         coefficients = polynomial.coeffs()[: self.degree + 1]
         return fmpz_poly([c >> shift if shift >= 0 else c << -shift for c in coefficients])
 
     def _coefficients(self, start: fmpz_poly, slope: fmpz_poly, step: Dyadic) -> list[fmpz_poly]:
-        """Compare coefficients of y^j: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
+        """Return u_j(z), of which u_0 = start and u_1 = slope, for a step H: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
+        # S = r^2, V = 2 H^2 c^2 S + H c k u_y: the factors are 2 H^2 c^2 and H c k.
         elastic, viscous = _factors(self.k, self.scale, step)
         length = self.degree + 1  # of coefficients; `_floor` drops the others
         u, y = [start, slope], [slope]
@@ -270,19 +294,24 @@ def _factors(k: Scaled, scale: Scaled, step: Dyadic) -> tuple[Scaled, Scaled]:
 
 
 def _end(last: ParametricPiece, k: Scaled | None, scale: Scaled, bits: int, degree: int, gap: int) -> fmpz_poly:
-    """Return y(z) where r = sqrt(k p) + 2^-gap, by Newton's method on power series in z; without k, r = 2^-gap."""
+    """Return y(z) in the last piece where r = sqrt(k p) + 2^-gap, in units of 2^-bits; without k, where r = 2^-gap.
+
+    By Newton's method on power series in z; `scale` is c(z). Nothing is assumed of the result: the proof begins there.
+    """
     with working(bits, degree + 1):
         unit = arb(2) ** -bits
         u, y_, second = (
             [arb_series(arb_poly(c) * unit, degree + 1) for c in part]
             for part in (last.u, last.y, [j * c for j, c in enumerate(last.y)][1:])
         )
+        # k p = (k/(2 H c)) u_y.
         damping = None
         if k is not None:
             inverse_step = 1 / (2 * arb_series(scale.poly() * last.step.ball(), degree + 1))
             damping = arb_series(k.poly(), degree + 1) * inverse_step
         y = arb_series([arb(END_IN_LAST)], degree + 1)
-        for _ in range(bits.bit_length() + 4):  # each step doubles the right bits and the right powers of z
+        # Each step doubles the right bits and the right powers of z; 4 more because the start has no right bit.
+        for _ in range(bits.bit_length() + 4):
             value, fall = _gap(u, y_, second, y, damping, gap)
             y = _middle(y + value / fall)
         return fmpz_poly([_integer(c / unit) for c in y.coeffs()])
@@ -296,24 +325,32 @@ def _gap(
     damping: arb_series | None,
     gap: int,
 ) -> tuple[arb_series, arb_series]:
-    """Return r - threshold at y, and minus its derivative."""
+    """Return r - sqrt(k p) - 2^-gap at y(z), and minus its derivative with respect to y.
+
+    `u`, `slope` (u_y) and `second` (u_yy) are coefficients of y^j, `damping` is k p/u_y; all are series in z.
+    """
+    # Without damping: 1 - u - 2^-gap, and u_y.
     at_u, at_slope = _middle(_horner(u, y)), _middle(_horner(slope, y))
     value, fall = 1 - at_u - arb(2) ** -gap, at_slope
     if damping is not None:
+        # k begins with z^(2 low), on the panel at 0 with z^2: sqrt(k p) = z^low sqrt(k p/z^(2 low)), by the logarithm.
         low = next(i for i, c in enumerate(damping.coeffs()) if not c.mid().is_zero()) // 2
         inner = arb_series((damping * at_slope).coeffs()[2 * low :], u[0].prec)
         root = (inner.log() / 2).exp()
         value = value - _shift(root, low)
+        # (sqrt(k p))_y = (k p)_y sqrt(k p)/(2 k p).
         rate = arb_series((damping * _horner(second, y)).coeffs()[2 * low :], u[0].prec)
         fall = fall + _shift(rate * root / inner / 2, low)
     return _middle(value), _middle(fall)
 
 
 def _shift(series: arb_series, power: int) -> arb_series:
+    """Return z^power times a series."""
     return arb_series([arb(0)] * power + series.coeffs(), series.prec)
 
 
 def _horner(coefficients: Sequence[arb_series], y: arb_series) -> arb_series:
+    """Return sum_j c_j y^j by Horner's rule, where c_j and y are series in z."""
     total = arb_series([arb(0)], y.prec)
     for c in reversed(coefficients):
         total = total * y + c
@@ -321,6 +358,7 @@ def _horner(coefficients: Sequence[arb_series], y: arb_series) -> arb_series:
 
 
 def _middle(series: arb_series) -> arb_series:
+    """Return a series without its error bounds: Newton's method needs none."""
     return arb_series([c.mid() for c in series.coeffs()], series.prec)
 
 
@@ -339,7 +377,7 @@ class ParametricEnds(NamedTuple):
 
 
 def parametric_ends(branch: ParametricBranch, origin: bool = False) -> ParametricEnds:
-    """Return p at the end with a proven error, for all |z| <= 1 (`origin`: for 0 <= z <= 1).
+    """Return p at the end of a branch with a proven error, for all |z| <= 1 (`origin`: for 0 <= z <= 1).
 
     Raises
     ------
@@ -354,11 +392,14 @@ class _Proof:
     """The steps of docs/theory/exact-function.md, in order; numbers are bounds for all z."""
 
     def __init__(self, branch: ParametricBranch, origin: bool) -> None:
+        """Bound the residuals and eta for all |z| <= 1, or with `origin` for 0 <= z <= 1."""
         self.branch, self.origin = branch, origin
         self.unit = arb(2) ** -branch.bits
         self._require_positive(branch.k.polynomial)
         self.k_most = branch.k.most()
         self.residuals = [_residual(branch, piece) for piece in branch.pieces]
+        # eta bounds |p^2/p_true^2 - 1|. In terms of the polynomials it is at most 5/4 of the shares' sum as long as it
+        # stays below 1/4 (step 3); 2 instead of 5/4 makes sure that it does.
         shares = self._shares()
         self.eta = 2 * sum(shares, arb(0))
         if not self.eta < arb(1) / 4:
@@ -367,6 +408,7 @@ class _Proof:
 
     def _require_positive(self, k: fmpz_poly) -> None:
         """Require k > 0, for z > 0 where that is all that counts."""
+        # A factor z^n, of k on the panel at 0, is positive there.
         coefficients = k.coeffs()
         while self.origin and coefficients and coefficients[0] == 0:
             del coefficients[0]
@@ -374,13 +416,17 @@ class _Proof:
             raise ArithmeticError("k must be positive")
 
     def _least_step(self, piece: ParametricPiece) -> arb:
+        """Return a lower bound of the step h = H c(z)."""
         return piece.step.ball() * self.branch.scale.least()
 
     def _most_step(self, piece: ParametricPiece) -> arb:
+        """Return an upper bound of the step h = H c(z)."""
         return piece.step.ball() * self.branch.scale.most()
 
     def _shares(self) -> list[arb]:
         """Bound what each piece adds to eta (step 3)."""
+        # First piece: max|R|/(2 h^2 r_1^4) with r_1 = 1 - sum |u_j|, the least r; twice that in unloading, because the
+        # proof has 2.12, and 2.12 < 2 * 5/4, the factor in `__init__`.
         pieces = self.branch.pieces
         size = sum(norm(c.coeffs()) for c in pieces[0].u) * self.unit
         least_r, step = 1 - size, self._least_step(pieces[0])
@@ -389,6 +435,8 @@ class _Proof:
         factor = 2 if self.branch.unloading else 1
         shares = [factor * self.residuals[0] / (2 * step**2 * least_r**4)]
         for (before, piece), residual in zip(pairwise(pieces), self.residuals[1:], strict=True):
+            # Other pieces: 2 max|R|/u_y(0), and 3 d/u_y(0) for a jump d of u_y: it changes the error by at most
+            # (17/8) d/u_y for d <= u_y/8, and (17/8) (5/4) < 3 (step 7).
             slope = least(piece.u[1]) * self.unit
             jump = self._jump(before, piece)
             if not (slope > 0 and jump < slope / 8):
@@ -397,15 +445,18 @@ class _Proof:
         return shares
 
     def _jump(self, before: ParametricPiece, after: ParametricPiece) -> arb:
-        """Bound by how much u_y, for a step as long as that of `after`, is not continuous."""
-        whole = sum(before.y, fmpz_poly())
+        """Bound the jump of u_y at a joint, for a step as long as that of `after`."""
+        # |u_y after - (new/old) u_y before| with the steps as integers of one unit: exact up to the last division.
+        slope_before = sum(before.y, fmpz_poly())
         exponent = min(before.step.exponent, after.step.exponent)
         old = before.step.mantissa << (before.step.exponent - exponent)
         new = after.step.mantissa << (after.step.exponent - exponent)
-        return arb(norm((after.u[1] * old - whole * new).coeffs())) / old * self.unit
+        return arb(norm((after.u[1] * old - slope_before * new).coeffs())) / old * self.unit
 
     def ends(self) -> ParametricEnds:
-        """Go from piece to piece, and from the last point to the end (step 4)."""
+        """Return p at the end: from piece to piece, then from the last point to the end (step 4)."""
+        # At each joint the end must still lie ahead. `error` is what the shares so far have become; twice that bounds
+        # the error of p^2, as in `__init__`.
         error = arb(0)
         for i, (piece, residual) in enumerate(zip(self.branch.pieces, self.residuals, strict=True)):
             self._require_small(piece, residual)
@@ -414,6 +465,7 @@ class _Proof:
                 break
             self._require_before(piece, _sum_element(self.branch, piece), residual, 2 * (error + self.shares[i]))
             error = error * self._contraction(piece) + self.shares[i]
+        # The same at the last point, y = end(z), which must be in the last piece.
         error = 2 * (error + self.shares[-1])
         piece, residual = self.branch.pieces[-1], self.residuals[-1]
         r, slope = self.branch.at_end()
@@ -424,7 +476,8 @@ class _Proof:
         return self._completed(piece, r, slope, error)
 
     def _contraction(self, piece: ParametricPiece) -> arb:
-        """Bound by what an error shrinks in unloading while the piece lasts."""
+        """Bound the factor by which an error shrinks in unloading during the piece; in loading it is 1."""
+        # exp(-k h r^2 (1 - eta)) with the least k, h and r; r falls, so it is least at y = 1 (end of step 2).
         if not self.branch.unloading:
             return arb(1)
         r = (1 - arb(norm(sum(piece.u, fmpz_poly()).coeffs())) * self.unit).max(arb(0))
@@ -432,22 +485,26 @@ class _Proof:
         return (-k * self._least_step(piece) * r**2 * (1 - self.eta)).exp()
 
     def _require_small(self, piece: ParametricPiece, residual: arb) -> None:
+        """Require g = max|R|/(2 h) < 1/3, which the proof of `_require_before` assumes (step 7)."""
         disturbance = residual / (2 * self._least_step(piece))
         if not (disturbance < arb(1) / 3 and residual < 1):
             raise ArithmeticError("the residual is too large")
 
     def _require_motion(self, piece: ParametricPiece) -> None:
-        """Show that u_y > 0 up to the end, except for y = 0 at the turning point, so that p is a function of falling r.
+        """Require u_y > 0 up to the end, except for y = 0 at the turning point, so that p is a function of falling r.
 
         The speed, or that divided by y, is first bounded by its coefficients at y = 0. If that is not enough, it is
         expanded around the middle of each part of the piece.
         """
+        # The end, which is at most `limit`, closes the last piece.
         last = piece is self.branch.pieces[-1]
         limit = (arb(norm(self.branch.end.coeffs())) * self.unit).min(arb(1)) if last else arb(1)
         polynomials = piece.y[1:] if piece is self.branch.pieces[0] else piece.y
         with working(self.branch.bits):
             if falls_less_than_start([self._least_poly(arb_poly(c)) for c in polynomials]):
                 return
+            # speed[j][i] is the coefficient of y^j z^i; of_y[i] is a polynomial in y. On each part of 0 <= y <= limit
+            # it is expanded around the middle: the constants, a polynomial in z, must exceed the sum of all others.
             speed = [c.coeffs() for c in polynomials]
             of_y = [arb_poly([c[i] if i < len(c) else 0 for c in speed]) for i in range(max(map(len, speed)))]
             for part in range(PARTS):
@@ -460,13 +517,18 @@ class _Proof:
     def _require_before(
         self, piece: ParametricPiece, point: tuple[FunctionBall, FunctionBall], residual: arb, eta: arb
     ) -> None:
-        """Require that a point is certainly not behind the end: (5), times 2 h."""
+        """Require that a point of a piece, r and u_y there, is certainly not behind the end.
+
+        `residual` bounds |R| on the piece, and `eta` the error of p^2 there.
+        """
+        # In both halves 0 <= r <= 2 (step 4) and u_y > 0.
         r, slope = point
         one = 1 << self.branch.bits
         if not (self._least(r) >= 0 and arb(r.bound) <= 2 * one and self._least(slope) > 0):
             raise ArithmeticError("the end lies before the last piece")
         if not self.branch.unloading:
             return
+        # (5) times 2 h: 2 h (r^2 - k p) >= 2 eta k u_y + 2 (k + 8 h) max|R|.
         force = self._force(piece, r, slope)
         slope_most = arb(slope.bound) * self.unit
         needed = 2 * eta * self.k_most * slope_most + 2 * (self.k_most + 8 * self._most_step(piece)) * residual
@@ -480,10 +542,12 @@ class _Proof:
         return r_poly**2 * step - self.branch.k.poly() * slope_poly
 
     def _least(self, element: FunctionBall) -> arb:
+        """Return a lower bound of a function of z, in its unit."""
         return self._least_poly(_enclosed(element, arb(1)))
 
     def _least_poly(self, polynomial: arb_poly) -> arb:
-        """Return a lower bound for |z| <= 1, or for 0 <= z <= 1."""
+        """Return a lower bound of a polynomial for |z| <= 1, or with `origin` for 0 <= z <= 1."""
+        # f_0 - sum |f_i|; for 0 <= z <= 1 it is f_0 - D_1, D_i = max(D_(i+1) - f_i, 0) (step 7).
         first, *rest = polynomial.coeffs() or [arb(0)]
         if self.origin:
             debt = arb(0)  # the terms so far are at least -debt z^i
@@ -493,20 +557,27 @@ class _Proof:
         return (first - sum((abs(c) for c in rest), arb(0))).lower()
 
     def _completed(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall, eta: arb) -> ParametricEnds:
-        """Add what p^2 may grow between the last point and the end."""
+        """Return p at the end of contact: that at the last point, with what p^2 may grow from there as an error.
+
+        r and `slope`, u_y, belong to the last point, in the last piece; `eta` bounds the error of p^2 there.
+        """
+        # p = u_y/(2 h); the true p is larger by at most eta.
         step = self.branch.scale.poly() * (2 * piece.step.ball())
         slope_poly = _enclosed(slope, self.unit)
         least_p = self._least(slope) * self.unit / (2 * self._most_step(piece))
         most_p = arb(slope.bound) * self.unit / (2 * self._least_step(piece)) * (1 + eta)
         most_r = arb(r.bound) * self.unit
         if self.branch.unloading:
+            # With D = r^2 - k p_true: p^2 grows by at most r D^2 up to the end (step 4).
             force = (
                 coefficient_sum(self._force(piece, r, slope).coeffs()) / (2 * self._least_step(piece))
                 + self.k_most * most_p * eta
             )
             growth = most_r * force * force
         else:
+            # Up to r = 0, r^5/5 + k p_1 r^3/3 with the largest p_1 on the way, and twice that with p_1 = 2 p.
             growth = 2 * most_r**5 / 5 + 4 * self.k_most * most_p * most_r**3 / 3
+        # Relative to p^2, whose square root grows by less. Below 1, p does not double, as the loading's bound assumes.
         growth = growth / (least_p * (1 - eta)) ** 2
         if not growth < 1:
             raise ArithmeticError("the end was not reached")
@@ -533,6 +604,7 @@ def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
     """
     k = Scaled(-branch.k.polynomial, branch.k.exponent) if branch.unloading else branch.k
     elastic, viscous = _factors(k, branch.scale, piece.step)
+    # Powers of z up to `degree` are computed; a product has up to twice as many, and y must not be reached by them.
     degree = max(c.degree() for c in piece.u) + CUT_BEHIND
     stride = degree + max(degree, elastic.polynomial.degree(), viscous.polynomial.degree()) + 1
     packing = _Packing(branch.bits, degree, stride, len(piece.u) * stride)
@@ -540,17 +612,21 @@ def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
     second = _packed([j * c for j, c in enumerate(piece.y)][1:], stride)
     r = _ball(fmpz_poly([1 << branch.bits]) - u)
     s = packing.product(r, r)
+    # V = 2 H^2 c^2 S + H c k u_y, cut; the error of S goes into that of V.
     v, v_error = fmpz_poly(), 0
     for factor, function in ((elastic, s), (viscous, _ball(slope))):
         part, error = packing.cut(factor.polynomial * function.polynomial, -factor.exponent)
         v, v_error = v + part, v_error + error
         v_error += shifted_up(norm(factor.polynomial.coeffs()) * function.error, -factor.exponent)
+    # |R| <= |u_yy - S V| of the cut S and V, plus |S| |error of V| + |error of S| |V|. `second` and S V are in units of
+    # 2^-bits and 2^(-2 bits).
     product_error = packing.error(s, _ball(v, v_error))
     defect = shifted_up(norm((second * (1 << branch.bits) - s.polynomial * v).coeffs()), branch.bits)
     return arb(defect + product_error) * arb(2) ** -branch.bits
 
 
 def _ball(polynomial: fmpz_poly, error: int = 0) -> FunctionBall:
+    """Return the functions within `error` of a polynomial, in the norm (the sum of |coefficients|)."""
     return FunctionBall(polynomial, norm(polynomial.coeffs()), error)
 
 
@@ -573,6 +649,8 @@ class _Packing(NamedTuple):
 
     def cut(self, polynomial: fmpz_poly, shift: int) -> tuple[fmpz_poly, int]:
         """Return polynomial/2^shift, rounded down and cut, and a bound of the norm of the difference."""
+        # Cut are all powers from z^length on and, in each block of `stride` powers (one power of y), those behind
+        # z^degree. Rounding down costs less than a unit for each coefficient that is kept.
         coefficients = polynomial.coeffs()
         beyond: list[fmpz] = coefficients[self.length :]
         kept: list[fmpz | int] = [*coefficients[: self.length]]
@@ -584,9 +662,9 @@ class _Packing(NamedTuple):
 
 
 def _packed(coefficients: Sequence[fmpz_poly], stride: int) -> fmpz_poly:
-    """Return sum_j c_j z^(j stride)."""
+    """Return sum_j c_j z^(j stride), where c_j(z) are the coefficients."""
     flat: list[fmpz | int] = []
     for c in coefficients:
-        part = c.coeffs()
-        flat += [*part, *([0] * (stride - len(part)))]
+        block = c.coeffs()
+        flat += [*block, *([0] * (stride - len(block)))]
     return fmpz_poly(flat)
