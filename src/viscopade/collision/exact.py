@@ -47,9 +47,10 @@ if TYPE_CHECKING:
 Exact = Any
 """A number taken exactly: str (decimal), int, float, Fraction, Decimal, mpmath.mpf or a NumPy scalar."""
 
+# Nothing here is part of a proof: with other numbers the digits are the same, found in more time or attempts.
 MAX_ATTEMPTS = 12  # to determine all digits, with more bits each time; a choice
-GUARD_BITS = 32  # additional bits of ball arithmetic
-GUARD_DIGIT_BITS = 12  # so that an enclosure rarely contains a boundary of rounding
+GUARD_BITS = 32  # additional bits of ball arithmetic, for rounding; a choice
+GUARD_DIGIT_BITS = 12  # so that an enclosure contains a boundary of rounding in about one of 2^12 cases only
 LEAST_ACCURACY = 30  # with fewer bits, the end of unloading may not be found for large k
 LOW_ACCURACY = 60  # bits of a number that becomes a double
 LOST_BITS = 4  # bits by which a step of Newton's method falls short of doubling the correct ones
@@ -57,8 +58,10 @@ LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
 MAX_STEPS = 100  # of Newton's method from a rough guess; a choice
 MOST_IN_TIME = math.log(1e4)  # of ln kappa: beyond, the many pieces of loading take longer than Newton's method
 START_BITS = 32  # by which k and the speed at first contact are more accurate than the integration
-COST_POWER, PROOF_COST = 2.4, 2.5  # a step of Newton's method takes like bits^2.4, the proof as long as 2.5 of them
-COLLISION_COST = 3.0  # an integration in time takes as long as three of its proofs
+# For the progress bar only: a step of Newton's method takes like bits^2.4, the proof as long as 2.5 of them, and an
+# integration in time as long as three of its proofs (measured).
+COST_POWER, PROOF_COST = 2.4, 2.5
+COLLISION_COST = 3.0
 LARGEST_POWER_BITS = 7000  # bits of k^n_a, beyond which an integration would take minutes
 
 _SPEEDS = "0, infinity, or a number from 1e-1000 to 1e100"
@@ -105,11 +108,13 @@ class Collision(Determined):
     kappa: arb | None = None
 
     def __post_init__(self) -> None:
+        """Refuse enclosures that cannot be those of one collision, or that leave a digit open."""
         if not (self.epsilon + self.one_minus_epsilon).contains(1):
             raise ValueError("epsilon and one_minus_epsilon do not belong together")
         self._require_determined(self.balls())
 
     def _require_determined(self, names: Iterable[str]) -> None:
+        """Raise ValueError if an enclosure contains numbers of different decimals."""
         undetermined = [name for name in names if self._decimal(name) is None]
         if undetermined:
             raise ValueError(f"enclosures are too wide for {self.digits} digits: {', '.join(undetermined)}")
@@ -138,9 +143,12 @@ class Collision(Determined):
         return {name: float(text) for name, text in self.decimals().items()}
 
     def _decimal(self, name: str) -> str | None:
+        """Return the number of this name, rounded to `digits`; None if its enclosure does not determine it."""
+        # A fraction is rounded itself: an enclosure of a number with few digits may contain a tie.
         if name in self.fractions:
             return _rounded(self.fractions[name], self.digits)
         ball: arb = getattr(self, name)
+        # Arguments end at 1e100 (`_in_range`): what is above 1e1000 is taken for infinity itself.
         if name in ("v_star", "kappa") and ball > 10**1000:
             return "inf"
         return decimal_string(ball, self.digits)
@@ -219,8 +227,11 @@ def collision(
         If not exactly one of v_star, kappa, and both beta and speed, is given; if a number or digits are out of range;
         if the law is not known, or contact does not end with this kappa.
     """
+    # Each kind of input becomes kappa = beta speed^(2 c), with the numbers that are known exactly as fractions. 30
+    # digits are the default because that is more than a double has and the table answers at once.
     digits, contact_law = arguments.digits(digits), law_of(law)
     inputs = (v_star is not None, kappa is not None, beta is not None, speed is not None)
+    # v*: kappa = v*^d.
     if inputs == (True, False, False, False):
         if _is_infinite(v_star):
             return _at_infinity(digits, contact_law)
@@ -234,36 +245,43 @@ def collision(
             ),
             digits,
         )
+    # kappa: v* = kappa^(1/d) may be a fraction, too.
     if inputs == (False, True, False, False):
         number = arguments.exact_number("kappa", kappa, _BETAS, _in_range)
         root = _rational_root(number, contact_law.d)
         exact = {"kappa": number} if root is None else {"kappa": number, "v_star": root}
         return _at_speed(_Speed(number, Fraction(1), exact, contact_law), digits)
+    # beta and the speed: v* = (beta speed^(2 c))^(1/d). For c < 0 (nu > 2) kappa grows without bound as the speed goes
+    # to 0, for c = 0 it does not depend on it.
     if inputs == (False, False, True, True):
-        factor = arguments.exact_number("beta", beta, _BETAS, _in_range)
+        beta_number = arguments.exact_number("beta", beta, _BETAS, _in_range)
         velocity = arguments.exact_number("speed", speed, _BETAS, _in_range)
         if contact_law.c <= 0 and velocity == 0:
             raise ValueError("speed is 0: expected a number > 0, because kappa does not vanish with the speed")
-        root = _rational_root_of_product(factor, velocity, contact_law)
-        exact = {"beta": factor} if root is None else {"beta": factor, "v_star": root}
-        return _at_speed(_Speed(factor, velocity, exact, contact_law), digits)
+        root = _rational_root_of_product(beta_number, velocity, contact_law)
+        exact = {"beta": beta_number} if root is None else {"beta": beta_number, "v_star": root}
+        return _at_speed(_Speed(beta_number, velocity, exact, contact_law), digits)
     raise TypeError("expected exactly one of v_star, kappa, and both beta and speed")
 
 
 def _at_speed(problem: _Speed, digits: int) -> Collision:
+    """Return the collision of a problem; without damping or at rest it is elastic."""
     if problem.beta * problem.speed == 0:
         return _elastic(digits, problem.law, problem.fractions.get("beta"), "kappa" in problem.fractions)
     return _collision(problem, digits)
 
 
 def _require_moderate(problem: _Speed) -> None:
-    """Raise ValueError if k ~ kappa^(nu/2) is too large."""
+    """Raise ValueError if k ~ kappa^(nu/2) of a problem is so large that its integration would take minutes."""
+    # The limit is one of k^n_a: ln k <= LARGEST_POWER_BITS ln 2/n_a.
     n_a, law = Motion.from_law(problem.law).n_a, problem.law
     with working(128):
         log_kappa = float(problem.log_kappa())
         log_k = float(_k_from_limits(log_kappa, law)[0].log())
     excess = log_k - LARGEST_POWER_BITS * math.log(2) / n_a
     if excess > 0:
+        # The largest kappa by kappa ~ k^(2/nu), as a power of ten; that of v* = kappa^(1/d) is
+        # 2 per cent lower (10^-0.01), because two digits are printed.
         largest = (log_kappa - excess * 2 / float(law.nu)) / math.log(10)
         root = f", or v_star up to {10.0 ** (largest / law.d - 0.01):.2g}" if law.d > 1 else ""
         raise ValueError(
@@ -319,6 +337,7 @@ def invert(
     TypeError, ValueError
         If not exactly one of the two is given, a number or digits are out of range, or the law is not known.
     """
+    # 30 digits: as for `collision`. eps as a fraction, from whichever of the two is given.
     digits, contact_law = arguments.digits(digits), law_of(law)
     if (epsilon is None) == (one_minus_epsilon is None):
         raise TypeError("expected exactly one of epsilon and one_minus_epsilon")
@@ -335,6 +354,7 @@ def invert(
     velocity = (
         None if speed is None else arguments.exact_number("speed", speed, _SPEEDS_AT, lambda v: v > 0 and _in_range(v))
     )
+    # eps = 1 means kappa = 0; beta is then 0 at any speed.
     if restitution == 1:
         return _elastic(
             digits, contact_law, None if speed is None else Fraction(0), bool(_named(contact_law, restitution))
@@ -343,14 +363,18 @@ def invert(
 
 
 def _in_range(number: Fraction) -> bool:
+    """Return whether a number is 0, or from 1e-1000 to 1e100: limits by hand, far beyond any experiment."""
     return number == 0 or Fraction(1, 10**1000) <= number <= 10**100
 
 
 def _is_restitution(number: Fraction) -> bool:
+    """Return whether eps is 1, or in the range of speeds: 1 - eps ~ v*^2 from 1e-1990, eps ~ v*^(-10/3) from 1e-330."""
     return number == 1 or Fraction(1, 10**330) <= number <= 1 - Fraction(1, 10**1990)
 
 
 def _is_infinite(value: object) -> bool:
+    """Return whether an argument is plus infinity, as a word or a number."""
+    # Comparisons of foreign numbers may fail: these are not infinite, and refused later.
     if isinstance(value, str):
         return value.strip().lower().removeprefix("+") in ("inf", "infinity")
     try:
@@ -361,21 +385,24 @@ def _is_infinite(value: object) -> bool:
 
 def _rational_root(number: Fraction, n: int) -> Fraction | None:
     """Return the n-th root of a fraction >= 0, if it is a fraction, so that it can be rounded exactly."""
-    roots = [int(fmpz(part).root(n)) for part in (number.numerator, number.denominator)]
+    # A reduced fraction is a power if numerator and denominator are; FLINT's roots of integers are rounded down.
+    roots = [int(fmpz(integer).root(n)) for integer in (number.numerator, number.denominator)]
     root = Fraction(*roots)
     return root if root**n == number else None
 
 
 def _rational_root_of_product(beta: Fraction, speed: Fraction, law: Law) -> Fraction | None:
     """Return v* = (beta speed^(2 c))^(1/d) if it is a fraction: (beta^5 v)^(1/10) for the paper's law."""
-    power = 2 * law.c
+    power = 2 * law.c  # a fraction, 1/5 for the paper's law
     if speed == 0:
         return Fraction(0)
+    # With 2 c = s/t: v* = (beta^t speed^s)^(1/(t d)).
     return _rational_root(beta**power.denominator * speed**power.numerator, power.denominator * law.d)
 
 
 def _rounded(number: Fraction, digits: int) -> str:
     """Return a fraction as a decimal string, correctly rounded."""
+    # Exponents to 10^9, so that nothing over- or underflows: numbers are between 1e-2000 and 1e100.
     context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-(10**9), Emax=10**9)
     return str(context.divide(Decimal(number.numerator), Decimal(number.denominator))).lower()
 
@@ -385,7 +412,11 @@ def _rounded(number: Fraction, digits: int) -> str:
 
 @dataclass(frozen=True)
 class _AtK:
-    """Proven numbers of the collision at a given k. Properties are to be used within `working`."""
+    """Proven numbers of the collision at a given k. Properties are to be used within `working`.
+
+    `loading` and `unloading` have p at the end (F and P), the time integral of r^(m-1) ds and the work integral of
+    p r^(n_b-1) dr of each half.
+    """
 
     k: arb
     loading: Ends
@@ -402,14 +433,17 @@ class _AtK:
 
     @property
     def motion(self) -> Motion:
+        """The law's whole exponents n_a, n_b, m and d."""
         return Motion.from_law(self.law)
 
     @property
     def log_kappa(self) -> arb:
+        """Ln kappa."""
         return _log_kappa(self.law, self.k, self.loading.p)
 
     @property
     def epsilon(self) -> arb:
+        """P/F."""
         return self.unloading.p / self.loading.p
 
     @property
@@ -443,7 +477,7 @@ class _AtK:
 
     @property
     def least_slope(self) -> arb:
-        """A lower bound of -d ln eps/d ln k."""
+        """A lower bound of -d ln eps/d ln k: k W_loading/(2 F^2) (step 5, inverse)."""
         return self.k * self.loading.work / (2 * self.loading.p**2)
 
     @property
@@ -451,25 +485,33 @@ class _AtK:
         """A bound of |d ln p/d ln k| in unloading for k nearby: 1, or more if the force is attractive."""
         if not self.motion.attractive:
             return arb(1)
+        # With attraction P^2 changes by at most delta/n_a over delta in ln k: P'/P <= 1/(2 n_a P^2), and twice that for
+        # a k nearby (step 10).
         slope = (1 / (self.motion.n_a * self.unloading.p**2)).max(arb(1))
         # Unloading with a larger k is a scaled one that began farther out: p k^(n_a/q), q = 2 n_b - n_a, does not fall.
         return slope if self.law.nu >= 2 else slope.min(ball_of(max(self.law.nu / (2 - self.law.nu), Fraction(1))))
 
     def restitution(self, delta: arb) -> dict[str, arb]:
         """Enclose eps and 1 - eps at any k whose logarithm differs by at most delta."""
+        # eps = P/F: |d ln F/d ln k| <= 1 and that of P. Below 1/4 in all, P stays within the factor of
+        # `unloading_slope`.
         slope = 1 + self.unloading_slope
         if not delta * slope < arb(1) / 4:
             raise ArithmeticError("k is too far off")
         epsilon = self.epsilon * _within(slope * delta)
+        # |d ln(1 - eps)/d ln k| <= 3 for slope 2 (step 5): 2 from k W and F^2, and half of the slope from 1 + eps.
         loss = self.one_minus_epsilon * _within((2 + slope / 2) * delta)
         return {"epsilon": 1 - loss if loss < arb(1) / 2 else epsilon, "one_minus_epsilon": loss}
 
     def course(self, delta: arb) -> dict[str, arb]:
         """Enclose x_max and tau_c at any k whose logarithm differs by at most delta."""
+        # x_max = (2 m F^2)^-power with |d ln F/d ln k| <= 1, so |d ln x_max/d ln k| <= 2 power. tau_c = 2 m F x_max T
+        # has a factor F^(1 - 2 power), the integrand r^(m-1)/p of T, and the motion of the end (steps 5 and 10).
         motion, power = self.motion, 1 / (self.law.elastic + 1)
         time = self.loading.time + self.unloading.time
-        of_scale = ball_of(abs(1 - 2 * power))
-        sensitivity = of_scale + self.unloading_slope + (self._end_sensitivity(time) if self.law.delayed else 0)
+        scale_slope = ball_of(abs(1 - 2 * power))
+        sensitivity = scale_slope + self.unloading_slope + (self._end_sensitivity(time) if self.law.delayed else 0)
+        # T and r_c, known at this k only, differ little at k nearby if delta is below an eighth of the inverse.
         if not delta * (sensitivity + motion.n_a) < arb(1) / 8:
             raise ArithmeticError("k is too far off")
         return {
@@ -478,17 +520,21 @@ class _AtK:
         }
 
     def _end_sensitivity(self, time: arb) -> arb:
-        """Bound |d ln T/d ln k| by the motion of the end: for large k the end hardly moves."""
+        """Bound |d ln T/d ln k| by the motion of the end, where `time` is T: for large k the end hardly moves."""
+        # k r_c^(m-d) y/(2 d T) with y <= 1 and k = r_c^d/P, twice that for a k nearby. Where r_c <= 1/2 damping is
+        # weak, and this is the better bound.
         n_b, m, d, r_c = self.motion.n_b, self.motion.m, self.motion.d, self.r_c
         end = r_c**m / (d * self.unloading.p * time)
         if not r_c > arb(1) / 2:
             return end
-        least = r_c ** (min(d - n_b, 0) + m - d)  # n_b >= m
+        # For large k, y <= 4 d sigma_c R/k^2 with R = max(1, r_c^(d-n_b)) and sigma_c <= k T max(1, r_c^(n_b-m)): 2 R
+        # r_c^(m-d), the last maximum being 1 as n_b >= m. 3 instead of 2: r_c is known at this k only.
+        least = r_c ** (min(d - n_b, 0) + m - d)
         return end.min(3 * least)
 
 
 def _log_kappa(law: Law, k: arb, f: arb) -> arb:
-    """Return ln kappa = ln((2 m)^(1/nu-1) k F^(2 c))."""
+    """Return ln kappa = ln((2 m)^(1/nu-1) k F^(2 c)), where 2 c = 2/nu - 1 and f is F."""
     return k.log() + f.log() * ball_of(2 * law.c) - (arb(2) * law.m).log() * ball_of(1 - 1 / law.nu)
 
 
@@ -497,7 +543,10 @@ def _log_kappa(law: Law, k: arb, f: arb) -> arb:
 
 @dataclass(frozen=True)
 class _Speed:
-    """A collision at kappa = beta speed^(2 c): beta may be kappa and the speed 1."""
+    """A collision at kappa = beta speed^(2 c): beta may be kappa and the speed 1.
+
+    `fractions` are the numbers to be shown that are known exactly, by name.
+    """
 
     beta: Fraction
     speed: Fraction
@@ -505,10 +554,13 @@ class _Speed:
     law: Law = VISCOELASTIC
 
     def log_kappa(self) -> arb:
+        """Return ln kappa."""
         return ball_of(self.beta).log() + ball_of(self.speed).log() * ball_of(2 * self.law.c)
 
     def guess(self) -> tuple[arb, int]:
         """Return an approximation of k, and the number of its correct bits."""
+        # For the paper's law from x_max in double precision, whose relative error the fourth root divides by 4: 52
+        # bits.
         with working(128):
             log_kappa = self.log_kappa()
             from_table = _k_from_table(log_kappa, 52) if self.law == VISCOELASTIC else None
@@ -516,7 +568,7 @@ class _Speed:
 
     def tabulated(self) -> dict[str, arb] | None:
         """Enclose eps and 1 - eps by the table, if it can."""
-        kappa = ball_of(self.beta) * ball_of(self.speed).root(5)
+        kappa = ball_of(self.beta) * ball_of(self.speed).root(5)  # the paper's law: 2 c = 1/5, v*^2 = kappa
         v_star = ball_of(self.fractions["v_star"]) if "v_star" in self.fractions else kappa.sqrt()
         portions = exact_table.portions(v_star)
         if portions is None:
@@ -526,7 +578,10 @@ class _Speed:
         return numbers | {name: ball for name, ball in further.items() if name in self.fractions}
 
     def start(self, accuracy: int) -> tuple[Dyadic, Dyadic] | None:
-        """Return k and the speed at first contact for `collide`, in units of x_max in double precision, if known."""
+        """Return k and the speed at first contact for `collide` with `accuracy` bits; None where it is not the way.
+
+        Units are those of x_max in double precision.
+        """
         with working(accuracy + START_BITS + GUARD_BITS):
             log_kappa = self.log_kappa()
             if self.law != VISCOELASTIC or not log_kappa < MOST_IN_TIME or (x_max := _rough_x_max(log_kappa)) is None:
@@ -537,7 +592,8 @@ class _Speed:
             return Dyadic.nearest(k, accuracy + START_BITS), Dyadic.nearest(speed, accuracy + START_BITS)
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
-        """Return by how much ln k should change."""
+        """Return by how much ln k should change, by Newton's method for ln kappa."""
+        # d ln kappa/d ln k = 1 + 2 c d ln F/d ln k; `p_end` is F, and `sensitivity` its derivative.
         loading = integrate(k, accuracy, Motion.from_law(self.law))
         with working(accuracy + GUARD_BITS):
             log_kappa = _log_kappa(self.law, k.ball(), loading.p_end)
@@ -545,8 +601,9 @@ class _Speed:
 
     def enclosed(self, nearby: _AtK) -> dict[str, arb]:
         """Enclose the collision, from what is proven for a k nearby."""
+        # d ln kappa/d ln k is between 1 and 2/nu (step 10): this bounds the difference of ln k.
         log_kappa = self.log_kappa()
-        delta = abs(log_kappa - nearby.log_kappa) * ball_of(max(self.law.nu / 2, Fraction(1)))  # bounds that of ln k
+        delta = abs(log_kappa - nearby.log_kappa) * ball_of(max(self.law.nu / 2, Fraction(1)))
         numbers = {"v_star": (log_kappa / self.law.d).exp(), **nearby.restitution(delta), **nearby.course(delta)}
         if "kappa" in self.fractions or self.law != VISCOELASTIC:
             numbers["kappa"] = log_kappa.exp()
@@ -571,6 +628,8 @@ class _Restitution:
 
     def guess(self) -> tuple[arb, int]:
         """Return an approximation of k, and the number of its correct bits."""
+        # For the paper's law from the inverse of doubles, as long as neither of eps and 1 - eps underflows: v* to about
+        # 2^-48, so that k has 47 correct bits.
         epsilon, loss = float(self.epsilon), float(1 - self.epsilon)
         if self.law == VISCOELASTIC and min(epsilon, loss) > 1e-300:
             v_star = double.v_star_from(epsilon) if epsilon < loss else double.v_star_from(one_minus_epsilon=loss)
@@ -600,7 +659,8 @@ class _Restitution:
         return numbers if self.speed is None else {**numbers, "beta": v_star**2 / ball_of(self.speed).root(5)}
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
-        """Return by how much ln k should change."""
+        """Return by how much ln k should change, by Newton's method for ln((1 - eps)/eps)."""
+        # d ln((1 - eps)/eps)/d ln k = -(d ln eps/d ln k)/(1 - eps), and ln eps = ln P - ln F.
         rough, (loading, unloading) = _roughly_at(k, accuracy, self.law)
         with working(accuracy + GUARD_BITS):
             slope = (loading.sensitivity() - unloading.sensitivity()) / rough.one_minus_epsilon
@@ -608,6 +668,8 @@ class _Restitution:
 
     def enclosed(self, nearby: _AtK) -> dict[str, arb]:
         """Enclose the collision, from what is proven for a k nearby."""
+        # -d ln eps/d ln k is at least `least_slope` here, and half of that at k nearby, up to delta = 1/8 (step 5). The
+        # difference of ln eps is at most that of eps over the smaller eps.
         epsilon, loss = ball_of(self.epsilon), ball_of(1 - self.epsilon)
         difference = epsilon - nearby.epsilon if epsilon < loss else loss - nearby.one_minus_epsilon
         delta = 2 * abs(difference) / (epsilon.min(nearby.epsilon) * nearby.least_slope)
@@ -629,7 +691,8 @@ _Problem = _Speed | _Restitution
 
 
 def _lambda_1(law: Law) -> float:
-    """Return the limit of (1 - eps)/kappa, B(1/nu, 3/2) ((a+1)/2)^(1/nu-1)."""
+    """Return the limit of (1 - eps)/kappa for small kappa, B(1/nu, 3/2) ((a+1)/2)^(1/nu-1), to a double's digits."""
+    # `kappa_scale` is the pair ((a+1)/2, 1 - 1/nu).
     # B(1/nu, 3/2) = Gamma(1/nu) Gamma(3/2)/Gamma(1/nu + 3/2).
     inverse, (base, power) = float(1 / law.nu), law.kappa_scale
     beta = math.exp(math.lgamma(inverse) + math.lgamma(1.5) - math.lgamma(inverse + 1.5))
@@ -637,9 +700,9 @@ def _lambda_1(law: Law) -> float:
 
 
 def _rough_x_max(log_kappa: arb) -> float | None:
-    """Return x_max in double precision, unless v* is extreme."""
+    """Return x_max in double precision at v* = e^(log_kappa/2), unless v* is extreme: the paper's law."""
     half = float(log_kappa) / 2
-    if abs(half) > 200:
+    if abs(half) > 200:  # v* beyond e^±200 = 1e±87, so that no double in `double.x_max` overflows
         return None
     try:
         return double.x_max(math.exp(half))
@@ -648,13 +711,18 @@ def _rough_x_max(log_kappa: arb) -> float | None:
 
 
 def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
-    """Return k = 2 kappa x_max^(1/4) with x_max in double precision, unless v* is extreme."""
+    """Return k = 2 kappa x_max^(1/4) with x_max in double precision, and `bits`; None if v* is extreme."""
     x_max = _rough_x_max(log_kappa)
     return None if x_max is None else (2 * log_kappa.exp() * arb(x_max).root(4), bits)
 
 
 def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
-    """Return k as if F were the larger of its limits, 1/sqrt(n_a) for slow and k/(2 n_b) for fast impacts."""
+    """Return k at `log_kappa`, ln kappa, as if F were the larger of its limits, 1/sqrt(n_a) for slow and k/(2 n_b) for fast impacts.
+
+    The second number is that of its correct bits, 1.
+    """
+    # ln kappa + (1 - 1/nu) ln(2 m) = ln k + 2 c ln F. For F = k/(2 n_b): ln k (1 + 2 c) = that + 2 c ln(2 n_b). A
+    # larger F makes k smaller if c > 0, and larger if c < 0.
     motion, c = Motion.from_law(law), float(2 * law.c)
     scaled = log_kappa + float(1 - 1 / law.nu) * math.log(2 * motion.m)
     slow = log_k_of(log_kappa, law)
@@ -667,14 +735,17 @@ def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
 
 
 def _collision(problem: _Problem, digits: int) -> Collision:
-    """Look eps or v* up in the table; where it does not determine the decimals, solve for k and enclose."""
+    """Return the collision of a problem to `digits` digits.
+
+    eps or v* is looked up in the table; where it does not determine the decimals, solve for k and enclose.
+    """
     if problem.law == VISCOELASTIC and digits <= exact_table.DIGITS:
         with working(exact_table.BITS):
             balls = problem.tabulated()
         if balls is not None:
             try:
                 return _Tabulated(problem, digits, balls)
-            except ValueError:
+            except ValueError:  # a decimal is not determined
                 pass
     if isinstance(problem, _Speed):
         _require_moderate(problem)
@@ -689,9 +760,10 @@ def _collision(problem: _Problem, digits: int) -> Collision:
 
 
 def _determined(problem: _Problem, digits: int) -> Collision:
-    """Solve for k and enclose, with more and more bits until every decimal is determined."""
+    """Return the collision of a problem, enclosed with more and more bits until all `digits` digits are determined."""
     accuracy = _accuracy(digits)
-    # From v*: in time from first contact, without solving for k.
+    # From v*: in time from first contact, without solving for k. A second attempt has 16 bits more, which helps if an
+    # enclosure contains a boundary of rounding; Newton's method comes after it.
     for bits in (accuracy, accuracy + 16):
         start = problem.start(bits) if isinstance(problem, _Speed) else None
         if start is None:
@@ -701,11 +773,12 @@ def _determined(problem: _Problem, digits: int) -> Collision:
                 branches = collide(*start, bits)
             elif collision := _enclosed(problem, branches, digits, bits):
                 return collision
-    # From epsilon, for other laws and extremes: k by Newton's method.
+    # From epsilon, for other laws and extremes: k by Newton's method, from a k of the bits of a double or so (64).
     guess, correct_bits = problem.guess()
     k = Dyadic.nearest(guess, 64)
     if correct_bits < LEAST_KNOWN:
         k, correct_bits = _approached(problem, k)
+    # Each attempt improves the k of the last one; it gets 16, 32, 64, … bits more.
     accuracy, more = accuracy + _end_bits(problem.law, k, accuracy), 16
     for _ in range(MAX_ATTEMPTS):
         steps = _accuracies(correct_bits, accuracy)
@@ -722,11 +795,12 @@ def _determined(problem: _Problem, digits: int) -> Collision:
 def _accuracy(digits: int) -> int:
     """Return the bits of an integration that determines so many digits, as a rule at the first attempt."""
     bits = bits_for(digits)
-    return bits + GUARD_DIGIT_BITS + max(bits.bit_length() - 7, 0)  # the bounds of errors grow with the number of terms
+    # The bounds of errors grow with the number of terms, a half of the bits: log2(bits) more, from 128 bits on.
+    return bits + GUARD_DIGIT_BITS + max(bits.bit_length() - 7, 0)
 
 
 def _enclosed(problem: _Problem, branches: tuple[Branch, Branch], digits: int, accuracy: int) -> Collision | None:
-    """Enclose the wanted collision from branches at a k nearby; None if that does not determine all digits."""
+    """Enclose a problem's collision from branches at a k nearby; None if that does not determine all digits."""
     with working(accuracy + GUARD_BITS):
         try:
             return Collision(
@@ -745,7 +819,7 @@ def _end_bits(law: Law, k: Dyadic, accuracy: int) -> int:
 
 
 def _approached(problem: _Problem, k: Dyadic) -> tuple[Dyadic, int]:
-    """Return k to a few bits, by Newton's method with steps of at most a factor of e^2, and their number."""
+    """Return k of a problem to a few bits, and their number: Newton's method with steps of at most a factor of e^2."""
     largest = 2.0  # of |ln k|, that is a factor of e^2; a choice
     for _ in range(MAX_STEPS):
         try:
@@ -755,6 +829,8 @@ def _approached(problem: _Problem, k: Dyadic) -> tuple[Dyadic, int]:
         change = max(min(change, largest), -largest)
         with working(96):
             k = Dyadic.nearest(k.ball() * arb(change).exp(), 64)
+        # A change by 2^-n leaves an error of about 2^(-2 n), up to the constant of quadratic convergence (LOST_BITS)
+        # and the accuracy of this step.
         if abs(change) < 2.0**-LEAST_KNOWN:
             right = int(-2 * math.log2(max(abs(change), 2.0**-LEAST_ACCURACY))) - LOST_BITS
             return k, max(LEAST_KNOWN, min(right, LEAST_ACCURACY - LOST_BITS))
@@ -762,27 +838,33 @@ def _approached(problem: _Problem, k: Dyadic) -> tuple[Dyadic, int]:
 
 
 def _accuracies(correct_bits: int, accuracy: int) -> list[int]:
-    """Return the bits of k after each step of Newton's method."""
+    """Return the bits of k after each step of Newton's method, from `correct_bits` to `accuracy`."""
+    # Backwards: a step to n bits needs n/2 and LOST_BITS/2 more. The first may gain 8 bits more than that, because the
+    # constant of quadratic convergence is small; if it is not, the proof fails and a further attempt follows.
     steps = [accuracy]
-    while steps[-1] > 2 * correct_bits + 8:  # the constant of quadratic convergence is small
+    while steps[-1] > 2 * correct_bits + 8:
         steps.append(steps[-1] // 2 + 2)
     return steps[::-1]
 
 
 def _improved(problem: _Problem, k: Dyadic, bits: int) -> Dyadic:
-    """Return k after a step of Newton's method."""
+    """Return k after a step of Newton's method, to about `bits` bits (8 more are kept, so that rounding is nothing)."""
     change = problem.step(k, max(bits, LEAST_ACCURACY))
     with working(bits + GUARD_BITS):
         return Dyadic.nearest(k.ball() * change.mid().exp(), bits + 8)
 
 
 def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch]:
+    """Return loading and unloading at k."""
     motion = Motion.from_law(law)
     return integrate(k, accuracy, motion), integrate(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
 
 
 def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
-    """Enclose the collision at k, with more bits where they are needed, as against an attractive force."""
+    """Enclose the collision at k under a law, with `accuracy` bits or more where an attractive force needs them.
+
+    The branches, loading and unloading, are returned with it.
+    """
     for _ in range(MAX_ATTEMPTS):
         branches = _branches(k, accuracy, law)
         with working(accuracy + GUARD_BITS):
@@ -794,7 +876,11 @@ def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]
 
 
 def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
-    """Return the numbers for a step of Newton's method, without a proof unless the force may be attractive."""
+    """Return numbers and branches at k for a step of Newton's method, mostly without a proof.
+
+    `accuracy` is in bits, `law` that of contact. Times are not needed, and 0. With attraction p at the end may have far fewer bits than asked
+    for, so that only the proof tells how many there are.
+    """
     forth, back = _branches(k, accuracy, law)
     if back.motion.attractive:
         return _at(k, accuracy, law)
@@ -804,18 +890,23 @@ def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch,
 
 
 def at_k(log_k: float, law: Law) -> tuple[float, float, float, float]:
-    """Return ln(kappa/k), ln((1 - eps)/eps) - ln kappa, ln x_max and tau_c/x_max at a k, in double precision."""
+    """Return ln(kappa/k), ln((1 - eps)/eps) - ln kappa, ln x_max and tau_c/x_max at ln k, in double precision.
+
+    These are smooth functions of ln k for every law, which `curve` interpolates.
+    """
+    # k to 96 bits: more than LOW_ACCURACY, the bits of what becomes a double.
     with working(128):
         k = Dyadic.nearest(arb(log_k).exp(), 96)
     enclosed, _ = _at(k, LOW_ACCURACY, law)
     with working(LOW_ACCURACY + GUARD_BITS):
         log_kappa, log = enclosed.log_kappa, enclosed.k.log()
-        logarithms = log_kappa - log, enclosed.log_odds - log_kappa, enclosed.x_max.log(), enclosed.tau_over_x
-        return (float(logarithms[0]), float(logarithms[1]), float(logarithms[2]), float(logarithms[3]))
+        functions = log_kappa - log, enclosed.log_odds - log_kappa, enclosed.x_max.log(), enclosed.tau_over_x
+        return (float(functions[0]), float(functions[1]), float(functions[2]), float(functions[3]))
 
 
 def log_k(kappa: Fraction, law: Law) -> float:
-    """Return ln k at kappa > 0."""
+    """Return ln k at kappa > 0 under a law, in double precision."""
+    # As in `_determined`, up to LOW_ACCURACY = 60 bits; 64 and 128 bits hold that.
     problem = _Speed(kappa, Fraction(1), {}, law)
     guess, correct_bits = problem.guess()
     k = Dyadic.nearest(guess, 64)
@@ -828,12 +919,13 @@ def log_k(kappa: Fraction, law: Law) -> float:
 
 
 def log_k_of(log_kappa: float, law: Law) -> float:
-    """Return ln k where kappa is tiny, to first order."""
+    """Return ln k where kappa is tiny: ln kappa + (1 - 1/nu) ln(2 m) - 2 c ln F with F = 1/sqrt(n_a)."""
     return log_kappa + float(1 - 1 / law.nu) * math.log(2 * law.m) + float(law.c) * math.log(Motion.from_law(law).n_a)
 
 
 def log_k_of_epsilon(epsilon: str, law: Law) -> float:
-    """Return ln k at which eps has a value."""
+    """Return ln k at which eps has a value, a decimal."""
+    # 15 digits: kappa becomes a double's ln k.
     return log_k(Fraction(invert(epsilon, 15, law=law).decimals()["kappa"]), law)
 
 
@@ -843,7 +935,11 @@ def _within(log_error: arb) -> arb:
 
 
 def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bool = False) -> Collision:
-    """Return the limit v* = 0."""
+    """Return the limit v* = 0: eps = 1, and x_max and tau_c of an elastic collision under the law.
+
+    `beta` is shown if given, and kappa = 0 if `with_kappa`.
+    """
+    # k = 0: both halves are loading. 16 bits more at each attempt, as in `_determined`.
     zero = Dyadic(0, 0)
     accuracy = _accuracy(digits)
     fractions = {} if beta is None else {"beta": beta}
@@ -862,7 +958,7 @@ def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bo
 
 
 def _at_infinity(digits: int, law: Law) -> Collision:
-    """Return the limit v* -> infinity."""
+    """Return the limit v* -> infinity: eps = x_max = tau_c = 0, where the law has one."""
     if not law.delayed:
         raise ValueError("v_star is inf: expected a finite number, because contact with this law never ends")
     kappa = {"kappa": arb.pos_inf()} if law != VISCOELASTIC else {}
