@@ -228,7 +228,7 @@ def collision(
         if the law is not known, or contact does not end with this kappa.
     """
     # Each kind of input becomes kappa = beta speed^(2 c), with the numbers that are known exactly as fractions. 30
-    # digits are the default because that is more than a double has and the table answers at once.
+    # digits are a choice: a double has 16, the table 39.
     digits, contact_law = arguments.digits(digits), law_of(law)
     inputs = (v_star is not None, kappa is not None, beta is not None, speed is not None)
     # v*: kappa = v*^d.
@@ -717,7 +717,9 @@ def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
 
 
 def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
-    """Return k at `log_kappa`, ln kappa, as if F were the larger of its limits, 1/sqrt(n_a) for slow and k/(2 n_b) for fast impacts.
+    """Return k at ln kappa under a law, as if F were the larger of its limits.
+
+    These are 1/sqrt(n_a) for slow and k/(2 n_b) for fast impacts.
 
     The second number is that of its correct bits, 1.
     """
@@ -878,8 +880,8 @@ def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]
 def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
     """Return numbers and branches at k for a step of Newton's method, mostly without a proof.
 
-    `accuracy` is in bits, `law` that of contact. Times are not needed, and 0. With attraction p at the end may have far fewer bits than asked
-    for, so that only the proof tells how many there are.
+    `accuracy` is in bits, `law` that of contact. Times are not needed, and 0. With attraction p at the end
+    may have far fewer bits than asked for: then only the proof tells how many there are.
     """
     forth, back = _branches(k, accuracy, law)
     if back.motion.attractive:
