@@ -108,5 +108,5 @@ def test_sentences():
     )
     stiff = of("linear", 0.5, duration=1e-5)
     assert stiff.sentences(0.1, 1.0).fall is None
-    assert "below 0.000126 m/s it stays down" in stiff.sentences(0.1, 1.0, given=True).fall
+    assert "below 0.000126 m/s it stays down" in stiff.sentences(0.1, 1.0, user_set_gravity=True).fall
     assert "g t_c/v = 0.00011 at 1 m/s" in stiff.sentences(1.0, 1.0).note

@@ -207,7 +207,7 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
         if slowest is not None:
             say(f"With adhesion (sampled): below {slowest:.4g} m/s the bodies stay together, eps = 0.")
         if weight and pair is not None and work is None:
-            for sentence in falling(pair, ends[1], weight).sentences(*ends, given=True):
+            for sentence in falling(pair, ends[1], weight).sentences(*ends, user_set_gravity=True):
                 say(f"{sentence}.")
         for text in warnings:
             say(f"Warning: {text}.")

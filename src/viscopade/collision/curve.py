@@ -35,15 +35,19 @@ from viscopade.theory.law import Law, law_of
 ERROR = 2e-13
 """Largest relative error of all results (sampled: tests/collision/test_curve.py)."""
 
+# NODES, PANELS and NARROWEST are choices: panels are halved until the last coefficients are small whatever they are.
 NODES = 28  # on a panel
 PANELS = 6  # number of panels before any is halved
-SMALL = 1e-14  # size of the last coefficients, relative to the largest one, or to 1
-NARROWEST = 2.0**-8  # length of a panel
-CONSTANT = 38.0  # below ln kappa = -CONSTANT times a power, L, X and T are constant to double precision
-STRAIGHT = 48.0  # beyond ln k = STRAIGHT/2 they are straight lines
+SMALL = 1e-14  # size of the last coefficients, relative to the largest one, or to 1: about 50 roundings
+NARROWEST = 2.0**-8  # length of a panel; what is not smooth down there is noise
+# Below ln kappa = -CONSTANT times a power, L, X and T are constant to double precision: e^-38 = 3e-17 < 2^-53.
+CONSTANT = 38.0
+STRAIGHT = 48.0  # beyond ln k = STRAIGHT/2 they are straight lines, up to terms of order ln k/k^2: e^-48 = 1e-21
 BISECTIONS = 24  # before steps by the slope of a secant: to 2^-25 of the span
-STEP = 2.0**-12  # for differences
-LEAST_EPSILON = "1e-3"  # end of the table if contact ends against an attractive force
+STEP = 2.0**-12  # for differences: their error is the square, 6e-8, and only the slope of Newton's method has it
+LEAST_EPSILON = (
+    "1e-3"  # end of the table if contact ends against an attractive force; there eps falls to 0 at a finite kappa
+)
 
 _PORTIONS = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
 
@@ -67,7 +71,9 @@ class Interpolant:
     slopes: tuple[float, ...]
 
     def __call__(self, function: int, s: FloatArray) -> FloatArray:
-        """Return the values of a function."""
+        """Return the values of a function, by its number, at places s."""
+        # The panel of each place, and z from -1 to 1 on it; places outside get the value of the first or last end, and
+        # behind the last end the slope.
         ends, table = np.array(self.ends), np.array(self.coefficients[function]).T
         inside = np.clip(s, ends[0], ends[-1])
         panel = np.clip(np.searchsorted(ends, inside, side="right") - 1, 0, len(ends) - 2)
@@ -110,6 +116,7 @@ class Curve:
     """
 
     def __init__(self, law: Law, tables: Tables) -> None:
+        """Keep a law's tables. Attractive laws have no eps, others no x_max and tau_c, beyond the last panel."""
         self.law, self._tables = law, tables
         self._decay = 1.0 if law.decay is None else float(law.decay)  # None: kappa never exceeds the last panel
         last = math.exp(tables.of_s.ends[-1])
@@ -142,6 +149,7 @@ class Curve:
         """
         if (epsilon is None) == (one_minus_epsilon is None):
             raise TypeError("expected exactly one of epsilon and one_minus_epsilon")
+        # `elementwise` checks the numbers, and applies a function of arrays to a number, a list or an array.
         if epsilon is not None:
             return checked.elementwise(lambda e: self._kappa(1 - e, e), "epsilon", epsilon, self._portions(False))
         assert one_minus_epsilon is not None
@@ -150,6 +158,8 @@ class Curve:
         )
 
     def _portions(self, loss: bool) -> Accepted:
+        """Return which eps, or which 1 - eps if `loss`, the tables reach."""
+        # From 0 to 1, or eps >= LEAST_EPSILON against an attractive force.
         if not Motion.from_law(self.law).attractive:
             return _PORTIONS
         least = float(LEAST_EPSILON)
@@ -158,6 +168,7 @@ class Curve:
         return Accepted(f"a number >= {least} and <= 1", lambda x: (x >= least) & (x <= 1))
 
     def _of_kappa(self, function: Callable[[FloatArray], FloatArray], kappa: Values, largest: float) -> Values:
+        """Return a function of s = ln kappa at kappa from 0 to `largest`."""
         accepted = Accepted(
             "a number >= 0, or inf"
             if largest == math.inf
@@ -165,24 +176,30 @@ class Curve:
             lambda x: (x >= 0) & (x <= largest),
         )
 
-        def of_kappa(kappa: FloatArray) -> FloatArray:
+        # kappa = 0 and infinity have s = -inf and inf, where the functions have their limits.
+        def from_kappa(kappa: FloatArray) -> FloatArray:
             with np.errstate(divide="ignore", over="ignore", under="ignore", invalid="ignore"):
                 return function(np.log(kappa))
 
-        return checked.elementwise(of_kappa, "kappa", kappa, accepted)
+        return checked.elementwise(from_kappa, "kappa", kappa, accepted)
 
     def _log_odds(self, s: FloatArray) -> FloatArray:
-        """Return ln((1 - eps)/eps)."""
+        """Return ln((1 - eps)/eps) at s = ln kappa."""
+        # Up to the last panel s + L(s). Beyond, eps falls like kappa^-decay: ln eps is a straight line from its value
+        # there, ln eps = -ln(1 + e^odds), and ln((1 - eps)/eps) = ln(-expm1(ln eps)) - ln eps.
         last = np.array(self._tables.of_s.ends[-1])
         near = np.where(s == -np.inf, s, np.minimum(s, last) + self._tables.of_s(0, s))
         log_epsilon = -np.logaddexp(0, near) - self._decay * np.maximum(s - last, 0)
         return np.where(s <= last, near, np.log(-np.expm1(log_epsilon)) - log_epsilon)
 
     def _tau_c(self, s: FloatArray) -> FloatArray:
+        """Return tau_c = x_max T at s = ln kappa; its limit for infinite kappa is 0."""
         of_s = self._tables.of_s
         return np.where(s == np.inf, 0.0, np.exp(of_s(1, s)) * of_s(2, s))
 
     def _kappa(self, loss: FloatArray, epsilon: FloatArray) -> FloatArray:
+        """Return kappa from 1 - eps and eps, of which the smaller one must be accurate."""
+        # ln kappa = odds - L up to the last panel; beyond, ln eps falls by decay for each ln kappa, as in `_log_odds`.
         with np.errstate(divide="ignore", over="ignore", under="ignore", invalid="ignore"):
             log_odds = np.log(loss) - np.log(epsilon)
             last = np.array(self._tables.of_odds.ends[-1])
@@ -222,30 +239,40 @@ def _curve(law: Law) -> Curve:
 
 @recorded("curve_tables")
 def curve_tables(law: Law) -> Tables:
-    """Make the tables of a law."""
+    """Return the tables of a law, made from collisions at chosen k (`exact.at_k`)."""
+    # At ln k: ln(kappa/k), L, ln x_max and tau_c/x_max. From them ln kappa and ln((1 - eps)/eps), which grow with ln k.
     power = 1 / float(law.damping + 1)
     span = np.array(_ends_of_k(law))
     of_k = interpolant(lambda log_k: np.array([exact.at_k(x, law) for x in log_k]).T, span)
 
     def log_kappa(log_k: FloatArray) -> FloatArray:
+        """Return ln kappa."""
         return log_k + of_k(0, log_k)
 
     def log_odds(log_k: FloatArray) -> FloatArray:
+        """Return ln((1 - eps)/eps) = ln kappa + L."""
         return log_kappa(log_k) + of_k(1, log_k)
 
     def of_s(s: FloatArray) -> FloatArray:
+        """Return L, X and T at s = ln kappa, the functions 1 to 3 of `at_k`."""
         log_k = _solved(log_kappa, s, span)
         return np.array([of_k(i, log_k) for i in (1, 2, 3)])
 
     def of_odds(odds: FloatArray) -> FloatArray:
+        """Return -L at ln((1 - eps)/eps)."""
         return -of_k(1, _solved(log_odds, odds, span))[None]
 
-    by_s = interpolant(of_s, log_kappa(span), (0.0, -power, 2 * float(law.nu) * power))
-    return Tables(by_s, interpolant(of_odds, log_odds(span)))
+    # For large kappa ln x_max falls like -power ln kappa, power = 1/(b+1), and tau_c/x_max grows by 2 nu power for each
+    # ln kappa (the time of creep); L is not used there (`Curve._log_odds`).
+    from_s = interpolant(of_s, log_kappa(span), (0.0, -power, 2 * float(law.nu) * power))
+    return Tables(from_s, interpolant(of_odds, log_odds(span)))
 
 
 def _ends_of_k(law: Law) -> tuple[float, float]:
-    """Return ln k where L, X and T become constant, and where they become straight lines or contact no longer ends."""
+    """Return the table's ends in ln k for a law.
+
+    At the first, L, X and T become constant; at the last, they become straight lines, or contact no longer ends.
+    """
     motion = Motion.from_law(law)
     # The first corrections are of order kappa or, with delayed recovery, kappa^(n_b/d) of L and r_c^m of T.
     slow = CONSTANT * max(1.0, law.d / law.n_b, motion.d / motion.m)
@@ -259,14 +286,18 @@ def _ends_of_k(law: Law) -> tuple[float, float]:
 
 
 def _solved(function: Callable[[FloatArray], FloatArray], target: FloatArray, span: FloatArray) -> FloatArray:
-    """Return x with function(x) = target, for an increasing function, by bisection, then by the secant's slope."""
+    """Return x within the ends `span` with function(x) = target, for an increasing function.
+
+    By bisection, then by the secant's slope; `target` is an array.
+    """
     low, high = (np.full_like(target, end) for end in span)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
         below = function(middle) < target
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     x = (low + high) / 2
-    # Steps of Newton's method, with a central difference as the slope.
+    # Two steps of Newton's method, with a central difference as the slope: from 2^-25 each squares the error, and a
+    # slope off by 1e-7 adds 7 digits.
     for _ in range(2):
         inside = np.clip(x, *(span + np.array([1, -1]) * STEP))
         slope = (function(inside + STEP) - function(inside - STEP)) / (2 * STEP)
@@ -277,7 +308,10 @@ def _solved(function: Callable[[FloatArray], FloatArray], target: FloatArray, sp
 def interpolant(
     functions: Callable[[FloatArray], FloatArray], span: FloatArray, slopes: tuple[float, ...] = ()
 ) -> Interpolant:
-    """Interpolate functions, the first axis of the returned array, on panels that are halved until it is accurate."""
+    """Return functions interpolated over `span`, its two ends, on panels that are halved until it is accurate.
+
+    `functions` returns an array whose first axis is the function. `slopes` are those behind the last panel, or 0.
+    """
     # Chebyshev coefficients from values at the Chebyshev nodes: c_k = 2/N sum_j f(cos t_j) cos(k t_j), half for k = 0.
     angles = np.pi * (np.arange(NODES) + 0.5) / NODES
     transform = 2 / NODES * np.cos(np.outer(np.arange(NODES), angles))

@@ -19,7 +19,7 @@ from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import EXACT, exact_rows
 
-BITS = 170
+BITS = 170  # 39 digits are 130 bits; the others are for rounding in polynomials of 28 coefficients
 DIGITS = 39  # the worst row's bound is 10^-39.3; with more digits, ever more collisions are integrated after all
 START, END = float(panel_proof.ELASTIC), float(panel_proof.END)  # powers of 2
 # In a panel's coordinate the first guess is off by at most 1, and the curve bends by a few per cent: each step doubles
@@ -48,7 +48,8 @@ class _Row(NamedTuple):
 
 @lru_cache(maxsize=PANELS)
 def _row(index: int) -> _Row:
-    """Return a panel's row; an OSError says that it is missing."""
+    """Return the row of panel `index`; an OSError says that it is missing."""
+    # 1/(1 ± error): the row q and the function f obey |q/f - 1| <= error, so f lies in the ball q/(1 ± error).
     if index not in exact_rows():
         raise OSError(f"{EXACT} has no row of panel {index}: run python -m tools.exact_table")
     exact_row = exact_rows()[index]
@@ -59,7 +60,10 @@ def _row(index: int) -> _Row:
 
 
 def portions(v_star: arb) -> Portions | None:
-    """Enclose eps and 1 - eps for every v* of a ball; None where the table does not tell."""
+    """Enclose eps and 1 - eps for every v* of a ball; None where the table does not tell.
+
+    The smaller one comes from the row, the other one is 1 minus that.
+    """
     if not START <= v_star < END:
         return None
     index, _ = panels.index_of(float(v_star))
@@ -72,7 +76,7 @@ def portions(v_star: arb) -> Portions | None:
 
 
 def v_star_of(epsilon: Fraction) -> arb | None:
-    """Enclose the v* with a coefficient of restitution in (0, 1); None where the table does not tell."""
+    """Enclose the v* with a coefficient of restitution `epsilon` in (0, 1); None where the table does not tell."""
     # The panel follows from (1 - eps)/eps, which grows with v*.
     eps, loss = ball_of(epsilon), ball_of(1 - epsilon)
     index = bisect_left(range(PANELS), float(loss / eps), key=_odds_at_end)

@@ -9,9 +9,12 @@ from viscopade.arrays import checked
 from viscopade.arrays.checked import Accepted
 from viscopade.collision.spheres import Pair
 
-LARGEST_OVERLAP = 0.03  # maximal compression over the smaller radius
+# Warnings, so the first four are rules of thumb, rounded by hand; no result depends on them.
+LARGEST_OVERLAP = (
+    0.03  # maximal compression over the smaller radius; Hertz's contact radius is then sqrt(0.03) = 17% of it
+)
 NEAR_YIELD = 0.5  # speed over the speed at which the material yields
-SOUND_CROSSINGS = 5  # least contact time over the time in which sound crosses the smaller sphere
+SOUND_CROSSINGS = 5  # least contact time over the time in which sound crosses the smaller sphere to and fro
 LONGEST_RELAXATION = 0.3  # A over the contact time
 YIELD_PRESSURE = 1.6  # largest pressure in the contact at first yield, over the yield strength (Hertz, von Mises)
 

@@ -16,9 +16,10 @@ from flint import fmpz
 
 from viscopade.compiled import extension
 
+# Of the extension's digits: 7 whole bytes, and products of two digits leave 16 bits of 128 for their sums.
 DIGIT_BITS = 56
 SPARE_BITS = 8  # by which coefficients may exceed 1 in the extension
-FMPZ_FROM_BITS = 500  # FLINT's integers are faster than Python's from there on
+FMPZ_FROM_BITS = 500  # FLINT's integers are faster than Python's from there on (measured)
 
 
 class Recursion(NamedTuple):
@@ -38,13 +39,13 @@ class Recursion(NamedTuple):
         return self.in_python(terms) if integers is None else integers
 
     def compiled(self, terms: int) -> list[int] | None:
-        """Return what the extension computes; None without it, or if a number is too long for it."""
+        """Return the first `terms` coefficients by the extension; None without it, or if a number is too long."""
         if extension is None:
             return None
         constants = self.start, self.slope, self.elastic[0], self.viscous[0]
         # Numbers of the extension have digits of 56 bits; the longest one decides how many.
         digits = max(self.bits + SPARE_BITS, *(c.bit_length() for c in constants)) // DIGIT_BITS + 1
-        size = DIGIT_BITS // 8 * digits
+        size = DIGIT_BITS // 8 * digits  # bytes of a number, 8 bits each
         products = products_for(self.powers)
         powers = [0, 1, *(power for power, _, _ in products)]
         packed = extension.taylor(
@@ -61,7 +62,7 @@ class Recursion(NamedTuple):
         return [int.from_bytes(packed[i : i + size], "little", signed=True) for i in range(0, len(packed), size)]
 
     def in_python(self, terms: int) -> list[int]:
-        """Return the coefficients by Python's integers, or FLINT's."""
+        """Return the first `terms` coefficients by Python's integers, or FLINT's."""
         kind: Any = fmpz if self.bits >= FMPZ_FROM_BITS else int
         u, y = [kind(self.start), kind(self.slope)], [kind(self.slope)]
         r = [(1 << self.bits) - u[0], -u[1]]
@@ -74,13 +75,13 @@ class Recursion(NamedTuple):
             powers_of_r[0].append(0 if j else 1 << self.bits)
             # The powers of r: a square needs half of its products, 2 sum_{i<j/2} r_i r_{j-i}, and the middle one.
             half = (j + 1) // 2
-            for power, one, other in products:
-                left = powers_of_r[one]
-                if one == other:
+            for power, first, second in products:
+                left = powers_of_r[first]
+                if first == second:
                     value = 2 * sum(map(mul, left[:half], left[j : j - half : -1])) if half else 0
                     value += left[half] ** 2 if j % 2 == 0 else 0
                 else:
-                    value = sum(map(mul, left, powers_of_r[other][j::-1]))
+                    value = sum(map(mul, left, powers_of_r[second][j::-1]))
                 powers_of_r[power].append(value >> self.bits)
             # V_j = elastic (r^e)_j + viscous (r^v Y)_j, then u_{j+2} by the recursion, r = 1 - u and Y = u'.
             damping = sum(map(mul, drag, reversed(y))) >> self.bits if self.powers[2] else y[j]
@@ -96,6 +97,7 @@ def products_for(powers: Iterable[int]) -> list[tuple[int, int, int]]:
 
     An even power is a square, an odd one the power before it times the first.
     """
+    # From the largest power down: the factors that a power needs are needed, too.
     needed = set(powers)
     for power in range(max(needed), 1, -1):
         if power in needed:

@@ -27,12 +27,14 @@ Acceleration = Callable[[FloatArray, FloatArray], FloatArray]
 Touching = NDArray[np.bool_]
 State = tuple[FloatArray, FloatArray, FloatArray]
 
-_SECANTS, _SOLVED = 60, 4e-15  # largest number of secants that solve an implicit step, and its error
+# Largest number of secants that solve an implicit step (a few do; more where the force has a kink), and its error,
+# about 20 roundings of a speed.
+_SECANTS, _SOLVED = 60, 4e-15
 _NEARBY = 1e-6  # length of the first secant
 _TURNS = 3  # a body that turns more often stays; one turn back before x = 0 may be due to the scheme's errors
 _CREEP = 1e-10  # share of the speed of impact: a body that is slower in two steps stays
 _FEWEST_STEPS = 100  # after which a body may be said to stay, however long a step is
-_PATH = np.linspace(0, 1, 65)
+_PATH = np.linspace(0, 1, 65)  # parts of the way back to x = 0 at which the force is looked at; 65 is a choice
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,7 @@ class Scheme:
 
 def semi_implicit_euler(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
     """Return x, v and the acceleration after a drift and a kick: x <- x + h v, v <- v + h a(x, v)."""
+    # The kick takes the new x, but the old v: damping lags behind.
     x = x + h * v
     newest = acceleration(x, v)
     return x, v + h * newest, newest
@@ -81,6 +84,7 @@ def implicit_euler(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Ac
     """
 
     def residual(w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return w - v - h a(x + h w, w), which is 0 for the new rate, and that acceleration."""
         newest = acceleration(x + h * w, w)
         return w - v - h * newest, newest
 
@@ -106,7 +110,11 @@ def implicit_euler(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Ac
 
 
 def runge_kutta(x: FloatArray, v: FloatArray, h: FloatArray, acceleration: Acceleration) -> State:
-    """Return x, v and the acceleration after a step of the classical method of fourth order."""
+    """Return x, v and the acceleration after a step of the classical Runge-Kutta method of fourth order.
+
+    y + h (k_1 + 2 k_2 + 2 k_3 + k_4)/6 for y = (x, v), with k_1 at y, k_2 at y + h k_1/2, k_3 at y + h k_2/2 and k_4 at
+    y + h k_3.
+    """
     next_x, next_v, slope_x, slope_v = x, v, v, acceleration(x, v)
     # Each stage adds its slopes with its weight, in sixths; `part` is the place in the step of the next stage. The last
     # stage is that of the result, where the acceleration is the newest one.
@@ -162,7 +170,11 @@ class Rebounds(NamedTuple):
 
 
 def _flies(acceleration: Acceleration, g: float, x: FloatArray, v: FloatArray) -> NDArray[np.bool_]:
-    """Return whether a force that has vanished is 0 at all places of `_PATH` on the way to x = 0."""
+    """Return whether a force that has vanished at x, v is 0 at all places of `_PATH` on the way to x = 0.
+
+    `g` is the acceleration in free flight.
+    """
+    # In free flight v^2/2 - g x is constant. The body must get there (squares > 0), and only the load may act on it.
     places = np.multiply.outer(_PATH, x)
     squares = v * v - 2 * g * (x - places)
     free = (squares > 0) & (acceleration(places, -np.sqrt(np.maximum(squares, 0))) == g)
@@ -199,7 +211,8 @@ def rebounds(
     longest : float
         Time after which bodies that still touch are said not to part, like those that turn back twice, or creep.
     """
-    # Free flight before first contact lasts for `flight`. Under a load, a body has been at rest speed/g before.
+    # Free flight before first contact lasts for `flight`. Under a load, a body has been at rest speed/g before, and its
+    # speed at the start of the first step is less by g `flight`; a scheme's v may be ahead by `lead` steps.
     flight = phase * h if g <= 0 else np.minimum(phase * h, speed / g)
     x, v = begin - flight * speed + g / 2 * flight**2, speed - g * flight + scheme.lead * g * h
     epsilon, deepest, depth = np.zeros_like(h), np.zeros_like(h), np.zeros_like(h)
@@ -207,6 +220,7 @@ def rebounds(
     turns, stays, formed = np.zeros(h.shape, int), np.zeros(h.shape, bool), np.zeros(h.shape, bool)
 
     def acceleration(x: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the acceleration where bodies are in contact as after the last step."""
         return contact_acceleration(x, v, formed)
 
     approach = bool(v.min() >= _CREEP * speed)

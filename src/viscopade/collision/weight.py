@@ -24,11 +24,16 @@ from viscopade.theory.law import VISCOELASTIC, Law
 
 EARTH = 9.81
 """Default acceleration of a body that falls, in m/s^2."""
-COUNTS = 0.02  # g t_c/v from which on texts warn
+COUNTS = (
+    0.02  # g t_c/v from which on texts warn: the loss is then larger by about 2 per cent (times `loss_slope`); a choice
+)
 
 
 def loss_slope(law: Law) -> float:
     """Return s of the factor 1 + s g t_c/v by which weight multiplies a small loss; t_c is without damping."""
+    # With G the load, lambda(G) = 2 times the integral of x^b |x'| dx over loading, x'^2 = 1 + 2 G x - 2 x^(a+1)/(a+1).
+    # With u = x^(a+1)/((a+1)/2): lambda(0) ~ B((b+1)/(a+1), 3/2), lambda'(0) ~ B((b+2)/(a+1), 1/2)
+    # (derivations/16_load.py).
     a, b = float(law.elastic), float(law.damping)
     with_load, without = _beta((b + 2) / (a + 1), 0.5), _beta((b + 1) / (a + 1), 1.5)
     return float(((a + 1) / 2) ** (1 / (a + 1)) * with_load / without / law.contact_time)
@@ -44,18 +49,22 @@ def rule(laws: Iterable[Law]) -> str:
 
 
 def loaded(law: Law, kappa: float, load: float, carried: float = 0.0) -> Contact:
-    """Return the scaled contact with a load; the force carries the part `carried` of it without a compression."""
+    """Return the scaled contact x'' + x^a + kappa x^b x' = load.
+
+    Its force carries the part `carried` of the load without a compression, at x = 0.
+    """
     free = Contact.of_law(law, kappa, load)
     return free if not carried else replace(free, force=lambda x, v: np.asarray(free.force(x, v)) + carried * load)
 
 
 def falling(pair: Pair, speed: float, gravity: float) -> FallingContact:
-    """Return the contact of a sphere that falls on a wall at a speed."""
+    """Return the contact of a sphere that falls on a wall at a speed of impact, under gravity (length/time^2)."""
     return FallingContact(VISCOELASTIC, float(pair.v_star(speed)) ** 2, float(pair.time_scale(speed)), speed, gravity)
 
 
 def calibrated(pair: Pair, speed: float, epsilon: float, gravity: float) -> Pair:
     """Return the pair with the A that gives an eps at a speed, for a sphere that falls on a wall."""
+    # The A without weight is a good start: weight only adds to the loss.
     alone = pair.calibrated(speed, epsilon)
     if alone.A == 0:
         return alone
@@ -63,6 +72,7 @@ def calibrated(pair: Pair, speed: float, epsilon: float, gravity: float) -> Pair
 
 
 def _beta(x: float, y: float) -> float:
+    """Return Euler's beta function."""
     return math.gamma(x) * math.gamma(y) / math.gamma(x + y)
 
 
@@ -120,7 +130,10 @@ class FallingContact:
         return None if multiple is None else unit * multiple
 
     def note(self, slowest: float, fastest: float, units: str = "m/s") -> str:
-        """Return the size of the effect of weight at two speeds, as a sentence, without an integration."""
+        """Return the size of the effect of weight at two speeds of impact, as a sentence, without an integration.
+
+        `units` is the unit of speeds; the sentence writes g in `units`^2 (a unit of length counts as one).
+        """
         speeds = [fastest, slowest] if slowest < fastest else [fastest]
         shares, speeds_text = _and(map(self.share, speeds), ".2g"), " and ".join(f"{v:.4g}" for v in speeds)
         note = f"weight: g t_c/v = {shares} at {speeds_text} {units} with g = {self.gravity:.4g} {units}^2"
@@ -129,45 +142,51 @@ class FallingContact:
         factor = f"1 + {loss_slope(self.law):.3f} g t_c/v"
         return f"{note}; the loss 1 - eps of a body that falls on a plane grows by about the factor {factor}"
 
-    def sentences(self, slowest: float, fastest: float, units: str = "m/s", given: bool = False) -> Sentences:
+    def sentences(
+        self, slowest: float, fastest: float, units: str = "m/s", user_set_gravity: bool = False
+    ) -> Sentences:
         """Return sentences on the effect of weight at two speeds.
 
         Parameters
         ----------
         slowest, fastest : float
+            Speeds of impact.
         units : str
             Unit of speeds.
-        given : bool
-            Whether the user gave the gravity, so that eps of a body that falls is no warning.
+        user_set_gravity : bool
+            Whether the user set the gravity, so that eps of a body that falls is no warning.
         """
+        # Without the user's own gravity nothing is said where weight is below `COUNTS`, as its effect is largest for
+        # the slowest impact.
         speeds = [fastest, slowest] if slowest < fastest else [fastest]
         speeds_text, note = " and ".join(f"{v:.4g}" for v in speeds), self.note(slowest, fastest, units)
-        if not given and self.share(slowest) < COUNTS:
+        if not user_set_gravity and self.share(slowest) < COUNTS:
             return Sentences(note, None)
         try:
             light, heavy = (_and(body.epsilon(speeds), ".4f") for body in (replace(self, gravity=0.0), self))
-            stays = self.sticking_speed
+            sticking = self.sticking_speed
         except ValueError:  # damping is too strong for an integration
             return Sentences(note, None)
         fall = f"a body that falls on a plane at {speeds_text} {units} rebounds with eps = {heavy} (sampled)"
-        words = "" if stays is None else f"; below {stays:.3g} {units} it stays down, eps = 0"
+        words = "" if sticking is None else f"; below {sticking:.3g} {units} it stays down, eps = 0"
         return Sentences(note, f"{fall}, without weight {light}{words}")
 
     def _kappa(self, speed: float) -> float:
-        """Return kappa at another speed."""
+        """Return kappa at another speed: it is proportional to v^(2 c), v^(1/5) for the paper's law."""
         return float(self.kappa * (speed / self.speed) ** float(2 * self.law.c))
 
     def _time(self, speed: float) -> float:
-        """Return the unit of time at another speed."""
+        """Return the unit of time at another speed: T ~ v^(2/(a+1) - 1), v^(-1/5) for the paper's law."""
         return float(self.time * (speed / self.speed) ** (2 / (float(self.law.elastic) + 1) - 1))
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=256)  # more than the contacts of a file
 def _sticking(law: Law, kappa: float, carried: float) -> float | None:
     """Return the sticking speed over the speed at which G is 1 and the damping is kappa, or None."""
     a = float(law.elastic)
 
     def parts(speed: float) -> bool:
+        """Return whether the body leaves the plane at a speed in this unit."""
         # G = speed^(-2 a/(a+1)) and kappa ~ speed^(2 c), with the unit of speed at which G is 1.
         load = speed ** (-2 * a / (a + 1))
         return loaded(law, kappa * speed ** float(2 * law.c), load, carried).collide().parts
@@ -176,4 +195,5 @@ def _sticking(law: Law, kappa: float, carried: float) -> float | None:
 
 
 def _and(numbers: Iterable[float], figures: str) -> str:
+    """Return numbers joined by "and"; `figures` is their format, and 0 is "0"."""
     return " and ".join(format(number, figures) if number else "0" for number in numbers)
