@@ -482,7 +482,7 @@ def damping_factor(
     target, start = checked.number("epsilon", epsilon, _RESTITUTION), math.log(checked.number("near", near, _POSITIVE))
 
     def excess(log_c: float) -> float:
-        """Return eps at a damping factor less the wanted one; it falls with c."""
+        """Return eps at the damping factor e^log_c less the wanted one; it falls with c."""
         # A family may come from a user, who may return anything.
         contact = family(math.exp(log_c))
         if not hasattr(contact, "collide"):
@@ -525,7 +525,7 @@ def damping_factor(
 def root(
     function: Callable[[float], float], left: tuple[float, float], right: tuple[float, float], error: float
 ) -> float:
-    """Return a zero of `function` between two points (x, f(x)) with f of both signs.
+    """Return a zero of `function` between `left` and `right`, points (x, f(x)) with f of both signs.
 
     Chandrupatla's method (Advances in Engineering Software 28 (1997), 145): inverse quadratic interpolation where that
     is safe, and bisection elsewhere. `error` is that of x.
@@ -979,9 +979,10 @@ class _Scales(NamedTuple):
 
 
 def _scales(contact: Contact, speed: float) -> _Scales:
-    """Return the compression at which the work of the force, at rate 0 or else at the speed of impact, stops bodies.
+    """Return scales of a contact: a compression and the largest speed, roughly.
 
-    It is the unit of length of a collision; 1e-3 of the largest energy is exact enough. The largest speed is that of
+    At this compression the work of the force, at rate 0 or else at the speed of impact, stops the bodies. It is the unit
+    of length of a collision; 1e-3 of the largest energy is exact enough. The largest speed is that of
     bodies that the load accelerates over this length, and a force that pulls. `speed` is that of impact.
     """
     energy = contact.mass * speed * speed / 2

@@ -198,7 +198,7 @@ class Curve:
         return np.where(s == np.inf, 0.0, np.exp(of_s(1, s)) * of_s(2, s))
 
     def _kappa(self, loss: FloatArray, epsilon: FloatArray) -> FloatArray:
-        """Return kappa from 1 - eps and eps, of which the smaller one must be accurate."""
+        """Return kappa from `loss` = 1 - eps and `epsilon`, of which the smaller one must be accurate."""
         # ln kappa = odds - L up to the last panel; beyond, ln eps falls by decay for each ln kappa, as in `_log_odds`.
         with np.errstate(divide="ignore", over="ignore", under="ignore", invalid="ignore"):
             log_odds = np.log(loss) - np.log(epsilon)

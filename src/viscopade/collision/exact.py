@@ -651,7 +651,7 @@ class _Restitution:
         return _k_from_limits(log_kappa, self.law)
 
     def tabulated(self) -> dict[str, arb] | None:
-        """Enclose v* by the table, if it can."""
+        """Enclose v* by the table, if it can; beta = v*^2 v^(-1/5) if there is a speed v."""
         v_star = exact_table.v_star_of(self.epsilon)
         if v_star is None:
             return None

@@ -60,7 +60,7 @@ def _row(index: int) -> _Row:
 
 
 def portions(v_star: arb) -> Portions | None:
-    """Enclose eps and 1 - eps for every v* of a ball; None where the table does not tell.
+    """Enclose eps and 1 - eps for every v* of the ball `v_star`; None where the table does not tell.
 
     The smaller one comes from the row, the other one is 1 minus that.
     """

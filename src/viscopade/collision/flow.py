@@ -386,7 +386,7 @@ def _poly(coefficients: list[int], bits: int) -> arb_poly:
 
 
 def _steps(k: Dyadic, accuracy: int, motion: Motion) -> _Steps:
-    """Return the choice of steps for a branch of parameter k with `accuracy` bits: number of terms, unit 2^-bits."""
+    """Return the choice of steps for a branch of k and `motion` with `accuracy` bits: number of terms, unit 2^-bits."""
     size = max(k.size, 0)  # |k| < 2^size
     # The end of unloading needs r^d - |k| p, of which large k loses more. Measured: these bits make the proven p at the
     # end 5 to 11 bits better for k from 30 to 1e5; `size` instead of 10 gains 8 at most.
@@ -526,7 +526,7 @@ def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int, 
     """Return the first `terms` Taylor coefficients of u(z), u(0) = start, u'(0) = slope, in units of 2^-bits.
 
     With r = 1 - u, S = r^common and Y = u' the flow is u'' = S V, V = 2 h^2 r^elastic + h k r^viscous Y
-    (`Motion.factors`), over a step h of s.
+    (`Motion.factors`), over a step h of s; `motion` has the powers of the law.
     """
     # The first coefficients one by one, then steps of Newton's iteration, which doubles the right coefficients: each
     # begins with a few more than half (5 is a margin, because the turning point costs some; 16 are a few to start
@@ -544,7 +544,7 @@ def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int, 
 def _doubled(u: list[int], elastic: Dyadic, viscous: Dyadic, bits: int, terms: int, motion: Motion) -> list[int]:
     """Return `terms` coefficients of u, from fewer (but more than half) by one step of Newton's iteration.
 
-    `elastic` is 2 h^2, `viscous` h k; coefficients are in units of 2^-bits.
+    `elastic` is 2 h^2, `viscous` h k, `motion` has the powers of r; coefficients are in units of 2^-bits.
 
     The correction e solves the linearised flow. With Y = u', which solves it too, w = Y e' - Y' e obeys
     w' = h k r^(n_b-1) w + Y (u'' - S V), and e = Y integral of w/Y^2. The weight is Y exp(-integral of h k r^(n_b-1)).
@@ -625,7 +625,9 @@ def _ends_in(piece: Piece, k: Dyadic, bits: int, motion: Motion) -> bool:
 
 
 def _creeps(piece: Piece, k: Dyadic, bits: int, motion: Motion) -> bool:
-    """Whether unloading is so slow that it does not reach r = 0, where the elastic force is weak: n_a >= 2 n_b.
+    """Whether unloading, at the end of a piece, is so slow that it does not reach r = 0; only for n_a >= 2 n_b.
+
+    There the elastic force is weak near r = 0. The piece's coefficients are in units of 2^-bits.
 
     Damping alone stops bodies slower than p = |k| r^n_b/(2 n_b). For n_a = 2 n_b there is such an orbit, p
     proportional to r^n_b, if k^2 >= 8 n_b, and the one from the turning point lies below it.
@@ -660,7 +662,8 @@ def _twice(h: Dyadic) -> Dyadic:
 def _root(piece: Piece, k: Dyadic, bits: int, motion: Motion) -> int:
     """Return z in the last piece where r = (-k p)^(1/d), or r = 0 if nothing is delayed, in units of 2^-bits.
 
-    Newton's method, kept within brackets; no proof needs its accuracy (`validation` moves away from the end).
+    `motion` has the exponents; d = n_a - n_b. Newton's method, kept within brackets; no proof needs its accuracy
+    (`validation` moves away from the end).
     """
     one, y, d = 1 << bits, piece.y, motion.d
     curvature = [j * c for j, c in enumerate(y)][1:]

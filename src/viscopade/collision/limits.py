@@ -14,7 +14,7 @@ LARGEST_OVERLAP = (
     0.03  # maximal compression over the smaller radius; Hertz's contact radius is then sqrt(0.03) = 17% of it
 )
 NEAR_YIELD = 0.5  # speed over the speed at which the material yields
-SOUND_CROSSINGS = 5  # least contact time over the time in which sound crosses the smaller sphere to and fro
+SOUND_CROSSINGS = 5  # least contact time over the time in which sound crosses the smaller sphere
 LONGEST_RELAXATION = 0.3  # A over the contact time
 YIELD_PRESSURE = 1.6  # largest pressure in the contact at first yield, over the yield strength (Hertz, von Mises)
 
@@ -62,13 +62,16 @@ def violations(
         If the strength is not a number > 0, or the speed is not a number >= 0.
     """
     fastest = checked.number("fastest", fastest, _SPEED)
+    # Small contacts: the compression over the smaller radius.
     share, speed = overlap(pair, fastest, depth), f"{fastest:.3g} m/s"
     if share > LARGEST_OVERLAP:
         yield SENTENCES["depth"].format(share=f"{share:.2g}", limit=f"{LARGEST_OVERLAP:g}")
+    # Elastic material: the impact speed at which the contact's pressure makes it yield.
     limit = math.inf if yield_strength is None else yield_speed(pair, yield_strength)
     if fastest > NEAR_YIELD * limit:
         beyond = "beyond" if fastest > limit else "near"
         yield SENTENCES["yield"].format(speed=speed, beyond=beyond, limit=f"{limit:.3g} m/s")
+    # Slow impacts: sound of speed sqrt(Y/density) crosses a sphere of diameter 2 R.
     crossing = min(
         2 * s.radius / math.sqrt(s.young_modulus / s.density) for s in (pair.first, pair.second) if not s.is_wall
     )
@@ -76,6 +79,7 @@ def violations(
     if duration < SOUND_CROSSINGS * crossing:
         times = f"{duration / crossing:.2g}"
         yield SENTENCES["slowness"].format(speed=speed, share=times, limit=f"{SOUND_CROSSINGS}")
+    # First order in A: A over the contact time, of the pair with the largest v*.
     fast = pair if strongest is None else strongest
     share = fast.A / float(fast.contact_time(fastest))
     if share > LONGEST_RELAXATION:
@@ -88,11 +92,12 @@ def overlap(pair: Pair, speed: float, depth: float | None = None) -> float:
 
 
 def yield_speed(pair: Pair, strength: float) -> float:
-    """Return the impact speed at which the Hertzian pressure reaches `YIELD_PRESSURE` times the strength.
+    """Return the impact speed of a pair at which the Hertzian pressure reaches `YIELD_PRESSURE` times the strength.
 
     p = 2 E_eff/pi sqrt(xi/R_eff), and m_eff v^2/2 = 8/15 E_eff R_eff^(1/2) xi^(5/2) without dissipation.
     """
     strength = checked.number("yield_strength", strength, _STRENGTH)
+    # Solved for xi, then for v; the energy is the integral of 4/3 E_eff R_eff^(1/2) xi^(3/2), so v^2 = 16/15 ….
     try:
         xi = pair.R_eff * (YIELD_PRESSURE * strength * math.pi / (2 * pair.E_eff)) ** 2
         return math.sqrt(16 / 15 * pair.E_eff * math.sqrt(pair.R_eff) * xi**2.5 / pair.m_eff)

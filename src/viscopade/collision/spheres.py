@@ -36,8 +36,8 @@ from viscopade.arrays.checked import Accepted, FloatArray, Number, Values
 from viscopade.arrays.double import v_star_from
 from viscopade.collision.contact import Contact
 
-_BALL = 4 / 3 * math.pi
-_BETA_SI_PER_CGS = 100**0.2
+_BALL = 4 / 3 * math.pi  # volume of a ball over the cube of its radius
+_BETA_SI_PER_CGS = 100**0.2  # (s/m)^(1/5) is 100^(-1/5) (s/cm)^(1/5)
 _LEAST_NORMAL = 2.0**-1022  # smaller doubles have fewer digits
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
@@ -103,6 +103,7 @@ class Sphere:
         poisson_ratio: Number,
         dissipative_constant: Number,
     ) -> None:
+        """Check the arguments, which the class describes, and compute the mass or the density."""
         r = checked.number("radius", radius, _EXTENT)
         m, d = _mass_and_density(r, mass, density)
         values = {
@@ -115,14 +116,15 @@ class Sphere:
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)  # the class is frozen
+        # Every pair needs this modulus, which a ratio near -1 makes large.
         _in_range("young_modulus / (1 - poisson_ratio^2)", self.plane_strain_modulus)
 
     @classmethod
     def wall(cls, *, young_modulus: Number, poisson_ratio: Number, dissipative_constant: Number) -> Sphere:
         """Return a plane, immovable wall: the limit of a huge and heavy sphere.
 
-        Its radius and mass are infinite, its density is NaN. The material is that of a `Sphere`, with the
-        same errors.
+        Its radius and mass are infinite, its density is NaN. The material (Young modulus, a pressure, Poisson ratio,
+        dissipative constant A, a time) is that of a `Sphere`, with the same errors.
         """
         return cls(
             radius=math.inf,
@@ -173,13 +175,14 @@ class Pair:
     second: Sphere
 
     def __post_init__(self) -> None:
+        """Refuse a pair without a finite mass, or whose rho or beta is no normal double in these units."""
         for name, value in (("first", self.first), ("second", self.second)):
             if not isinstance(value, Sphere):
                 raise TypeError(refusal(name, value, "a Sphere"))
         if self.first.is_wall and self.second.is_wall:
             raise ValueError("first and second are walls: expected at most one wall")
         _in_range("rho", self.rho)
-        if self.A > 0:
+        if self.A > 0:  # beta = 0 is right without dissipation
             _in_range("beta", self.beta)
 
     @property
@@ -215,6 +218,7 @@ class Pair:
     @property
     def beta(self) -> float:
         """Return 3/2 A (rho/m_eff)^(2/5) (eq:betadef), in (time/length)^(1/5); 0 if A is 0."""
+        # 3/2 is the exponent of Hertz's force: the damping is A times the derivative of rho xi^(3/2).
         return self.A * self._stiffness * 1.5
 
     @property
@@ -247,6 +251,7 @@ class Pair:
         g = checked.number("gravity", gravity, _NON_NEGATIVE)
         if g and not (self.first.is_wall or self.second.is_wall):
             raise ValueError(f"gravity is {g:g} for two spheres: expected 0, or a sphere and a wall")
+        # eq:viscoelastic: F = rho (xi^(3/2) + 3/2 A sqrt(xi) xi'); the weight m_eff g presses the sphere on the wall.
         rho, damping = self.rho, 1.5 * self.A * self.rho
         return Contact(lambda x, v: rho * x**1.5 + damping * np.sqrt(x) * v, mass=self.m_eff, load=self.m_eff * g)
 
@@ -282,6 +287,7 @@ class Pair:
         >>> f"{pair.epsilon(0.01, gravity=9.81):.6f}"
         '0.882587'
         """
+        # Without a weight eps is a function of v*; with one each collision is computed. A sphere at rest stays at rest.
         if gravity == 0:
             return double.epsilon(self.v_star(speed))
         contact = self.contact(gravity)
@@ -337,6 +343,7 @@ class Pair:
         v = checked.number("speed", speed, _POSITIVE)
         portions = {"epsilon": epsilon, "one_minus_epsilon": one_minus_epsilon}
         eps_or_loss = {name: checked.number(name, x, _PORTION) for name, x in portions.items() if x is not None}
+        # eps and the speed give beta, and beta gives A by eq:betadef.
         beta: Any = beta_from_restitution(v, **eps_or_loss)
         return self.damped(self.dissipative_constant(beta))
 
@@ -474,6 +481,7 @@ def speed_from_v_star(v_star: float | Values, beta: float | Values) -> Values:
 
 def restitution_error(v_star: float, relative_error: float) -> float:
     """Return the standard error of eps at a v*, to first order in the relative error of beta, or of A."""
+    # eps (d ln eps/d ln v*) d ln v*, and v* ~ beta^(1/2): half of the relative error of beta.
     return abs(double.epsilon(v_star) * double.slope(v_star)) / 2 * relative_error
 
 
@@ -504,7 +512,7 @@ def beta_si_from_cgs(beta: Values) -> Values:
 
 
 def _mass_and_density(radius: float, mass: Number | None, density: Number | None) -> tuple[float, float]:
-    """Check the mass or the density, whichever is given, and compute the other; the density of a wall is NaN."""
+    """Return mass and density of a ball of a checked radius, from the one that is not None; a wall's density is NaN."""
     if (mass is None) == (density is None):
         which = "neither" if mass is None else "both"
         raise ValueError(f"mass and density: {which} given, expected exactly one of them")
@@ -528,7 +536,8 @@ def _reduced(a: float, b: float) -> float:
 
 
 def _in_range(name: str, value: float) -> float:
-    """Return a computed positive quantity; raise ValueError if it is out of the range of double precision."""
+    """Return the computed positive quantity `name`; raise ValueError if `value` is out of the range of doubles."""
+    # Not below 2^-1022, where doubles have fewer and fewer digits, nor infinite.
     if not _LEAST_NORMAL <= value < math.inf:
         subnormal = 0 < value < _LEAST_NORMAL
         expected = (

@@ -247,7 +247,8 @@ def _before_the_end(
 ) -> tuple[arb, arb]:
     """Return z close to the end and certainly not behind it, and the bound of eta there: step 4 of the proof.
 
-    `shares` are what the pieces add to eta (`_shares`), and `eta` is the bound for the whole branch.
+    `functions`, `residuals` (bounds of |R|) and `shares` (what they add to eta) belong to the pieces; `eta` is for the
+    whole branch.
     """
     # From piece to piece: in unloading errors decay, and at each joint the end must still lie ahead. 2: as in `_ends`.
     k = branch.k.ball()
@@ -262,8 +263,8 @@ def _before_the_end(
 
 def _last(branch: Branch, is_before: Callable[[arb], bool]) -> arb:
     """Return z in the last piece, close to the end and certainly not behind it, which `is_before` shows."""
-    # From the approximate end back by n units, one for the rounding of each coefficient, then by 4 n, 16 n, … (4 is a
-    # choice: what p changes on the rest of the way is the square of a small number).
+    # From the approximate end back by n units of z, one for the rounding of each coefficient, then by 4 n, 16 n, … (4
+    # is a choice: what p changes on the rest of the way is the square of a small number).
     one, back = 1 << branch.bits, len(branch.pieces[-1].u)
     while back < one:
         before = max(branch.root - back, 0) if branch.pieces[-1].h.mantissa > 0 else min(branch.root + back, one)
@@ -294,7 +295,7 @@ def _is_before(f: _Functions, z: arb, k: arb, eta: arb, residual: arb) -> bool:
 def _completed(branch: Branch, before: Ends, r: arb) -> Ends:
     """Add the piece from r, just before the end, to the end itself: step 4 of the proof.
 
-    `before` has p at r, and the integrals up to r. Each bound below is added as an interval from 0 to it.
+    `before` has p of the branch at r, and the integrals up to r. Each bound below is added as an interval from 0 to it.
     """
     motion, p, k = branch.motion, before.p, abs(branch.k.ball())
     n_a, n_b, d = motion.n_a, motion.n_b, motion.d

@@ -132,7 +132,7 @@ class FallingContact:
     def note(self, slowest: float, fastest: float, units: str = "m/s") -> str:
         """Return the size of the effect of weight at two speeds of impact, as a sentence, without an integration.
 
-        `units` is the unit of speeds; the sentence writes g in `units`^2 (a unit of length counts as one).
+        These are `slowest` and `fastest`. `units` is the unit of speeds; with "^2" appended, "m/s" is that of g.
         """
         speeds = [fastest, slowest] if slowest < fastest else [fastest]
         shares, speeds_text = _and(map(self.share, speeds), ".2g"), " and ".join(f"{v:.4g}" for v in speeds)
@@ -182,7 +182,10 @@ class FallingContact:
 
 @lru_cache(maxsize=256)  # more than the contacts of a file
 def _sticking(law: Law, kappa: float, carried: float) -> float | None:
-    """Return the sticking speed over the speed at which G is 1 and the damping is kappa, or None."""
+    """Return the sticking speed over the speed at which G is 1 and the damping is kappa, or None.
+
+    `law` is that of contact, `carried` the part of the weight that needs no compression.
+    """
     a = float(law.elastic)
 
     def parts(speed: float) -> bool:
