@@ -31,7 +31,7 @@ LARGEST_PULL = 0.75 ** (1 / 3)
 TURN_OF_COMPRESSION = 0.25 ** (1 / 3)
 """z where dx/da = 0: no neck is longer."""
 _RANGE = 1e4  # of the search for a sticking speed: at much slower speeds the rounding of larger ones decides
-_NEWTON = 9  # steps from above, of which each doubles the digits near the zero
+_NEWTON = 9  # steps from above: a few to come near, where each doubles the digits; 5 from one digit to a double's 16
 
 
 class JKR(NamedTuple):
@@ -73,7 +73,8 @@ class JKR(NamedTuple):
     def neck_energy(self) -> float:
         """Energy that elastic bodies lose in the neck; k (w^5 R^4/E^2)^(1/3)."""
         z = self.neck
-        # - int_z^1 F dx in units of 4 E a_0^5/(3 R^2)
+        # - int_z^1 F dx in units of 4 E a_0^5/(3 R^2): dx = (4 z^3 - 1) dz, and the integral of
+        # (z^6 - 3/2 z^3) (4 z^3 - 1) is 2/5 z^10 - z^7 + 3/8 z^4, which is -9/40 at z = 1.
         lost = 9 / 40 + 2 / 5 * z**10 - z**7 + 3 / 8 * z**4
         return 4 / 3 * self.modulus * self.first_radius**5 / self.radius**2 * lost
 
@@ -86,6 +87,8 @@ class JKR(NamedTuple):
         scaled = np.asarray(x, float) * (self.radius / self.first_radius**2)
         # z^4 - z - X = (z^2 + p z + (p^2 + 1/p)/2) (z^2 - p z + (p^2 - 1/p)/2), where u = p^2 is the one positive zero
         # of u^3 + 4 X u - 1. Newton's method comes down to it from above, where u^3 + 4 X u - 1 is positive and convex.
+        # Above are 1 and 1/(4 X) for X > 0; for X down to -0.4725, where dx/da = 0 and the zero is 4^(1/3) = 1.587, 1.6
+        # is.
         with np.errstate(divide="ignore"):
             u = np.where(scaled > 0, np.minimum(1, 0.25 / np.maximum(scaled, 0)), 1.6)
         for _ in range(_NEWTON):
@@ -113,7 +116,8 @@ class JKR(NamedTuple):
 def adhesive(pair: Pair, work: float, gravity: float = 0.0) -> Contact:
     """Return the contact of viscoelastic spheres that adhere, whose neck breaks where dx/da = 0.
 
-    The damping is 2 A E a v, that of Hertz' contact with the contact radius of JKR's.
+    The damping is 2 A E a v, that of Hertz' contact with the contact radius of JKR's: 3/2 A rho sqrt(x) with
+    rho = 4/3 E sqrt(R) and a = sqrt(R x).
 
     Parameters
     ----------

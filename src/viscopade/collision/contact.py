@@ -981,8 +981,8 @@ class _Scales(NamedTuple):
 def _scales(contact: Contact, speed: float) -> _Scales:
     """Return scales of a contact: a compression and the largest speed, roughly.
 
-    At this compression the work of the force, at rate 0 or else at the speed of impact, stops the bodies. It is the unit
-    of length of a collision; 1e-3 of the largest energy is exact enough. The largest speed is that of
+    At this compression the work of the force, at rate 0 or else at the speed of impact, stops the bodies. It is the
+    unit of length of a collision; 1e-3 of the largest energy is exact enough. The largest speed is that of
     bodies that the load accelerates over this length, and a force that pulls. `speed` is that of impact.
     """
     energy = contact.mass * speed * speed / 2

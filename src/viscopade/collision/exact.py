@@ -11,7 +11,10 @@ both branches of positive functions, so that 1 - eps loses no digits however sma
 integrated in time, which gives k. From eps, and for other laws, Newton's method with the derivative of the flow finds a
 k whose eps (or kappa) is nearly the wanted one. The numbers at this k are then enclosed (`validation`), and bounds of
 the derivatives with respect to ln k, which hold for every k, cover the remaining difference.
-docs/theory/exact-function.md has the proofs.
+docs/theory/exact-function.md has the proofs; "step" in this module is a section of it.
+
+Numbers are FLINT's balls (`arb`, a middle and a radius); `working(bits)` sets their precision within a block. A
+`Dyadic` is a dyadic number, exactly.
 
 For the paper's law eps, 1 - eps and v*(eps) are first looked up in a table of proven polynomials, which determines them
 to 37 digits or so (`exact_table`). Such a collision is integrated as above when x_max or tau_c is first asked for.
@@ -639,15 +642,15 @@ class _Restitution:
                 return from_table
         with working(128):
             odds = float(self.log_odds())
-        # (1 - eps)/eps goes from lambda_1 kappa to kappa^decay, with delayed recovery K^nu: it is about the larger of
-        # both, or for decay < 1 the smaller.
+        # (1 - eps)/eps goes from lambda_1 kappa to kappa^decay, with delayed recovery K^nu (decay = nu), K = kappa
+        # (b+1)^(1/nu-1): it is about the larger of both, or for decay < 1 the smaller.
         log_kappa = odds - math.log(_lambda_1(self.law))
         if self.law.decay is not None:
             log_k_of_e = 0.0 if not self.law.delayed else (1 - 1 / self.law.nu) * math.log(self.law.damping + 1)
             nearer = min if self.law.decay >= 1 else max
             log_kappa = nearer(log_kappa, odds / float(self.law.decay) + log_k_of_e)
         elif log_kappa > -1:
-            log_kappa = -1.0  # where contact still ends
+            log_kappa = -1.0  # no decay: contact ends only below a kappa of order 1, and e^-1 is below that
         return _k_from_limits(log_kappa, self.law)
 
     def tabulated(self) -> dict[str, arb] | None:

@@ -1,7 +1,7 @@
 """eps(v*), 1 - eps(v*) and v*(eps) of the paper's law in microseconds, from the rows that `panel_proof` proves.
 
-All are enclosures, of 39 digits. There are none below `START`, beyond the panels, and where a ball of v* contains an
-end of a panel. Functions are to be called within `balls.working(BITS)`.
+All are enclosures (balls `arb`: a middle and a radius), of 39 digits. There are none below `START`, beyond the panels,
+and where a ball of v* contains an end of a panel. Functions are to be called within `balls.working(BITS)`.
 """
 
 from __future__ import annotations
@@ -90,7 +90,8 @@ def v_star_of(epsilon: Fraction) -> arb | None:
         z = (z - (row.polynomial(z) - smaller) / row.slope(z)).mid()
     v_star = row.centre + row.half * z
     # eps falls strictly with v* (docs/theory/exact-function.md, step 5): v* lies between two speeds, one with a larger
-    # and one with a smaller eps. They differ so much that the row's error does not matter.
+    # and one with a smaller eps. The row is off by smaller * error at most, that is smaller * error/|slope| in z: four
+    # times that to either side is so much that the row's error does not matter.
     width = 4 * smaller * row.error * row.half / abs(row.slope(z))
     low, high = (v_star - width).mid(), (v_star + width).mid()
     at_low, at_high = portions(low), portions(high)

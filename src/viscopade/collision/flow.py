@@ -15,6 +15,9 @@ point, whose place gives k.
 
 A `Branch` is a chain of polynomials u(z), 0 <= z <= 1, s = s_0 + h z, with integer coefficients in units of 2^-bits.
 They may come from anywhere: `validation` proves how far they are off, from the residual of the equation alone.
+
+Balls (`arb`) are FLINT's, a middle and a radius; `working(bits)` sets their precision within a block,
+`working(bits, terms)` also the length of power series. `fixed_point(n, 0, bits)` is n 2^-bits, without a radius.
 """
 
 from __future__ import annotations

@@ -8,6 +8,8 @@ Both tables' bounds are records with digests: `exact_rows` reads the one, `prove
 
 For the two ends a few lines of estimates suffice: below `ELASTIC` (`elastic_error`), and beyond the panels, where eps
 is close to its limit (`tail`; step 8).
+
+`working(bits)` sets the precision of FLINT's balls within a block; `coefficient_sum` is the sum of |coefficients|.
 """
 
 from __future__ import annotations

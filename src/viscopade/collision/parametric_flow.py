@@ -9,6 +9,10 @@ exactly as in `flow` for every single z of the paper's law, with the step h = H 
 holds for every z; here its quantities are bounded for all z at once, by the sum of the absolute values of a
 polynomial's coefficients (docs/theory/exact-function.md, step 7). How the polynomials were found is again of no
 importance.
+
+`working(bits)` sets the precision of FLINT's balls within a block, `working(bits, terms)` also the length of power
+series. A `FunctionBall` is a polynomial in z with integer coefficients and a bound `error` of the norm of the rest, and
+`norm` is the sum of |coefficients|.
 """
 
 from __future__ import annotations

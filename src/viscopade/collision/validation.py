@@ -8,7 +8,10 @@ as the force is not attractive,
 
 in loading and in unloading alike: relative errors never grow. Where unloading goes on to x = 0 against an attractive
 force, it is the error of p^2 that never grows. The residual is a polynomial, computed in balls; no enclosure is
-carried from step to step.
+carried from step to step. "Step" is a section of the page.
+
+Balls (`arb`) are FLINT's, a middle and a radius; `working(bits)` sets their precision within a block, and
+`fixed_point(n, 0, bits)` is the ball n 2^-bits, without a radius. `abs_upper()` is the largest |number| in a ball.
 """
 
 from __future__ import annotations
