@@ -70,9 +70,9 @@ def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0) -> Fit |
     return min(fits, key=lambda fit: fit.error, default=None)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=256)  # a choice: more than the costs of a dozen intervals
 def _fits(price: int, interval: Interval) -> tuple[Fit, ...]:
-    """Return the best approximants of a cost, without degrees that have no good one."""
+    """Return the best approximants of the cost `price` on an interval, without degrees that have no good one."""
     low, high = interval
     fits = list[Fit]()
     for m, n in CANDIDATES:

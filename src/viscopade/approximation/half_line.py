@@ -59,7 +59,7 @@ def require_half_line_degrees(powers: Powers) -> None:
         )
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # a choice, for searches over powers
 def fit_half_line(powers: Powers) -> LacunaryFit:
     """Return the best N/D with given powers of y = v*^(1/3).
 

@@ -49,7 +49,7 @@ DEGREES_LESS = 2
 """Deg D - deg N, because v* goes like y^3 for large y."""
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=256)  # a choice, for searches over powers
 def fit_inverse(powers: Powers) -> LacunaryFit:
     """Return the best N(y)/D(y) of v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10).
 

@@ -25,6 +25,7 @@ class Powers:
     bottom: tuple[int, ...]
 
     def __post_init__(self) -> None:
+        """Refuse exponents that do not ascend from 0."""
         # Exponents ascend from 0: without y^0, N/D would be 0 or infinite at y = 0.
         for name, exponents in (("top", self.top), ("bottom", self.bottom)):
             if not exponents or exponents[0] != 0 or any(b <= a for a, b in pairwise(exponents)):
@@ -72,6 +73,7 @@ class LacunaryQuotient:
     b: tuple[Fraction, ...]
 
     def __post_init__(self) -> None:
+        """Refuse coefficients that do not belong to the powers, or whose b_0 is not 1."""
         if (len(self.a), len(self.b)) != (len(self.powers.top), len(self.powers.bottom)):
             numbers = f"{len(self.a)} and {len(self.b)} coefficients"
             raise ValueError(f"{self.powers.label} cannot have {numbers}: expected one for each power")

@@ -78,6 +78,7 @@ class Fit:
     deviations: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        """Refuse numbers that contradict each other."""
         # The coefficients: their number, a_0 = b_0 = 1, and a_1 = b_1, which is 0 if a degree is 0.
         a, b = self.exact
         if (len(a), len(b)) != (self.m + 1, self.n + 1):
@@ -154,7 +155,7 @@ def fit(
 
 
 def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
-    """Check the degrees; errors as for `fit`."""
+    """Return checked degrees m and n; errors as for `fit`."""
     # The free coefficients are a_1 = b_1, a_2 …, b_2 …
     m = arguments.integer("m", m, 0, MAX_FIT_M)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
@@ -167,7 +168,7 @@ def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
 
 
 def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
-    """Check the ends of an interval, and return them exactly; errors as for `fit`."""
+    """Return the ends `v_star_min` and `v_star_max` of an interval, checked and exact; errors as for `fit`."""
     accepted = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
     low = arguments.exact_number("v_star_min", v_star_min, accepted, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
     accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"
@@ -182,8 +183,9 @@ def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
     return low, high
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=1024)  # a choice: a search has up to 66 pairs of degrees on each interval
 def _fit(m: int, n: int, interval: Interval) -> Fit:
+    """Return the best approximant [m/n] on an interval; ValueError if there is none that serves."""
     name = f"[{m}/{n}] on {interval_text(interval)}"
     try:
         best = remez.solve(minimax_problem(m, n, interval))
@@ -200,6 +202,7 @@ def _fit(m: int, n: int, interval: Interval) -> Fit:
             f"the best {name} has a relative error of {best.error:.3g}: expected an error below 1, as with a shorter "
             "interval or with n = m + 3"
         )
+    # The coefficients to 30 digits more than the error has zeros behind the point.
     digits = COEFFICIENT_DIGITS + math.ceil(-math.log10(best.error))
     # Middles are exact, so every one has a decimal.
     a, b = (tuple(str(decimal_string(c, digits)) for c in coefficients) for coefficients in (best.a, best.b))
@@ -208,7 +211,7 @@ def _fit(m: int, n: int, interval: Interval) -> Fit:
 
 
 def minimax_problem(m: int, n: int, interval: Interval) -> remez.Problem:
-    """Return the approximation problem of `fit` for `remez.solve`."""
+    """Return the approximation problem of `fit` on an interval for `remez.solve`."""
     # The doubles nearest to the ends that lie inside.
     low, high = map(float, interval)
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),

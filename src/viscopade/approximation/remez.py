@@ -197,7 +197,7 @@ class Problem:
         return arb_poly(difference[self.contact :]), d
 
     def placed(self, values: Sequence[Number], zero: Number) -> tuple[list[Number], list[Number]]:
-        """Return the coefficients of N and D by ascending powers, from those of `places`.
+        """Return the coefficients of N and D by ascending powers, from the `values` of those of `places`.
 
         `zero` is the coefficient of powers that do not occur.
         """
@@ -261,7 +261,10 @@ def solve(problem: Problem, start: Sequence[float] | None = None) -> Approximati
 
 
 def _first_success(problem: Problem, references: Iterable[list[float]]) -> Approximation:
-    """Return the result from the first points of reference that succeed; the most frequent reason if none does."""
+    """Return a problem's result from the first points of `references` that succeed.
+
+    If none does, the error has the most frequent reason.
+    """
     reasons = Counter[str]()
     for reference in references:
         try:
@@ -272,7 +275,7 @@ def _first_success(problem: Problem, references: Iterable[list[float]]) -> Appro
 
 
 def _references(problem: Problem, start: Sequence[float] | None) -> Iterator[list[float]]:
-    """Yield first points of reference, the cheapest first."""
+    """Yield first points of reference for a problem, the cheapest first: `start`, if it has the right number."""
     if start is not None and len(start) == problem.number_of_points:
         yield list(start)
     yield from _starts(problem)
@@ -297,7 +300,7 @@ def _starts(problem: Problem) -> Iterator[list[float]]:
 
 
 def _from_lower_degrees(problem: Problem, lower: Problem) -> Iterator[list[float]]:
-    """Yield the points of the best [m-1/n-1] with two more: at the ends, or within a gap.
+    """Yield the points of the best [m-1/n-1], the problem `lower`, with two more: at the ends, or within a gap.
 
     Where the best [m/n] nearly has a common factor it differs little from that; but it is not known where.
     """
@@ -380,6 +383,7 @@ def _exchange(problem: Problem, reference: list[float]) -> Approximation:
 
 
 def _size(extremum: Extremum) -> float:
+    """Return the absolute value of the error."""
     return abs(extremum[1])
 
 

@@ -65,7 +65,7 @@ class _Panel:
 
         For large v* eps = (3/2)^(2/3) v*^(-10/3), and 8^(10/3) = 2^10; PERIOD = 3 is the exponent of 8 = 2^3.
         """
-        # z = (s - centre)/(half width)
+        # z = (s - centre)/(half width), s = v*/2^(3 folds)
         z = (v_star * arb(2) ** (-PERIOD * folds) - ball_of(self.centre)) / ball_of(self.half_width)
         values = [polynomial(z).mid() for polynomial in self.polynomials]
         # On panel 0, (1 - eps)/v*^2 gives the others.

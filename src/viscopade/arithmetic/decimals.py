@@ -22,6 +22,7 @@ def below(number: Fraction) -> str:
 
 
 def _decimal(number: Fraction, rounding: str) -> str:
+    """Return a number as text, rounded to 15 digits, which every double holds; `rounding` is a rule of `decimal`."""
     context = Context(prec=15, rounding=rounding)
     value = context.divide(Decimal(number.numerator), Decimal(number.denominator)).normalize(context)
     # 0.0001 … 10^16 in positional notation, which shows 15 digits with at most four zeros more.
@@ -54,6 +55,7 @@ def at_least(number: Fraction | float, digits: int = DIGITS) -> str:
 
 
 def _short(number: Fraction | float, digits: int, rounding: str) -> str:
+    """Return a number as text, rounded to `digits` digits; below 0.001 with an exponent."""
     if number == math.inf:
         return "inf"
     decimal = _rounded(Fraction(number), digits, rounding)
@@ -61,6 +63,7 @@ def _short(number: Fraction | float, digits: int, rounding: str) -> str:
 
 
 def _rounded(number: Fraction, digits: int, rounding: str) -> Decimal:
+    """Return a number rounded to `digits` digits, without zeros at the end."""
     context = Context(prec=digits, rounding=rounding)
     return context.divide(Decimal(number.numerator), Decimal(number.denominator)).normalize(context)
 

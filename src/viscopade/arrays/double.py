@@ -125,7 +125,8 @@ def v_star_from(epsilon: Values | None = None, *, one_minus_epsilon: Values | No
     ValueError
         If a number is below 0, above 1 or NaN.
     """
-    # 1 - x is exact for 1/2 <= x <= 1 (Sterbenz), so the smaller of eps and 1 - eps is exact, too.
+    # `_inverse` takes the smaller of eps and 1 - eps, and whether that is 1 - eps (eps > 0.5). 1 - x is exact for
+    # 1/2 <= x <= 1 (Sterbenz), so the smaller one is exact, too.
     if epsilon is not None and one_minus_epsilon is None:
         return _elementwise(lambda e: _inverse(np.minimum(e, 1 - e), e > 0.5), "epsilon", epsilon, _PORTIONS)
     if one_minus_epsilon is not None and epsilon is None:
@@ -153,11 +154,12 @@ def _rows() -> FloatArray:
 
 @lru_cache(maxsize=1)
 def _columns() -> tuple[FloatArray, ...]:
+    """Return the columns of `_rows`: high, low and the coefficients of z, z^2, …, each an array over rows."""
     return tuple(np.ascontiguousarray(_rows().T))
 
 
 def _value(function: int, place: Place) -> FloatArray:
-    """Return a function of the table (`_EPSILON`, `_LOSS`, …) at s, v* = 8^folds s."""
+    """Return a function of the table (`_EPSILON`, `_LOSS`, …) at the s of a place, v* = 8^folds s."""
     row = place.panel + PANELS * function
     high, low, *powers = _columns()
     # f = high + (low + z p(z)), p(z) = a_1 + a_2 z + … by Horner's rule. The part in brackets is much smaller than high
@@ -178,7 +180,7 @@ class _Expansion(NamedTuple):
 
 
 def _expansion(row: IntArray, place: Place) -> _Expansion:
-    """Return functions of the table, given by their rows, at s, v* = 8^folds s."""
+    """Return functions of the table, given by their rows, at the s of a place, v* = 8^folds s."""
     (high, low, *powers), z = _columns(), place.z
     # f = high + (low + z p(z)); Horner's rule for p = a_1 + a_2 z + … gives its derivative dp on the way.
     p, dp = powers[-1][row], np.zeros_like(z)

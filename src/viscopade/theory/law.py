@@ -81,6 +81,7 @@ class Law:
     end: End
 
     def __init__(self, elastic: Exponent, damping: Exponent, end: str = "force") -> None:
+        """Check the exponents, which become fractions, and the end."""
         fields = {
             "elastic": _exponent("a", elastic, least=LEAST_ELASTIC),
             "damping": _exponent("b", damping, least=Fraction(0)),
@@ -286,7 +287,7 @@ def _metres(power: Fraction) -> str:
 
 
 def _exponent(name: str, value: object, least: Fraction) -> Fraction:
-    """Return an exponent of a law as an exact fraction from `least` to 10; a string may be a fraction, such as 3/2.
+    """Return `value` as an exact exponent of a law, from `least` to 10; a string may be a fraction, such as 3/2.
 
     `name` is that of the exponent in messages, such as a.
     """

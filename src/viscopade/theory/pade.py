@@ -143,6 +143,8 @@ class Pade(Determined):
     next_term: arb
 
     def __post_init__(self) -> None:
+        """Refuse coefficients that are not those of [m/n] for the series h."""
+        # Their numbers, the normalisation, and the order conditions (b eps - a)_k = 0 for k <= m + n within the balls.
         if (len(self.a), len(self.b)) != (self.m + 1, self.n + 1):
             raise ValueError(f"[{self.m}/{self.n}] needs {self.m + 1} and {self.n + 1} coefficients")
         if self.b[0] != 1:
@@ -152,6 +154,7 @@ class Pade(Determined):
 
     def _order_conditions(self) -> list[arb]:
         """Return (b eps - a)_k for k <= m + n: enclosures of zero."""
+        # 64 bits (a machine word) more than the accurate digits of h, so that rounding does not count.
         with working(bits_for(relative_digits(self.h)) + 64):
             return _defects(self.a, self.b, self.h)[: self.m + self.n + 1]
 
@@ -272,6 +275,7 @@ def pade(m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30, law: La
     DegenerateError
         If [m/n] does not exist, such as [1/1] or [1/3].
     """
+    # 30 digits by default are a choice: twice those of a double.
     return _pade(
         arguments.integer("m", m, 0, arguments.MAX_DEGREE),
         arguments.integer("n", n, 0, arguments.MAX_DEGREE),
@@ -280,8 +284,9 @@ def pade(m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30, law: La
     )
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # a choice: tables and searches ask again for the same degrees
 def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
+    """Return [m/n] of a law to `digits` digits, from a series of as many digits as that takes."""
     # Measured for 51 pairs of degrees up to [40/43]: the paper's law loses at most 0.47 (m+n) digits, so that 0.7 (m+n)
     # and eight guard digits serve at once. Other laws lose up to 1.8 (m+n), and need a second or third attempt.
     series_digits = digits + 8 + int(0.7 * (m + n))
@@ -313,14 +318,14 @@ def _rounded_up(number: int) -> int:
 
 
 def _determined_near(m: int, n: int, law: Law) -> str:
-    """Return the degrees nearest to [m/n] that `NEAR_DIGITS` digits determine, as the end of an error message."""
+    """Return degrees near [m/n] that `NEAR_DIGITS` digits determine under a law, as the end of an error message."""
     near = [(i, k) for i in range(m + NEAR + 1) for k in range(max(n - NEAR, 0), n + NEAR + 1)]
     near = [(i, k) for i, k in near if 0 < abs(i - m) + abs(k - n) <= NEAR]
     # One series for all of them. Four digits an order are twice the largest loss that was measured (`_pade`), as there
     # is no second attempt here.
     series_digits = NEAR_DIGITS + 4 * (m + n + NEAR)
     h = derived(m + n + NEAR + LOOK_AHEAD, series_digits, law).h
-    with working(bits_for(series_digits) + 64):
+    with working(bits_for(series_digits) + 64):  # 64 bits as in `_pade`
         for i, k in sorted(near, key=lambda degrees: abs(degrees[0] - m) + abs(degrees[1] - n)):
             with suppress(ArithmeticError):
                 _solved(h[: i + k + LOOK_AHEAD + 1], i, k, NEAR_DIGITS)
@@ -468,6 +473,7 @@ def _demand(balls: Sequence[arb], digits: int) -> None:
 
 
 def _decimals(balls: Sequence[arb], digits: int) -> tuple[str, ...]:
+    """Return the numbers in balls as decimal strings, correctly rounded to `digits` digits."""
     texts = tuple(decimal_string(ball, digits) for ball in balls)
     if None in texts:
         raise ArithmeticError(f"an enclosure does not determine {digits} digits")
@@ -484,11 +490,13 @@ def _stripped(c: Sequence[arb]) -> Sequence[arb]:
 
 def distance_from_origin(root: Root) -> tuple[float, float]:
     """Return the key for order by modulus, with the root in the lower half-plane first in a conjugate pair."""
+    # Ten digits of the modulus: those of a conjugate pair, which may differ in the last digits of a double, are then
+    # equal.
     return float(f"{float(abs(root.value).mid()):.9e}"), float(root.value.imag.mid())
 
 
 def _roots(coefficients: Sequence[arb], digits: int) -> tuple[Root, ...]:
-    """Return the simple roots of a polynomial given by balls, isolated and accurate to `digits` digits."""
+    """Return the simple roots of a polynomial given by balls (its `coefficients`), isolated, to `digits` digits."""
     polynomial = _stripped(coefficients)
     if len(polynomial) == 1:
         return ()
@@ -502,18 +510,18 @@ def _roots(coefficients: Sequence[arb], digits: int) -> tuple[Root, ...]:
     roots = [Root(value, 1, is_real(value, values)) for value in values]
     # Each root has two digits more than are shown, and its parts round to one decimal number.
     for root in roots:
-        missing = digits + 2 - relative_digits([abs(root.value)])
-        if missing > 0:
-            raise _TooWideError(missing)
+        digits_short = digits + 2 - relative_digits([abs(root.value)])
+        if digits_short > 0:
+            raise _TooWideError(digits_short)
         if None in (decimal_at(part, abs(root.value), digits) for part in (root.value.real, root.value.imag)):
             raise _TooWideError(1)
     return tuple(sorted(roots, key=distance_from_origin))
 
 
 def is_real(value: acb, values: Sequence[acb]) -> bool:
-    """Whether an isolated root of a real polynomial is real, because its mirror image lies in no other enclosure.
+    """Whether the root in `value`, one of the enclosures `values` of all roots of a real polynomial, is real.
 
-    Raises `_TooWideError` if the enclosures are too wide to decide.
+    It is, if its mirror image lies in no other enclosure. Raises `_TooWideError` if enclosures are too wide to decide.
     """
     if not value.imag.contains(0):
         return False
@@ -526,7 +534,7 @@ def is_real(value: acb, values: Sequence[acb]) -> bool:
 
 
 def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
-    """Raise `DegenerateError` if the system for b is singular; the message names the next n with a regular one."""
+    """Raise `DegenerateError` if a law's system for b is singular; the message names the next n with a regular one."""
     if not _singular(m, n, law):
         return
     # The next n, as far as can be decided, so that the message names degrees that exist.
@@ -538,7 +546,7 @@ def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
 
 
 def _singular(m: int, n: int, law: Law) -> bool:
-    """Whether the system for b is singular identically in lambda_1, lambda_3, … ; False if it is too large to decide.
+    """Whether a law's system for b is singular for all lambda_1, lambda_3, … ; False if it is too large to decide.
 
     The h_k are exact polynomials in the lambdas, so this is algebra: a determinant that is not 0 for some numbers in
     their place is not identically 0.

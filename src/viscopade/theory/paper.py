@@ -88,6 +88,7 @@ def approximants(digits: int) -> tuple[Pade, ...]:
 
 def compare(ours: Iterable[Pade]) -> tuple[PrintedCoefficient, ...]:
     """Return every entry of the paper's table beside ours, in the printed order (32 entries for all four)."""
+    # For each approximant first the a_k, then the b_k; `decimals` has ours in this order, too.
     return tuple(
         PrintedCoefficient(p.m, p.n, symbol, index, printed, our_decimal)
         for p in ours

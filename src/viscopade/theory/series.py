@@ -84,6 +84,7 @@ class Series(Determined):
     law: Law = VISCOELASTIC
 
     def __post_init__(self) -> None:
+        """Refuse coefficients that are not determined to `digits` digits, or whose h_0 is not 1."""
         if len(self.h) != self.order + 1:
             raise ValueError(f"a series of order {self.order} has {self.order + 1} coefficients, not {len(self.h)}")
         if self.h[0] != 1:
@@ -116,6 +117,7 @@ class Series(Determined):
 
 
 def _decimal(ball: arb, digits: int) -> str:
+    """Return the number in a ball, correctly rounded to `digits` digits."""
     text = decimal_string(ball, digits)
     if text is None:
         raise ArithmeticError(f"{ball} does not determine {digits} digits")
@@ -123,6 +125,7 @@ def _decimal(ball: arb, digits: int) -> str:
 
 
 def _determined(ball: arb, digits: int) -> bool:
+    """Return whether all numbers in a ball round to one decimal of `digits` digits."""
     return decimal_string(ball, digits) is not None
 
 
@@ -151,12 +154,12 @@ def series(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VI
     return _series(arguments.order(order), arguments.digits(digits), law_of(law))
 
 
-_derivations: deque[Series] = deque(maxlen=16)  # the latest ones
+_derivations: deque[Series] = deque(maxlen=16)  # the latest ones; this number and those of the caches are choices
 
 
 @lru_cache(maxsize=64)
 def _series(order: int, digits: int, law: Law) -> Series:
-    """Return h_0 … h_order, from a longer and more accurate series if one was derived before."""
+    """Return h_0 … h_order of a law to `digits` digits, from a longer and more accurate series if there is one."""
     for longer in tuple(_derivations):  # a copy, as another thread may append
         h = longer.h[: order + 1]
         enough = longer.law == law and longer.order >= order and longer.digits >= digits
@@ -182,7 +185,8 @@ def lambda_coefficients(
 
     c = 1/nu - 1/2. Every decimal is determined to `digits` significant digits.
     """
-    # At most as many as h_1000 of the paper's law has: v*^1000 = kappa^500, so lambda_1, lambda_3, … lambda_499.
+    # 30 digits are a choice. At most as many lambdas as h_1000 of the paper's law has, a quarter of the order:
+    # v*^1000 = kappa^500, so lambda_1, lambda_3, … lambda_499.
     # `count` lambdas are the odd coefficients below order 2 count.
     count, exponents = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4), law_of(law)
     return _enclosed(
@@ -293,7 +297,10 @@ class Effort:
 
 
 def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits: int, law: Law) -> tuple[arb, ...]:
-    """Compute with growing effort until every enclosure determines its decimal to `digits` digits."""
+    """Return the balls of `compute`, called with growing effort until each determines its decimal to `digits` digits.
+
+    `orders` is the highest power of K for the law, which the first effort depends on.
+    """
     _require_memory(orders, digits, law)
     effort = Effort.guess(orders, digits, law)
     # What another term gains: the bits of `MeetingPoint`, less the growth of the loss, as orders log2(1 + terms/orders)
@@ -315,9 +322,10 @@ def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits:
 
 
 def _require_memory(orders: int, digits: int, law: Law) -> None:
-    """Raise ValueError if the orders take more than `MOST_MEMORY`, before they are computed."""
+    """Raise ValueError if a law's orders to `digits` digits take more than `MOST_MEMORY`, before they are computed."""
 
     def gigabytes(digits: int) -> float:
+        """Return the memory that the orders take with the first effort."""
         return Effort.guess(orders, digits, law).memory(orders) / 2**30  # 2^30 bytes are a GB
 
     if gigabytes(digits) > MOST_MEMORY:
@@ -333,6 +341,7 @@ def _require_memory(orders: int, digits: int, law: Law) -> None:
 
 
 def _g(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
+    """Return enclosures of G_0 … G_order of a law."""
     values = _g_fixed_point(order, effort, law.n_a, law.n_b)
     with working(effort.bits):
         return tuple(fixed_point(value, error, effort.bits) for value, error in values)
@@ -340,7 +349,7 @@ def _g(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
 
 @lru_cache(maxsize=16)
 def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tuple[int, int], ...]:
-    """Return G_0 … G_order as (value, error) in units of 2^-bits, from the hierarchy of `symbolic.hierarchy`.
+    """Return G_0 … G_order as (value, error) in units of 2^-bits of an effort, from the hierarchy (`symbolic`).
 
     With P_n = n_a int_r^1 g_{n-1} s^(n_b-1) ds the hierarchy reads 2 g_0 g_n = P_n - sum_{0<i<n} g_i g_{n-i}. On the
     inner side, r = b y, all of g_n is expanded; on the outer side, 1 - r = a y, g_n = y^((n+1)/2) f_n(y) and f_n is.
@@ -368,6 +377,7 @@ class _Outer:
     """Taylor series around the turning point: 1 - r = a y, g_n = y^((n+1)/2) f_n, P_n = y^((n+2)/2) p_n."""
 
     def __init__(self, algebra: Wiener, meeting: Fraction, n_a: int, n_b: int) -> None:
+        """Start with f_0, for the powers of a law; `meeting` is the r at which both sides meet, y = 1."""
         a = 1 - meeting
         self.algebra = algebra
         # g_0^2 = 1 - (1 - a y)^n_a = y f_0^2
@@ -404,6 +414,7 @@ class _Inner:
     """Taylor series around r = 0: r = b y."""
 
     def __init__(self, algebra: Wiener, b: Fraction, n_a: int, n_b: int) -> None:
+        """Start with g_0, for the powers of a law; b is the r at which both sides meet, y = 1."""
         self.algebra = algebra
         # g_0^2 = 1 - r^n_a = 1 - b^n_a y^n_a
         g0, self.half_inverse = algebra.root_and_half_inverse([Fraction(1), *(n_a - 1) * [Fraction(0)], -(b**n_a)])
@@ -479,7 +490,7 @@ def _padded(power_series: arb_series, length: int) -> list[arb]:
 
 @lru_cache(maxsize=8)
 def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
-    """Return H_0 … H_order, the rational coefficients of H(delta); 1, 0, 0, … if nothing is delayed.
+    """Return H_0 … H_order of a law, the rational coefficients of H(delta); 1, 0, 0, … if nothing is delayed.
 
     With delta = (K U)^(n_a/d)/U^2, U = V(-K), and in units of the end values, s = H^(1/d) p, h = H k(p),
     mu = delta H^e, e = (2 n_b - n_a)/d, the problem reads k^2 = 1 + mu (1 - p^n_a - n_a int_p^1 k q^(n_b-1) dq), and
@@ -527,7 +538,10 @@ def _coefficient(power_series: fmpq_series, j: int) -> fmpq:
 
 
 def _h(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
-    """Return h_0 … h_order from eps = sum_j H_j (2/(a+1))^j v*^(n_a j) eps0^(1 + e j), eps0 in powers of v*^d."""
+    """Return h_0 … h_order of a law from eps = sum_j H_j (2/(a+1))^j v*^(n_a j) eps0^(1 + e j).
+
+    eps0 comes in powers of v*^d, with the bits and terms of `effort`.
+    """
     orders = order // law.d  # of kappa = v*^d
     with working(effort.bits, orders + 1):
         log_eps0 = _log_eps0(orders, effort, law)

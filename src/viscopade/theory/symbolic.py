@@ -155,7 +155,7 @@ def delayed_recovery_series(order: SupportsIndex, law: Law | str = VISCOELASTIC)
 
 @lru_cache(maxsize=8)
 def _end_series(order: int, law: Law) -> tuple[Fraction, ...]:
-    """Return H_0 … H_order from H = sum delta^j h_j(H^(1/d)) (`delayed_recovery_series`)."""
+    """Return H_0 … H_order of a law from H = sum delta^j h_j(H^(1/d)) (`delayed_recovery_series`)."""
     if not law.delayed:
         return (Fraction(1), *order * [Fraction(0)])
     polynomials = _unloading_polynomials(order, law)  # h_0, h_1, …
@@ -173,7 +173,7 @@ def _end_series(order: int, law: Law) -> tuple[Fraction, ...]:
 
 
 def _unloading_polynomials(order: int, law: Law) -> list[list[fmpq]]:
-    """Return the coefficients of h_0(s) … h_order(s), ascending.
+    """Return the coefficients of a law's h_0(s) … h_order(s), ascending.
 
     h = sum delta^j h_j(s) solves h^2 = 1 - delta s^n_a + n_a delta int_0^s h q^(n_b-1) dq.
     """
@@ -329,6 +329,7 @@ def _odd_partitions(n: int, largest: int) -> Iterator[dict[int, int]]:
 
 
 def _odd(k: SupportsIndex) -> int:
+    """Return an index of a lambda, which is an odd integer from 1 to 999."""
     k = arguments.integer("k", k, 1, arguments.MAX_ORDER - 1)
     if k % 2 == 0:
         raise ValueError(f"k is {k}: expected an odd integer, because Lambda is odd")
