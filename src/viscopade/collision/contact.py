@@ -75,38 +75,52 @@ _METHODS = ((20, 1e-12), (16, 1e-11))
 # Error of the equations of a piece, about 50 roundings. Measured, this and the next ones: `_SOLVED` from 1e-15 to
 # 1e-12, `_SHORTEST` from 1e-14 to 1e-9, `_NEWTON` from 8 to 50 and `_LANDING` from 20 to 200 give the same eps.
 _SOLVED = 1e-14
-_SHORTEST = 1e-12  # length of a piece where a force has a jump
-_ESCAPES = 1e6  # speed over the speed of impact from which on a piece cannot be solved
-_ROUNDING, _ROUNDED = 4e-16, 2e-14  # rounding error of a number, and of the error of a piece
+_SHORTEST = 1e-12  # length of a piece where a force has a jump, in units of sigma: it passes 1e-12 of the way at a time
+_ESCAPES = 1e6  # speed over the speed of impact from which on a piece cannot be solved: no contact makes bodies so fast
+# Rounding error of a number (two roundings), and of the error of a piece (about a hundred, in the sums over its nodes).
+# Measured: ten times smaller or larger, `_ROUNDED` gives the same eps.
+_ROUNDING, _ROUNDED = 4e-16, 2e-14
 _NEWTON = 20  # largest number of steps to solve a piece
-_LANDING = 60  # largest number of pieces to find an event; halving finds that of a force that jumps
-_RATE_ERROR = 3e-15  # relative error of a rate
-_PIECES = 10_000  # largest number of pieces of a collision
-_SUBSTEPS = 1_000_000  # largest number of parts of a time step
+_LANDING = (
+    60  # largest number of pieces to find an event; halving finds that of a force that jumps, to 2^-60 of a piece
+)
+_RATE_ERROR = 3e-15  # relative error of a rate, about 15 roundings (measured: 3e-16 to 3e-13 give the same eps)
+_PIECES = 10_000  # largest number of pieces of a collision; measured: 37 to 117, and 356 with a jump of the force
+_SUBSTEPS = 1_000_000  # largest number of parts of a time step, so that a typing error is no step of 0
 _LAST_PHASE = 1 - 1e-12  # stands for the limit at the end of a step, where bodies touch at first by rounding only
-_PARTS, _DIVISIONS = 8, 12  # into how many parts an interval of phases is divided, and how often
+# Into how many parts an interval of phases is divided, and how often: 1/64 of a step divided by 8^12 is below 1e-12.
+_PARTS, _DIVISIONS = 8, 12
 _MOST_PHASES = 10_000  # of a range; with very long steps eps may have a thousand extrema
-_RANGE_ERROR = 1e-6  # error of the least and the largest eps over all phases
+_RANGE_ERROR = (
+    1e-6  # error of the least and the largest eps over all phases: programs and experiments know fewer digits
+)
 _NARROW, _SAME_PHASE = 1e-5, 1e-12  # lengths up to which intervals with a jump, or any intervals, are divided
-_ROUNDS = 30  # largest number of attempts to find a resolving factor
-_STEPS = 100_000  # largest number of steps in a contact, roughly
-_HALVINGS, _MOST_PLACES = 40, 100_000  # of intervals of compressions, and how many there are
+_ROUNDS = 30  # largest number of attempts to find a resolving factor, each at least 1.1 times the last one
+_STEPS = 100_000  # largest number of steps in a contact, roughly: a choice, beyond which no step is meant
+# Of intervals of compressions at a jump, down to 2^-40 of an interval, and how many places there are. Measured: 10
+# times are enough for a contact with a jump.
+_HALVINGS, _MOST_PLACES = 40, 100_000
 _ZOOMS = 9  # into a 64th of the compressions, to find where a force begins to act
-_WORK_ERROR = 1e-4  # error of the work in an interval over the largest energy
+_WORK_ERROR = (
+    1e-4  # error of the work in an interval over the largest energy: it only decides about units (1e-2 does, too)
+)
 _EXPECTED = "expected a function of compression and rate that pushes bodies apart"
-_NOISY = 10  # error of a piece over the unit roundoff of the force
-_CREEP = 1e-12  # share of the speed of impact: slower bodies that slow down do not part
-_WORST = 1e-3  # error of eps, and relative error of the depth, of what is not refused
+_NOISY = 10  # error of a piece over the unit roundoff of the force, which its nodes add up
+_CREEP = 1e-12  # share of the speed of impact: slower bodies that slow down do not part (1e-9 does as well)
+_WORST = 1e-3  # error of eps, and relative error of the depth, of what is not refused; a choice
 _FAR = 10  # lengths, and in s, that is 10^4 lengths: bodies that come so far are not stopped
 _NUDGE = 1e-7  # step of differences, for derivatives of the force to half of the digits (1e-9 to 1e-5 do as well)
 _EDGE = 1e-3  # share of the part of a piece without nodes, from its end: close to it, but not on it (1e-6 to 0.1 do)
-_PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
-_NECK = 10.0  # lengths, up to which a neck whose breaking a function says is followed
-_QUADRATURE = 60  # nodes for the energy of a neck
-_SPEED_RATIO, _SAME_SPEED = 4.0, 1e-4  # ratio of successive speeds in the search for a sticking speed; its error
+_PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part; a choice
+_NECK = 10.0  # lengths, up to which a neck whose breaking a function says is followed; a choice
+_QUADRATURE = 60  # nodes for the energy of a neck; measured: 10 give that of JKR to 1e-14, others may be less smooth
+_SPEED_RATIO, _SAME_SPEED = (
+    4.0,
+    1e-4,
+)  # ratio of successive speeds in the search for a sticking speed; its error; choices
 _NEAR, _WIDEST = 0.1, 10  # search for a damping factor: a step of a factor of e^0.1, which is doubled 10 times
 _BEYOND = 1.1  # first step of that search, over the step to where the damping factor should be
-_CLOSE = 1e-13  # relative error of a damping factor
+_CLOSE = 1e-13  # relative error of a damping factor, about that of eps
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _FINITE = Accepted("a finite number", lambda x: abs(x) < math.inf)
@@ -273,6 +287,7 @@ class Contact:
         if step is None:
             return _without_steps(self, v)
         h = checked.number("step", step, _POSITIVE) / integer("substeps", substeps, 1, _SUBSTEPS)
+        # Units of the collision: a compression and the largest speed. An undamped linear contact takes pi length/speed.
         length, fastest = _scales(self, v)
         shortest = math.pi * length / fastest / _STEPS
         if h < shortest:
@@ -286,6 +301,7 @@ class Contact:
             raise TypeError(refusal("scheme", scheme, f"a Scheme, such as SCHEMES[{next(iter(SCHEMES))!r}]"))
         if self.end == "break" and scheme is IMPLICIT:  # its equations are solved for forces that push at x > 0
             raise ValueError("scheme is implicit Euler, and the contact has a neck: expected an explicit scheme")
+        # A collision for each phase, and more where eps may go beyond the range so far.
         with np.errstate(over="ignore", invalid="ignore"):
             longest = _PATIENCE * math.pi * length / v
             collisions = self.rebounds(v, h, begins, scheme, longest)
@@ -298,12 +314,14 @@ class Contact:
             raise ValueError(f"step is {step:g}: expected a smaller one, because speeds exceed double precision")
         if np.isinf(collisions.duration).all() and collisions.depth.min() > _FAR * length:
             raise _never_stops(self, v)
+        # The means over the phases. Their error: the largest step between neighbours may be a jump anywhere between
+        # them.
         mean, errors = {}, {}
         for name, values in collisions._asdict().items():
             mean[name] = float(values.mean())
             with np.errstate(invalid="ignore"):  # of infinite durations
                 jumps = np.nan_to_num(np.abs(values - np.roll(values, 1)))
-            errors[name] = float(jumps.max()) / len(values)  # a jump lies anywhere between two phases
+            errors[name] = float(jumps.max()) / len(values)
         errors["least"] = errors["largest"] = error
         parts = bool(np.isfinite(collisions.duration).any())
         return SampledCollision(mean["epsilon"], least, largest, mean["depth"], mean["duration"], parts, errors)
@@ -319,6 +337,7 @@ class Contact:
 
         Free flight up to the compression from which on a force acts does not count.
         """
+        # 0 * v has the shape of v.
         elastic = replace(self, force=lambda x, v: self.force(x, 0 * v), load=0.0)
         undamped = elastic.collide(speed)
         # Narrow down where the force begins to act, to a 64th in each round (65 places), and subtract the flight up to
@@ -360,6 +379,7 @@ class Contact:
         """
         if self.floor == -math.inf:
             raise ValueError("break_at is a function: expected a compression, for the energy of the neck")
+        # -integral of F dx from the break to `begin`, by Gauss's rule on [0, 1]: nodes (x + 1)/2, weights w/2.
         nodes, weights = legendre.leggauss(_QUADRATURE)
         energy = 0.0
         # In each part x = low + width u^4: the force may have a root at the break, and a kink at x = 0.
@@ -416,6 +436,7 @@ class Contact:
             longest = _PATIENCE * math.pi * _scales(self, speed).length / speed
 
         def acceleration(x: FloatArray, v: FloatArray, formed: NDArray[np.bool_]) -> FloatArray:
+            """Return dv/dt; `formed` says where the force acted a moment before."""
             force = self.forces(np.maximum(x, self.floor), v) / self.mass
             return g - np.where(self.touches(x, v, formed), np.maximum(force, 0) if pushes else force, 0)
 
@@ -428,6 +449,7 @@ def _values(function: Force, name: str, x: FloatArray, v: FloatArray) -> FloatAr
     It gets copies, because it may change its arguments.
     """
     force = function(np.array(x), np.array(v))
+    # Numbers of NumPy's kinds b, i, u, f (bool, integer, unsigned, float) or O (Python's objects) in some shape.
     if type(force) is np.ndarray and force.dtype == float and force.shape == np.shape(x):
         return force  # as almost all are: the checks below take as long as a simple force
     force = without_unit("force", force)
@@ -513,7 +535,7 @@ def damping_factor(
             break
         if low >= 0 >= high:
             return math.exp(root(excess, (a, low), (b, high), _CLOSE))
-    # The search ended where it began, although eps changes on the way: then eps grows with c.
+    # No such place. The search ended where it began, although eps changes on the way: then eps grows with c.
     if max(tried) > tried[0] == min(tried) if first > 0 else min(tried) < tried[0] == max(tried):
         raise ValueError(
             f"epsilon rises from {min(tried):.4g} to {max(tried):.4g} as the damping factor grows: expected it to fall"
@@ -881,7 +903,8 @@ class _Motion:
             rate = rate - by_v * move - by_s * (h * (integrals @ move))  # strong damping multiplies what is left of v
             if size < self.solved * (1 + abs(v)) or not size < _ESCAPES:
                 break
-        relaxed = 1 + h * max(float(-by_v.max()), 0)  # strong damping reduces errors
+        # Strong damping reduces errors by the factor 1 - h d rate/dv of an implicit step.
+        relaxed = 1 + h * max(float(-by_v.max()), 0)
         # The rate between the nodes by the force, against that of the polynomial: they differ where there is a
         # kink between the last node and the end.
         edges = s + h * (inner @ v_nodes)
@@ -1014,7 +1037,8 @@ def _scales(contact: Contact, speed: float) -> _Scales:
             if not reached.any() or not halved.any() or len(x) > _MOST_PLACES:
                 break
             x = np.sort(np.concatenate((x, (x[1:] - width / 2)[halved])))
-        # m v^2/2 = m speed^2/2 + load length + pull, with half of the load's share: it is used up along the way.
+        # m v^2/2 = m speed^2/2 + load length/2 + pull: half of the load's work, because the force takes up the rest (by
+        # hand; it is a unit).
         if (work >= energy).any():
             last = int(np.argmax(work >= energy))
             length, pulled = float(x[1 + last] - contact.begin), float(pull[last])
