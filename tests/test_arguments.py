@@ -147,7 +147,7 @@ COLUMNS = {
         "contact_time",
         [1e-3] * len(DROP),
     ),
-    "heard": (lambda x: bounces.heard(x)[0], "instants", DROP),
+    "audible_bounces": (lambda x: bounces.audible_bounces(x)[0], "instants", DROP),
     "of_heights, heights": (lambda x: rebounds(OF_HEIGHTS([(x, NAMES)], Flight())), "heights", HIGH),
     "of_track, time": (lambda x: of_track(x, TRACK, FRAMES, Flight()).points.epsilon, "instants", FRAMES_AT),
     "of_track, position": (lambda x: of_track(FRAMES_AT, x, FRAMES, Flight()).points.speed, "heights", TRACK),

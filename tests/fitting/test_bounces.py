@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from viscopade.fitting.bounces import heard
+from viscopade.fitting.bounces import audible_bounces
 
 SOUNDS, FIRST, SIGMA = 8, 0.6, 1e-3  # bounces of a series, its first flight and the error of an instant, in s
 
@@ -26,7 +26,7 @@ def wrong_and_kept(epsilon, missed, echoes, number):
     wrong = found = possible = 0
     for _ in range(number):
         instants, bounce = series(random, epsilon, missed, echoes)
-        runs, left_out = heard(instants, SIGMA)
+        runs, left_out = audible_bounces(instants, SIGMA)
         triples = [bounce[run[k : k + 3]] for run in runs for k in range(len(run) - 2)]
         good = [bool(three.min() >= 0 and (np.diff(three) == 1).all()) for three in triples]
         wrong += not all(good)
@@ -54,24 +54,24 @@ def test_a_wrong_eps_is_hardly_ever_kept(epsilon, number):
 def test_each_sound_that_is_left_out_has_a_reason():
     flights = 0.6 * 0.8 ** np.arange(7)
     instants = np.append(0, np.cumsum(flights))
-    assert heard(instants) == ([list(range(8))], [])
+    assert audible_bounces(instants) == ([list(range(8))], [])
     echo = np.sort(np.append(instants, instants[3] + 0.1))
-    assert heard(echo) == ([[0, 1, 2, 3, 5, 6, 7, 8]], [(4, "an echo or another sound")])
+    assert audible_bounces(echo) == ([[0, 1, 2, 3, 5, 6, 7, 8]], [(4, "an echo or another sound")])
     missed = np.delete(instants, 3)
     before, after = "the bounce before it was not heard", "the bounce after it was not heard"
-    assert heard(missed) == ([[0, 1, 2], [3, 4, 5, 6]], [(2, after), (3, before)])
+    assert audible_bounces(missed) == ([[0, 1, 2], [3, 4, 5, 6]], [(2, after), (3, before)])
     two = np.concatenate([instants, instants + 9])
     ends = "the first or last bounce of a drop"
-    assert heard(two) == ([list(range(8)), list(range(8, 16))], [(7, ends), (8, ends)])
+    assert audible_bounces(two) == ([list(range(8)), list(range(8, 16))], [(7, ends), (8, ends)])
 
 
 def test_a_long_flight_or_a_missed_bounce_is_ambiguous():
     """Of eps < 0.62, two flights are shorter than the one before them."""
-    runs, left_out = heard(np.cumsum([0, 0.5, 0.3, 0.288]))
+    runs, left_out = audible_bounces(np.cumsum([0, 0.5, 0.3, 0.288]))
     assert runs == []
     assert all(why.startswith("ambiguous: ") for _, why in left_out)
 
 
 def test_fewer_than_three_sounds():
-    assert heard(np.array([1.0, 2.0])) == ([], [])
-    assert heard(np.array([1.0])) == ([], [])
+    assert audible_bounces(np.array([1.0, 2.0])) == ([], [])
+    assert audible_bounces(np.array([1.0])) == ([], [])

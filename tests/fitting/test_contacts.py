@@ -148,6 +148,6 @@ def test_together_the_load_is_the_mean_of_the_drops():
     instants, durations, *_ = fallen(pair_of(1e7))
     names = list(map(str, range(BOUNCES)))
     one = bounces.of_times([(instants, names)], Flight(G), durations=[durations])
-    both = bounces.together([one, one])
+    both = bounces.concatenate([one, one])
     assert both.weight_speed == pytest.approx(one.weight_speed)
     assert both.weight_speed == pytest.approx((G * pair_of(1e7).time_scale(1.0)) ** (5 / 6), rel=1e-5)

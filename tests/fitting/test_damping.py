@@ -11,13 +11,13 @@ from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.collision.spheres import restitution_error
 from viscopade.fitting.damping import DampingFit
-from viscopade.fitting.likelihood import fitted as fitted_law
+from viscopade.fitting.likelihood import fit_law
 from viscopade.fitting.points import Points
 from viscopade.fitting.scene_text import scene_text
 from viscopade.fitting.verdict import MODELS, Verdict
 from viscopade.quantity import uncertain
 from viscopade.scene import read
-from viscopade.scene.sense import setup
+from viscopade.scene.model_limits import setup
 
 BALL = vp.Sphere(radius=0.005, density=2500, young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=5e-7)
 PAIR = vp.Pair(BALL, BALL)
@@ -66,7 +66,7 @@ def test_errors_of_both_constants_are_the_scatter_of_many_sets():
     for _ in range(200):
         epsilon = PAIR.epsilon(SPEED) + 0.01 * random.standard_normal(12)
         times = PAIR.contact_time(SPEED) * (1 + 0.05 * random.standard_normal(12))
-        main = fitted_law(Points.measured(SPEED, epsilon, contact_time=times), MODELS[0])
+        main = fit_law(Points.measured(SPEED, epsilon, contact_time=times), MODELS[0])
         found = DampingFit(main.points, (main,), Verdict("holds", ()), ())
         constant, young = found.stiffness(BALL, False)
         values.append([constant.value, young.value])

@@ -69,7 +69,7 @@ def test_many_points_make_a_short_table():
 
 
 def test_what_is_said_has_range_and_residual():
-    text = " ".join(of_points(Points.measured(SPEED, ICE)).described())
+    text = " ".join(of_points(Points.measured(SPEED, ICE)).head_sentences())
     assert "EMPIRICAL fit of measured data, no law of contact: eps = min(1, 0.108931 v^-0.234)" in text
     assert "Speeds from 0.001 to 0.1 m/s; outside, eps has its value at the nearer end." in text
 

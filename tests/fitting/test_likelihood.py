@@ -29,7 +29,7 @@ def noisy(seed, sigma=0.01, speed=SPEED):
 def test_independent_errors_give_what_curve_fit_gives(seed, known):
     epsilon = noisy(seed)
     sigma = {"sigma_epsilon": 0.01} if known else {}
-    fit = likelihood.fitted(Points.measured(SPEED, epsilon, **sigma), VISCOELASTIC)
+    fit = likelihood.fit_law(Points.measured(SPEED, epsilon, **sigma), VISCOELASTIC)
     best, covariance = optimize.curve_fit(
         law, SPEED, epsilon, p0=[0.1], sigma=np.full(12, 0.01), absolute_sigma=known, bounds=(0, 1)
     )
@@ -41,7 +41,7 @@ def test_independent_errors_give_what_curve_fit_gives(seed, known):
 
 
 def test_the_profile_is_nearly_that_of_the_covariance_if_errors_are_small():
-    fit = likelihood.fitted(Points.measured(SPEED, noisy(1, 1e-4)), VISCOELASTIC)
+    fit = likelihood.fit_law(Points.measured(SPEED, noisy(1, 1e-4)), VISCOELASTIC)
     for level in (0.68, 0.95):
         low, high = fit.interval(level)
         reach = fit.quantile(level) * math.sqrt(fit.covariance[0, 0])
@@ -50,8 +50,8 @@ def test_the_profile_is_nearly_that_of_the_covariance_if_errors_are_small():
 
 
 def test_quantiles_are_those_of_student_unless_errors_are_known():
-    free = likelihood.fitted(Points.measured(SPEED, noisy(1)), VISCOELASTIC)
-    known = likelihood.fitted(Points.measured(SPEED, noisy(1), sigma_epsilon=0.01), VISCOELASTIC)
+    free = likelihood.fit_law(Points.measured(SPEED, noisy(1)), VISCOELASTIC)
+    known = likelihood.fit_law(Points.measured(SPEED, noisy(1), sigma_epsilon=0.01), VISCOELASTIC)
     assert free.quantile(0.95) == pytest.approx(stats.t.ppf(0.975, 11))
     assert known.quantile(0.95) == pytest.approx(1.95996, rel=1e-5)
 
@@ -88,7 +88,7 @@ def test_correlated_errors_give_what_generalised_least_squares_gives():
     """With the dense covariance, written out, linearised at the answer."""
     random, sigma = np.random.default_rng(5), 3e-4
     points = bounced(times(3.0, 9) + sigma * random.standard_normal(10), sigma)
-    fit = likelihood.fitted(points, VISCOELASTIC)
+    fit = likelihood.fit_law(points, VISCOELASTIC)
     b, h = fit.parameters[0], 1e-6
 
     def eps(speed, value):
@@ -114,7 +114,7 @@ def test_hunt_crossley_is_the_closed_form():
 @pytest.mark.parametrize("model", verdict.MODELS, ids=lambda model: model.name)
 def test_data_without_scatter_give_their_parameters_back(model):
     kappa = 0.1 * SPEED ** (0.4 if model.exponent is None else model.exponent)
-    fit = likelihood.fitted(Points.measured(SPEED, model.epsilon(kappa), sigma_epsilon=0.01), model)
+    fit = likelihood.fit_law(Points.measured(SPEED, model.epsilon(kappa), sigma_epsilon=0.01), model)
     assert fit.parameters[0] * (SPEED / fit.middle) ** fit.exponent == pytest.approx(kappa, rel=1e-5)
     assert fit.chi2 < 1e-6
 
@@ -124,7 +124,7 @@ def test_robust_fits_leave_an_outlier_alone():
     spoiled = epsilon.copy()
     spoiled[4] -= 0.2
     clean, plain, robust = (
-        likelihood.fitted(Points.measured(SPEED, values), VISCOELASTIC, robust=of).parameters[0]
+        likelihood.fit_law(Points.measured(SPEED, values), VISCOELASTIC, robust=of).parameters[0]
         for values, of in ((epsilon, False), (spoiled, False), (spoiled, True))
     )
     assert abs(robust / clean - 1) < 0.03 < abs(plain / clean - 1)
@@ -134,7 +134,7 @@ def test_robust_fits_leave_an_outlier_alone():
 def test_an_elastic_body_has_an_interval_that_begins_at_zero():
     random = np.random.default_rng(7)
     epsilon = np.minimum(1 - 1e-4 + 1e-3 * random.standard_normal(12), 1.0)
-    fit = likelihood.fitted(Points.measured(SPEED, epsilon, sigma_epsilon=1e-3), VISCOELASTIC)
+    fit = likelihood.fit_law(Points.measured(SPEED, epsilon, sigma_epsilon=1e-3), VISCOELASTIC)
     assert fit.interval(0.95)[0] == 0
     assert fit.interval(0.95)[1] > 0
 
@@ -143,7 +143,7 @@ def test_groups_of_many_points_lose_nothing():
     random = np.random.default_rng(8)
     speed = np.exp(random.uniform(-3, 1, 4000))
     points = Points.measured(speed, law(speed) + 0.01 * random.standard_normal(4000))
-    whole, grouped = (likelihood.fitted(each, FREE) for each in (points, points.grouped(200)))
+    whole, grouped = (likelihood.fit_law(each, FREE) for each in (points, points.grouped(200)))
     assert grouped.parameters[1] == pytest.approx(whole.parameters[1], abs=0.2 * math.sqrt(whole.covariance[1, 1]))
     assert grouped.scatter == pytest.approx(whole.scatter, rel=0.1)
     assert np.diag(grouped.covariance) == pytest.approx(np.diag(whole.covariance), rel=0.25)
@@ -162,7 +162,7 @@ def test_intervals_hold_the_true_value_as_often_as_they_say(kind):
         else:
             epsilon = law(SPEED) + 0.01 * random.standard_normal(12)
             points = Points.measured(SPEED, epsilon, **({"sigma_epsilon": 0.01} if kind == "known" else {}))
-        fit = likelihood.fitted(points, VISCOELASTIC)
+        fit = likelihood.fit_law(points, VISCOELASTIC)
         truth = BETA * fit.middle**0.2
         inside += [low <= truth <= high for low, high in (fit.interval(0.68), fit.interval(0.95))]
     for share, level in zip(inside / sets, (0.68, 0.95), strict=True):
@@ -179,7 +179,7 @@ def test_a_drop_whose_scatter_is_not_known_has_intervals_that_are_wide_enough(sc
         for _ in range(8):
             speed *= float(law(np.array([speed]))[0]) + scatter * random.standard_normal()
             found.append(found[-1] + 2 * speed / 9.81)
-        fit = likelihood.fitted(bounced(np.array(found) + 5e-4 * random.standard_normal(9), 5e-4), VISCOELASTIC)
+        fit = likelihood.fit_law(bounced(np.array(found) + 5e-4 * random.standard_normal(9), 5e-4), VISCOELASTIC)
         truth = BETA * fit.middle**0.2
         inside += [low <= truth <= high for low, high in (fit.interval(0.68), fit.interval(0.95))]
     assert inside[0] > 0.55 * sets
@@ -189,8 +189,8 @@ def test_a_drop_whose_scatter_is_not_known_has_intervals_that_are_wide_enough(sc
 def test_a_mixture_of_scatters_is_students_t_if_scatter_prevails():
     """Tiny errors of the measurement: the mixture has one degree of freedom less than the profile."""
     epsilon = noisy(3)
-    scattered = likelihood.fitted(Points.measured(SPEED, epsilon, sigma_epsilon=1e-7, scatter=True), VISCOELASTIC)
-    plain = likelihood.fitted(Points.measured(SPEED, epsilon), VISCOELASTIC)
+    scattered = likelihood.fit_law(Points.measured(SPEED, epsilon, sigma_epsilon=1e-7, scatter=True), VISCOELASTIC)
+    plain = likelihood.fit_law(Points.measured(SPEED, epsilon), VISCOELASTIC)
     low, high = scattered.interval(0.95)
     wanted = 2 * stats.t.ppf(0.975, 10) * math.sqrt(plain.covariance[0, 0] * 11 / 10)
     assert high - low == pytest.approx(wanted, rel=0.02)
@@ -199,7 +199,7 @@ def test_a_mixture_of_scatters_is_students_t_if_scatter_prevails():
 def test_a_robust_standard_error_has_the_information_of_students_t():
     """Of a place, the mean square of d ln f/dx by quadrature, in units of that of a Gaussian."""
     points = Points.measured(SPEED, law(SPEED), sigma_epsilon=0.01)
-    plain, robust = (likelihood.fitted(points, VISCOELASTIC, robust=of).standard_error() for of in (False, True))
+    plain, robust = (likelihood.fit_law(points, VISCOELASTIC, robust=of).standard_error() for of in (False, True))
     slope = 1e-4
     information, _ = integrate.quad(
         lambda x: (stats.t.logpdf(x + slope, 4) - stats.t.logpdf(x - slope, 4)) ** 2 / 4e-8 * stats.t.pdf(x, 4), -50, 50
@@ -211,7 +211,7 @@ def test_the_standard_error_of_a_mixture_is_that_of_its_quantiles():
     """The best value depends on the scatter: the four points of small errors lie above the others."""
     sigma, epsilon = np.where(np.arange(12) % 3, 0.01, 1e-3), law(SPEED)
     epsilon[::3] += 0.01
-    fit = likelihood.fitted(Points.measured(SPEED, epsilon, sigma_epsilon=sigma, scatter=True), VISCOELASTIC)
+    fit = likelihood.fit_law(Points.measured(SPEED, epsilon, sigma_epsilon=sigma, scatter=True), VISCOELASTIC)
     middles = (np.arange(500) + 0.5) / 500
     quantiles = np.concatenate([fit.interval(level) for level in middles])
     assert fit.standard_error() == pytest.approx(float(quantiles.std()), rel=0.01)
@@ -226,7 +226,7 @@ def test_the_standard_error_of_a_mixture_is_that_of_its_quantiles():
 )
 def test_what_cannot_be_fitted_is_refused(points, text):
     with pytest.raises(ValueError, match=text):
-        likelihood.fitted(Points.measured(*points), VISCOELASTIC)
+        likelihood.fit_law(Points.measured(*points), VISCOELASTIC)
 
 
 @pytest.mark.parametrize(

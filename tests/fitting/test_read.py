@@ -44,7 +44,7 @@ def test_one_table_written_in_many_ways(text, columns):
     found = points(text, columns=columns)
     assert found.speed.tolist() == pytest.approx([1, 2, 3])
     assert found.epsilon.tolist() == pytest.approx([0.9, 0.85, 0.8])
-    assert not found.known
+    assert not found.errors_complete
 
 
 def test_columns_and_units_by_option():
@@ -52,9 +52,9 @@ def test_columns_and_units_by_option():
     columns = {"speed": "a", "epsilon": "b", "sigma_epsilon": "c"}
     found = points(text, columns=columns, units={"speed": "cm/s"})
     assert found.speed.tolist() == [1, 2, 3]
-    assert found.known
+    assert found.errors_complete
     assert np.sqrt((found.epsilon_errors.toarray() ** 2).sum(axis=1)).tolist() == pytest.approx([0.01, 0.02, 0.01])
-    assert not points(text, columns=columns, units={"speed": "cm/s"}, scatter=True).known
+    assert not points(text, columns=columns, units={"speed": "cm/s"}, scatter=True).errors_complete
 
 
 AUDACITY = "".join(f"{t:.6f}\t{t:.6f}\tb{k}\n" for k, t in enumerate(0.5 + np.cumsum(0.9 ** np.arange(7))))
@@ -171,8 +171,8 @@ def test_instants_heights_and_pairs_of_heights_are_one_drop():
         assert found.speed.tolist() == pytest.approx([3.0, 2.7, 2.4, 2.1])
         assert found.epsilon.tolist() == pytest.approx((launch[1:] / launch[:-1]).tolist())
     assert by_time.labels[0] == "line 3"
-    assert not by_time.known
-    assert points("time\n1\n2\n2.9\n", resolution="1 ms", scatter=False).known
+    assert not by_time.errors_complete
+    assert points("time\n1\n2\n2.9\n", resolution="1 ms", scatter=False).errors_complete
     assert by_time.epsilon_errors.toarray().any()
     assert not by_height.epsilon_errors.toarray().any()
 
@@ -337,7 +337,7 @@ def test_an_eps_above_1_and_one_of_0_are_data():
     found = vp.fit(points(text.format("")))
     assert found.beta == pytest.approx(0.045, abs=0.01)
     assert found.betas[0] == 0
-    assert found.main.residuals[0] == pytest.approx(1.003 - found.main.at(np.array([0.1]))[0])
+    assert found.main.residuals[0] == pytest.approx(1.003 - found.main.epsilon(np.array([0.1]))[0])
     stuck = vp.fit(points("speed,epsilon\n.1,.6\n1,.4\n10,.2\n100,0\n"))
     assert stuck.betas[-1] == np.inf
 

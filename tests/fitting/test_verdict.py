@@ -21,7 +21,7 @@ def data(model, sigma=0.005, seed=1, speed=SPEED, kappa=0.1, power=None, known=T
 
 
 def judged(points):
-    return verdict.judged(verdict.compared(points))
+    return verdict.judge(verdict.compare_laws(points))
 
 
 VISCOELASTIC, CONSTANT, HUNT_CROSSLEY, FREE = verdict.MODELS
@@ -75,7 +75,7 @@ def test_as_many_points_over_the_named_range_decide():
 
 def test_no_range_helps_where_errors_are_as_large_as_eps():
     points = data(VISCOELASTIC, sigma=0.3, kappa=1e-6, speed=np.geomspace(1, 2, 3))
-    main = verdict.compared(points)[0]
+    main = verdict.compare_laws(points)[0]
     assert verdict.deciding_ratio(main, CONSTANT) is None
 
 
@@ -144,10 +144,10 @@ def test_fewer_than_five_points_never_hold_and_the_speeds_that_would_decide_are_
     ],
 )
 def test_a_difference_of_six_decides(criteria, word):
-    fits = verdict.compared(data(VISCOELASTIC))[:3]
+    fits = verdict.compare_laws(data(VISCOELASTIC))[:3]
     for fit, aic in zip(fits, criteria, strict=True):
         vars(fit)["aic"] = aic
-    assert verdict.judged(fits).word == word
+    assert verdict.judge(fits).word == word
 
 
 def test_further_laws_are_compared():
@@ -160,7 +160,7 @@ def test_further_laws_are_compared():
 
 
 def test_the_criterion_is_that_of_akaike():
-    fit = verdict.compared(data(CONSTANT))[1]
+    fit = verdict.compare_laws(data(CONSTANT))[1]
     n, k = 12, 1
     likelihood = -0.5 * fit.chi2 - n * math.log(0.005 * math.sqrt(2 * math.pi))
     assert fit.aic == pytest.approx(-2 * likelihood + 2 * k + 2 * k * (k + 1) / (n - k - 1))

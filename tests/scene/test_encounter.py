@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import viscopade as vp
 from viscopade import Pair, Sphere
 from viscopade.collision import limits
-from viscopade.scene import encounter, read, sense
+from viscopade.scene import encounter, model_limits, read
 from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, Speeds, Tolerance
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -224,7 +224,7 @@ SOUND, RELAXATION = "as long as sound takes", "of the contact time at"
 
 def warned(scene):
     """Return which of the five warnings there are."""
-    found = list(sense.warnings(scene, met(scene)))
+    found = list(model_limits.warnings(scene, met(scene)))
     assert all(text.startswith(f"{scene.meetings[0].name}: ") and text.isprintable() for text in found)
     kinds = (HARDNESS, DEPTH, YIELDING, SOUND, RELAXATION)
     assert len(found) == sum(any(kind in text for text in found) for kind in kinds)
@@ -255,7 +255,7 @@ def test_contacts_that_last_long():
     phi = around(HARDNESS, make, 1e-3, 0.7)
     found = met(make(phi))
     share = found.contact_time / encounter.mean_free_time(make(phi), found)
-    assert share == pytest.approx(sense.LONGEST_CONTACT, rel=1e-9)
+    assert share == pytest.approx(model_limits.LONGEST_CONTACT, rel=1e-9)
 
 
 def test_deep_contacts():
@@ -273,7 +273,7 @@ def test_yielding():
     fastest = around(YIELDING, make, 1e-2, 10)
     limit = limits.yield_speed(met(make(1.0)).pair, 1e9)
     assert fastest == pytest.approx(limits.NEAR_YIELD * limit, rel=1e-9)
-    near, beyond = (" ".join(sense.warnings(make(f * limit), met(make(f * limit)))) for f in (0.9, 1.1))
+    near, beyond = (" ".join(model_limits.warnings(make(f * limit), met(make(f * limit)))) for f in (0.9, 1.1))
     assert "is near the" in near
     assert "is beyond the" in beyond
 
@@ -361,7 +361,7 @@ def test_document_has_the_limits():
     text = (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8")
     rows = dict(re.findall(r"^\| ([^|]+) \| ([<>] [\d.]+) \|", text, re.MULTILINE))
     assert rows == {
-        "contact time / mean free time": f"> {sense.LONGEST_CONTACT:g}",
+        "contact time / mean free time": f"> {model_limits.LONGEST_CONTACT:g}",
         "overlap / smaller radius": f"> {limits.LARGEST_OVERLAP:g}",
         "fastest speed / yield speed": f"> {limits.NEAR_YIELD:g}",
         "contact time / time of sound through the sphere": f"< {limits.SOUND_CROSSINGS:g}",

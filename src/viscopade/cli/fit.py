@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from viscopade.fitting.damping import Constant, DampingFit
     from viscopade.fitting.empirical import Form
     from viscopade.fitting.flight import Flight
-    from viscopade.fitting.neglected import WeightInContacts
+    from viscopade.fitting.likelihood import LawFit
+    from viscopade.fitting.neglected_effects import WeightInContacts
     from viscopade.fitting.read import Recording
 
 MOST_ROWS = 20
@@ -274,8 +275,7 @@ def _fit_data(
 
     from viscopade.collision.spheres import Pair, Sphere
     from viscopade.files import content
-    from viscopade.fitting import damping, read
-    from viscopade.fitting import neglected as effects
+    from viscopade.fitting import damping, neglected_effects, read
 
     # The sphere, and with its elastic constants the pair of what collides: two spheres, or one and a wall.
     names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
@@ -327,12 +327,13 @@ def _fit_data(
 
     # Sentences on effects that the fit neglects, where they may matter.
     assert isinstance(sphere, Sphere | None)
-    gravity = reading.flight.gravity
-    drag = None if in_air else effects.drag(recording, sphere, gravity)
-    weight = effects.weight_in_contacts(recording, pair, gravity)
-    # A weight that matters, and is not in the fit, looks like adhesion: eps falls at low speeds.
-    adhesion = None if weight and weight.warns else effects.adhesion(damping_fit.laws)
-    return recording, damping_fit, sphere, constants, Neglected(weight, drag, adhesion)
+    gravity = how.flight.gravity
+    drag = None if in_air else neglected_effects.drag(recording, sphere, gravity)
+    weight = neglected_effects.weight_in_contacts(recording, pair, gravity)
+    # A weight that matters, and is not in the fit, looks alike.
+    adhesion = None if weight and weight.warns else neglected_effects.adhesion(found.laws)
+    left = Neglected(weight, drag, adhesion)
+    return recording, found, sphere, constants, left
 
 
 def _require_speeds(recording: Recording, files: str) -> None:
@@ -499,12 +500,8 @@ def _show(
             "A also needs --radius, --density or --mass, --poisson-ratio, and --young-modulus or a column contact_time."
         )
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
-    show(style, header, rows, {}, title=damping_fit.number)
-
-    # The laws by Akaike's information criterion, the smallest first; it is infinite for too few points. Each law has
-    # the damping kappa ~ v^p. chi^2 only where the errors of the points are known: with a fitted scatter it says
-    # nothing about the law.
-    errors_known = damping_fit.points.known
+    show(style, header, rows, {}, title=found.number)
+    known = found.points.errors_complete  # with a fitted scatter chi^2 says nothing about the law
     laws = [
         (
             fit.model.name,
@@ -611,7 +608,7 @@ def _sentences(damping_fit: DampingFit) -> list[str]:
         text.append(
             f"eps scatters by {main.scatter:.2g}, found from the residuals; intervals are those of Student's t."
         )
-    elif not damping_fit.points.known:
+    elif not found.points.errors_complete:
         text.append("eps does not scatter beyond the errors of the measurement; intervals are those of Student's t.")
     return text
 

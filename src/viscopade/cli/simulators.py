@@ -164,30 +164,8 @@ def _read_collisions(
     speeds: tuple[float, float] | None,
     yield_strength: float | None,
     **options: Any,
-) -> _Collisions:
-    """Return the collisions that the options describe.
-
-    Parameters
-    ----------
-    file : Path or None
-        A scene.
-    gravity : float or None
-        Acceleration in m/s^2; None without weight.
-    classes : bool
-        Whether the program's file gives each class of bodies its own parameters.
-    epsilon, speed, speeds
-        The wanted eps, the speed at which it holds, and the range of speeds, in m/s.
-    yield_strength : float or None
-        Of the material, in Pa, for a warning.
-    **options : Any
-        Further options of a material, as for `pair_of`.
-
-    Raises
-    ------
-    click.UsageError, ValueError
-        If options are missing or do not belong together.
-    """
-    from viscopade.scene.sense import setup
+) -> _Given:
+    from viscopade.scene.model_limits import setup
 
     # A scene has materials, bodies and speeds: no other option may say them.
 

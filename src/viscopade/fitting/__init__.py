@@ -8,7 +8,7 @@ __all__ = [
     "flight",
     "forms",
     "likelihood",
-    "neglected",
+    "neglected_effects",
     "points",
     "read",
     "scene_text",

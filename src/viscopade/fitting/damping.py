@@ -26,8 +26,13 @@ if TYPE_CHECKING:
 
 _SPEEDS = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
 LEVELS = (0.68, 0.95)
+"""Confidence levels of reported intervals: about one and two standard errors of a Gaussian."""
 MANY, GROUPS = 20_000, 4096
-"""Largest number of points that are fitted one by one, and the least number of groups into which more are averaged."""
+"""Largest number of points that are fitted one by one, and the least number of groups into which more are averaged.
+
+Both were chosen by hand for the time of a fit, a few seconds for 20,000 points. Means lose no information as long as a
+law is a straight line within a group, whose width `Points.grouped` limits.
+"""
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,7 @@ class DampingFit:
 
     @property
     def _unit(self) -> float:
+        """The ratio of beta to the fitted parameter b: kappa = b (v/v_0)^(1/5) = beta v^(1/5), so it is v_0^(-1/5)."""
         return float(self.main.middle ** float(-2 * VISCOELASTIC.c))
 
     @property
@@ -107,20 +113,21 @@ class DampingFit:
         It is 0 for a measured eps of 1 or more, and infinite for 0.
         """
         speed, epsilon = self.points.speed, np.minimum(self.points.epsilon, 1.0)
-        betas, some = np.full(len(speed), math.inf), epsilon > 0
-        kappa = self.main.model.kappa(epsilon[some], self.points.load(speed[some]))
+        betas, rebounds = np.full(len(speed), math.inf), epsilon > 0
+        kappa = self.main.model.kappa(epsilon[rebounds], self.points.load(speed[rebounds]))
         # beta = kappa v^(-1/5), with the kappa of the point's eps
-        betas[some] = kappa / speed[some] ** 0.2
+        betas[rebounds] = kappa / speed[rebounds] ** 0.2
         return betas
 
     def epsilon(self, speed: float) -> tuple[float, float]:
         """Return eps of the viscoelastic law at a speed, without weight, and its standard error."""
+        # v* = beta^(1/2) v^(1/10); the error of eps is |d eps/d ln beta| sigma_beta/beta
         v_star = math.sqrt(self.beta) * number("speed", speed, _SPEEDS) ** 0.1
         value = float(double.epsilon(v_star))
         return value, restitution_error(v_star, self.beta_standard_error / self.beta if self.beta else 0.0)
 
     def dissipative_constant(self, pair: Pair) -> Constant:
-        """Return A of a pair of bodies of known stiffness."""
+        """Return A of a pair of bodies of known stiffness; A is proportional to beta, and so is its error."""
         a = pair.dissipative_constant(self.beta)
         return Constant(a, a * self.beta_standard_error / self.beta if self.beta else 0.0)
 
@@ -128,7 +135,7 @@ class DampingFit:
         """Return A and Y of a sphere that hits a wall or another one of its kind, from the measured contact times.
 
         Contact times are t_c = tau_c(v*) (rho/m)^(-2/5) v^(-1/5). The scatter of (rho/m)^(2/5) among the points gives
-        its standard error. The sphere's Young modulus is not used.
+        its standard error. The Young modulus of `sphere` is not used. `wall`: whether it hits a wall of its material.
 
         Raises
         ------
@@ -141,22 +148,26 @@ class DampingFit:
 
         speed, loads = self.points.speed, self.points.load(self.points.speed)
 
-        def logs(beta: float) -> FloatArray:
+        def log_q_by_point(beta: float) -> FloatArray:
+            """Return ln q of each point, q = (rho/m)^(2/5)."""
+            # kappa = v*^2 = beta v^(1/5)
             kappa = beta * speed**0.2
             scaled = weight_table.duration(kappa, loads) if loads.any() else double.tau_c(np.sqrt(kappa))
-            # ln q = ln (rho/m)^(2/5) = ln tau_c(v*) - 1/5 ln v - ln t_c
+            # ln q = ln tau_c(v*) - 1/5 ln v - ln t_c
             return np.asarray(np.log(scaled) - 0.2 * np.log(speed) - np.log(times))
 
-        log_qs = logs(self.beta)
-        # The mean of ln q, and its standard error from the scatter.
+        log_qs = log_q_by_point(self.beta)
+        # The mean of ln q, and its standard error from the scatter: one degree of freedom is the mean itself.
         log_q, log_q_error = float(log_qs.mean()), float(log_qs.std(ddof=1)) / math.sqrt(len(log_qs))
         beta_relative_error = self.beta_standard_error / self.beta
-        # d ln q/d ln beta, because tau_c depends on beta: a central difference of 0.1 %, a step that is a choice
-        slope = float(np.mean(logs(self.beta * 1.001) - logs(self.beta / 1.001))) / (2 * math.log(1.001))
+        # d ln q/d ln beta, because tau_c depends on beta: a central difference with steps of 0.1 %. Truncation, about
+        # 1e-6, and round-off, about 1e-13, are far below the errors of A and Y.
+        difference = np.mean(log_q_by_point(self.beta * 1.001) - log_q_by_point(self.beta / 1.001))
+        slope = float(difference) / (2 * math.log(1.001))
         # beta = 3/2 A (rho/m)^(2/5), so A = 2/3 beta/q; its errors are (1 - slope) d ln beta and that of ln q
         a = 2 / 3 * self.beta * math.exp(-log_q)
         a_relative_error = math.hypot((1 - slope) * beta_relative_error, log_q_error)
-        # rho is proportional to Y, so with the rho of Y = 1: Y = q^(5/2) m/rho.
+        # rho is proportional to Y, so with the rho of Y = 1: Y = q^(5/2) m/rho, and d ln Y = 5/2 d ln q.
         wall_of_unit_modulus = Sphere.wall(young_modulus=1, poisson_ratio=sphere.poisson_ratio, dissipative_constant=0)
         sphere_of_unit_modulus = replace(sphere, young_modulus=1)
         pair = Pair(sphere_of_unit_modulus, wall_of_unit_modulus if wall else sphere_of_unit_modulus)
@@ -194,8 +205,8 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     --------
     >>> import viscopade as vp
     >>> points = vp.Points.measured([0.03, 0.1, 0.3, 1, 3], [0.949, 0.938, 0.918, 0.901, 0.874])
-    >>> found = vp.fit(points)
-    >>> f"{found.beta:.3f} +- {found.beta_standard_error:.3f}", found.verdict.word
+    >>> damping = vp.fit(points)
+    >>> f"{damping.beta:.3f} +- {damping.beta_standard_error:.3f}", damping.verdict.word
     ('0.094 +- 0.001', 'holds')
     """
     if not isinstance(points, Points):
@@ -204,6 +215,7 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     from viscopade.fitting import verdict  # imported here, because it loads SciPy
     from viscopade.fitting.likelihood import Model
 
+    # Student's t is a distribution of one error of each point: it needs points that share none, one by one.
     if robust and not points.of_independent_errors:
         raise ValueError(
             "bounces share errors: expected speeds and eps with --robust; use --without to leave a bounce out"
@@ -212,5 +224,6 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
         raise ValueError(f"there are {len(points)} points: expected at most {MANY} with --robust")
     if len(points) > MANY and points.of_independent_errors:
         points = points.grouped(GROUPS)
-    fits = verdict.compared(points, [Model.from_law(str(law), law_of(law)) for law in laws], robust=robust)
-    return DampingFit(points, fits, verdict.judged(fits), tuple(verdict.outliers(points)))
+    # The viscoelastic law and its rivals, then the verdict and the points that are far from any law
+    fits = verdict.compare_laws(points, [Model.from_law(str(law), law_of(law)) for law in laws], robust=robust)
+    return DampingFit(points, fits, verdict.judge(fits), tuple(verdict.outliers(points)))

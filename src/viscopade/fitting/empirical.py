@@ -26,7 +26,7 @@ from viscopade.kernels.write.languages import language as language_of
 
 Form = Literal["power", "table"]
 
-MOST_NODES = 32  # of a table; one with more nodes would follow the scatter; a choice
+MOST_NODES = 32  # of a table, chosen by hand: one with more nodes would follow the scatter, and is a longer file
 _SPEEDS = Accepted("a number >= 0", lambda x: x >= 0)
 
 
@@ -55,41 +55,50 @@ class Empirical:
     nodes: tuple[tuple[float, float], ...] = ()
 
     def epsilon(self, speed: Values) -> Values:
-        """Return eps at speeds >= 0."""
-        return elementwise(self._epsilon, "speed", speed, _SPEEDS)
+        """Return eps at speeds >= 0, in m/s."""
 
-    def _epsilon(self, speed: FloatArray) -> FloatArray:
-        v = np.clip(speed, self.slowest, self.fastest)
-        if self.nodes:
-            node_speeds, node_epsilons = np.array(self.nodes).T
-            return np.asarray(np.interp(np.log(v), np.log(node_speeds), node_epsilons))
-        # eps = min(1, C v^-q)
-        return np.minimum(1.0, self.factor * v**-self.power)
+        def epsilon_of_array(speeds: FloatArray) -> FloatArray:
+            # Outside the measured range, eps is that of the nearer end.
+            v = np.clip(speeds, self.slowest, self.fastest)
+            if self.nodes:
+                # linear in ln v between the nodes
+                node_speeds, node_epsilons = np.array(self.nodes).T
+                return np.asarray(np.interp(np.log(v), np.log(node_speeds), node_epsilons))
+            # eps = min(1, C v^-q)
+            return np.minimum(1.0, self.factor * v**-self.power)
 
-    def described(self) -> list[str]:
-        """Return sentences about this function for the head of a file."""
-        form = (
+        return elementwise(epsilon_of_array, "speed", speed, _SPEEDS)
+
+    def head_sentences(self) -> list[str]:
+        """Return sentences about this function for the head of a file: its formula, range and residuals."""
+        formula = (
             f"a monotone table of {len(self.nodes)} nodes, linear in ln v between them"
             if self.nodes
             else f"eps = min(1, {self.factor:.6g} v^{-self.power:.6g}), v in m/s"
         )
+        # Six digits of constants and speeds, as in other files; two of residuals, whose own error is larger.
         return [
-            f"EMPIRICAL fit of measured data, no law of contact: {form}.",
+            f"EMPIRICAL fit of measured data, no law of contact: {formula}.",
             f"Speeds from {self.slowest:.6g} to {self.fastest:.6g} m/s; outside, eps has its value at the nearer end.",
             f"Residuals of eps: {self.residual:.2g} (root mean square), up to {self.largest:.2g}.",
         ]
 
     def kernel(self, name: str) -> Kernel:
-        """Return the function as a kernel without a proof, which can be written in every language."""
+        """Return the function as a kernel without a proof, which can be written in every language.
+
+        `name` ends the names of the kernel and of its functions. A Kernel has expressions of named constants and
+        arguments; v{i}, e{i} are the speed and eps of node i.
+        """
         speed, v, eps = map(Name, ("speed", "v", "eps"))
         # Outside the measured range, eps is that of the nearer end.
         cut = Select(speed < Name("slowest"), Name("slowest"), Select(speed > Name("fastest"), Name("fastest"), speed))
         constants = {"slowest": self.slowest, "fastest": self.fastest}
         if self.nodes:
-            # Between two nodes, eps is linear in ln v: its share is ln(v/v_i)/ln(v_(i+1)/v_i), of any base.
+            # Between two nodes, eps is linear in ln v: its share is ln(v/v_i)/ln(v_(i+1)/v_i), of any base. A branch
+            # takes the speeds up to its upper node.
             branches = []
-            for i, ((low, first), (high, last)) in enumerate(pairwise(self.nodes)):
-                constants |= {f"v{i}": low, f"e{i}": first, f"v{i + 1}": high, f"e{i + 1}": last}
+            for i, ((low_v, low_eps), (high_v, high_eps)) in enumerate(pairwise(self.nodes)):
+                constants |= {f"v{i}": low_v, f"e{i}": low_eps, f"v{i + 1}": high_v, f"e{i + 1}": high_eps}
                 start_speed, end_speed, start, end = map(Name, (f"v{i}", f"v{i + 1}", f"e{i}", f"e{i + 1}"))
                 share = Call("log2", (v / start_speed,)) / Call("log2", (end_speed / start_speed,))
                 branches.append(CodeBranch(v <= end_speed, (), {"eps": start + (end - start) * share}))
@@ -104,11 +113,14 @@ class Empirical:
             "epsilon", ("speed",), "eps at a speed in m/s, EMPIRICAL", speed >= ZERO, (Statement("v", cut),),
             tuple(branches), "eps",
         )  # fmt: skip
-        written = {
-            form.name: {constant: form.nearest(Fraction(value)) for constant, value in constants.items()}
-            for form in FORMATS.values()
+        # Each constant is rounded to the nearest number of each format, float and double.
+        constants_by_format = {
+            number_format.name: {
+                constant: number_format.nearest(Fraction(value)) for constant, value in constants.items()
+            }
+            for number_format in FORMATS.values()
         }
-        return Kernel(f"empirical_{name}", name, "speed", "", "", "", (function,), written)
+        return Kernel(f"empirical_{name}", name, "speed", "", "", "", (function,), constants_by_format)
 
     def text(self, language: str, name: str, command: str) -> str:
         """Return a file with the function, which says that it is empirical.
@@ -122,10 +134,11 @@ class Empirical:
         command : str
             The command line that makes the file.
         """
+        # The head: the command, and the facts in lines of a file's width; then the code.
         lines = [
             *marker_lines(command),
             "",
-            *(line for sentence in self.described() for line in wrap(sentence, WIDTH)),
+            *(line for sentence in self.head_sentences() for line in wrap(sentence, WIDTH)),
             "A negative speed gives NaN. Nothing is proven of this function.",
         ]
         return file.file_text([self.kernel(name)], language_of(language), command, f"empirical_{name}", lines)
@@ -152,9 +165,10 @@ def of_points(points: Points, form: Form = "power") -> Empirical:
     if not fastest > slowest or not points.epsilon.any():
         raise ValueError("all speeds are equal, or all eps are 0: expected two speeds and an eps > 0")
     # Weights are 1/sigma^2, or the numbers of points in means, or equal.
-    weights = 1 / points.standard_errors**2 if points.known else np.ones(len(points))
-    if points.counts is not None and not points.known:
+    weights = 1 / points.standard_errors**2 if points.errors_complete else np.ones(len(points))
+    if points.counts is not None and not points.errors_complete:
         weights = points.counts
+    # Fit the constants, then measure the residuals with the same weights.
     if form == "power":
         factor, power = _power(points, weights)
         curve = Empirical(slowest, fastest, factor=factor, power=power)
@@ -166,30 +180,37 @@ def of_points(points: Points, form: Form = "power") -> Empirical:
 
 
 def _power(points: Points, weights: FloatArray) -> tuple[float, float]:
-    """Return C and q."""
+    """Return C and q of the function min(1, C v^-q) that is nearest to the points, in weighted squares of eps."""
     from scipy import optimize
 
     log_v = np.log(points.speed)
     middle, roots = float(np.average(log_v, weights=weights)), np.sqrt(weights)
 
-    def residuals(values: FloatArray) -> FloatArray:
+    def residuals(level_and_power: FloatArray) -> FloatArray:
         # sqrt(w) (min(1, exp(level - q (ln v - middle))) - eps): around the middle, level and q are hardly correlated
-        return np.asarray(roots * (np.exp(np.minimum(values[0] - values[1] * (log_v - middle), 0)) - points.epsilon))
+        level, q = level_and_power
+        return np.asarray(roots * (np.exp(np.minimum(level - q * (log_v - middle), 0)) - points.epsilon))
 
-    # The search starts with the straight line through ln eps, where eps is not 0.
-    seen = points.epsilon > 0
-    slope, level = np.polyfit(log_v[seen] - middle, np.log(points.epsilon[seen]), 1) if seen.sum() > 1 else (0, 0)
-    solution = optimize.least_squares(residuals, [level, -slope], x_scale="jac").x
+    # The search starts with the straight line through ln eps, where eps is not 0; with one such point, at eps = 1.
+    rebounds = points.epsilon > 0
+    slope, first_level = (
+        np.polyfit(log_v[rebounds] - middle, np.log(points.epsilon[rebounds]), 1) if rebounds.sum() > 1 else (0, 0)
+    )
+    level, q = optimize.least_squares(residuals, [first_level, -slope], x_scale="jac").x
     # C = exp(level + q middle)
-    return math.exp(solution[0] + solution[1] * middle), float(solution[1])
+    return math.exp(level + q * middle), float(q)
 
 
 def _nodes(points: Points, weights: FloatArray) -> tuple[tuple[float, float], ...]:
-    """Return the nodes of the monotone function; where eps is constant, only the first and the last one."""
+    """Return the nodes (speed, eps) of the monotone function that is nearest to the points, in weighted squares of eps.
+
+    Where eps is constant, only the first and the last node are left.
+    """
     from scipy import optimize
 
     order = np.argsort(points.speed, kind="stable")
     # One node for all points of a speed, or for successive groups if there are too many speeds.
+    # A group begins at an index in `starts`; its speed is the geometric mean, weighted like eps.
     _, starts = np.unique(points.speed[order], return_index=True)
     if len(starts) > MOST_NODES:
         starts = starts[np.arange(MOST_NODES) * len(starts) // MOST_NODES]
@@ -202,9 +223,9 @@ def _nodes(points: Points, weights: FloatArray) -> tuple[tuple[float, float], ..
     fits = [
         optimize.isotonic_regression(epsilon, weights=total_weights, increasing=rising).x for rising in (False, True)
     ]
-    best = min(fits, key=lambda fit: float(total_weights @ (fit - epsilon) ** 2))
-    values = np.clip(best, 0, 1)
+    nearest = min(fits, key=lambda fit: float(total_weights @ (fit - epsilon) ** 2))
+    node_epsilons = np.clip(nearest, 0, 1)
     # A node between two nodes of the same eps says nothing more.
-    redundant = np.flatnonzero((values[1:-1] == values[:-2]) & (values[1:-1] == values[2:])) + 1
-    keep = np.delete(np.arange(len(values)), redundant)
-    return tuple(zip(np.exp(log_v[keep]).tolist(), values[keep].tolist(), strict=True))
+    redundant = (node_epsilons[1:-1] == node_epsilons[:-2]) & (node_epsilons[1:-1] == node_epsilons[2:])
+    keep = np.delete(np.arange(len(node_epsilons)), np.flatnonzero(redundant) + 1)
+    return tuple(zip(np.exp(log_v[keep]).tolist(), node_epsilons[keep].tolist(), strict=True))

@@ -18,13 +18,13 @@ from viscopade.arrays.checked import Accepted, FloatArray, number
 STANDARD_GRAVITY = 9.80665
 """In m/s^2."""
 DRAG_COEFFICIENT = 0.47
-"""Drag coefficient of a smooth sphere at Reynolds numbers from about 1000 to 200000."""
+"""Drag coefficient of a smooth sphere at Reynolds numbers from about 1000 to 200000 (Newton's range)."""
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: 0 < x < math.inf)
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
 _POSITIVE_OR_INFINITE = Accepted("a number > 0, or inf", lambda x: x > 0)
-_STEPS = 60  # of Newton's method, at most: a choice
-_STEEPEST = 1.55  # g t/v_t; a rising body has no finite speed at pi/2 and more: a choice below it
+_STEPS = 60  # of Newton's method, at most: a guard, because it needs up to five for any duration (measured)
+_STEEPEST = 1.55  # g t/v_t, at most, of a rising body: tan is infinite at pi/2 = 1.571, and 48 v_t are faster than any
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,16 @@ class Flight:
     ) -> Flight:
         """Return the flight of a sphere in air.
 
+        Parameters
+        ----------
+        radius, density : float
+        air_density : float
+            In the unit of `density`.
+        gravity : float
+            Acceleration without air, in the units of the radius and the time.
+        drag_coefficient : float
+            Drag over (1/2) d_air v^2 times the cross section.
+
         Raises
         ------
         TypeError, ValueError
@@ -77,21 +87,23 @@ class Flight:
         return cls(falling, math.sqrt(8 / 3 * r * falling * d / (air * drag)) if air * drag else math.inf)
 
     def launch(self, duration: FloatArray) -> FloatArray:
-        """Return the speeds at the starts of flights of given durations."""
+        """Return the speeds u at the starts of flights of given durations, upward: the inverse of `duration`."""
         # In vacuum u = g t/2; in air the start is faster, so this is a lower bound.
         speed = self.gravity * duration / 2
-        if self.terminal_speed < math.inf:  # the duration is at most v_t/g (pi/2 + arsinh s): a lower bound of s
-            # sinh(300) is finite in doubles; the limit is a choice.
-            least_arsinh = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 300.0)
-            speed = np.maximum(speed, self.terminal_speed * np.sinh(least_arsinh))
-        for _ in range(_STEPS):  # the duration is a concave function of the speed: Newton's method rises to the root
-            before, speed = speed, speed + (duration - self.duration(speed)) * self.launch_slope(speed)
-            if np.all(np.abs(speed - before) <= 1e-15 * speed):
+        # t = v_t/g (arctan s + arsinh s) <= v_t/g (pi/2 + arsinh s) is another lower bound: s >= sinh(g t/v_t - pi/2).
+        # sinh overflows at 710. From 300 on, 1e130 v_t, no flight is meant, and squares of s still do not overflow.
+        if self.terminal_speed < math.inf:
+            arsinh_bound = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 300.0)
+            speed = np.maximum(speed, self.terminal_speed * np.sinh(arsinh_bound))
+        # The duration is a concave function of the speed: Newton's method rises to the root, and ends at round-off.
+        for _ in range(_STEPS):
+            last_speed, speed = speed, speed + (duration - self.duration(speed)) * self.launch_slope(speed)
+            if np.all(np.abs(speed - last_speed) <= 1e-15 * speed):
                 break
         return speed
 
     def duration(self, launch: FloatArray) -> FloatArray:
-        """Return the durations of flights that start at given speeds."""
+        """Return the durations of flights that start upward at given speeds and end at the same height."""
         if self.terminal_speed == math.inf:
             return 2 * launch / self.gravity
         s = launch / self.terminal_speed
@@ -99,7 +111,7 @@ class Flight:
         return self.terminal_speed / self.gravity * (np.arctan(s) + np.arcsinh(s))
 
     def launch_slope(self, launch: FloatArray) -> FloatArray:
-        """Return the derivative of the launch speed with respect to the duration."""
+        """Return the derivative du/dt of the launch speed u with respect to the duration t."""
         s = launch / self.terminal_speed
         # du/dt = g/(1/(1 + s^2) + 1/sqrt(1 + s^2))
         return self.gravity / (1 / (1 + s**2) + 1 / np.sqrt(1 + s**2))
@@ -128,15 +140,15 @@ class Flight:
         return np.asarray(self.gravity * growth / self.launch_to(height))
 
     def fall(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the distance from the apex, the speed downward and the acceleration at times from the apex on.
+        """Return the distance from the apex, the speed downward and the acceleration downward at times since the apex.
 
         Before it, times and speeds are negative.
         """
         g, v = self.gravity, self.terminal_speed
         if v == math.inf:
             return g * time**2 / 2, g * time, np.full_like(time, g)
-        # In units of v_t^2/g and v_t: rising, the distance is -ln cos s, the speed tan s; falling, ln cosh s, tanh s.
-        # ln cosh s = ln(exp(s) + exp(-s)) - ln 2 does not overflow.
+        # With s = g t/v_t, in units of v_t^2/g and v_t: rising, the distance is -ln cos s, the speed tan s; falling,
+        # ln cosh s, tanh s. ln cosh s = ln(exp(s) + exp(-s)) - ln 2 does not overflow as logaddexp.
         s = np.maximum(g * time / v, -_STEEPEST)
         rising = np.minimum(s, 0.0)
         distance = np.where(s < 0, -np.log(np.cos(rising)), np.logaddexp(s, -s) - math.log(2))
@@ -145,5 +157,8 @@ class Flight:
         return v * v / g * distance, v * speed, g * (1 - speed * np.abs(speed))
 
     def _fallen(self, height: FloatArray) -> FloatArray:
-        """Return 2 g h/v_t^2, at most 600: from this height on, a body lands at v_t to the last digit."""
+        """Return 2 g h/v_t^2, at most 600: from this height on, a body lands at v_t to the last digit.
+
+        exp overflows at 710, and from 37 on exp(-x) is below the last digit of 1; 600 lies between.
+        """
         return np.minimum(2 * self.gravity * height / self.terminal_speed**2, 600.0)

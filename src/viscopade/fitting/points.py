@@ -24,12 +24,13 @@ if TYPE_CHECKING:
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
-# Limits of standard errors of eps; both are choices.
+# Limits of standard errors of eps. Below 1e-10, round-off of eps is no longer negligible, and the covariance is nearly
+# singular. Above 1000 an error tells nothing: eps is 0 to 1. Both powers of ten were chosen by hand.
 _SIGMA = Accepted("a number from 1e-10 to 1000", lambda x: (x >= 1e-10) & (x <= 1000))
 _SIGMA_OR_0 = Accepted("0, or a number from 1e-10 to 1000", lambda x: (x == 0) | ((x >= 1e-10) & (x <= 1000)))
 _FINITE = Accepted("a finite number", np.isfinite)
-_SPAN = 0.01  # of ln v: one per cent of speed, in which all laws are straight lines
-_ABOVE = 5.0  # standard errors by which a measured eps may be above 1: a choice
+_SPAN = 0.01  # of ln v: one per cent of speed, in which all laws are straight lines, to (0.01)^2 of 1 - eps
+_ABOVE = 5.0  # standard errors by which a measured eps may be above 1: by chance one of three million is farther
 _LARGEST = 2.0  # measured eps if it scatters; a larger one is a percentage without its unit
 
 
@@ -47,8 +48,8 @@ class Points:
         Origin of each point, such as "line 7".
     contact_time : array or None
         Measured durations of contact.
-    known : bool
-        Whether these are all errors. If not, eps also scatters, by an amount that the fit finds.
+    errors_complete : bool
+        Whether these are all errors. If not, eps also scatters, by an amount that the fit determines.
     counts : array or None
         Number of measured points in each mean, for points made by `grouped`.
     masked : int
@@ -64,16 +65,18 @@ class Points:
     epsilon_errors: sparse.csr_array
     labels: tuple[str, ...]
     contact_time: FloatArray | None = None
-    known: bool = False
+    errors_complete: bool = False
     counts: FloatArray | None = None
     masked: int = 0
     weight_speed: float = 0.0
 
     def __post_init__(self) -> None:
-        largest = 1 + _ABOVE * self.standard_errors if self.known else np.full(len(self.epsilon), _LARGEST)
+        """Refuse an eps below 0, or farther above 1 than its errors explain."""
+        # With complete errors, 1 plus five of them; with an unknown scatter, 2.
+        largest = 1 + _ABOVE * self.standard_errors if self.errors_complete else np.full(len(self.epsilon), _LARGEST)
         if (bad := ~((self.epsilon >= 0) & (self.epsilon <= largest))).any():
             i = int(np.argmax(bad))
-            why = f" (1 and {_ABOVE:g} standard errors)" if self.known else ""
+            why = f" (1 and {_ABOVE:g} standard errors)" if self.errors_complete else ""
             raise ValueError(f"{self.labels[i]}: eps is {self.epsilon[i]:.6g}: expected 0 to {largest[i]:.6g}{why}")
 
     def __len__(self) -> int:
@@ -92,7 +95,7 @@ class Points:
     @property
     def resolution(self) -> float:
         """Smallest difference between two unequal eps: one unit in the last digit of rounded data."""
-        # Steps below 1e-12 are round-off.
+        # Steps below 1e-12 are round-off (1e-16 of eps), and no instrument has twelve digits. Equal eps have 0.
         steps = np.diff(np.sort(self.epsilon))
         return float(steps[steps > 1e-12].min(initial=1.0)) if (steps > 1e-12).any() else 0.0
 
@@ -142,7 +145,7 @@ class Points:
         require("Points.measured", "scipy")
         from scipy import sparse  # imported here, so that `import viscopade` needs no SciPy
 
-        # Columns that are not there have values that pass all checks.
+        # Columns that are not there have values that pass all checks: no error, and any positive time.
         columns = {"speed": speed, "epsilon": epsilon, "sigma_epsilon": 0.0 if sigma_epsilon is None else sigma_epsilon}
         columns |= {"sigma_speed": sigma_speed, "contact_time": 1.0 if contact_time is None else contact_time}
         _require_one_index(columns)
@@ -188,21 +191,22 @@ class Points:
 
         # A new group begins after every n/number points, and where ln v enters another interval of the width _SPAN.
         order = np.argsort(self.speed, kind="stable")
-        place = np.arange(len(order)) * number // len(order)
+        group_by_count = np.arange(len(order)) * number // len(order)
         bins = np.floor(np.log(self.speed[order]) / _SPAN)
-        starts = np.flatnonzero(np.concatenate([[True], (np.diff(place) != 0) | (np.diff(bins) != 0)]))
+        starts = np.flatnonzero(np.concatenate([[True], (np.diff(group_by_count) != 0) | (np.diff(bins) != 0)]))
         # weights 1/sigma_i^2, or 1 if eps scatters
-        weights = (1 / self.standard_errors**2 if self.known else np.ones(len(order)))[order]
-        total = np.add.reduceat(weights, starts)
+        weights = (1 / self.standard_errors**2 if self.errors_complete else np.ones(len(order)))[order]
+        sum_of_weights = np.add.reduceat(weights, starts)
 
         def mean(values: FloatArray) -> FloatArray:
             # sum w x/sum w
-            return np.asarray(np.add.reduceat(values[order] * weights, starts) / total)
+            return np.asarray(np.add.reduceat(values[order] * weights, starts) / sum_of_weights)
 
         def error(matrix: sparse.csr_array) -> sparse.csr_array:
-            # sigma^2 of a mean = sum w^2 sigma_i^2/(sum w)^2
+            # sigma^2 of a mean = sum w^2 sigma_i^2/(sum w)^2, with the sigma_i^2 of a point as the sum over its row
             squares = np.asarray(matrix.multiply(matrix).sum(axis=1))[order]
-            return sparse.csr_array(sparse.diags_array(np.sqrt(np.add.reduceat(squares * weights**2, starts)) / total))
+            mean_errors = np.sqrt(np.add.reduceat(squares * weights**2, starts)) / sum_of_weights
+            return sparse.csr_array(sparse.diags_array(mean_errors))
 
         zero = sparse.csr_array((len(starts), len(starts)))
         return replace(
@@ -226,10 +230,10 @@ class Points:
         """
         if not (np.asarray(abs(self.epsilon_errors).sum(axis=1)) > 0).all():
             raise ValueError("eps has no standard errors: expected one for each point if there is no scatter")
-        return replace(self, known=True)
+        return replace(self, errors_complete=True)
 
     def without(self, labels: Sequence[str]) -> Points:
-        """Return these points without some of them.
+        """Return these points without those of some labels, such as "line 7".
 
         Raises
         ------
@@ -239,6 +243,7 @@ class Points:
         for label in labels:
             if label not in self.labels:
                 raise ValueError(f"there is no point {label!r}: expected {self.labels[0]} to {self.labels[-1]}")
+        # The columns of the Jacobian matrices stay: errors that no remaining point has are columns of 0.
         keep = np.array([label not in labels for label in self.labels])
         return replace(
             self,
@@ -253,7 +258,11 @@ class Points:
 
 
 def _require_one_index(columns: dict[str, Any]) -> None:
-    """Raise ValueError if pandas columns have different indices, because points are made from rows by position."""
+    """Raise ValueError if pandas columns have different indices, because points are made from rows by position.
+
+    `columns`: name of a quantity -> its numbers, a pandas Series or anything else.
+    """
+    # Only pandas objects have `iloc`; pandas need not be installed.
     indices = {name: values.index for name, values in columns.items() if hasattr(values, "iloc")}
     for name, index in indices.items():
         first = next(iter(indices))

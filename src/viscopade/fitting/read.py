@@ -156,7 +156,7 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
             raise ValueError(f"{place}{error}") from None
     if not made:
         raise ValueError(f"{readers[-1].sheet.source}: {unread[-1][1]}")
-    points = bounces.together([sheet_points for _, sheet_points in made]) if len(made) > 1 else made[0][1]
+    points = bounces.concatenate([sheet_points for _, sheet_points in made]) if len(made) > 1 else made[0][1]
     points = points.without(labels) if labels else points
     points = points.without_scatter() if options.scatter is False else points
     used = [reader for reader, _ in made]
@@ -628,9 +628,9 @@ def _instants(reader: _Reader) -> Points:
         if bounces.evenly_spaced(drop.values, reader.last_digit(reader.form.needed[0])):
             text = "expected times of bounces, or a column position too"
             raise ValueError(f"the times are evenly spaced, as in a recording: {text}")
-        heard, left_out = bounces.heard(drop.values, float(np.mean(drop.sigma)) or bounces.HEARING)
+        bounce_runs, left_out = bounces.audible_bounces(drop.values, float(np.mean(drop.sigma)) or bounces.HEARING)
         reader.left_out += [(drop.labels[i], why) for i, why in left_out]
-        runs += [drop.part(places) for places in heard]
+        runs += [drop.part(places) for places in bounce_runs]
     if not runs:
         why = "".join(f"; {label}: {why}" for label, why in reader.left_out[:3])
         raise bounces.TooFew(f"no drop has three bounces in succession: expected three or more, for one eps{why}")
@@ -688,7 +688,7 @@ def _positions(reader: _Reader) -> Points:
             unit = reader._unit(reader.layout.places["position"][0], "position")
             reader.warnings.append(track.warning(options.flight.gravity, unit[1] if unit else 1.0, options.rate))
             reader.doubtful_scale = True
-    return bounces.together(made)
+    return bounces.concatenate(made)
 
 
 _POINTS: Mapping[str, Callable[[_Reader], Points]] = {

@@ -9,7 +9,9 @@ from viscopade.collision.spheres import Sphere
 from viscopade.fitting.damping import DampingFit
 from viscopade.generated import comment, harmless, marker_lines, string
 
-SHARE = 0.1  # tolerance over the standard error of eps: a choice; more accuracy would not help
+# Tolerance over the standard error of eps. Errors add in squares: with a tenth the error of eps grows by 0.5 %, and
+# more accuracy would not help.
+SHARE = 0.1
 
 
 def scene_text(fit: DampingFit, sphere: Sphere, wall: bool, command: str, title: str) -> str:
@@ -34,11 +36,12 @@ def scene_text(fit: DampingFit, sphere: Sphere, wall: bool, command: str, title:
     """
     if fit.verdict.word in ("does not hold", "undecided"):
         title += f" ({fit.verdict.sentence[0].lower()}{fit.verdict.sentence[1:]})"
-    # eps at the geometric mean of the speeds, where it is known best.
+    # eps at the geometric mean of the speeds, where it is known best; the speed as the scene has it, in four digits.
     speed = f"{fit.main.middle:.4g}"
     epsilon, error = fit.epsilon(float(speed))
     # 1 - eps at v* = beta^(1/2) v^(1/10)
     loss = float(double.one_minus_epsilon(math.sqrt(fit.beta) * float(speed) ** 0.1))
+    # A loss below 1e-12 is round-off of a fit without damping, and no error of eps, a number from 0 to 1, is 1 or more.
     if not loss > 1e-12 or not 0 < error < 1:
         raise ValueError(
             f"beta is {fit.beta:.3g} +- {fit.beta_standard_error:.2g}, eps is {epsilon:.6g} +- {error:.2g}: "
@@ -47,6 +50,7 @@ def scene_text(fit: DampingFit, sphere: Sphere, wall: bool, command: str, title:
     # A small 1 - eps keeps its digits only if it is written as such.
     measured_value = f"epsilon = {epsilon!r}" if epsilon <= 0.5 else f"one_minus_epsilon = {loss!r}"
     partner = ', partner = "wall"' if wall else ""
+    # One digit of a tolerance is enough; below 1e-12 no kernel in double precision meets it.
     tolerance = max(float(f"{SHARE * error:.1g}"), 1e-12)
     plane = '\n[body.plane]\nmaterial = "measured"\nwall = true\n' if wall else ""
     return f"""\

@@ -29,11 +29,15 @@ from viscopade.store import recorded
 LEAST, LARGEST = 9e-4, 6.5
 """Range of kappa in the table: eps without weight is 0.999 and 0.05. Below it D hardly changes with kappa."""
 
-_NODES = 81, 53  # in ln kappa and in arcsin (G/G_s)^(1/2): a choice, for errors of 1e-8
-_ORDER, _STEP = 16, 0.2  # order of the series, and step of sigma over the time scale of the motion; choices
-_HALVINGS = 50  # of a step, to find its event: 2^-50 of it remain, near round-off
-_CLOSE = 1e-14  # error of a kappa, and of eps
-_DEGREE = 5  # of the splines
+# Numbers of nodes in ln kappa and in arcsin (G/G_s)^(1/2): with splines of degree 5, eps and the duration are then
+# within 1e-8 of `Contact.collide` (tests/fitting/test_weight_table.py). Fewer show as a larger error in this test.
+_NODES = 81, 53
+_DEGREE = 5
+# Order of the Taylor series, and its step over the time scale of the motion. The terms that are left out are about
+# 0.2^17 = 1e-12, far below the 1e-8 of the splines.
+_ORDER, _STEP = 16, 0.2
+_HALVINGS = 50  # of a step, to find its event: 2^-50 = 1e-15 of it remain, near round-off
+_CLOSE = 1e-14  # error of a kappa, relative, and of eps: about 50 units of round-off, so that the search always ends
 
 
 Row = tuple[float, ...]
@@ -57,7 +61,8 @@ class _Table(NamedTuple):
 
 
 def load_at(speed: FloatArray, unit_speed: float) -> FloatArray:
-    """Return the loads at impact speeds of one body on one plane, from the speed at which the load is 1."""
+    """Return the loads G at impact speeds of one body on one plane, from the speed v_G at which the load is 1."""
+    # G = (F0/m) (rho/m)^(-2/5) v^(-6/5) = (v_G/v)^(6/5)
     return np.asarray((unit_speed / speed) ** 1.2)
 
 
@@ -67,9 +72,10 @@ def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
     Beyond the table weight is assumed to change eps by the same factor as at its largest kappa.
     """
     k, place, stays = _place(kappa, load)
-    # eps^2 = 1 - kappa D
+    # eps^2 = 1 - kappa D, with the D of the nearest kappa k in the table
     squares = 1 - np.minimum(kappa, k) * np.exp(_table().loss(np.log(k), place))
     rebound = np.sqrt(np.where(stays, 0.0, np.maximum(squares, 0.0)))
+    # Beyond: eps(kappa, G) = eps(k, G) eps(kappa, 0)/eps(k, 0), without weight at v* = kappa^(1/2)
     beyond = kappa > k
     return (
         rebound * double.epsilon(np.sqrt(kappa)) / double.epsilon(np.sqrt(np.minimum(kappa, k)))
@@ -79,13 +85,13 @@ def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
 
 
 def duration(kappa: FloatArray, load: FloatArray) -> FloatArray:
-    """Return the time tau_c during which the force acts; for a sphere that stays down, its value at G_s."""
+    """Return the scaled time tau_c during which the force acts; for a sphere that stays down, its value at G_s."""
     k, place, _ = _place(kappa, load)
     return _table().duration(np.log(k), place)
 
 
 def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
-    """Return the time from first contact until the sphere is back at that height.
+    """Return the scaled time from first contact until the sphere is back at that height.
 
     When the force vanishes, the sphere is still lower by x_c = kappa w, and rises at the speed w; at that height its
     speed is eps.
@@ -93,16 +99,20 @@ def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
     rebound, pull = epsilon(kappa, load), kappa * load
     # eps^2 = w^2 - 2 G x_c with x_c = kappa w gives w = kappa G + ((kappa G)^2 + eps^2)^(1/2).
     w = pull + np.hypot(pull, rebound)
-    # The rise x_c at the mean speed (w + eps)/2 takes 2 kappa w/(w + eps) under the load.
+    # The rise x_c at the mean speed (w + eps)/2 takes 2 kappa w/(w + eps) under the load. The least double, instead of
+    # 0, is for a sphere that stays down without a load.
     return duration(kappa, load) + 2 * kappa * w / np.maximum(w + rebound, np.finfo(float).tiny)
 
 
 def kappa_from(target: FloatArray, load: FloatArray) -> FloatArray:
-    """Return the kappa that gives each eps at each load; 0 for an eps of 1 or more, and infinite for 0."""
-    # Weight increases the loss, and D is at most 1/kappa. Between, Chandrupatla's method (1997), as in `contact`.
-    inside = np.clip(target, 1e-300, 1.0)
+    """Return the kappa that gives each eps (`target`) at each load; 0 for an eps of 1 or more, and infinite for 0."""
+    # The root lies between a and b. Weight increases the loss, so kappa is at most the one without weight, v*^2 (1 %
+    # more, against its round-off). Below the table 1 - eps^2 = kappa D with D <= 1/LEAST, so kappa >= (1 - eps^2) LEAST
+    # (and half of it). Between, Chandrupatla's method (1997; Scherer, Computational Physics, section 6.1.7).
+    inside = np.clip(target, 1e-300, 1.0)  # an eps of 0 has no finite v*; the last line gives it infinity
     a, b = (1 - inside**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(inside)) ** 2
-    fa, fb, t = epsilon(a, load) - target, epsilon(b, load) - target, np.full_like(b, 0.5)
+    fa, fb, t = epsilon(a, load) - target, epsilon(b, load) - target, np.full_like(b, 0.5)  # t: first a bisection
+    # 15 rounds are enough in the range of the table (measured); 50 would be enough for bisection alone.
     for _ in range(_HALVINGS):
         # A new point between a and b; the root then lies between the new a and b, and c is the point given up.
         x = a + t * (b - a)
@@ -113,27 +123,34 @@ def kappa_from(target: FloatArray, load: FloatArray) -> FloatArray:
         a, fa = x, fx
         with np.errstate(all="ignore"):
             # The relative tolerance of a, as a share of the interval; 1/2 if the interval is as small.
-            least = np.fmin(_CLOSE * a / np.abs(b - a), 0.5)
+            t_tolerance = np.fmin(_CLOSE * a / np.abs(b - a), 0.5)
             xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-            # Inverse quadratic interpolation through a, b and c, where xi and phi allow it; else bisection.
-            inner = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-        converged = (least == 0.5) | (np.abs(fa) <= _CLOSE)
+            # Inverse quadratic interpolation through a, b and c gives this t. It is monotone between a and b, so that
+            # the new point lies there, if phi^2 < xi and (1 - phi)^2 < 1 - xi; else bisection, t = 1/2.
+            t_quadratic = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        converged = (t_tolerance == 0.5) | (np.abs(fa) <= _CLOSE)
         if converged.all():
             break
-        part = np.clip(np.where((phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi), inner, 0.5), least, 1 - least)
-        t = np.where(converged, 0.0, part)
+        monotone = (phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi)
+        t_next = np.clip(np.where(monotone, t_quadratic, 0.5), t_tolerance, 1 - t_tolerance)
+        t = np.where(converged, 0.0, t_next)
     return np.where(target <= 0, math.inf, a)
 
 
 def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
-    """Return the kappa in the table, arcsin (G/G_s)^(1/2), and whether the sphere stays down."""
+    """Return the kappa in the table, arcsin (G/G_s)^(1/2), and whether the sphere stays down, G >= G_s.
+
+    Equally spaced nodes of this arcsine are dense near both ends, G = 0 and G = G_s, as Chebyshev's are: splines of
+    high degree are good there, too.
+    """
     k, load = np.broadcast_arrays(np.clip(kappa, LEAST, LARGEST), load)
-    part = load / np.exp(_table().sticking(np.log(k)))
-    return k, np.arcsin(np.sqrt(np.minimum(part, 1.0))), part >= 1
+    load_over_sticking = load / np.exp(_table().sticking(np.log(k)))
+    return k, np.arcsin(np.sqrt(np.minimum(load_over_sticking, 1.0))), load_over_sticking >= 1
 
 
 @cache
 def _table() -> _Table:
+    """Return the splines through the collisions at the nodes."""
     from scipy.interpolate import InterpolatedUnivariateSpline, RectBivariateSpline  # imported here: SciPy is optional
 
     nodes = collisions_at_nodes()
@@ -145,30 +162,42 @@ def _table() -> _Table:
 
 
 def _places() -> FloatArray:
-    """Return the values of arcsin (G/G_s)^(1/2) at the nodes."""
+    """Return the values of arcsin (G/G_s)^(1/2) at the nodes: from 0, no load, to pi/2, G = G_s."""
     return np.linspace(0, math.pi / 2, _NODES[1])
 
 
 @recorded("weight_table")
 def collisions_at_nodes() -> Nodes:
-    """Compute the collisions at the nodes."""
-    # Any guess of the load will do, because the motion gives the speed at first contact, which scales it.
+    """Compute the collisions at the nodes: first the load G_s that just keeps a sphere down, then lesser loads."""
+    # At G_s the sphere rebounds at w = 2 G kappa and comes to rest at x = 0: there w^2 = 2 G x_c with x_c = kappa w.
+    # The motion backward from this end, p = x_c^(1/2) = kappa (2 G)^(1/2), gives the speed at first contact, which
+    # scales kappa and G. So any guess of the load will do; with this formula the speed is 0.6 to 1 (measured), and the
+    # nodes are nearly where kappa was taken. The factor 1.2 keeps the last one above LARGEST after scaling: it is 7.01.
     kappa = np.geomspace(LEAST, 1.2 * LARGEST, _NODES[0])
     load = 0.375 * kappa ** (-6 / 11) * (1 + 0.8 * kappa) ** -2.2
     start = np.array([kappa * np.sqrt(2 * load), -2 * load * kappa, 0 * kappa, 0 * kappa])
     # Backward to p = 0. Scaled to a speed 1 at first contact, kappa changes by v^(1/5) and G by v^(-6/5).
-    speed = _motion(start, kappa, load, -1, lambda p, v, k: p)[1]
+    speed = _motion(start, kappa, load, -1, lambda p, v, k: p).v
     kappa, sticking = kappa * speed**0.2, load * speed**-1.2
 
-    # From first contact at each kappa and load, to the instant at which the force vanishes.
-    shares = np.sin(_places()) ** 2
+    # From first contact (p = 0, v = 1) at each kappa and load, to the instant at which the force vanishes.
+    shares = np.sin(_places()) ** 2  # G/G_s
     k, g = (values.ravel() for values in np.broadcast_arrays(kappa[:, None], sticking[:, None] * shares))
     start = np.array([0 * k, 0 * k + 1, 0 * k, 0 * k])
-    _, v, time, lost = _motion(start, k, g, 1, lambda p, v, k: np.minimum(p, p**2 + k * v))
+    end = _motion(start, k, g, 1, lambda p, v, k: np.minimum(p, p**2 + k * v))
     # ln D: D = L + 4/5 x_c^(5/2)/kappa, with x_c = kappa |w|
-    loss = np.log(lost + 0.8 * k**1.5 * np.abs(v) ** 2.5)
-    rows = (tuple(map(tuple, values.reshape(_NODES).tolist())) for values in (loss, time))
+    loss = np.log(end.loss + 0.8 * k**1.5 * np.abs(end.v) ** 2.5)
+    rows = (tuple(map(tuple, values.reshape(_NODES).tolist())) for values in (loss, end.t))
     return Nodes(tuple(kappa.tolist()), tuple(sticking.tolist()), *rows)
+
+
+class _State(NamedTuple):
+    """p = x^(1/2), v = x', the scaled time t and the loss L of each body."""
+
+    p: FloatArray
+    v: FloatArray
+    t: FloatArray
+    loss: FloatArray
 
 
 def _motion(
@@ -177,9 +206,13 @@ def _motion(
     load: FloatArray,
     direction: int,
     event: Callable[..., FloatArray],
-) -> FloatArray:
-    """Return p, v, t and L at the first zero of an event, a function of p, v and kappa."""
+) -> _State:
+    """Return the state of each body at the first zero of an event, a function of p, v and kappa.
+
+    `state` has the rows p, v, t and L at the start; `load` is G, and `direction` 1 forward or -1 backward in time.
+    """
     event_state = np.empty_like(state)
+    # The force, the load and the damping each give a rate of the motion; the step is a share of the shortest time.
     step, moving = direction * _STEP / np.sqrt(1 + 2 * load + kappa), np.arange(len(kappa))
     while len(moving):
         # A step of all bodies whose event has not occurred yet.
@@ -192,29 +225,34 @@ def _motion(
             low, high = np.zeros(len(stopped)), step[stopped]
             for _ in range(_HALVINGS):
                 middle = (low + high) / 2
-                before = event(*_sum(stopped_series[:, :2], middle), kappa[stopped]) > 0
-                low, high = np.where(before, middle, low), np.where(before, high, middle)
+                is_before = event(*_sum(stopped_series[:, :2], middle), kappa[stopped]) > 0  # 2 rows: p and v
+                low, high = np.where(is_before, middle, low), np.where(is_before, high, middle)
             event_state[:, stopped] = _sum(stopped_series, high)
         state, moving = state[:, ~ends], moving[~ends]
-    return event_state
+    return _State(*event_state)
 
 
 def _series(state: FloatArray, kappa: FloatArray, load: FloatArray) -> FloatArray:
-    """Return the Taylor coefficients of p, v, t and L, their orders in the first axis."""
-    p, v, t, lost, p2, p4, loss = np.zeros((7, _ORDER + 1, len(kappa)))
+    """Return the Taylor coefficients of p, v, t and L (second axis) of each body, their orders in the first axis.
+
+    `state` has the rows p, v, t and L at the start of the step, and `load` is G.
+    """
+    # Seven series: the four of the state, and the products p^2, p^4 and p^2 v.
+    p, v, t, lost, p2, p4, p2v = np.zeros((7, _ORDER + 1, len(kappa)))
     p[0], v[0], t[0], lost[0] = state
     for i in range(_ORDER):
         # Orders i + 1 from the orders up to i: p' = v, t' = 2 p, L' = 4 p^2 v^2, v' = 2 (p (G - p^3) - kappa p^2 v).
-        p2[i] = _term(p, p, i)
-        p4[i], loss[i] = _term(p2, p2, i), _term(p2, v, i)
-        p[i + 1], t[i + 1], lost[i + 1] = v[i] / (i + 1), 2 * p[i] / (i + 1), 4 * _term(loss, v, i) / (i + 1)
-        v[i + 1] = 2 * (load * p[i] - p4[i] - kappa * loss[i]) / (i + 1)
+        # The coefficient of order i + 1 is that of the derivative, of order i, over i + 1.
+        p2[i] = _product_term(p, p, i)
+        p4[i], p2v[i] = _product_term(p2, p2, i), _product_term(p2, v, i)
+        p[i + 1], t[i + 1], lost[i + 1] = v[i] / (i + 1), 2 * p[i] / (i + 1), 4 * _product_term(p2v, v, i) / (i + 1)
+        v[i + 1] = 2 * (load * p[i] - p4[i] - kappa * p2v[i]) / (i + 1)
     return np.swapaxes([p, v, t, lost], 0, 1)
 
 
-def _term(one: FloatArray, other: FloatArray, i: int) -> FloatArray:
-    """Return a coefficient of the product of two series."""
-    return np.asarray(np.einsum("ij,ij->j", one[: i + 1], other[i::-1]))
+def _product_term(f: FloatArray, g: FloatArray, i: int) -> FloatArray:
+    """Return the coefficient of order i of the product of two series: sum_(k <= i) f_k g_(i - k)."""
+    return np.asarray(np.einsum("ij,ij->j", f[: i + 1], g[i::-1]))
 
 
 def _sum(series: FloatArray, step: FloatArray) -> FloatArray:

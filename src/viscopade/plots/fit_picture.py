@@ -72,12 +72,12 @@ def draw_fit(damping_fit: DampingFit) -> Sheet:
         plain_ticks(axes)
     # The viscoelastic law with its band, then the other laws.
     names = [(f"viscoelastic, {100 * _LEVEL:.0f} % band", Look(BLUE))]
-    above, below = (damping_fit.main.at(speed, np.array([end])) for end in damping_fit.main.interval(_LEVEL))
+    above, below = (damping_fit.main.epsilon(speed, np.array([end])) for end in damping_fit.main.interval(_LEVEL))
     top.fill_between(speed, below, above, color=BLUE, alpha=0.25, linewidth=0, gid="band")
-    draw_look(top, Look(BLUE), speed, damping_fit.main.at(speed), "viscoelastic")
+    draw_look(top, Look(BLUE), speed, damping_fit.main.epsilon(speed), "viscoelastic")
     for fit, look in zip(damping_fit.laws[1:], _LOOKS, strict=False):
         name = f"{fit.model.name}, p = {fit.exponent:.2g}" if fit.model.exponent is None else fit.model.name
-        draw_look(top, look, speed, fit.at(speed), fit.model.name.replace(" ", "-"))
+        draw_look(top, look, speed, fit.epsilon(speed), fit.model.name.replace(" ", "-"))
         names.append((name, look))
     # Of many points only some are drawn, at equal steps.
     some = slice(None, None, -(-len(points) // MOST_MARKED))

@@ -4,9 +4,9 @@ __all__ = [
     "check",
     "choice",
     "description",
+    "model_limits",
     "read",
     "render",
-    "sense",
     "tables",
     "units",
 ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.progress import track
-from viscopade.scene import sense
+from viscopade.scene import model_limits
 from viscopade.scene.candidate import (
     AS_CHEAP,
     Candidate,
@@ -78,9 +78,9 @@ def choose(scene: Scene) -> Choice:
     as_cheap = [offer for offer in enough if offer.cost <= AS_CHEAP * enough[0].cost]
     chosen = min(as_cheap, key=lambda offer: (offer.kernel.bytes, offer.degrees is not None, offer.rank))
     # What the answer says besides: limits of the model, uncertainty, weight, and a smaller table if this one is large.
-    warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
-    notes = [text for encounter in met for text in sense.notes(scene, encounter)]
-    for note, warning in filter(None, map(sense.weight, met)):
+    warnings = [text for encounter in met for text in model_limits.warnings(scene, encounter)]
+    notes = [text for encounter in met for text in model_limits.notes(scene, encounter)]
+    for note, warning in filter(None, map(model_limits.weight, met)):
         notes.append(note)
         warnings += [] if warning is None else [warning]
     smaller = [offer for offer in enough if offer.kernel.bytes < chosen.kernel.bytes]

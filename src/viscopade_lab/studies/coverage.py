@@ -178,7 +178,7 @@ def cases() -> list[Case]:
         return bounces.of_heights(drops, flight, sigma=HEIGHT_RESOLUTION)
 
     bounced = detected(of_mujoco, touching)
-    of_bounces = likelihood.fitted(bounced(np.random.default_rng(0), _none), verdict.MODELS[1])
+    of_bounces = likelihood.fit_law(bounced(np.random.default_rng(0), _none), verdict.MODELS[1])
     return [
         Case("LAMMPS, v and eps, standard errors known", scattered(speed, epsilon), {"beta": beta}),
         Case("LAMMPS, v and eps, scatter unknown", scattered(speed, epsilon, None), {"beta": beta}),
@@ -192,7 +192,7 @@ def cases() -> list[Case]:
         Case(
             "MuJoCo, instants of a drop, --no-scatter",
             bounced,
-            {"eps": float(of_bounces.at(of_bounces.points.speed)[0])},
+            {"eps": float(of_bounces.epsilon(of_bounces.points.speed)[0])},
         ),
     ]
 
@@ -216,7 +216,7 @@ def rates(case: Case, errors: str, sets: int, judged: int) -> list[Rate]:
             inside[name] += [low <= truth <= high for low, high in spans]
             ratios[name].append(value / truth)
         if i < judged:
-            words[verdict.judged(verdict.compared(points)).word] += 1
+            words[verdict.judge(verdict.compare_laws(points)).word] += 1
     shares = {word: words[word] / judged for word in WORDS} if judged else {}
     return [
         Rate(
@@ -236,12 +236,12 @@ def _estimates(points: Points, case: Case) -> dict[str, tuple[float, list[tuple[
     from viscopade.fitting import likelihood, verdict
 
     if "eps" in case.truths:
-        fit = likelihood.fitted(points, verdict.MODELS[1])
+        fit = likelihood.fit_law(points, verdict.MODELS[1])
         at = points.speed[:1]
         ends = [fit.interval(level) for level in LEVELS]
-        spans = [(float(fit.at(at, np.array([b]))[0]), float(fit.at(at, np.array([a]))[0])) for a, b in ends]
-        return {"eps": (float(fit.at(at)[0]), spans)}
-    main = likelihood.fitted(points, verdict.MODELS[0])
+        spans = [(float(fit.epsilon(at, np.array([b]))[0]), float(fit.epsilon(at, np.array([a]))[0])) for a, b in ends]
+        return {"eps": (float(fit.epsilon(at)[0]), spans)}
+    main = likelihood.fit_law(points, verdict.MODELS[0])
     found = DampingFit(points, (main,), verdict.Verdict("holds", ()), ())
     estimates = {"beta": (found.beta, [found.interval(level) for level in LEVELS])}
     if "Y" in case.truths:
@@ -285,7 +285,7 @@ class Cell:
         for _ in range(sets):
             measured = np.maximum(model.epsilon(kappa) + self.sigma * random.standard_normal(self.number), 0)
             points = Points.measured(speed, measured, sigma_epsilon=self.sigma if self.known else None)
-            words[verdict.judged(verdict.compared(points)).word] += 1
+            words[verdict.judge(verdict.compare_laws(points)).word] += 1
         return words
 
 
