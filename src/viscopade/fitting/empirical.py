@@ -58,6 +58,7 @@ class Empirical:
         """Return eps at speeds >= 0, in m/s."""
 
         def epsilon_of_array(speeds: FloatArray) -> FloatArray:
+            """Return eps of an array of speeds; `elementwise` makes it of numbers and other containers."""
             # Outside the measured range, eps is that of the nearer end.
             v = np.clip(speeds, self.slowest, self.fastest)
             if self.nodes:
@@ -180,7 +181,7 @@ def of_points(points: Points, form: Form = "power") -> Empirical:
 
 
 def _power(points: Points, weights: FloatArray) -> tuple[float, float]:
-    """Return C and q of the function min(1, C v^-q) that is nearest to the points, in weighted squares of eps."""
+    """Return C and q of the function min(1, C v^-q) that is nearest to the points: sum `weights` (d eps)^2 is least."""
     from scipy import optimize
 
     log_v = np.log(points.speed)
@@ -204,7 +205,7 @@ def _power(points: Points, weights: FloatArray) -> tuple[float, float]:
 def _nodes(points: Points, weights: FloatArray) -> tuple[tuple[float, float], ...]:
     """Return the nodes (speed, eps) of the monotone function that is nearest to the points, in weighted squares of eps.
 
-    Where eps is constant, only the first and the last node are left.
+    `weights` has one for each point. Where eps is constant, only the first and the last node are left.
     """
     from scipy import optimize
 

@@ -1,7 +1,12 @@
-"""Forms of measured data: which columns a sheet has, what their headers are called, and what they give.
+"""Forms of measured data: the columns that a sheet has, what their headers are called, and what they give.
 
-`QUANTITIES`, `SERIES` and `FORMS` are the only description of forms. Recognition of headers, units, columns of errors,
-refusals and the first lines of docs/usage/fitting.md read these tables.
+    v (cm/s), sigma_v, COR          a collision in each row
+    time (s), y (mm)                a frame of a track
+    H (cm), h1 (cm), h2 (cm)        a drop and its rebounds
+
+A form is a set of columns that gives speeds and eps, instants of bounces, heights, or positions. A header is a name and
+a unit. `QUANTITIES`, `SERIES` and `FORMS` are the only description of forms. Recognition of headers, units, columns of
+errors, refusals and the first lines of docs/usage/fitting.md read these tables.
 """
 
 from __future__ import annotations
@@ -26,13 +31,13 @@ class MeasuredQuantity(NamedTuple):
     names : str
         Names in headers. Case, accents and separators do not matter, except for a single capital letter. In a series a
         number follows the name.
-    least : str
-        Condition on the numbers, " > 0" or " >= 0".
+    condition : str
+        That on the numbers, " > 0" or " >= 0"; "" if any finite number may stand there.
     """
 
     dimension: str
     names: str
-    least: str = ""
+    condition: str = ""
 
 
 class Form(NamedTuple):
@@ -141,14 +146,16 @@ _DATA_SET = re.compile(r"^[^:]*:|(?<=.)\s+Run\s*#?[0-9]+$")
 _BRACKETS = re.compile(r"(.+?)[\s/_,]*[(\[]([^()\[\]]*)[)\]]")
 _SEPARATOR = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_]+")
 # Units that may follow a name after a blank or _; other ends, such as c and a, may mean something else.
-_COMMON = re.compile(
+_COMMON_UNIT = re.compile(
     r"[kcmuµn]?m|[muµn]?s|sec|in|inch|ft|(?:milli|centi)?met(?:er|re)s?|(?:milli)?seconds?|%|[kcm]?m.*s.*"
     r"|km[\s_/]?p?h|[mk]ph|fps|(?:ft|in)[\s_/].*s"
 )
 _SEPARATORS = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_.]+")  # also "v..cm.s." of R
 _JOINED = re.compile(r"^(d|u(?![hy])|s(?![hy]|e(?![a-z])))(v|e|eps|cor|h|y)(?![^\W_])", re.I)  # dv is of v, se of any
-_LONGEST, _MOST_WORDS = 80, 12  # characters and words of a header, at most: choices
-_LONG_WORD = 4  # "measured" is no unit, "cms" is one
+# Characters and words of a header that is taken apart, at most: a longer text is a sentence, and each end of it is
+# tried as a unit. Chosen by hand: "standard deviation of the velocity before impact (cm/s)" has 56 characters.
+_LONGEST, _MOST_WORDS = 80, 12
+_LONG_WORD = 4  # characters of a unit without a sign in it, at most: "measured" is no unit, "cms" and "inch" are
 
 _NAMES: dict[str, tuple[str, ...]] = {}
 
@@ -170,16 +177,18 @@ def quantities(name: str) -> tuple[str, ...]:
     key = name.strip() if name.strip() in _NAMES else plain(name)  # a capital letter may have a meaning of its own
     if key in ("start", "stop"):  # of phyphox, beside stop_2, …
         return (f"bounces {int(key == 'stop')}",)
+    # "h2", "bounce 12": a series, in which a file has less than 1000 columns; a longer number is no column's.
     if numbered := re.fullmatch(r"(.*?)_?([0-9]{1,3})", key):
-        return tuple(f"{name} {int(numbered[2])}" for name in _NAMES.get(f"{numbered[1]}\n", ()))
+        return tuple(f"{series} {int(numbered[2])}" for series in _NAMES.get(f"{numbered[1]}\n", ()))
+    # "v", or else "velocity v"
     word, _, symbol = name.strip().replace(" ", "_").rpartition("_")
-    return _NAMES.get(key) or (_common(word, symbol) if word else ())
+    return _NAMES.get(key) or (_quantities_of_both(word, symbol) if word else ())
 
 
-def _common(word: str, symbol: str) -> tuple[str, ...]:
-    """Return the quantities for which a word and its symbol stand: "Geschwindigkeit v"."""
-    same = {"epsilon" if name == "e" else name for name in quantities(symbol)}
-    return tuple(name for name in quantities(word) if name in same)
+def _quantities_of_both(word: str, symbol: str) -> tuple[str, ...]:
+    """Return the quantities for which both a word and its symbol stand: "Geschwindigkeit v"."""
+    of_symbol = {"epsilon" if name == "e" else name for name in quantities(symbol)}
+    return tuple(name for name in quantities(word) if name in of_symbol)
 
 
 def measured_quantity(name: str) -> MeasuredQuantity:
@@ -207,9 +216,14 @@ class Header(NamedTuple):
     error_of: str | None = None
 
 
+# Rows of many sheets are tried as headers, and repeat each other: 4096 texts are more than a file has in its first rows.
 @lru_cache(maxsize=4096)
 def header(text: str) -> Header:
-    """Take a header apart; the unit is in brackets, or after /, a comma, "in", a blank or _."""
+    """Return a header, taken apart: the unit is in brackets, or after /, a comma, "in", a blank or _.
+
+    `text` is a cell such as "v (cm/s)".
+    """
+    # A long text, or one without letters, is no header.
     text = text.replace("+/-", "±").replace("+-", "±")
     words = len(text) <= _LONGEST and len(_SEPARATORS.findall(text)) < _MOST_WORDS
     if not words or not any(letter.isalpha() or letter in "±/" for letter in text):
@@ -218,8 +232,8 @@ def header(text: str) -> Header:
     # "v (m/s)": a name with its unit in brackets; or "velocity (v)", a name with its symbol.
     if (match := _BRACKETS.fullmatch(text)) and not _error_of(f"{match[1]} {match[2]}"):
         name, unit = match[1], match[2].strip()
-        if symbol := _common(name, unit):
-            return Header(name, "", symbol)
+        if meanings := _quantities_of_both(name, unit):
+            return Header(name, "", meanings)
         meanings = tuple(meaning for meaning in quantities(name) if measured_quantity(meaning).dimension != "label")
         return Header(name, unit, meanings, None if meanings else _error_of(name))
     # A name without a unit.
@@ -228,44 +242,52 @@ def header(text: str) -> Header:
     # "v / cm s^-1", "t in ms", "v_cm_s": the shortest end first. After a blank or _, only common units count.
     for separator in reversed(list(_SEPARATOR.finditer(text))):
         name, end = text[: separator.start()], text[separator.end() :]
-        if (separator[0].strip(" _") or _COMMON.fullmatch(end)) and not quantities(end):
+        if (separator[0].strip(" _") or _COMMON_UNIT.fullmatch(end)) and not quantities(end):
             meanings, error = quantities(name), _error_of(name)
             if meanings or error is not None:
                 return Header(name, end, meanings, None if meanings else error)
     return Header(text)
 
 
-@lru_cache(maxsize=4096)
-def _chosen(head: Header, dimension: str) -> Header:
-    """Return the header of a column that an option names for a quantity: its end may be a unit, after any name."""
+@lru_cache(maxsize=4096)  # texts, as for `header`
+def _split_off_unit(head: Header, dimension: str) -> Header:
+    """Return the header of a column that an option names for a quantity: its end may be a unit, after any name.
+
+    `head` is what `header` gives, and `dimension` that of the quantity.
+    """
+    # Each way to cut the name into a name, a separator and an end
     ends = [] if head.unit or head.quantities or head.error_of is not None else [*_SEPARATORS.finditer(head.name)]
     ends = ends if len(head.name) <= _LONGEST and len(ends) < _MOST_WORDS else []
-    parts = [(head.name[: sign.start()], sign[0], head.name[sign.end() :].strip(" ._")) for sign in ends]
-    for name, _, end in parts:
-        if name and unit_in_si(end, dimension) and (len(end) > 1 or _COMMON.fullmatch(end)):  # a and c are units, too
+    cuts = [(head.name[: sign.start()], sign[0], head.name[sign.end() :].strip(" ._")) for sign in ends]
+    # An end that is a unit of the dimension; a single letter only if it is common, because a and c are units, too.
+    for name, _, end in cuts:
+        if name and unit_in_si(end, dimension) and (len(end) > 1 or _COMMON_UNIT.fullmatch(end)):
             return Header(name, end)
-    for name, sign, end in parts if dimension in DIMENSIONS else ():  # a unit of something else is refused later
-        other = end.lower() in PIXELS or (
+    # An end that is a unit of something else, or looks like one: it is refused later, when the unit is read.
+    for name, sign, end in cuts if dimension in DIMENSIONS else ():
+        is_unit = end.lower() in PIXELS or (
             len(end) > 1 and any(unit_in_si(end, any_dimension) for any_dimension in DIMENSIONS)
         )
-        common = _COMMON.fullmatch(end) and not (end.isalpha() and len(end) > _LONG_WORD)
-        if name and (sign.strip(" _.") or other or common) and not quantities(end):
+        is_common = _COMMON_UNIT.fullmatch(end) and not (end.isalpha() and len(end) > _LONG_WORD)
+        if name and (sign.strip(" _.") or is_unit or is_common) and not quantities(end):
             return Header(name, end)
     return head
 
 
 def _error_of(name: str) -> str | None:
     """Return the name of the quantity whose errors a name stands for: "v" for "sigma_v"; None if it is no error."""
+    # Each word may be one for an error, such as sigma; an s behind others is a unit.
     words = [word for word in re.split(r"[\s_()]+", _JOINED.sub(r"\1 \2", name).translate(_MARKS)) if word]
     keys = [plain(word).replace("_", "") for word in words]  # "std.", "écart-type"
     is_error = [bool(_ERROR_WORD.fullmatch(key)) and (k == 0 or key != "s") for k, key in enumerate(keys)]
+    # The words that are left name the quantity; they are between the first and the last of them.
     inner = [k for k, key in enumerate(keys) if not (is_error[k] or _FILLER.fullmatch(key))]
     if not inner:  # d, u and s need a name
         alone = any(error and (len(key) > 1 or key == "±") for error, key in zip(is_error, keys, strict=True))
         return "" if alone else None
-    target = " ".join(words[inner[0] : inner[-1] + 1])
-    outside = is_error[: inner[0]] + is_error[inner[-1] + 1 :]
-    return target if any(outside) and quantities(target) else None
+    quantity_name = " ".join(words[inner[0] : inner[-1] + 1])
+    is_error_outside = is_error[: inner[0]] + is_error[inner[-1] + 1 :]
+    return quantity_name if any(is_error_outside) and quantities(quantity_name) else None
 
 
 @dataclass(frozen=True)
@@ -292,8 +314,12 @@ class SheetLayout:
         return sum(map(len, self.places.values()))
 
     def columns(self, name: str) -> tuple[int, ...]:
-        """Return the columns of a quantity; raise ValueError if two have it, or a number of a series is missing."""
+        """Return the indices of the columns of a quantity, by its name in `places`.
+
+        ValueError: two columns have it, or a number of a series is missing.
+        """
         places = self.places[name]
+        # The quantities of a series end in their numbers, "heights 2".
         numbers = [int(self.headers[i].quantities[0].split()[1]) for i in places if name in SERIES]
         shown = " and ".join(f"{self.cells[i]!r} (column {i + 1})" for i in places)
         if name not in SERIES and len(places) > 1:
@@ -303,7 +329,10 @@ class SheetLayout:
         return places
 
     def errors(self) -> dict[int, int]:
-        """Return the column of the standard errors of each column; raise ValueError if it may belong to several."""
+        """Return the column of the standard errors of each column that has one: index of values -> index of errors.
+
+        ValueError: a column of errors may belong to several quantities.
+        """
         values = {i: name for name in self.form.measured for i in self.places[name]}
         # Columns that options name for the errors of a quantity.
         chosen = {name: self.columns(f"sigma_{name}") for name in {*values.values()} if f"sigma_{name}" in self.places}
@@ -313,21 +342,22 @@ class SheetLayout:
         by_option, read = len(undecided) < len(values), {i for indices in self.places.values() for i in indices}
         heads = {j: head for j, head in enumerate(self.headers) if j not in read and "sigma" not in self.places}
         for j, head in heads.items():
-            targets = [i for i in self._called(head.error_of) if i in undecided] if head.error_of else []
+            targets = [i for i in self._columns_meant(head.error_of) if i in undecided] if head.error_of else []
             names = {undecided[i] for i in targets}
-            self._give(j, targets, error_columns, names if len(names) > 1 else ())
+            self._assign_errors(j, targets, error_columns, names if len(names) > 1 else ())
         # One column of errors beside one quantity, or a column of errors to the right of each.
         alone = [*self.places.get("sigma", ()), *(j for j, head in heads.items() if head.error_of == "")]
         for j in alone:
-            beside = "±" in self.headers[j].name  # of the column to its left
-            after = self.headers[j - 1] if j in heads and j > 0 and j - 1 not in values else Header("")
-            of_other, unknown = bool(after.quantities), bool(after.name) and beside
-            if len(self.form.measured) == len(alone) == 1 and not (of_other or unknown):
+            # ± belongs to the column on its left; if this is not read, it may be of another quantity, or unknown.
+            is_plus_minus = "±" in self.headers[j].name
+            left = self.headers[j - 1] if j in heads and j > 0 and j - 1 not in values else Header("")
+            is_of_another, is_unknown = bool(left.quantities), bool(left.name) and is_plus_minus
+            if len(self.form.measured) == len(alone) == 1 and not (is_of_another or is_unknown):
                 error_columns = dict.fromkeys(undecided, j) | error_columns
-            elif j - 1 in values and (len(alone) > 1 or beside):
-                self._give(j, [j - 1] if j - 1 in undecided else [], error_columns)
-            elif not (by_option or of_other):
-                self._give(j, [], error_columns, self.form.measured)
+            elif j - 1 in values and (len(alone) > 1 or is_plus_minus):
+                self._assign_errors(j, [j - 1] if j - 1 in undecided else [], error_columns)
+            elif not (by_option or is_of_another):
+                self._assign_errors(j, [], error_columns, self.form.measured)
         # The errors of one of two speeds are those of the other, too.
         speeds = [i for name in ("speed", "speed_out") for i in self.places.get(name, ()) if i in values]
         if len(speeds) == 2 and not {"sigma_speed", "sigma_speed_out"} <= {*self.places}:
@@ -336,8 +366,14 @@ class SheetLayout:
             }
         return error_columns
 
-    def _give(self, j: int, targets: Sequence[int], error_columns: dict[int, int], names: Collection[str] = ()) -> None:
-        """Add a column of errors to those that are found; raise ValueError if it is of several, or a second one."""
+    def _assign_errors(
+        self, j: int, targets: Sequence[int], error_columns: dict[int, int], names: Collection[str] = ()
+    ) -> None:
+        """Make column j, of errors, that of the columns `targets` in `error_columns` (values -> errors).
+
+        ValueError: it may be of several quantities, `names`, or a column has errors already.
+        """
+        # The option that says which one is meant has the header, or the number of the column.
         cell = self.cells[j]
         if names:
             names = [name for name in self.form.measured if name in names]
@@ -352,33 +388,40 @@ class SheetLayout:
                 raise ValueError(f"{shown} are both errors of {name}: expected --column sigma_{name}=NUMBER")
             error_columns[i] = j
 
-    def _called(self, target: str) -> list[int]:
-        """Return the columns for which the name of errors stands: of the same name, or else of the same quantity."""
+    def _columns_meant(self, target: str) -> list[int]:
+        """Return the columns for which the name of errors, `target`, stands: "v" of "sigma_v".
+
+        They have the same name, or else the same quantity.
+        """
+
+        def spelling(name: str) -> str:
+            """Return a name as written, with _ between words."""
+            return "_".join(re.split(r"[\s_]+", name.translate(_MARKS).strip()))
+
         heads = {i: head for i, head in enumerate(self.headers) if head.error_of is None}
-        for same in (_spelling, plain):  # H is not h, if there are both
+        for key in (spelling, plain):  # H is not h, if there are both: case counts first
             # The errors of h are those of h1 and h2.
-            names = {i: {same(head.name), same(head.name.rstrip("0123456789"))} for i, head in heads.items()}
-            if matches := [i for i in heads if same(target) in names[i]]:
+            names = {i: {key(head.name), key(head.name.rstrip("0123456789"))} for i, head in heads.items()}
+            if matches := [i for i in heads if key(target) in names[i]]:
                 return matches
+        # No column has the name: all columns of this quantity; a word for heights is of the drop and of the rebound.
         meant = {"epsilon" if name in ("e", self.form.epsilon) else name for name in quantities(target)}
         values = {i: name for name in self.form.measured for i in self.places[name]}
-        all_heights = "height" in meant and len(target) > 1  # of the drop and of the rebound
+        all_heights = "height" in meant and len(target) > 1
         meanings = {i: {name, *self.headers[i].quantities[:1]} for i, name in values.items()}
         lengths = {i for i, name in values.items() if all_heights and measured_quantity(name).dimension == "length"}
         return [i for i in values if meanings[i] & meant or i in lengths]
 
 
-def _spelling(name: str) -> str:
-    """Return a name as written, without separators."""
-    return "_".join(re.split(r"[\s_]+", name.translate(_MARKS).strip()))
-
-
 def places_of(cells: Sequence[str], text: str) -> tuple[int, ...]:
-    """Return the indices of the columns that an option names: by their header, without its unit, or by their number."""
-    exact = tuple(i for i, cell in enumerate(cells) if cell.strip() == text)
-    same = tuple(i for i, cell in enumerate(cells) if plain(header(cell).name) == plain(header(text).name) != "")
-    number = text.isdecimal() and 0 < int(text) <= len(cells)
-    return exact or same or ((int(text) - 1,) if number else ())
+    """Return the indices of the columns that an option names: by their header, without its unit, or by their number.
+
+    `cells` are the headers, and `text` the option's value.
+    """
+    same_text = tuple(i for i, cell in enumerate(cells) if cell.strip() == text)
+    same_name = tuple(i for i, cell in enumerate(cells) if plain(header(cell).name) == plain(header(text).name) != "")
+    is_number = text.isdecimal() and 0 < int(text) <= len(cells)
+    return same_text or same_name or ((int(text) - 1,) if is_number else ())
 
 
 def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | None:
@@ -398,7 +441,7 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
     dimensions = {
         i: measured_quantity(name).dimension for name, indices in chosen.items() if name != "sigma" for i in indices
     }
-    headers = tuple(_chosen(head, dimensions[i]) if i in dimensions else head for i, head in enumerate(headers))
+    headers = tuple(_split_off_unit(head, dimensions[i]) if i in dimensions else head for i, head in enumerate(headers))
     # The other columns have the quantities that their headers may stand for.
     places: dict[str, tuple[int, ...]] = {}
     for i, head in enumerate(headers):
@@ -417,9 +460,9 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
         # The first form whose columns are all there. A series has two values, with the drop; h0 is no rebound.
         form_places = {"epsilon": places[form.epsilon], **places} if form.epsilon in places else places
         if all(name in form_places for name in form.needed) and {*columns} - omitted <= form.names():
-            (*first, last) = form.needed
+            (*others, last) = form.needed
             starts_at_0 = last in SERIES and headers[form_places[last][0]].quantities[0].endswith(" 0")
-            if last not in SERIES or (len(form_places[last]) > 1 - len(first) and not (first and starts_at_0)):
+            if last not in SERIES or (len(form_places[last]) > 1 - len(others) and not (others and starts_at_0)):
                 used = {name: indices for name, indices in form_places.items() if name in form.names()}
                 used |= {name: () for name in omitted & form.names() if name.startswith("sigma")}
                 return SheetLayout(form, tuple(cell.strip() for cell in cells), headers, used)

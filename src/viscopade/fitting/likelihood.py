@@ -392,7 +392,7 @@ class _Mixture(NamedTuple):
 
 
 def fit_law(points: Points, model: Model, *, robust: bool = False) -> LawFit:
-    """Return a law fitted to points; `robust` takes Student's t for the errors, which outliers hardly move.
+    """Return the law of a model fitted to points; `robust` takes Student's t for errors, which outliers hardly move.
 
     Raises
     ------
@@ -416,7 +416,10 @@ def fit_law(points: Points, model: Model, *, robust: bool = False) -> LawFit:
 
 
 def _search(points: Points, model: Model, middle: float, first_exponent: float, robust: bool) -> LawFit:
-    """Return the fit that a search from an exponent p finds; `middle` is v_0."""
+    """Return the fit that a search from the exponent `first_exponent` finds; `middle` is v_0.
+
+    The other arguments are those of `fit_law`.
+    """
     # kappa of all points gives b = kappa (v/v_0)^-p; their median is the first guess. An eps of 0 has no finite kappa,
     # and b = 0 no slope back: both are moved off 0, by less than any measurement tells.
     kappa = model.kappa(np.clip(points.epsilon, 1e-6, 1.0), points.load(points.speed))
@@ -454,7 +457,10 @@ def _search(points: Points, model: Model, middle: float, first_exponent: float, 
 
 
 def _measurement_band(points: Points, fit: LawFit) -> FloatArray:
-    """Return G G^T, the covariance of the residuals by the measurement errors, as its diagonals, the main one first."""
+    """Return G G^T, the covariance of the residuals by the measurement errors, as its diagonals, the main one first.
+
+    G is taken at the law of `fit`.
+    """
     low, high = (fit.epsilon(points.speed * ratio) for ratio in np.exp([-_STEP, _STEP]))
     # E'(v) = (dE/d ln v)/v, by a central difference
     slope = (high - low) / (2 * _STEP) / points.speed
@@ -471,7 +477,10 @@ def _measurement_band(points: Points, fit: LawFit) -> FloatArray:
 
 
 def _covariance(factor: FloatArray, slopes: FloatArray, robust: bool) -> FloatArray:
-    """Return the covariance of parameters on which eps depends with these slopes J; `factor` is the band of L."""
+    """Return the covariance of parameters on which eps depends with these slopes J; `factor` is the band of L.
+
+    `robust`: the errors follow Student's t.
+    """
     whitened = np.array([_whiten(factor, column) for column in slopes.T]).T
     # (J^T C^-1 J)^-1; columns are scaled to length 1, so that the inverse hardly depends on units.
     size = np.sqrt(np.sum(whitened**2, axis=0))
@@ -490,6 +499,7 @@ def _scatter_variance(scatter: float, counts: FloatArray | None) -> float | Floa
 def _cholesky(measured: FloatArray, scatter: float, counts: FloatArray | None) -> FloatArray:
     """Return L of C = s^2 + G G^T = L L^T as a band, from the band `measured` of G G^T.
 
+    `counts` has the numbers of measured points in each mean, or is None.
     ValueError: C is singular, because some points have neither an error nor a scatter.
     """
     band = measured.copy()
@@ -560,7 +570,7 @@ class Misfit:
         return float(np.sum(_rho(squares, self.robust)) + 2 * share * np.sum(np.log(factor[0])))
 
     def scatter(self, parameters_per_point: float) -> float:
-        """Return the standard deviation s of eps that minimises D; the argument is k/n."""
+        """Return the scatter, the standard deviation s of eps, that minimises D; `parameters_per_point` is k/n."""
         weights = 1.0 if self.counts is None else self.counts
         root = math.sqrt(float(np.mean(weights * self.residuals**2)))
         # The scatter is the only error: s^2 = sum w r^2/(n - k), in closed form.

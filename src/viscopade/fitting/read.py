@@ -1,4 +1,12 @@
-"""Reader of measured data, from several files and sheets at once: columns that `forms` recognises become points."""
+"""Reader of measured data, from several files and sheets at once: columns that `forms` recognises become points.
+
+    H (cm), h (cm), sigma_h, remark
+    50.0,   32.1,   0.2,     first ball
+    50.0,   31.8,   0.2,
+
+Here `H` and `h` are a drop and its rebound, `sigma_h` has the standard errors of `h` in its unit, and `remark` is not
+used. Values become SI units, a row a point, and each refusal names the file, the line, the value and the expected one.
+"""
 
 from __future__ import annotations
 
@@ -25,11 +33,17 @@ from viscopade.quantity import DIMENSIONS, quantity, unit_in_si
 from viscopade.records import Node
 
 SLOWEST, FAST, FASTEST = 1e-9, 100.0, 1e4
-"""Range of speeds that is read, in m/s; those above the middle one need an explicit unit. The limits are choices."""
+"""Range of speeds that is read, in m/s; those above the middle one need an explicit unit.
+
+The limits were chosen by hand. Speeds in cm/s or mm/s read as m/s are often above 100; impacts above 10 km/s are no
+bounces, and below 1 nm/s no measurement.
+"""
 
 IN_VACUUM = Flight()
-_SAME = 6  # decimals, in seconds, to which equal instants in two sheets agree: a choice
-_ROWS_OF_UNITS = 5  # at most, between the header and the numbers: a choice
+_SAME_INSTANT = 6  # decimals, in seconds, to which equal instants in two sheets agree: finer than any sound is timed
+# Rows of units between the header and the numbers, at most, chosen by hand: programs write one or two; more rows
+# without a number are data that cannot be read, and are refused as such.
+_ROWS_OF_UNITS = 5
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
 _DATA = re.compile(r"^[+-]?[.]?[0-9]|(?<![\w^⁻-])[0-9]|^nan$", re.IGNORECASE)  # in a cell: it is no unit
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
@@ -115,7 +129,7 @@ class Recording:
 
 
 def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -> Recording:
-    """Return the points in files, given by their contents and names.
+    """Return the points in files, given by their `contents` (bytes, and the name for messages) and the options.
 
     In each file, all sheets of the same kind as the first one are read: speeds, instants, heights, or positions. A
     sheet is skipped if all its instants are in other sheets.
@@ -125,8 +139,9 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     ValueError
         One line that names the file, the line in it, the value and the expected one.
     """
-    unread: list[tuple[str, str]] = []
-    readers = [reader for content, source in contents for reader in _of_file(content, source, options, unread)]
+    # A reader for each sheet with data; all of one kind, and every column that an option names is in one of them.
+    unread: list[tuple[str, str]] = []  # name of a sheet, and the reason
+    readers = [reader for content, source in contents for reader in _readers_of_file(content, source, options, unread)]
     first, kind = readers[0], readers[0].form.kind
     for reader in readers:
         if reader.form.kind != kind:
@@ -139,32 +154,32 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     if cells > bounces.MOST_INSTANTS and kind in ("instants", "heights"):
         raise ValueError(f"{first.sheet.file}: there are {cells} {kind}: expected up to {bounces.MOST_INSTANTS}")
     # Leave out sheets that repeat others, then lines that options name.
-    for reader in _twice(readers):
+    for reader in _repeated_sheets(readers):
         unread.append((reader.sheet.name, "its instants are in other sheets"))
         readers.remove(reader)
     labels = _leave_out(readers, options.without)
     # Sheets with too few bounces are reported; any other fault ends the reading.
-    made: list[tuple[_Reader, Points]] = []
+    points_by_reader: list[tuple[_Reader, Points]] = []
     for reader in readers:
         reader.prefix = f"{reader.sheet.name}, " * (len(readers) > 1)
         try:
-            made.append((reader, reader.points()))
+            points_by_reader.append((reader, reader.points()))
         except bounces.TooFew as error:
             unread.append((reader.sheet.name, str(error)))
         except ValueError as error:
             place = "" if str(error).startswith(reader.sheet.file) else f"{reader.sheet.source}: "
             raise ValueError(f"{place}{error}") from None
-    if not made:
+    if not points_by_reader:
         raise ValueError(f"{readers[-1].sheet.source}: {unread[-1][1]}")
-    points = bounces.concatenate([sheet_points for _, sheet_points in made]) if len(made) > 1 else made[0][1]
+    used, tables = [reader for reader, _ in points_by_reader], [table for _, table in points_by_reader]
+    points = bounces.concatenate(tables) if len(tables) > 1 else tables[0]
     points = points.without(labels) if labels else points
     points = points.without_scatter() if options.scatter is False else points
-    used = [reader for reader, _ in made]
     return Recording(
         points,
         kind,
-        (*((reader.sheet.name, len(sheet_points)) for reader, sheet_points in made), *unread),
-        tuple(reader.described() for reader in used),
+        (*((reader.sheet.name, len(table)) for reader, table in points_by_reader), *unread),
+        tuple(reader.columns_read() for reader in used),
         tuple(chain.from_iterable(reader.left_out for reader in readers)),
         tuple(chain.from_iterable(reader.warnings for reader in used)),
         tuple(chain.from_iterable(reader.flights for reader in used)),
@@ -172,13 +187,18 @@ def recording(contents: Sequence[tuple[bytes, str]], options: Options = PLAIN) -
     )
 
 
-def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[str, str]]) -> list[_Reader]:
-    """Return the readers of a file's sheets; add sheets without data, or with another kind of it, to `unread`."""
+def _readers_of_file(content: bytes, source: str, options: Options, unread: list[tuple[str, str]]) -> list[_Reader]:
+    """Return the readers of a file's sheets; add sheets without data, or with another kind of it, to `unread`.
+
+    `content` is that of the file, and `source` its name for messages; the options are those of the user.
+    """
+    # The sheets that --sheet names, or all of them
     all_sheets = sheets(content, source, lambda cells: forms.layout(cells, options.columns))
     chosen = [sheet for sheet in all_sheets if not options.sheets or sheet.sheet in options.sheets]
     if not chosen:
         names = ", ".join(repr(sheet.sheet) for sheet in all_sheets if sheet.sheet) or "none"
         raise ValueError(f"{source}: there is no sheet {options.sheets[0]!r}: its sheets are {names}")
+    # Those with data of the kind of the first one
     readers: list[_Reader] = []
     for sheet in chosen:
         form = sheet.layout and sheet.layout.form
@@ -191,8 +211,12 @@ def _of_file(content: bytes, source: str, options: Options, unread: list[tuple[s
     return readers
 
 
-def _twice(readers: Sequence[_Reader]) -> list[_Reader]:
-    """Return the sheets whose instants are all in a larger sheet of their file; errors in them are reported later."""
+def _repeated_sheets(readers: Sequence[_Reader]) -> list[_Reader]:
+    """Return the sheets whose instants are all in a larger sheet of their file; `readers` are those of all sheets.
+
+    Errors in them are reported later.
+    """
+    # The rounded instants of each sheet with times of impacts (times of flight begin at 0 in every sheet)
     bounce_readers = [
         reader for reader in readers if reader.form.kind == "instants" and "flights" not in reader.form.needed
     ]
@@ -200,24 +224,33 @@ def _twice(readers: Sequence[_Reader]) -> list[_Reader]:
     for reader in bounce_readers if len(readers) > 1 else ():
         with suppress(ValueError):
             sheet_instants.append(
-                (reader, {round(t, _SAME) for drop in reader.instants() for t in drop.values.tolist()})
+                (reader, {round(t, _SAME_INSTANT) for drop in reader.instants() for t in drop.values.tolist()})
             )
+    # Sorted by size, each sheet is compared with the larger ones: a subset is a repetition.
     sheet_instants.sort(key=lambda entry: len(entry[1]))
     pairs = (
-        (one, mine, two, theirs)
-        for k, (one, mine) in enumerate(sheet_instants)
-        for two, theirs in sheet_instants[k + 1 :]
+        (reader, instants, larger, larger_instants)
+        for k, (reader, instants) in enumerate(sheet_instants)
+        for larger, larger_instants in sheet_instants[k + 1 :]
     )
-    twice = {one: None for one, mine, two, theirs in pairs if mine <= theirs and one.sheet.file == two.sheet.file}
-    return [*twice]
+    repeated = {
+        reader: None
+        for reader, instants, larger, larger_instants in pairs
+        if instants <= larger_instants and reader.sheet.file == larger.sheet.file
+    }
+    return [*repeated]
 
 
 def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
-    """Return the error for a sheet that lacks the necessary columns, or one that an option names."""
+    """Return the error for a sheet that lacks the necessary columns, or one that an option names.
+
+    `name` is the quantity for which an option asks, if it is that.
+    """
+    # The message shows up to 12 headers of up to 40 characters: a few lines of a terminal.
     header = ", ".join(repr(cell.strip()[:40]) for cell in sheet.header[:12])
-    missing = [text for text in options.columns.values() if text != "-" and not forms.places_of(sheet.header, text)]
-    if missing:
-        return ValueError(f"{sheet.source}: there is no column {missing[0]!r}: {header}")
+    absent = [text for text in options.columns.values() if text != "-" and not forms.places_of(sheet.header, text)]
+    if absent:
+        return ValueError(f"{sheet.source}: there is no column {absent[0]!r}: {header}")
     if name:
         return ValueError(f"{sheet.source}: there is no column {name!r}: expected one, because an option names it")
     accepted = "; or ".join(form.header for form in forms.FORMS if form.epsilon == "epsilon")
@@ -226,17 +259,18 @@ def _no_column(sheet: Sheet, options: Options, name: str = "") -> ValueError:
 
 
 def _leave_out(readers: Sequence[_Reader], without: Sequence[str]) -> list[str]:
-    """Leave lines out of the readers; return the labels of points among `without`."""
+    """Leave lines out of the readers; return the labels of points among `without`, whose texts are as in `Options`."""
     labels = []
     for text in dict.fromkeys(without):
+        # "NAME:7" or "7" is a line, of a file or a sheet; any other text is a label, such as "7, h2".
         name, _, line = text.rpartition(":")
         with_line = [reader for reader in readers if line.isdecimal() and int(line) in reader.lines]
-        places = [reader for reader in with_line if name in ("", reader.sheet.sheet, PurePath(reader.sheet.file).name)]
-        if len(places) > 1:
-            raise ValueError(f"line {line} is in {len(places)} sheets or files: expected NAME:{line}")
-        if places:
-            k = places[0].lines.index(int(line))
-            del places[0].lines[k], places[0].rows[k]
+        meant = [reader for reader in with_line if name in ("", reader.sheet.sheet, PurePath(reader.sheet.file).name)]
+        if len(meant) > 1:
+            raise ValueError(f"line {line} is in {len(meant)} sheets or files: expected NAME:{line}")
+        if meant:
+            k = meant[0].lines.index(int(line))
+            del meant[0].lines[k], meant[0].rows[k]
         elif line.isdecimal():
             ends = " to ".join(map(str, readers[0].lines[:1] + readers[0].lines[-1:])) or "none"
             raise ValueError(f"{readers[0].sheet.source}: there is no line {text} with data: expected {ends}")
@@ -254,16 +288,24 @@ class Sequel:
     sigma: FloatArray
     durations: FloatArray | None = None
 
-    def part(self, places: Sequence[int]) -> Sequel:
-        """Return the values at these indices."""
-        durations = None if self.durations is None else self.durations[places]
-        return Sequel(self.values[places], [self.labels[i] for i in places], self.sigma[places], durations)
+    def select(self, indices: Sequence[int]) -> Sequel:
+        """Return the values at these indices, with their labels, errors and durations."""
+        durations = None if self.durations is None else self.durations[indices]
+        return Sequel(self.values[indices], [self.labels[i] for i in indices], self.sigma[indices], durations)
 
-    def unbroken(self) -> list[Sequel]:
-        """Return the parts between missing values."""
-        seen = np.flatnonzero(np.isfinite(self.values))
-        parts = np.split(seen, np.flatnonzero(np.diff(seen) > 1) + 1)
-        return [self.part(part.tolist()) for part in parts if len(part)]
+    def split_at_gaps(self) -> list[Sequel]:
+        """Return the runs of values between missing ones."""
+        finite = np.flatnonzero(np.isfinite(self.values))
+        runs = np.split(finite, np.flatnonzero(np.diff(finite) > 1) + 1)
+        return [self.select(run.tolist()) for run in runs if len(run)]
+
+
+class _Unit(NamedTuple):
+    """A unit as written, its size in SI units, and where it comes from."""
+
+    text: str
+    size: float
+    origin: str
 
 
 class _Column(NamedTuple):
@@ -290,25 +332,27 @@ class _Reader:
     """
 
     def __init__(self, sheet: Sheet, layout: forms.SheetLayout, options: Options) -> None:
+        """Take the rows with data of a sheet, and the units in rows between its header and the first number."""
         self.sheet, self.layout, self.options, self.form, self.prefix = sheet, layout, options, layout.form, ""
         self.left_out: list[tuple[str, str]] = []
         self.warnings: list[str] = []
         self.flights: list[tracks.FreeFlight] = []
         self.doubtful_scale = False
         used = [i for name, places in layout.places.items() if name != "drop" for i in places]
-        full = [k for k, row in enumerate(sheet.rows) if any(cell_of(row, i) != "" for i in used)]
+        filled_rows = [k for k, row in enumerate(sheet.rows) if any(cell_of(row, i) != "" for i in used)]
         # Rows without a digit between the header and the first number have units, or nothing.
-        self._below: dict[int, str] = {}
-        first = 0
-        for k in full[:_ROWS_OF_UNITS]:
+        self._units_below: dict[int, str] = {}  # index of a column -> text
+        rows_of_units = 0
+        for k in filled_rows[:_ROWS_OF_UNITS]:
             texts = {i: str(cell_of(sheet.rows[k], i)).strip("()[] ") for i in {*used, *range(len(sheet.header))}}
             # Beside a unit, 1 is the unit of a plain number.
-            units = any(unit_in_si(texts[i], dimension) for i in used for dimension in ("speed", "length", "time"))
-            if any(_DATA.search(texts[i]) and not (units and texts[i] == "1") for i in used):
+            has_unit = any(unit_in_si(texts[i], dimension) for i in used for dimension in ("speed", "length", "time"))
+            if any(_DATA.search(texts[i]) and not (has_unit and texts[i] == "1") for i in used):
                 break
-            self._below |= {i: text for i, text in texts.items() if any(c.isalpha() or c == "%" for c in text)}
-            first += 1
-        self.rows, self.lines = [sheet.rows[k] for k in full[first:]], [sheet.lines[k] for k in full[first:]]
+            self._units_below |= {i: text for i, text in texts.items() if any(c.isalpha() or c == "%" for c in text)}
+            rows_of_units += 1
+        data_rows = filled_rows[rows_of_units:]
+        self.rows, self.lines = [sheet.rows[k] for k in data_rows], [sheet.lines[k] for k in data_rows]
 
     @property
     def labels(self) -> list[str]:
@@ -341,39 +385,44 @@ class _Reader:
         return self.columns(name)[0].values
 
     def _column(self, i: int, name: str) -> _Column:
+        """Return column i, which has the quantity of this name, in SI units, with its standard errors."""
         dimension, resolution = forms.measured_quantity(name).dimension, self.options.resolution
-        # Standard errors: --resolution for all rows, or a column, in its own unit or that of the quantity.
+        # Values without a unit are in the SI unit, the first in `DIMENSIONS`.
         values, sigma, j = self._numbers(i, name), np.zeros(len(self.rows)), self.errors.get(i)
-        unit, size, origin = self._unit(i, name) or (DIMENSIONS.get(dimension, ("",))[0], 1.0, "plain numbers")
+        unit = self._unit(i, name) or _Unit(DIMENSIONS.get(dimension, ("",))[0], 1.0, "plain numbers")
+        # Standard errors: --resolution for all rows, or a column, in its own unit or that of the quantity.
         if self.errors and resolution is not None:
             raise ValueError("there is a column of standard errors: expected no --resolution")
         if resolution is not None and name in self.form.measured:
             plain = float(resolution) if _NUMBER.fullmatch(resolution) else resolution
             sigma += quantity(Node(self.sheet.source, "resolution", plain), dimension)
         elif j is not None:
-            text, error_size, _ = self._unit(j, f"sigma_{name}") or ("", size, "")
-            if text == "%" != unit:
+            error_unit = self._unit(j, f"sigma_{name}") or _Unit("", unit.size, "")
+            if error_unit.text == "%" != unit.text:
                 raise ValueError(f"the errors of {name} are in %, but {name} is not: expected one unit")
-            sigma = self._numbers(j, f"sigma_{name}") * error_size
-            if (missing := np.isfinite(values) & np.isnan(sigma)).any():
-                raise ValueError(f"{self.labels[int(np.argmax(missing))]}: sigma_{name} is '': expected a number >= 0")
+            sigma = self._numbers(j, f"sigma_{name}") * error_unit.size
+            if (blank := np.isfinite(values) & np.isnan(sigma)).any():
+                raise ValueError(f"{self.labels[int(np.argmax(blank))]}: sigma_{name} is '': expected a number >= 0")
         # Cells of a spreadsheet that show 90 % have the number 0.9.
-        if unit == "%" and name == "epsilon" and len(values) and (values <= 1).all():
+        if unit.text == "%" and name == "epsilon" and len(values) and (values <= 1).all():
             text = f"all numbers are {values.max():g} % or less: is the unit right?"
             raise ValueError(f"{self.layout.cells[i]!r}: {text} Expected numbers such as 90, or a header without %")
-        return _Column(values * size, unit, origin, sigma)
+        return _Column(values * unit.size, unit.text, unit.origin, sigma)
 
     def _numbers(self, i: int, name: str) -> FloatArray:
-        cells, least = [cell_of(row, i) for row in self.rows], forms.measured_quantity(name).least
-        least = " >= 0" if name.startswith("sigma_") else least
-        blank = self.form.kind != "speeds" or least == " >= 0"
+        """Return the numbers of column i as written, NaN for blank cells; ValueError names the first bad cell."""
+        cells, condition = [cell_of(row, i) for row in self.rows], forms.measured_quantity(name).condition
+        condition = " >= 0" if name.startswith("sigma_") else condition
+        may_be_blank = self.form.kind != "speeds" or condition == " >= 0"
         values = np.array([self._number(cell) for cell in cells])
         # Numbers out of range are bad, and so are blank cells beside a speed.
-        bad = ~np.isfinite(values) | ((values < 0) if least else False) | ((values == 0) if least == " > 0" else False)
-        bad &= [not blank or str(cell).lower() not in ("", "nan") for cell in cells]
+        bad = ~np.isfinite(values) | ((values < 0) if condition else False)
+        bad |= (values == 0) if condition == " > 0" else False
+        bad &= [not may_be_blank or str(cell).lower() not in ("", "nan") for cell in cells]
         if bad.any():
             k = int(np.argmax(bad))
-            cell, accepted = str(cells[k]), f"expected a number{least}"
+            cell, accepted = str(cells[k]), f"expected a number{condition}"
+            # "90 %" for a plain number: the message has the number, in hundredths.
             percent = self._number(cell.removesuffix("%").strip()) if cell.endswith("%") else math.nan
             if math.isfinite(percent) and not forms.measured_quantity(name).dimension:
                 accepted = f"write {name} as {percent / 100:g}, or % in the header"
@@ -381,6 +430,7 @@ class _Reader:
         return values
 
     def _number(self, cell: str | float) -> float:
+        """Return the number in a cell; NaN if it has none."""
         text = str(cell).replace(",", ".") if self._decimal_comma else str(cell)
         return float(text) if _NUMBER.fullmatch(text) else math.nan
 
@@ -394,7 +444,8 @@ class _Reader:
             (k, str(cell)) for k, row in enumerate(self.rows) for i in used if isinstance(cell := cell_of(row, i), str)
         ]
         commas, points = ([(k, text) for k, text in texts if sign in text] for sign in ",.")
-        # Programs separate cells by ; because numbers have decimal commas.
+        # A comma before three digits may separate thousands. But programs separate cells by ; because numbers have
+        # decimal commas.
         thousands = self.sheet.separator != ";" and all(_THOUSANDS.fullmatch(text) for _, text in commas)
         if commas and (points or thousands):
             k, text = commas[0]
@@ -408,14 +459,16 @@ class _Reader:
             self.warnings.append(f"{self.labels[k]}: {read}")
         return bool(commas)
 
-    def _unit(self, i: int, name: str) -> tuple[str, float, str] | None:
-        """Return the unit of a column as written, its size and its origin; None if there is none."""
+    def _unit(self, i: int, name: str) -> _Unit | None:
+        """Return the unit of column i, which has the quantity of this name, or its errors; None if it has no unit."""
         head, dimension = self.layout.headers[i], forms.measured_quantity(name).dimension
         if name == "position" and self.options.length_per_unit is not None:
-            return f"{self.options.length_per_unit:g} m", self.options.length_per_unit, "--length-per-unit"
+            length = self.options.length_per_unit
+            return _Unit(f"{length:g} m", length, "--length-per-unit")
         option = self.options.units.get(name, "")
-        # Units in the header, below it, and in an option must agree.
-        written = {head.unit: "its header", self._below.get(i, ""): "the row below the header", option: "--unit"}
+        # Units in the header, below it, and in an option must agree. `unit_in_si` gives a unit's name and its size in
+        # SI units, or None for a text that is no unit of this dimension.
+        written = {head.unit: "its header", self._units_below.get(i, ""): "the row below the header", option: "--unit"}
         units_by_text = {text: unit_in_si(text, dimension) for text in written if text}
         if option:  # a text that is no unit gives way to the option
             units_by_text = {text: unit for text, unit in units_by_text.items() if text == option or unit}
@@ -428,25 +481,28 @@ class _Reader:
         if len({unit[1] for unit in units_by_text.values() if unit}) > 1:
             texts = " and ".join(f"{text!r} in {written[text]}" for text in units_by_text)
             raise ValueError(f"the column {name} has the units {texts}: expected one unit")
-        return next(((*unit, written[text]) for text, unit in units_by_text.items() if unit), None)
+        return next((_Unit(*unit, written[text]) for text, unit in units_by_text.items() if unit), None)
 
     def last_digit(self, name: str) -> float:
-        """Return the value of one unit in the last digit of a column, in SI units."""
+        """Return the value of one unit in the last digit of the column of a quantity (`name`), in SI units."""
         i = self.layout.places[name][0]
         cells = [str(cell_of(row, i)).replace(",", ".") for row in self.rows]
-        # The finest digit of all cells
-        digits = [int(Decimal(cell).as_tuple().exponent) for cell in cells if _NUMBER.fullmatch(cell)]
-        return float(10.0 ** min(digits, default=0)) * (self._unit(i, name) or ("", 1.0))[1]
+        # The finest digit of all cells: a number has the exponent e of its last digit, 10^e, in a Decimal.
+        exponents = [int(Decimal(cell).as_tuple().exponent) for cell in cells if _NUMBER.fullmatch(cell)]
+        unit = self._unit(i, name)
+        return float(10.0 ** min(exponents, default=0)) * (unit.size if unit else 1.0)
 
-    def described(self) -> dict[str, Any]:
-        """Return the columns that were read, for `Recording`."""
+    def columns_read(self) -> dict[str, Any]:
+        """Return what was read from which column, for `Recording.read`."""
         facts: dict[str, Any] = {}
         cells, used = self.layout.cells, {*self.errors.values()}
         for name in (*self.form.needed, *self.form.optional):
             if places := self.layout.places.get(name, ()):
                 used |= {*places}
+                # The headers of the values, and those of their errors, each once: a text, a list for a series, or None.
                 headers = [cells[i] for i in places], [*{cells[self.errors[i]]: 0 for i in places if i in self.errors}]
                 column, error = (texts if len(texts) > 1 else texts[0] if texts else None for texts in headers)
+                # One unit, or one for each column of a series
                 columns = [self._column(i, name) for i in places if name != "drop"]
                 units, origins = [c.unit for c in columns], dict.fromkeys(c.origin for c in columns)
                 unit = units if len({*units}) > 1 else "".join(units[:1])
@@ -458,7 +514,8 @@ class _Reader:
     # --- checks -------------------------------------------------------------------------------------------------------
 
     def points(self) -> Points:
-        """Check the options against the columns, and return the points."""
+        """Return the points, after checks of the options and the columns; ValueError says what is wrong."""
+        # Options without use
         options, form = self.options, self.form
         if form.kind == "speeds" and options.flight != IN_VACUUM:
             raise ValueError("columns speed and epsilon need no flight: expected no gravity and no drag")
@@ -482,7 +539,7 @@ class _Reader:
             if not SLOWEST <= speed <= fastest:
                 text = f"the speed is {speed:.3g} m/s: expected {SLOWEST:g} to {fastest:g} m/s"
                 raise ValueError(f"{points.labels[k]}: {text}; is the unit right? (--unit {form.needed[0]}=UNIT)")
-            if error >= 1:
+            if error >= 1:  # eps is 0 to 1: such a point tells nothing, and its unit is wrong
                 raise ValueError(f"{points.labels[k]}: the standard error of eps is {error:.3g}: expected less than 1")
         if len(points) > 1 and (points.epsilon == 1).all():
             raise ValueError("eps is 1 at all points: are the columns and the units right?")
@@ -490,6 +547,7 @@ class _Reader:
 
     def _refuse_surplus_cells(self) -> None:
         """Raise ValueError if a row has cells to the right of the last name: all its numbers may be shifted."""
+        # "1,5" between commas is two cells.
         names, comma = len(self.sheet.header), self.sheet.separator == ","
         accepted = "a decimal comma needs another separator, such as ;" if comma else "expected at most as many"
         for row, label in zip(self.rows, self.labels, strict=True):
@@ -523,12 +581,12 @@ class _Reader:
         """Raise ValueError if one of two columns of the same dimension has a unit, and the other none."""
         names = [name for name in (*self.form.needed, *self.form.optional) if name in self.layout.places]
         places = [(i, name) for name in names for i in self.layout.columns(name)]
-        units = [(i, name, unit) for i, name in places if (unit := self._unit(i, name)) and unit[1] != 1]
+        units = [(i, name, unit) for i, name in places if (unit := self._unit(i, name)) and unit.size != 1]
         bare = [(i, name) for i, name in places if self._unit(i, name) is None]  # in SI units
-        for (i, name, unit), (j, other) in product(units, bare):
-            if forms.measured_quantity(name).dimension == forms.measured_quantity(other).dimension in DIMENSIONS:
-                text = f"{self.layout.cells[i]!r} is in {unit[0]}, but {self.layout.cells[j]!r} has no unit"
-                raise ValueError(f"{text}: expected one, such as --unit {other}={unit[0]}")
+        for (i, name, unit), (j, bare_name) in product(units, bare):
+            if forms.measured_quantity(name).dimension == forms.measured_quantity(bare_name).dimension in DIMENSIONS:
+                text = f"{self.layout.cells[i]!r} is in {unit.text}, but {self.layout.cells[j]!r} has no unit"
+                raise ValueError(f"{text}: expected one, such as --unit {bare_name}={unit.text}")
 
     def warn_of_unused(self) -> None:
         """Add a warning for each column of numbers that is not read, if it may have errors."""
@@ -538,6 +596,7 @@ class _Reader:
             if f"sigma_{name}" not in self.layout.places and self.layout.places[name][0] not in self.errors
         ]  # fmt: skip
         for i, head in enumerate(self.layout.headers if bare else ()):
+            # All cells are numbers, and they do not just count the rows.
             values = np.array([self._number(cell) for row in self.rows if (cell := cell_of(row, i)) != ""])
             counts = len(values) > 1 and (np.diff(values) == 1).all()  # numbers of rows
             if i not in used and not head.quantities and len(values) and np.isfinite(values).all() and not counts:
@@ -549,7 +608,8 @@ class _Reader:
     # --- drops --------------------------------------------------------------------------------------------------------
 
     def drops(self) -> list[list[int]]:
-        """Return the rows of each drop."""
+        """Return the indices of the rows of each drop: those with one text in the column drop, or all rows."""
+        # text in the column -> indices of rows
         rows: dict[str, list[int]] = {}
         places = self.layout.columns("drop") if self.has("drop") else ()
         for k, row in enumerate(self.rows):
@@ -560,16 +620,19 @@ class _Reader:
         """Return the values of each drop in succession: down a column, or along the rows of several columns."""
         columns = [column for name in self.form.needed for column in self.columns(name)]
         values, sigma = np.array([column.values for column in columns]), np.array([column.sigma for column in columns])
+        # One column: a drop is the rows of one number in the column drop.
         if len(columns) == 1:
-            whole = Sequel(values[0], self.labels, sigma[0], self.durations())
-            return [part for indices in self.drops() for part in whole.part(indices).unbroken()]
+            column = Sequel(values[0], self.labels, sigma[0], self.durations())
+            return [run for indices in self.drops() for run in column.select(indices).split_at_gaps()]
+        # Several columns: each row is a drop, and its values are labelled "line 7, h2".
         heads = [self.layout.headers[i].name for name in self.form.needed for i in self.layout.columns(name)]
         rows = zip(self.labels, values.T, sigma.T, strict=True)
         drops = (Sequel(row, [f"{label}, {head}" for head in heads], error) for label, row, error in rows)
-        return [part for drop in drops for part in drop.unbroken()]
+        return [run for drop in drops for run in drop.split_at_gaps()]
 
     def durations(self) -> FloatArray | None:
-        """Return the durations of contacts, if they are known."""
+        """Return the durations of contacts in s, from a column release_time or contact_time; None if there is none."""
+        # A contact ends when the body is released: at release_time.
         if "release_time" not in self.layout.places:
             return self.values("contact_time") if "contact_time" in self.layout.places else None
         durations = self.values("release_time") - self.values("time")
@@ -581,11 +644,12 @@ class _Reader:
     def instants(self) -> list[Sequel]:
         """Return the instants of each drop; those of flights begin at 0."""
         of_flights = self.form.needed[0] in ("interval", "flights")
-        return [_summed(run) if of_flights else run for run in self.sequels()]
+        return [_instants_of_flights(run) if of_flights else run for run in self.sequels()]
 
 
-def _summed(flights: Sequel) -> Sequel:
+def _instants_of_flights(flights: Sequel) -> Sequel:
     """Return the instants of the bounces between flights; each has the error of the flight before it."""
+    # The first bounce is at 0, and the others at the sums of the times of flight.
     labels = [f"the bounce before {flights.labels[0]}", *flights.labels]
     return Sequel(np.append(0.0, np.cumsum(flights.values)), labels, np.append(flights.sigma[0], flights.sigma))
 
@@ -593,7 +657,8 @@ def _summed(flights: Sequel) -> Sequel:
 # --- from columns to points -------------------------------------------------------------------------------------------
 
 
-def _speeds(reader: _Reader) -> Points:
+def _points_of_speeds(reader: _Reader) -> Points:
+    """Return the points of collisions: of speeds and eps, or of speeds before and after."""
     if "epsilon" in reader.form.needed and reader.options.resolution is not None:
         raise ValueError("--resolution is for instants, heights or speeds: expected a column sigma_epsilon")
     speed, (after,) = reader.columns("speed")[0], reader.columns(reader.form.needed[1])
@@ -601,8 +666,9 @@ def _speeds(reader: _Reader) -> Points:
     if "speed_out" in reader.form.needed:
         errors = {"sigma": speed.sigma, "sigma_after": after.sigma}
         return bounces.of_speeds(speed.values, after.values, **errors, labels=reader.labels)
-    if reader.form.epsilon == "energy" and (no := ~((after.values > 0) & (after.values <= 1))).any():
-        k = int(np.argmax(no))
+    # A column E is eps only if its numbers can be that; e beside evenly spaced times may be anything.
+    if reader.form.epsilon == "energy" and (off := ~((after.values > 0) & (after.values <= 1))).any():
+        k = int(np.argmax(off))
         raise ValueError(f"{reader.labels[k]}: 'E' is {after.values[k]:g}: expected 0 to 1, or --column epsilon=E")
     beside = [i for i, head in enumerate(reader.layout.headers) if "time" in head.quantities]
     if reader.form.epsilon == "e" and any(bounces.evenly_spaced(reader._numbers(i, "time")) for i in beside):
@@ -614,15 +680,17 @@ def _speeds(reader: _Reader) -> Points:
     )  # fmt: skip
 
 
-def _instants(reader: _Reader) -> Points:
+def _points_of_instants(reader: _Reader) -> Points:
     """Return the points of the bounces among instants; add other sounds to the reader's `left_out`."""
+    # Times of flight T0, T1, …: the bounces are between them. Flights get shorter.
     of_flights, runs = "flights" in reader.form.needed, list[Sequel]()
     if of_flights:
         flights = _successive(reader)
         if np.median(np.concatenate([run.values[1:] / run.values[:-1] for run in flights])) > 1:
             text = "most times of flight are longer than the one before: are they instants of bounces?"
             raise ValueError(f"{text} Then expected the columns bounce 0, bounce 1, …")
-        runs = [_summed(run) for run in flights]
+        runs = [_instants_of_flights(run) for run in flights]
+    # Instants: find the bounces among the sounds of each drop.
     for drop in () if of_flights else reader.instants():
         bounces.require_ascending(drop.values, drop.labels)
         if bounces.evenly_spaced(drop.values, reader.last_digit(reader.form.needed[0])):
@@ -630,9 +698,9 @@ def _instants(reader: _Reader) -> Points:
             raise ValueError(f"the times are evenly spaced, as in a recording: {text}")
         bounce_runs, left_out = bounces.audible_bounces(drop.values, float(np.mean(drop.sigma)) or bounces.HEARING)
         reader.left_out += [(drop.labels[i], why) for i, why in left_out]
-        runs += [drop.part(places) for places in bounce_runs]
+        runs += [drop.select(indices) for indices in bounce_runs]
     if not runs:
-        why = "".join(f"; {label}: {why}" for label, why in reader.left_out[:3])
+        why = "".join(f"; {label}: {why}" for label, why in reader.left_out[:3])  # three are enough in one line
         raise bounces.TooFew(f"no drop has three bounces in succession: expected three or more, for one eps{why}")
     return bounces.of_times(
         [(run.values, run.labels) for run in runs],
@@ -646,14 +714,16 @@ def _instants(reader: _Reader) -> Points:
 
 def _successive(reader: _Reader) -> list[Sequel]:
     """Return the sequels of two values or more; add others to the reader's `left_out`."""
+    # An eps is the ratio of two successive values, or its root.
     sequels = reader.sequels()
     reader.left_out += [(sequel.labels[0], "no value follows it") for sequel in sequels if len(sequel.values) < 2]
-    if not (some := [sequel for sequel in sequels if len(sequel.values) > 1]):
+    if not (successive := [sequel for sequel in sequels if len(sequel.values) > 1]):
         raise bounces.TooFew("no drop has two heights or flights in succession: expected two or more, for one eps")
-    return some
+    return successive
 
 
-def _heights(reader: _Reader) -> Points:
+def _points_of_heights(reader: _Reader) -> Points:
+    """Return the points of drops and rebounds, after checks that heights fall, as those of one body do."""
     drops = _successive(reader)
     advice = bounces.INDEPENDENT if reader.form.needed == ("height",) else bounces.ORDER
     for drop in drops:
@@ -666,31 +736,38 @@ def _heights(reader: _Reader) -> Points:
     return bounces.of_heights(labelled_drops, reader.options.flight, sigma=sigma, contact_time=contact)
 
 
-def _positions(reader: _Reader) -> Points:
-    """Return the points of the contacts in tracks; frames without a position are skipped."""
-    (first, _), options, labels, made = reader.form.needed, reader.options, reader.labels, list[Points]()
-    if first == "frame" and options.rate is None:
+def _points_of_positions(reader: _Reader) -> Points:
+    """Return the points of the contacts in tracks; frames without a position are skipped.
+
+    Add the flights, the contacts without eps and the warnings to those of the reader.
+    """
+    clock, options, labels, points_by_drop = reader.form.needed[0], reader.options, reader.labels, list[Points]()
+    if clock == "frame" and options.rate is None:
         raise ValueError("frames have no times: expected --rate, the number of frames per second")
-    # t = frame/rate
-    times, (position,) = reader.values(first) / (options.rate or 1.0), reader.columns("position")
+    # t = frame/rate, or the column time
+    times, (position,) = reader.values(clock) / (options.rate or 1.0), reader.columns("position")
     for rows in reader.drops():
         complete_rows = [i for i in rows if math.isfinite(times[i]) and math.isfinite(position.values[i])]
-        kept, digit = [labels[i] for i in complete_rows], reader.last_digit(first)
-        frames = tracks.frame_times(times[complete_rows], kept, digit / (options.rate or 1.0))
+        row_labels, digit = [labels[i] for i in complete_rows], reader.last_digit(clock)
+        frames = tracks.frame_times(times[complete_rows], row_labels, digit / (options.rate or 1.0))
         track = tracks.of_track(
-            frames, position.values[complete_rows], kept, options.flight, sigma=position.sigma[complete_rows],
+            frames, position.values[complete_rows], row_labels, options.flight, sigma=position.sigma[complete_rows],
             contact_time=options.contact_time,
         )  # fmt: skip
-        made.append(track.points)
+        points_by_drop.append(track.points)
         reader.flights += track.flights
         reader.left_out += track.left_out
         if not track.agrees:
             unit = reader._unit(reader.layout.places["position"][0], "position")
-            reader.warnings.append(track.warning(options.flight.gravity, unit[1] if unit else 1.0, options.rate))
+            reader.warnings.append(track.warning(options.flight.gravity, unit.size if unit else 1.0, options.rate))
             reader.doubtful_scale = True
-    return bounces.concatenate(made)
+    return bounces.concatenate(points_by_drop)
 
 
 _POINTS: Mapping[str, Callable[[_Reader], Points]] = {
-    "speeds": _speeds, "instants": _instants, "heights": _heights, "positions": _positions,
-}  # fmt: skip
+    "speeds": _points_of_speeds,
+    "instants": _points_of_instants,
+    "heights": _points_of_heights,
+    "positions": _points_of_positions,
+}
+"""Kind of a form -> the function that makes points of a sheet of it."""

@@ -10,7 +10,11 @@ import json
 import sys
 
 MEMORY, SECONDS = 1 << 30, 30
-"""Limits of the process: bytes of its address space, and its duration."""
+"""Limits of the process: bytes of its address space (1 GiB), and its duration.
+
+Chosen by hand: 8 million numbers, the largest admissible table, take about 0.3 GB in Python. A file that was made to
+fill the memory ends here.
+"""
 
 Row = tuple[int, list[str | float]]
 """Number of a row in its sheet, and its cells."""
@@ -39,7 +43,10 @@ def worksheets(content: bytes, cells: int, characters: int) -> list[tuple[str, l
 
 
 def sheets_of(content: bytes, cells: int, characters: int) -> list[tuple[str, list[Row]]]:
-    """Do the same in this process; Booleans, dates and times become texts."""
+    """Return the same as `worksheets`, in this process; Booleans, dates and times become texts.
+
+    `content` is that of the file; `cells` and `characters` are the largest numbers in all sheets.
+    """
     from python_calamine import CalamineWorkbook
 
     tables = []
@@ -50,6 +57,7 @@ def sheets_of(content: bytes, cells: int, characters: int) -> list[tuple[str, li
             cells -= sheet.total_height * sheet.total_width
             if cells < 0:
                 raise ValueError("it has too many cells: expected smaller tables")
+            # Rows with a cell that is not empty, by their numbers from 1; whole numbers become floats.
             rows: list[Row] = []
             for number, row in enumerate(sheet.to_python(skip_empty_area=False), 1):
                 if any(cell != "" for cell in row):

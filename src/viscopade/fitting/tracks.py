@@ -539,9 +539,9 @@ def _grow_curve(
 
 
 def _fit_curve(time: FloatArray, height: FloatArray, flight: Flight, frames: slice, near: _Curve | None) -> _Curve:
-    """Return the curve y = h - D(t - a) of least squares, by Gauss-Newton steps for a and h.
+    """Return the curve y = h - D(t - a) of least squares for some frames, by Gauss-Newton steps for a and h.
 
-    They start from the curve `near` it, or else from the parabola without drag.
+    D is that of `flight`. They start from the curve `near` it, or else from the parabola without drag.
     """
     t, y = time[frames], height[frames]
     if near:
@@ -568,7 +568,10 @@ def _fit_curve(time: FloatArray, height: FloatArray, flight: Flight, frames: sli
 def _accelerations(
     curves: Sequence[_Curve], time: FloatArray, height: FloatArray, labels: Sequence[str]
 ) -> tuple[list[FreeFlight], float]:
-    """Return the acceleration of each flight, fitted to its own frames, and the standard error of positions."""
+    """Return the acceleration of each flight, fitted to its own frames, and the standard error of positions.
+
+    `curves` are the flights, fitted with a common acceleration.
+    """
     flights, squares, degrees = [], 0.0, 0
     for curve in curves:
         t, y, (a, h), s = time[curve.frames], height[curve.frames], curve.apex, 1.0
