@@ -13,8 +13,8 @@ from viscopade import Pair, Sphere
 from viscopade.generated import SPDX, __version__
 from viscopade.simulators import TARGETS, simulator_with
 from viscopade.simulators.input_file import render, table
-from viscopade.simulators.own_law import Softness, Wanted, render_own_law
-from viscopade.simulators.setup import NamedContact, Setup, pair_setup
+from viscopade.simulators.own_law import Goal, Softness, render_own_law
+from viscopade.simulators.setup import NamedContact, Setup, of_pair
 from viscopade.simulators.simulator import OwnLaw
 
 COMMAND = "viscopade simulators lammps scene.toml"
@@ -97,7 +97,7 @@ def code(target, text):
 def of(target, title, setup=SETUP, command=COMMAND):
     if target in VISCOELASTIC:
         return render(target, replace(setup, title=title), command)
-    wanted = [Wanted.of(contact) for contact in setup.contacts]
+    wanted = [Goal.from_contact(contact) for contact in setup.contacts]
     opening = replace(setup, title=title).opening
     return render_own_law(
         target, wanted, command, opening=opening, softness=Softness(stiffness=10)

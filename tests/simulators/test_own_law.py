@@ -19,7 +19,7 @@ from tests.closed_forms import nu_1, nu_2
 from tests.simulators.two_balls import fallen
 from viscopade.cli.main import command
 from viscopade.simulators import simulator_with
-from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted
+from viscopade.simulators.own_law import Goal, OwnLawContact, Softness
 
 PROGRAMS = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
 ASKED = ("--epsilon", "0.5", "--speed", "1")
@@ -45,8 +45,8 @@ def formula_of(name):
 
 
 def contact(name, epsilon=0.5, speeds=(1.0, 1.0), time_step=None, **softness):
-    wanted = Wanted.at(epsilon, 1.0, speeds, mass=2.0)
-    return OwnLawContact(formula_of(name), wanted, Softness(**softness), time_step)
+    goal = Goal.from_epsilon(epsilon, 1.0, speeds, mass=2.0)
+    return OwnLawContact(formula_of(name), goal, Softness(**softness), time_step)
 
 
 def own_epsilon(name, kappa):
@@ -78,7 +78,7 @@ def test_the_largest_error_over_the_speeds(name):
     power = 1 if made.formula.law.nu == 1 else 0
     speeds = np.geomspace(0.01, 1.5, 400)
     own = np.array([float(own_epsilon(name, made.kappa * v**power)) for v in speeds.tolist()])
-    errors = own / vp.restitution(speeds, made.wanted.beta) - 1
+    errors = own / vp.restitution(speeds, made.goal.beta) - 1
     (found,) = made.errors()
     assert found.greatest == pytest.approx(errors.max(), rel=1e-2)
     assert found.least == pytest.approx(errors.min(), rel=1e-2)
@@ -90,7 +90,7 @@ def test_the_largest_error_over_the_speeds(name):
 def test_no_other_damping_has_a_smaller_largest_error(name, sizes):
     """Over the speeds, and over sizes with the least and the largest beta."""
     made = contact(name, 0.7, (0.1, 3.0), contact_time=0.02)
-    made = replace(made, wanted=replace(made.wanted, extremes=tuple(size * made.wanted.beta for size in sizes)))
+    made = replace(made, goal=replace(made.goal, extremes=tuple(size * made.goal.beta for size in sizes)))
     parameter, error = made.balanced()
     kappa = float(made.formula.kappa(mp.mpf(parameter)))
     found = made.errors(kappa)

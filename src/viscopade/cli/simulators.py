@@ -223,7 +223,7 @@ def _own_law_text(target: str, collisions: _Collisions, words: str, options: dic
         If options do not belong together, or have no effect.
     """
     from viscopade.scene.units import Scale
-    from viscopade.simulators.own_law import STEP_ERROR, Softness, Wanted, render_own_law
+    from viscopade.simulators.own_law import STEP_ERROR, Goal, Softness, render_own_law
     from viscopade.simulators.setup import SI
     from viscopade.simulators.simulator import OwnLaw
     from viscopade.theory.law import VISCOELASTIC, law_of
@@ -273,19 +273,14 @@ def _own_law_text(target: str, collisions: _Collisions, words: str, options: dic
         raise click.UsageError(
             "--step-error has no effect, as nothing says how long contact lasts: expected --contact-time with it"
         )
-
-    # The eps that each contact is to have, and the first lines of the file.
-    if collisions.setup is None:
-        assert collisions.epsilon is not None
-        targets = [
-            Wanted.at(collisions.epsilon, collisions.speed, collisions.speeds, options["mass"], collisions.gravity, law)
-        ]
-        elsewhere = "" if law == VISCOELASTIC else f", and at other speeds that of the law {law}"
-        opening = [f"A contact with eps = {collisions.epsilon:g} at {collisions.speed:g} m/s{elsewhere}"]
-        units = SI
+    if found.setup is None:
+        assert found.epsilon is not None
+        wanted = [Goal.from_epsilon(found.epsilon, found.speed, found.speeds, given["mass"], found.gravity, law)]
+        of = "" if law == VISCOELASTIC else f", and at other speeds that of the law {law}"
+        opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s{of}"], SI
     else:
-        targets = [Wanted.of(contact, collisions.setup.weighty) for contact in collisions.setup.contacts]
-        opening, units = collisions.setup.heading, collisions.setup.units
+        wanted = [Goal.from_contact(contact, found.setup.weighty) for contact in found.setup.contacts]
+        opening, units = found.setup.heading, found.setup.units
     return render_own_law(
         target,
         targets,

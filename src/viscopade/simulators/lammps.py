@@ -74,7 +74,7 @@ from viscopade.simulators.input_file import (
     time_step,
     type_rows,
 )
-from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, constant_row
+from viscopade.simulators.own_law import Goal, OwnLawContact, Softness, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 from viscopade.theory.law import Law
@@ -157,7 +157,8 @@ def _common_poisson_ratio(first: Sphere, second: Sphere) -> float:
 
 def _constant_restitution(contact: NamedContact, setup: Setup) -> Row:
     """Return the column with the number of `damping coeff_restitution`, which has one eps for all sizes and speeds."""
-    formula, wanted = SIMULATOR.formula("hertz, coeff_restitution, limit_damping"), Wanted.of(contact, setup.weighty)
+    formula = SIMULATOR.formula("hertz, coeff_restitution, limit_damping")
+    wanted = Goal.from_contact(contact, setup.weighty)
     try:
         constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
     except ValueError:

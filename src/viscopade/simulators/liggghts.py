@@ -54,7 +54,7 @@ from viscopade.simulators.input_file import (
     type_rows,
 )
 from viscopade.simulators.lammps import OtherModel
-from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, best_row, constant_row
+from viscopade.simulators.own_law import Goal, OwnLawContact, Softness, best_row, constant_row
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 
@@ -107,7 +107,7 @@ def _usual_law(setup: Setup) -> tuple[str, list[Row]]:
             contacts = [
                 OwnLawContact(
                     SIMULATOR.formula(name),
-                    Wanted.of(contact, setup.weighty),
+                    Goal.from_contact(contact, setup.weighty),
                     Softness(contact.pair.rho),
                     units=setup.units,
                 )

@@ -52,8 +52,8 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_formula,
 )
-from viscopade.simulators.input_file import Row, template_contact, time_step, type_rows
-from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, best_row, constant_row
+from viscopade.simulators.input_file import Row, described, time_step, type_rows
+from viscopade.simulators.own_law import Goal, OwnLawContact, Softness, best_row, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 
@@ -96,7 +96,7 @@ def _values(setup: Setup) -> dict[str, Any]:
 def _older_versions(contact: NamedContact, setup: Setup) -> Row:
     """Return the columns on the species that all versions have."""
     formula = SIMULATOR.formula(_SPECIES["HertzianViscoelastic"])
-    wanted = Wanted.of(contact, setup.weighty)
+    wanted = Goal.from_contact(contact, setup.weighty)
     constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
     named = constant, "setDissipation", lambda e: float(formula.kappa(mp.mpf(e)))
     return {**constant_row(*named), **best_row(*named)}

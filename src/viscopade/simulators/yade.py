@@ -69,8 +69,8 @@ from viscopade.simulators.formula import (
     thornton_kappa,
     tsuji_kappa,
 )
-from viscopade.simulators.input_file import WAY_OUT, same_beta, size_errors, template_contact, time_step, type_rows
-from viscopade.simulators.own_law import OwnLawContact, Softness, Wanted, best_row, constant_row
+from viscopade.simulators.input_file import WAY_OUT, described, same_beta, size_errors, time_step, type_rows
+from viscopade.simulators.own_law import Goal, OwnLawContact, Softness, best_row, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 from viscopade.theory.law import VISCOELASTIC
@@ -99,14 +99,14 @@ def _values(setup: Setup) -> dict[str, Any]:
     own = replace(setup, contacts=tuple(in_program(contact, setup.weighty) for contact in setup.contacts))
     contacts = []
     for real, contact in zip(setup.contacts, own.contacts, strict=True):
-        pair, vn, wanted = contact.pair, contact.typical, Wanted.of(real, setup.weighty)
+        pair, vn, wanted = contact.pair, contact.typical, Goal.from_contact(real, setup.weighty)
         # The program's contact at a wall lasts longer than that of the bodies, so the weight acts longer.
         constant, viscoelastic = (
             OwnLawContact(SIMULATOR.formula(f"MindlinPhys, {name}"), wanted, Softness(pair.rho), units=setup.units)
             for name in ("betan", "en and vn")
         )
         row = {**constant_row(constant, "betan"), **best_row(constant, "betan")}
-        if wanted.with_weight is not None:
+        if wanted.epsilon_with_weight is not None:
             light, stays = constant.delivered(vn, falls=False), constant.falling and constant.falling.sticking_speed
             facets = (f"{at_facets(body).epsilon([vn])[0]:.4f}" for body in (constant, viscoelastic))
             row["betan: eps without weight", ""] = f"{light:.6f}"
