@@ -41,50 +41,64 @@ from viscopade.simulators.native import SERIES, SMALLER, SUM, Impact, Impulse, N
 from viscopade.simulators.simulator import Simulator
 
 _NOT_RUN = "This is from the source of {}, which was not run"
-_FEW_STEPS = 2  # in a contact; with fewer it is as good as hard
+# Steps in an undamped contact; with fewer it is as good as hard: one step goes most of the way to the rebound's rate,
+# so the restitution decides, not the damping (by hand).
+_FEW_STEPS = 2
 
 
 def _ode(gap: FloatArray, rate: FloatArray, ground: Ground, is_gazebo: bool = False) -> Motion:
-    """ODE, `dWorldStep` and `dWorldQuickStep`; or Gazebo's `dWorldQuickStep`."""
+    """Return gap and rate after a step of ODE, `dWorldStep` and `dWorldQuickStep`, or of Gazebo's `dWorldQuickStep`.
+
+    Gaps in m are negative if bodies overlap, rates in m/s are positive away from the plane. `ground` has the spring,
+    and the numbers "max_vel" and "min_depth" of the surface, in Gazebo "contact_residual_smoothing", too.
+    """
     h, fastest, spring = ground.step, ground.numbers["max_vel"], ground.spring
     assert spring is not None
     kicked = rate - ground.gravity * h
+    # The rate of a rebound is that of the approach, without the kick; the rate out of an overlap is ERP/h times it,
+    # less the surface layer.
     rebound = np.where(-rate > ground.threshold, -ground.restitution * rate, 0)
     pushout = spring.erp(h) / h * np.maximum(-gap - ground.numbers["min_depth"], 0)
 
     def pushed(target: FloatArray, share: float) -> FloatArray:
+        """Return the rate of bodies that overlap: the share of the way up to the target; a contact never pulls."""
         return np.where(gap <= 0, kicked + share * np.maximum(target - kicked, 0), kicked)
 
     if not is_gazebo:
         new = pushed(np.maximum(np.minimum(pushout, fastest), rebound), spring.share(h))
         return gap + h * new, new
-    # The way has no limit. For the speed, contact_residual_smoothing s leaves 1 - s of CFM.
+    # In Gazebo the way of the step has no limit by max_vel, the speed after it has. For the speed,
+    # contact_residual_smoothing s leaves 1 - s of CFM = 1/(h k + c): k and c are 1/(1 - s) times as large.
     target, k, c = np.maximum(pushout, rebound), spring.stiffness, spring.damping
-    rest = 1 - ground.numbers["contact_residual_smoothing"]
-    stiffer = Spring(k / rest, c / rest, spring.mass)
+    cfm_share = 1 - ground.numbers["contact_residual_smoothing"]
+    stiffer = Spring(k / cfm_share, c / cfm_share, spring.mass)
     return gap + h * pushed(target, spring.share(h)), pushed(np.minimum(target, fastest), stiffer.share(h))
 
 
 def _bepu(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
-    """BEPU, with substeps for bodies that may meet in a step."""
+    """Return gap and rate after a step of BEPU, with substeps for bodies that may meet in the step.
+
+    Gaps are in m, rates in m/s, positive away from the plane; the numbers of `ground` are BEPU's by their names.
+    """
     n, spring = int(ground.numbers["SubstepCount"]), ground.spring
     assert spring is not None
     h = ground.step / n
     kicked = rate - ground.gravity * ground.step
     place, new = gap, rate
     for _ in range(n):
+        # The spring's rate out of an overlap is ERP/h times it, and limited; a gap is closed at most.
         free = new - ground.gravity * h
         pushout = np.minimum(-spring.erp(h) / h * place, ground.numbers["MaximumRecoveryVelocity"])
         target = np.minimum(-place / h, pushout)
         new = free + spring.share(h) * np.maximum(target - free, 0)
         place = place + h * new
-    # The speculative margin is the way of a step.
+    # A body whose way in the step is shorter than the gap (the speculative margin) flies on instead.
     is_seen = gap <= ground.step * np.abs(kicked)
     return np.where(is_seen, place, gap + ground.step * kicked), np.where(is_seen, new, kicked)
 
 
 def _without_steps(reason: str) -> Impulse:
-    """Return a collision that is only known in time steps."""
+    """Return a collision that is only known in time steps: asked for its eps, it raises a ValueError with the reason."""
 
     def epsilon(phases: FloatArray) -> FloatArray:
         raise ValueError(f"time-step is missing: expected --time-step, {reason}")
@@ -98,23 +112,28 @@ def _hard(spring: Spring, impact: Impact) -> bool:
 
 
 def _ode_ground(values: Values, impact: Impact) -> Ground:
-    """Return what ODE makes of soft_erp = h k/(h k + c) and soft_cfm = 1/(h k + c)."""
+    """Return the plane that ODE makes of soft_erp = h k/(h k + c) and soft_cfm = 1/(h k + c), with the time step h."""
+    # Solved for the spring: k = ERP/(h CFM), c = (1 - ERP)/CFM.
     h, erp, cfm = impact.step or math.nan, values["soft_erp"], values["soft_cfm"]
     spring = Spring(erp / (h * cfm), (1 - erp) / cfm, impact.effective_mass)
-    # get() would not say that it was read
+    # `values.get` would not note that the parameter was read. The margin, 0, is not used: contact begins at a gap of 0.
     fastest = values["max_vel"] if "max_vel" in values else math.inf  # noqa: SIM401
     numbers = {"max_vel": fastest, "min_depth": values["min_depth"]}
     return Ground(values["bounce"], values["bounce_vel"], 0, impact.gravity, h, numbers=numbers, spring=spring)
 
 
 def _ode_collision(values: Values, impact: Impact) -> Impulse:
+    """Return the collision of ODE in time steps: without one soft_erp and soft_cfm say no stiffness."""
     if impact.step is None:
         return _without_steps("of which soft_erp and soft_cfm are made")
     return Impulse(partial(flight_epsilon, _ode, _ode_ground(values, impact), impact.speed))
 
 
 def _ode_damped(values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
-    """Return the numbers of the same k with the damping c sqrt(k m); of a hard contact, bounce = exp(-c)."""
+    """Return what to write for a damping c, a number without unit: the same k with the damping c sqrt(k m).
+
+    Of a hard contact it is bounce = exp(-c).
+    """
     spring, h = _ode_ground(values, impact).spring, impact.step or math.nan
     assert spring is not None
     if _hard(spring, impact):
@@ -124,7 +143,10 @@ def _ode_damped(values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
 
 
 def _gazebo_ground(values: Values, impact: Impact) -> Ground:
-    """Return what Gazebo makes of the surfaces of both bodies."""
+    """Return the plane that Gazebo makes of the surfaces of both bodies.
+
+    1/kp adds up over both, as of springs in series, and so does kd; of other numbers the smaller one counts.
+    """
     source = "ODEPhysics::Collide"
     stiffness, damping = values.mix("kp", SERIES, source), values.mix("kd", SUM, source)
     e, threshold, fastest, depth = (
@@ -140,6 +162,10 @@ def _gazebo_ground(values: Values, impact: Impact) -> Ground:
 
 
 def _gazebo_collision(values: Values, impact: Impact) -> Impulse | Contact:
+    """Return the collision of Gazebo; without a time step the contact in the limit of short ones.
+
+    That limit does not exist if max_vel is below the speed: each step would slow the body down.
+    """
     ground = _gazebo_ground(values, impact)
     if impact.step is not None:
         return Impulse(partial(flight_epsilon, partial(_ode, is_gazebo=True), ground, impact.speed))
@@ -150,24 +176,29 @@ def _gazebo_collision(values: Values, impact: Impact) -> Impulse | Contact:
     k, c = ground.spring.stiffness, ground.spring.damping
 
     def force(x: FloatArray, v: FloatArray) -> FloatArray:
-        # max(k x, c e v) + c v: the damper acts on the difference to the wanted speed
+        # max(k x, c e v) + c v: the damper acts on the difference to the larger one of the rebound's rate e v and the
+        # rate k x/c out of an overlap
         return np.maximum(k * np.maximum(x - depth, 0), np.where(v > threshold, c * e * v, 0)) + c * v
 
     return ground.spring.contact(impact, force)
 
 
 def _gazebo_damped(values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
-    """Return kd of both bodies for the damping c sqrt(k m); of a hard contact, a rebound e v with max_vel = e v."""
+    """Return what to write for a damping c, a number without unit: kd of both bodies, of which the sum is c sqrt(k m).
+
+    Of a hard contact it is a rebound of e v, e = exp(-c), with max_vel = e v.
+    """
     spring = _gazebo_ground(values, impact).spring
     assert spring is not None
     if _hard(spring, impact):
         e = math.exp(-c)
-        pairs = {"restitution_coefficient": e, "threshold": 0.0, "max_vel": e * impact.speed}
-        return {name: (value, value) for name, value in pairs.items()}
+        numbers = {"restitution_coefficient": e, "threshold": 0.0, "max_vel": e * impact.speed}
+        return {name: (number, number) for name, number in numbers.items()}
     return {"kd": (c * math.sqrt(spring.stiffness * spring.mass) / 2,) * 2}
 
 
 def _gazebo_warnings(values: Values, impact: Impact) -> Iterator[str]:
+    """Yield warnings: Gazebo was not run; a threshold, or max_vel, above the speed takes the rebound."""
     if impact.step:
         yield _NOT_RUN.format("Gazebo")
     ground = _gazebo_ground(values, impact)
@@ -179,10 +210,13 @@ def _gazebo_warnings(values: Values, impact: Impact) -> Iterator[str]:
 
 
 def _bepu_collision(values: Values, impact: Impact) -> Impulse | Contact:
+    """Return the collision of BEPU, per effective mass; without a time step the contact in the limit of short ones."""
+    # k/m = w^2 and c/m = 2 zeta w, with w = 2 pi Frequency
     omega = 2 * math.pi * values["Frequency"]
     spring = Spring(omega**2, 2 * values["DampingRatio"] * omega, 1.0)
     numbers = {name: values[name] for name in ("MaximumRecoveryVelocity", "SubstepCount")}
     if impact.step is not None:
+        # No restitution, so a threshold that is never passed, and a margin without limit: `_bepu` has its own.
         ground = Ground(0, math.inf, math.inf, impact.gravity, impact.step, numbers=numbers, spring=spring)
         return Impulse(partial(flight_epsilon, _bepu, ground, impact.speed))
     if numbers["MaximumRecoveryVelocity"] < impact.speed:
@@ -191,8 +225,9 @@ def _bepu_collision(values: Values, impact: Impact) -> Impulse | Contact:
 
 
 _CAPPED = "{} is above the speed of the rebound."
-# The damping that people compute from a damping ratio for contact that ends at x = 0
-_row = partial(formulas, "kd/sqrt(kp m)", ("0", "1e3"), usual_parameter=linear_kappa, scheme=IMPLICIT)
+# What people write is the damping of the damping ratio for contact that ends at x = 0. Up to 1e3 eps falls to 1e-6: a
+# contact that ends at force 0 has about eps = 1/kappa^2 for strong damping.
+_row = partial(formulas, "kd/sqrt(kp m)", ("0", "1e3"), written=linear_kappa, scheme=IMPLICIT)
 _SOURCE, _GAZEBO_SOURCE = "ode/src/joints/contact.cpp", "deps/opende/src/joints/contact.cpp"
 _BEPU_SOURCE = "BepuPhysics/Constraints/Contact/PenetrationLimit.cs"
 _ENGINES = (
