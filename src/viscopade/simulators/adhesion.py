@@ -43,7 +43,20 @@ LAMMPS_NORMALS = ("jkr", "dmt")
 def lammps_contact(
     values: Mapping[str, object], E_eff: float, damping: float, gamma: float, impact: native.Impact
 ) -> Contact:
-    """Return the contact of a line with `jkr` or `dmt`.
+    """Return the contact of a line `pair_coeff * * jkr …` or `dmt`.
+
+    Parameters
+    ----------
+    values : mapping
+        The words of the line: "normal", "damping" and "limit_damping".
+    E_eff : float
+        Hertz' effective modulus, in Pa.
+    damping : float
+        The coefficient of the damping model: in N s/m (velocity), 1/s (mass_velocity), 1/(m s) (viscoelastic).
+    gamma : float
+        LAMMPS's gamma, half of the work of adhesion, in J/m^2.
+    impact : Impact
+        With the effective mass and radius, and the gravity that presses the bodies together.
 
     Raises
     ------
@@ -53,7 +66,7 @@ def lammps_contact(
     if values["limit_damping"] == "yes":
         raise ValueError(f"limit_damping is yes: expected no, because LAMMPS refuses it with {values['normal']}")
     mass, R = impact.effective_mass, impact.effective_radius
-    # Damping force over rate, as a function of the contact radius.
+    # Damping force over rate, in N s/m, as a function of the contact radius a.
     dampings: dict[object, Callable[[FloatArray], ArrayLike]] = {
         "velocity": lambda a: damping,
         "mass_velocity": lambda a: damping * mass,
@@ -65,8 +78,10 @@ def lammps_contact(
     if not gamma > 0:
         raise ValueError(f"coefficients has gamma {gamma:g}: expected a number > 0, or hertz/material without it")
     if values["normal"] == "jkr":
+        # The neck breaks at the largest pull.
         return JKR(E_eff, R, 2 * gamma, LARGEST_PULL).contact(mass, dampings[values["damping"]], mass * impact.gravity)
 
+    # DMT: the contact radius is Hertz', a^2 = R x.
     def force(x: FloatArray, v: FloatArray) -> FloatArray:
         a = np.sqrt(R * x)
         # 4/3 E a x - 4 pi gamma R + c(a) v
@@ -80,6 +95,17 @@ def lethe_contact(
 ) -> Contact:
     """Return Lethe's contact: JKR's force at x > 0, with the damping of Hertz' contact.
 
+    Parameters
+    ----------
+    E_eff : float
+        Hertz' effective modulus, in Pa.
+    hertz : Power
+        The contact without adhesion, of whose force k x^a + c x^b v the damping counts.
+    surface_energies : tuple of float
+        g1 and g2 of both bodies, in J/m^2.
+    impact : Impact
+        With the effective mass and radius, and the gravity that presses the bodies together.
+
     Raises
     ------
     ValueError
@@ -90,6 +116,7 @@ def lethe_contact(
         raise ValueError(
             f"surface energy is {g1:g} {g2:g}: expected numbers > 0, or a contact force method without JKR"
         )
+    # The work of adhesion is 2 sqrt(g1 g2).
     spheres = JKR(E_eff, impact.effective_radius, 2 * math.sqrt(g1 * g2))
     b = float(hertz.law.damping)
 

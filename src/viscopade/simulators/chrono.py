@@ -1,5 +1,9 @@
 """Chrono: smooth contacts (SMC) with a coefficient of restitution.
 
+    auto material = chrono_types::make_shared<ChContactMaterialSMC>();
+    material->SetYoungModulus(2e5f);
+    material->SetRestitution(0.4f);
+
 Read in src/chrono/physics/ChContactSMC.cpp of projectchrono/chrono at commit 2b57579, `CalculateForceTorque`:
 
 - Hooke: c from the damping ratio for contact that ends at x = 0. Hertz: Tsuji's damping with the same ratio.
@@ -30,6 +34,7 @@ from viscopade.theory.law import VISCOELASTIC
 _LINEAR = "Hooke", "Flores"
 _KN = "N/m if Hooke or Flores, N/m^(5/2) if Hertz, N/m^(3/2) if PlainCoulomb"
 _GN = "1/s if Hooke or Flores, 1/(s m^(3/2)) if Hertz, N s/m^(3/2) if PlainCoulomb"
+# The least eps, 1e-15, stands for 0, of which no damping ratio can be computed: ln 0.
 _ACCEPTED, _SOURCE = ("1e-15", "1"), "src/chrono/physics/ChContactSMC.cpp"
 _MIXED = "ChContactMaterialCompositeSMC"
 
@@ -73,7 +78,11 @@ contact.stiffness if contact.stiffness is not none else 0 }});
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
-    """Return the force of a force model, by the effective mass that the program takes."""
+    """Return the force k x^a + c x^b v of a force model; `values` are those of both materials, in SI units.
+
+    The effective mass and radius of the impact, in kg and m, count as the program takes them: a fixed body has a mass,
+    too, and PlainCoulomb has the radius 1.
+    """
     model, radius, mass = values["contact_force_model"], 1.0, impact.effective_mass
     formula = SIMULATOR.formula("SMC, Hooke" if model in _LINEAR else "SMC, Hertz")
     if "fixed_body_mass" in values:
@@ -81,13 +90,19 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     if model == "Hertz" or (model in _LINEAR and values["use_material_properties"] == "true"):
         radius = impact.effective_radius
     if values["use_material_properties"] == "false":
+        # Hooke: kn x + m_eff gn v. Hertz: R_eff sqrt(x) times both. PlainCoulomb: sqrt(x) times both, and gn without
+        # m_eff. With sqrt(x) these are viscoelastic laws, k x^(3/2) + c x^(1/2) v.
         k, c = values.mix("kn", native.MEAN, _MIXED), values.mix("gn", native.MEAN, _MIXED)
         c *= mass if model != "PlainCoulomb" else 1.0
         return native.Power(formula.law if model in _LINEAR else VISCOELASTIC, k * radius, c * radius)
+    # Hertz: k = 4/3 E_eff sqrt(R_eff). Hooke: with k_H = 16/15 E_eff sqrt(R_eff) and the characteristic velocity u,
+    # k = k_H (m u^2/k_H)^(1/5).
     modulus = native.effective_modulus(values, values["young_modulus"], values["poisson_ratio"], _MIXED)
     k = (16 / 15 if model in _LINEAR else 4 / 3) * modulus * math.sqrt(radius)
     if model in _LINEAR:
         k *= (mass * values["characteristic_velocity"] ** 2 / k) ** 0.2
+    # `power_of` returns c = kappa sqrt(k m) with the kappa of the formula for this eps, at least the least one that it
+    # accepts.
     restitution = values.mix("restitution", native.SMALLER, _MIXED)
     return native.power_force(formula, max(restitution, float(_ACCEPTED[0])), k, mass)
 

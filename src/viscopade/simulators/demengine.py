@@ -28,20 +28,28 @@ _SOURCE = "src/kernel/DEMCustomizablePolicies/FullHertzianForceModel.cu"
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
-    """Return the force between two materials."""
+    """Return the force k x^(3/2) + c x^(1/4) v between two materials.
+
+    `values` are the numbers of the user's file by their names, pairs where both bodies have one (SI units). `impact`
+    has the effective mass and radius, in kg and m.
+    """
     modulus = native.effective_modulus(values, values["E"], values["nu"], "matProxy2ContactParam")
+    # Hertz: k = 4/3 E_eff sqrt(R_eff)
     k = 4 / 3 * modulus * math.sqrt(impact.effective_radius)
     e = values.mix("CoR", native.MEAN, "equipMaterials")
     mass = impact.effective_mass
+    # A wall has the mass M of SetMass: m M/(m + M).
     if "SetMass" in values:
         mass *= values["SetMass"] / (mass + values["SetMass"])
-    return native.power_force(SIMULATOR.formula("Hertzian"), e, k, mass)
+    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of e.
+    return native.power_of(SIMULATOR.formula("Hertzian"), e, k, mass)
 
 
 SIMULATOR = Simulator(
     "demengine",
     "DEM-Engine",
     "commit a1dc2312; from the source, not run",
+    # The source does not let CoR be below 1e-12.
     formulas("CoR", ("1e-12", "1"), _SOURCE, ("Hertzian", TSUJI_RETURN, tsuji_kappa, "exact"), scheme=TAYLOR),
     native=native.Native(
         (

@@ -1,5 +1,9 @@
 """Drake: compliant point contact, with `hunt_crossley_dissipation` d or, in the approximation SAP, `relaxation_time`.
 
+    <drake:point_contact_stiffness>1e6</drake:point_contact_stiffness>
+    <drake:hunt_crossley_dissipation>0.5</drake:hunt_crossley_dissipation>        in a collision of SDFormat or URDF
+    AddContactMaterial(dissipation=0.5, point_stiffness=1e6, friction=…, properties=…)        in Python
+
 Read in multibody of Drake (RobotLocomotion/drake at commit be259df):
 
 - plant/multibody_plant.cc and contact_model_doxygen.h: with time step 0 the force is k x (1 + d x'), a value below 0
@@ -39,7 +43,20 @@ _LAW = law_of("hunt-crossley:1")
 def _hunt_crossley(
     name: str, written: Callable[[Any], Any], source: str, scheme: Scheme | None = None
 ) -> DampingFormula:
-    """Return a formula for d; a continuous one if there is no scheme."""
+    """Return a formula of the audit for the dissipation d, in s/m, whose parameter is d v; v is the impact speed.
+
+    Parameters
+    ----------
+    name : str
+        Its row in the audit.
+    written : callable
+        From an eps to the d v that people write for it, both mpmath numbers.
+    source : str
+        File in Drake's folder `multibody`.
+    scheme : Scheme, optional
+        Integrator of a discrete approximation; None for the continuous one.
+    """
+    # kappa of k x (1 + d x') is d v. The largest one, 1e6, is chosen by hand: eps is then about 1e-6.
     accepted = ("0", "1e6")
     return DampingFormula(
         name, _LAW, "d v", mp.mpf, accepted, "approximate formula", f"multibody/{source}", written, scheme=scheme
@@ -58,27 +75,36 @@ def largest_bounce(e: Any) -> Any:
 
 _CONTINUOUS, _DISCRETE = "plant/contact_defaults_doxygen.h", "contact_solvers/sap/sap_hunt_crossley_constraint.cc"
 
-_RIGID = 4 * math.pi**2  # h k (h + tau)/m of contacts that the approximation sap takes for rigid
+# h k (h + tau)/m from which on the approximation sap takes a contact for rigid: its regularization 1/(h k (h + tau)) is
+# at least beta^2/(4 pi^2 m), with beta = 1.
+_RIGID = 4 * math.pi**2
 
 
 def _force(values: Values, _: Impact) -> Power:
-    """Return the force of the compliant point contact of an approximation, for two materials."""
-    # The stiffer body is compressed less, and dissipates less.
+    """Return the force k x^a + c x^b v of an approximation; `values` are pairs of numbers of two materials (SI units).
+
+    `values.mix` makes one number of both by a rule, and remembers it for the answer.
+    """
+    # k = k_A k_B/(k_A + k_B), and d = (k_B d_A + k_A d_B)/(k_A + k_B): the stiffer body is compressed less, and
+    # dissipates less. In sap c = k tau.
     stiffness_A, stiffness_B = values["point_stiffness"]
     by_compression = weighted_mean((stiffness_B, stiffness_A), "the other body's stiffness")
     k = values.mix("point_stiffness", SERIES, "GetCombinedPointContactStiffness")
     if values["discrete_contact_approximation"] == "sap":
         return Power(LINEAR, k, k * values.mix("relaxation_time", SUM, "GetCombinedDissipationTimeConstant"))
+    # k x (1 + d x'): c = k d
     d = values.mix("hunt_crossley_dissipation", by_compression, "GetCombinedHuntCrossleyDissipation")
     return Power(_LAW, k, k * d)
 
 
 def _damping(values: Values) -> str:
+    """Return the parameter that is the damping in an approximation."""
     sap = values["discrete_contact_approximation"] == "sap"
     return "relaxation_time" if sap else "hunt_crossley_dissipation"
 
 
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
+    """Yield a warning that the approximation sap softens the contact, with h k (h + tau) > 4 pi^2 m."""
     if impact.step is not None and values["discrete_contact_approximation"] == "sap":
         _, k, k_tau = _force(values, impact)
         if impact.step * (impact.step * k + k_tau) > _RIGID * impact.effective_mass:

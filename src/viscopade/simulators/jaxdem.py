@@ -1,5 +1,8 @@
 """JaxDEM: the linear contact `cundallstrack` with a coefficient of restitution.
 
+    material = jaxdem.Material.create("elasticfrict", density=2500, young=1e6, poisson=0.3, mu=0, e=0.9)
+    system = jaxdem.System.create(..., force_model_type="cundallstrack", linear_integrator_type="verlet")
+
 Read in jaxdem of cdelv/JaxDEM:
 
 - `CundallStrackForce.force` of forces/cundall_strack.py (commit 02f0627): c from the damping ratio for contact that
@@ -49,11 +52,16 @@ _SOURCE, _FORCE = "jaxdem/forces/cundall_strack.py", "CundallStrackForce.force"
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
-    """Return the force of two spheres of one radius."""
-    # A sphere's own radius is 2 R_eff.
+    """Return the force k x + c v of two spheres of one radius.
+
+    `values` are the numbers of the user's file by their names, pairs where both bodies have one (SI units). `impact`
+    has the effective mass and radius, in kg and m.
+    """
+    # k is the harmonic mean of E R of both spheres. Two spheres of one radius R have R = 2 R_eff.
     k = 2 * impact.effective_radius * values.mix("young", native.HARMONIC, _FORCE)
     e = values.mix("e", native.SMALLER, _FORCE)
-    return native.power_force(SIMULATOR.formula("cundallstrack"), e, k, impact.effective_mass)
+    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of e.
+    return native.power_of(SIMULATOR.formula("cundallstrack"), e, k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

@@ -26,7 +26,10 @@ _SOURCE = "src/jaxsim/rbda/contacts/soft.py"
 
 
 def _contact(values: native.Values, impact: native.Impact) -> Contact:
-    """Return the contact of one point."""
+    """Return the contact of one collidable point, K x^(1 + p) + D x^q x', with the mass and weight of an impact.
+
+    `values` are the numbers of the user's file by their names, in SI units.
+    """
     K, D, p, q = (values[name] for name in ("K", "D", "p", "q"))
     mass = impact.effective_mass
 
@@ -37,9 +40,10 @@ def _contact(values: native.Values, impact: native.Impact) -> Contact:
 
 
 def _damped(values: native.Values, c: float, impact: native.Impact) -> dict[str, float]:
-    """Return D for which the damper at the depth of the spring alone takes c times the momentum."""
+    """Return D, by name, for a damping c, a number without unit: the share of the momentum that the damper takes."""
     K, p, q, mass, speed = values["K"], values["p"], values["q"], impact.effective_mass, impact.speed
-    # K depth^(2 + p)/(2 + p) = m v^2/2, and D depth^q depth = c m v
+    # K depth^(2 + p)/(2 + p) = m v^2/2, the depth without damping. A damper D depth^q v over this way takes about the
+    # momentum D depth^q depth, which is to be c m v.
     depth = ((2 + p) / 2 * mass * speed**2 / K) ** (1 / (2 + p))
     return {"D": c * mass * speed / depth ** (1 + q)}
 

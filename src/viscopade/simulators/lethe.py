@@ -37,15 +37,20 @@ from viscopade.simulators.simulator import Simulator
 _HERTZ = "hertz_mindlin_limit_overlap", "hertz_mindlin_limit_force", "hertz"
 _METHOD = "particle {} contact force method"
 _E, _WALL = "restitution coefficient {}", "include/dem/particle_wall_contact_force.h"
-_LEAST = 1e-15  # restitution
+_LEAST = 1e-15  # restitution that is written, in place of 0: ln 0 is no damping
 _ONE = "as the other one is that of the wall"
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power | Contact:
-    """Return the force between two types of particles, or of one and the wall."""
+    """Return the force k x^a + c x^b v between two types of particles, or of one and the wall; with JKR a contact.
+
+    `values` are the numbers of the user's file by their names, pairs where both bodies have one (SI units). `impact`
+    has the effective mass and radius, in kg and m.
+    """
     other, source = values["other"], "set_effective_properties"
 
     def of_both(name: str) -> tuple[float, float]:
+        """Return the numbers of both bodies: of two types of particles, or of one and the wall."""
         if other == "particle":
             return cast("tuple[float, float]", values[f"{name} particles"])
         return values.single(f"{name} particles", _ONE), values[f"{name} wall"]
@@ -54,7 +59,8 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power | Conta
     modulus = native.effective_modulus(values, young, poisson, source)
     e = values.mix("restitution coefficient", native.HARMONIC, source, restitution)
     mass, stiffness = impact.effective_mass, modulus * math.sqrt(impact.effective_radius)
-    hertz = native.power_force(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
+    # Hertz: k = 4/3 E sqrt(R). `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of e.
+    hertz = native.power_of(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
     if values[_METHOD.format(other)].endswith("JKR"):
         return adhesion.lethe_contact(modulus, hertz, of_both("surface energy"), impact)
     if values[_METHOD.format(other)] != "linear":
@@ -65,7 +71,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power | Conta
 
 
 def _damped(values: native.Values, c: float, impact: native.Impact) -> Mapping[str, Any]:
-    """Return one restitution for both bodies."""
+    """Return one restitution exp(-c) for both bodies, by the names of the parameters; c is a damping without unit."""
     e = max(math.exp(-c), _LEAST)
     particles = {_E.format("particles"): (e, e)}
     return particles if values["other"] == "particle" else particles | {_E.format("wall"): e}

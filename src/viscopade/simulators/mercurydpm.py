@@ -1,5 +1,9 @@
 """MercuryDPM: the exact viscoelastic law, or a constant eps for older versions of the program.
 
+    HertzianBSHPViscoelasticSpecies species;
+    species.setEffectiveElasticModulus(3.68e10);
+    species.setDissipation(1.2e-6);
+
 Read in the source of MercuryDPM 1.0 (trunk of July 2024, `Kernel/`), with d the overlap, v_n the speed of compression,
 and E_eff, R_eff, m_eff as in `Pair` (`BaseInteraction::getEffectiveRadius` and `getEffectiveMass`, at walls too):
 
@@ -59,7 +63,7 @@ from viscopade.simulators.simulator import InputFile, Simulator
 
 
 def _values(setup: Setup) -> dict[str, Any]:
-    """Return what the templates have: bodies become species, walls too.
+    """Return what the templates have, by name: bodies become species, walls too.
 
     Contacts of two different bodies set the mixed species.
 
@@ -69,22 +73,30 @@ def _values(setup: Setup) -> dict[str, Any]:
         If two bodies' names differ only in characters that a C++ name cannot have.
     """
     names = identifiers(list(setup.bodies))
-    alike = {contact.first: contact.pair for contact in setup.contacts if contact.first == contact.second}
+    contacts_with_alike = {contact.first: contact.pair for contact in setup.contacts if contact.first == contact.second}
 
-    def own(name: str) -> tuple[str, Sphere, float, float]:
-        """Return a body with E_eff and A of contacts with its like."""
-        body, pair = setup.bodies[name], alike.get(name)
+    def species_row(name: str) -> tuple[str, Sphere, float, float]:
+        """Return the C++ name, the body, and E_eff and A of its contacts with bodies of the same kind."""
+        body, pair = setup.bodies[name], contacts_with_alike.get(name)
         if pair is not None:
             return names[name], body, pair.E_eff, pair.A
+        # 1/E_eff = (1 - nu^2)/Y twice: half of the plane-strain modulus.
         return names[name], body, body.plane_strain_modulus / 2, body.dissipative_constant
+
+    def constant_eps_columns(contact: NamedContact) -> Row:
+        """Return the columns on the species that all versions have, whose eps is the same at all speeds."""
+        formula = SIMULATOR.formula(_SPECIES["HertzianViscoelastic"])
+        goal = Goal.from_contact(contact, setup.weighty)
+        constant = OwnLawContact(formula, goal, Softness(contact.pair.rho), units=setup.units)
+        # setDissipation takes alpha, which is kappa.
+        columns = constant, "setDissipation", lambda e: float(formula.kappa(mp.mpf(e)))
+        return {**constant_row(*columns), **best_row(*columns)}
 
     return {
         **time_step(setup),
-        "contacts": [
-            template_contact(contact, setup, row=_older_versions(contact, setup)) for contact in setup.contacts
-        ],
+        "contacts": [described(contact, setup, row=constant_eps_columns(contact)) for contact in setup.contacts],
         "types": type_rows(setup, "species", names),
-        "species": [own(name) for name in setup.bodies],
+        "species": [species_row(name) for name in setup.bodies],
         "mixed": [
             (names[contact.first], names[contact.second], contact.pair)
             for contact in setup.contacts
@@ -93,31 +105,23 @@ def _values(setup: Setup) -> dict[str, Any]:
     }
 
 
-def _older_versions(contact: NamedContact, setup: Setup) -> Row:
-    """Return the columns on the species that all versions have."""
-    formula = SIMULATOR.formula(_SPECIES["HertzianViscoelastic"])
-    wanted = Goal.from_contact(contact, setup.weighty)
-    constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
-    named = constant, "setDissipation", lambda e: float(formula.kappa(mp.mpf(e)))
-    return {**constant_row(*named), **best_row(*named)}
-
-
 def identifiers(names: list[str]) -> dict[str, str]:
-    """Return a C++ name for each name: other characters become underscores.
+    """Return the C++ name of the species for each of the names of bodies: other characters become underscores.
 
     Raises
     ------
     ValueError
         If two become the same.
     """
-    found = {name: re.sub(r"\W", "_", f"{name}_species", flags=re.ASCII) for name in names}
-    found = {name: f"_{identifier}" if identifier[0].isdigit() else identifier for name, identifier in found.items()}
-    for name, identifier in found.items():
-        others = [other for other in names if other != name and found[other] == identifier]
+    # Other characters than letters, digits and _ become _, and a digit cannot come first.
+    cpp = {name: re.sub(r"\W", "_", f"{name}_species", flags=re.ASCII) for name in names}
+    cpp = {name: f"_{identifier}" if identifier[0].isdigit() else identifier for name, identifier in cpp.items()}
+    for name, identifier in cpp.items():
+        others = [other for other in names if other != name and cpp[other] == identifier]
         if others:
             same = f"bodies {name!r} and {others[0]!r} get the same C++ name"
             raise ValueError(f"{same}: expected names that differ in letters or digits")
-    return found
+    return cpp
 
 
 _USE = """\
@@ -180,6 +184,7 @@ number(pair.A) }});
 #endif
 """
 
+# The audit asks for eps from 1e-6 to 1; the least one is chosen by hand.
 _ACCEPTED, _E = ("1e-6", "1"), "restitution coefficient"
 _FOLDER = "Kernel/Species/NormalForceSpecies"
 _LINEAR = f"{_FOLDER}/LinearViscoelasticNormalSpecies.cc"
@@ -192,29 +197,34 @@ _SPECIES = {
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
-    """Return the force of a species.
+    """Return the force k x^a + c x^b v of a species.
+
+    `values` are the numbers of the user's file by their names, pairs where both bodies have one (SI units), and
+    `impact` has the effective mass and radius, in kg and m. `values.mix` makes one number of both by a rule, and
+    remembers it for the answer; `power_of` returns c = kappa sqrt(k m) with the kappa that a formula makes of a number.
 
     Raises
     ------
     ValueError
         If both dissipation and restitutionCoefficient are given.
     """
-    species, given = values["species"], "dissipation" in values
+    species, has_dissipation = values["species"], "dissipation" in values
     formula, mixed = SIMULATOR.formula(_SPECIES[species]), f"{species}NormalSpecies::mix"
-    if given and "restitutionCoefficient" in values:
+    if has_dissipation and "restitutionCoefficient" in values:
         raise ValueError("dissipation and restitutionCoefficient: expected one of them")
 
     if species == "LinearViscoelastic":
 
         def spring_and_dashpot(body: int) -> tuple[float, float]:
-            """Return what the setters leave to the species of a body."""
-            if given:
+            """Return k and c that the setters leave to the species of a body, 0 or 1."""
+            if has_dissipation:
                 return values["stiffness"][body], values["dissipation"][body]
+            # The setters mean two particles of the given mass, whose effective mass is half of it.
             e, half_mass = values["restitutionCoefficient"][body], values["particleMass"][body] / 2
             if "stiffness" in values:
                 k = values["stiffness"][body]
             else:
-                # k = m/2 (pi^2 + ln^2 e)/t_c^2
+                # A linear contact that ends at x = 0 lasts t_c if k = m/2 (pi^2 + ln^2 e)/t_c^2.
                 k = half_mass * (math.pi**2 + math.log(e) ** 2) / values["collisionTime"][body] ** 2
             return k, native.power_force(formula, e, k, half_mass).c
 
@@ -222,11 +232,16 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         k = values.mix("stiffness", native.HARMONIC, mixed, stiffnesses)
         return native.Power(formula.law, k, values.mix("dissipation", native.HARMONIC, mixed, dissipations))
 
+    # k = 4/3 E_eff sqrt(R_eff) of k x^(3/2)
     k = 4 / 3 * values.mix("effectiveElasticModulus", native.HARMONIC, mixed) * math.sqrt(impact.effective_radius)
     if species == "HertzianBSHPViscoelastic":
+        # c = 3/2 A k
         return native.Power(formula.law, k, 1.5 * values.mix("dissipation", native.HARMONIC, mixed) * k)
+    # The dissipation D of both bodies, which is kappa, is given or follows from their eps; c = D sqrt(m k).
     first, second = (
-        values["dissipation"] if given else (float(formula.kappa(mp.mpf(e))) for e in values["restitutionCoefficient"])
+        values["dissipation"]
+        if has_dissipation
+        else (float(formula.kappa(mp.mpf(e))) for e in values["restitutionCoefficient"])
     )
     dissipation = values.mix("dissipation", native.HARMONIC, mixed, (first, second))
     return native.Power(formula.law, k, dissipation * math.sqrt(impact.effective_mass * k))

@@ -24,25 +24,33 @@ from viscopade.simulators import native
 from viscopade.simulators.formula import LINEAR_RETURN, TSUJI_RETURN, formulas, linear_kappa
 from viscopade.simulators.simulator import Simulator
 
-_SOURCE, _LEAST = "model/check_data/check_solids_dem.f", "1e-15"
+_SOURCE, _LEAST = "model/check_data/check_solids_dem.f", "1e-15"  # the least eps of the audit: ln 0 is no damping
+# Names of the units of length, mass and time, and the size of the first two in m and kg.
 _UNITS = {"SI": native.FileUnits(), "CGS": native.FileUnits("cm", "g", "s", 1e-2, 1e-3)}
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
-    """Return the force of a collision model between two phases, or of one and a wall."""
+    """Return the force k x^a + c x^b v of a collision model between two phases, or of one and a wall.
+
+    `values` are the numbers of the user's file by their names, in SI units or CGS units, pairs where both phases have
+    one. `impact` has the effective mass and radius, in the same units.
+    """
     model, mass, wall = values["DES_COLL_MODEL"], impact.effective_mass, values["other"] == "wall"
     formula, e = SIMULATOR.formula(model), values[_damping(values)]
+    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of e.
     if model == "LSD":
         return native.power_force(formula, e, values["KN_W" if wall else "KN"], mass)
     young, poisson = (
         (values.single(name, "as the other one is that of the wall"), values[of_wall]) if wall else values[name]
         for name, of_wall in (("E_YOUNG", "EW_YOUNG"), ("V_POISSON", "VW_POISSON"))
     )
+    # HERTZIAN: k = 4/3 E_eff sqrt(R_eff)
     modulus = native.effective_modulus(values, young, poisson, "CHECK_SOLIDS_DEM_COLL_HERTZ")
     return native.power_force(formula, e, 4 / 3 * modulus * math.sqrt(impact.effective_radius), mass)
 
 
 def _damping(values: native.Values) -> str:
+    """Return the parameter that is the eps of the contact, of two particles or at a wall."""
     return "DES_EN_WALL_INPUT" if values["other"] == "wall" else "DES_EN_INPUT"
 
 

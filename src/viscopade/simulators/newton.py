@@ -1,5 +1,8 @@
 """Newton, and the module sim of Warp before it: `ke` and `kd` of shapes, or `restitution`.
 
+    builder.add_shape_sphere(body, cfg=ModelBuilder.ShapeConfig(ke=2500, kd=100, mu=1, restitution=0.8))
+    solver = SolverSemiImplicit(model)        or SolverXPBD(model, enable_restitution=True), or SolverMuJoCo(model)
+
 Read in newton/_src/solvers of Newton 1.8.0; numbers of both shapes count by their means, except in SolverMuJoCo:
 
 - SolverSemiImplicit, `_eval_body_contact` of semi_implicit/kernels_contact.py: the force ke x + kd max(x', 0), in each
@@ -38,12 +41,14 @@ from viscopade.theory.law import VISCOELASTIC
 _CONTACT = "newton/_src/solvers/semi_implicit/kernels_contact.py"
 _EVALUATE, _PARAMS = "_eval_body_contact", "contact_params"
 _CONVERT = "convert_newton_contacts_to_mjwarp_kernel"
-_DEFAULT_SOLREF = 0.02, 1.0  # of SolverMuJoCo
-_LEAST_GAIN = 2.220446049250313e-16  # MJ_MINVAL
+_DEFAULT_SOLREF = 0.02, 1.0  # of SolverMuJoCo for kd = 0: timeconst in s, and dampratio
+_LEAST_GAIN = 2.220446049250313e-16  # MJ_MINVAL, the least ke and kd in force space
 
 
 def approach_kappa(kappa: Any) -> Any:
     """Return kappa of the linear contact up to x = 0 with the eps that damping of the approach alone gives.
+
+    `kappa` is kd/sqrt(ke m); both are mpmath numbers.
 
     With zeta = kappa/2 the approach damps eps to exp(-pi s), s = (zeta/w) atan(w/zeta)/pi, and the linear contact with
     zeta' = s/sqrt(1 + s^2) has this eps.
@@ -52,32 +57,42 @@ def approach_kappa(kappa: Any) -> Any:
     if zeta == 0:
         return mp.mpf(0)
     w = mp.sqrt(1 - zeta**2)
+    # At w = 0 the limit of (zeta/w) atan(w/zeta) is 1. For zeta > 1 w and the angle are imaginary, and s is real.
     s = mp.mpf(1) / mp.pi if w == 0 else mp.re(zeta / w * mp.atan(w / zeta)) / mp.pi
     return 2 * s / mp.sqrt(1 + s**2)
 
 
 def _is_in_force_space(values: Values) -> bool:
+    """Return whether ke and kd of SolverMuJoCo are forces: Newton's own contacts, and solref_mode 0."""
     return (values["use_mujoco_contacts"], values["solref_mode"]) == ("False", "0")
 
 
 def _gain_factor(mu: float) -> float:
-    """Return what makes ke and kd per mass of forces, but for the mass."""
-    # (1 - d) q, q = mu^2 (1 + mu^2)/(condim - 1): MuJoCo's default solimp and condim, in the pyramidal cone
+    """Return m times the factor of ke and kd in force space, for a coefficient of friction mu."""
+    # (1 - d) q, q = mu^2 (1 + mu^2)/(condim - 1), in the pyramidal cone; MuJoCo's defaults are d = solimp[1] = 0.95 and
+    # condim = 3.
     return (1 - 0.95) * mu**2 * (1 + mu**2) / (3 - 1)
 
 
 def _contact(values: Values, impact: Impact) -> Contact | Impulse:
-    """Return the contact of a solver, with numbers of both shapes."""
+    """Return the contact of a solver, or the rebound of SolverXPBD.
+
+    `values` are the numbers of the user's file by their names, pairs of both shapes (SI units), and `impact` has the
+    effective mass in kg, the speed, g and the time step. `values.mix` makes one number of both by a rule, and remembers
+    it for the answer.
+    """
     solver = values["solver"]
     if solver == "SolverXPBD":
         epsilon = values.mix("restitution", MEAN, "build_restitution_manifolds")
         is_on = values["enable_restitution"] == "True"
+        # Without time steps a rebound is the approach times restitution; in steps of h it has a threshold of 2 g h.
         if impact.step is None:
             return Impulse(lambda phases: np.full_like(phases, epsilon if is_on else 0))
         threshold = 2 * impact.gravity * impact.step if is_on else math.inf
         ground = impulse.Ground(epsilon, threshold, 0, impact.gravity, impact.step)
         return Impulse(lambda phases: impulse.flight_epsilon(impulse.xpbd, ground, impact.speed, phases))
     if solver == "SolverMuJoCo" and _is_in_force_space(values):
+        # One solref, 2/kd, kd/(2 sqrt(ke)), of the means of ke and kd times the factor.
         mu = values.mix("mu", LARGER, _PARAMS)
         factor = _gain_factor(mu) / impact.effective_mass
         ke, kd = (max(factor * values.mix(name, MEAN, _CONVERT), _LEAST_GAIN) for name in ("ke", "kd"))
@@ -98,15 +113,19 @@ def _contact(values: Values, impact: Impact) -> Contact | Impulse:
         )
         settings = {"solref": f"{timeconst!r} {dampratio!r}", "friction": repr(values.mix("mu", LARGER, _PARAMS))}
         return mujoco.NATIVE.contact(mujoco.NATIVE.values(settings), impact)
+    # SolverSemiImplicit: ke x + kd max(x', 0)
     ke, kd, mass = values.mix("ke", MEAN, _EVALUATE), values.mix("kd", MEAN, _EVALUATE), impact.effective_mass
     return Contact(lambda x, v: ke * x + kd * np.maximum(v, 0), mass, mass * impact.gravity)
 
 
 def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
-    """Return what damps as much for both shapes: kd = c sqrt(ke m), per mass in SolverMuJoCo, or restitution."""
+    """Return what to write for a damping c, a number without unit, by parameter and for both shapes.
+
+    It is kd = c sqrt(ke m), in SolverMuJoCo with the mass 1, because ke and kd are per mass, or restitution = exp(-c).
+    """
     if values["solver"] == "SolverXPBD":
-        on = {} if values["enable_restitution"] == "True" else {"enable_restitution": "True"}
-        return {"restitution": (math.exp(-c),) * 2} | on
+        switch = {} if values["enable_restitution"] == "True" else {"enable_restitution": "True"}
+        return {"restitution": (math.exp(-c),) * 2} | switch
     ke, mass = sum(values["ke"]) / 2, 1.0 if values["solver"] == "SolverMuJoCo" else impact.effective_mass
     if values["solver"] == "SolverMuJoCo" and _is_in_force_space(values):
         # ke and kd are multiplied by one factor: kd factor = c sqrt(ke factor)
@@ -120,6 +139,7 @@ def _per_mass(unit: str) -> dict[str, str]:
 
 
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
+    """Yield warnings: restitution is off, or one of two settings makes ke and kd forces, and the other one does not."""
     if values["solver"] == "SolverXPBD" and values["enable_restitution"] == "False":
         yield "enable_restitution is off, the default: SolverXPBD then ignores restitution"
     own_contacts, forces = values["use_mujoco_contacts"] == "False", values["solref_mode"] == "0"

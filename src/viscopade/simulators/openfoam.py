@@ -38,14 +38,19 @@ _SOURCE = (
 
 
 def _contact(values: native.Values, impact: native.Impact) -> Contact:
-    """Return the contact of two particles, or of one and the wall."""
+    """Return the contact of two particles, or of one and the wall.
+
+    `values` are the numbers of the user's file by their names, pairs where both bodies have one (SI units). `impact`
+    has the effective mass and radius, in kg and m.
+    """
     modulus = native.effective_modulus(
         values, values["youngsModulus"], values["poissonsRatio"], "WallSpringSliderDashpot"
     )
     mass, power = impact.effective_mass, values["b"]
+    # kN = 4/3 sqrt(R) E*
     k = 4 / 3 * modulus * math.sqrt(impact.effective_radius)
     c = values["alpha"] * math.sqrt(mass * k)
-    # kN x^b + alpha sqrt(M kN) x^(1/4) x'
+    # kN x^b + alpha sqrt(M kN) x^(1/4) x', up to x = 0
     return Contact(lambda x, v: k * x**power + c * np.sqrt(np.sqrt(x)) * v, mass, mass * impact.gravity, "return")
 
 

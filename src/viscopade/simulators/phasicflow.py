@@ -29,25 +29,33 @@ from viscopade.theory.law import VISCOELASTIC, law_of
 _SOURCE = "src/Interaction/Models/contactForce/nonLinearCF.hpp"
 
 
-# The damping is in proportion to the root of the mass, of which it has 9/16: 3/4.
 def _linear_kappa(e: Any) -> Any:
+    """Return kappa of `linear` for en = e: damping grows like the root of the mass, of which it has 9/16."""
     return linear_kappa(e) * 3 / 4
 
 
 def _tsuji_kappa(e: Any) -> Any:
-    return ratio_for_return(e) * 22664 / 10000 * 3 / 4  # 2.2664, the source's number
+    """Return kappa of `nonLinear` for en = e: 2.2664 zeta, the source's number, and 3/4 as in `linear`."""
+    return ratio_for_return(e) * 22664 / 10000 * 3 / 4
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
-    """Return the force between two materials."""
+    """Return the force k x^a + c x^b v between two materials.
+
+    `values` are the numbers of the pair of materials by their names in the user's file, in SI units. `impact` has the
+    effective mass and radius, in kg and m.
+    """
     if impact.step is not None:
         raise ValueError("time-step is given: expected none, as the steps of Adams' methods are not computed here")
     model, mass = values["contactForceModel"], impact.effective_mass
+    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of en.
     if model == "linear":
-        return native.power_force(SIMULATOR.formula(model), values["en"], values["kn"], mass)
+        return native.power_of(SIMULATOR.formula(model), values["en"], values["kn"], mass)
+    # Hertz: k = 4/3 Yeff sqrt(R_eff)
     k = 4 / 3 * values["Yeff"] * math.sqrt(impact.effective_radius)
     if model == "nonLinear":
-        return native.power_force(SIMULATOR.formula(model), values["en"], k, mass)
+        return native.power_of(SIMULATOR.formula(model), values["en"], k, mass)
+    # nonLinearMod: etha_n sqrt(x) v, the viscoelastic law up to x = 0
     return native.Power(law_of(VISCOELASTIC, "return"), k, values["etha_n"])
 
 
@@ -57,7 +65,7 @@ SIMULATOR = Simulator(
     "commit 1258cb19; from the source, not run",
     formulas(
         "en",
-        ("1e-15", "1"),
+        ("1e-15", "1"),  # the least one by hand: ln 0 is no damping
         _SOURCE,
         ("linear", LINEAR_RETURN, _linear_kappa, "normalisation"),
         ("nonLinear", TSUJI_RETURN, _tsuji_kappa, "normalisation"),

@@ -1,5 +1,9 @@
 """REBOUND: the `coefficient_of_restitution` callback with our kernel, in C and Python, for one pair or by sizes.
 
+    r->collision_resolve = viscopade_resolve_ball_ball;                      in C, by sizes
+    r->coefficient_of_restitution = viscopade_callback_ball_ball;            in C, for one pair
+    import rebound, NAME; NAME.install(sim)                                  in Python
+
 REBOUND's source (read in version 5.2.2; `src/collision.c` is the same in 5.0.0): `reb_collision_resolve_hardsphere`
 calls `r->coefficient_of_restitution(r, v)` with the component of the relative velocity p1 - p2 along the line of
 centres from p2 to p1, in the simulation's units. The spheres approach, so v is negative (or 0): callbacks take fabs(v).
@@ -50,7 +54,9 @@ from viscopade.simulators.simulator import InputFile, Simulator
 
 
 def callback_kernel(tier: str) -> Kernel:
-    """Return the kernel from speed to eps in the files.
+    """Return the kernel of the files, a function of speed and beta whose result is eps.
+
+    `tier` is a word of `catalogue.TIERS`, such as "1e-5": an upper bound of its error.
 
     Raises
     ------
@@ -70,23 +76,24 @@ def contacts(setup: Setup) -> dict[str, NamedContact]:
     ValueError
         If there is none.
     """
-    found: dict[str, NamedContact] = {}
+    by_symbol: dict[str, NamedContact] = {}
     for contact in setup.contacts:
-        if not contact.pair.second.is_wall:
-            found[_unused(re.sub(r"\W+", "_", contact.name, flags=re.ASCII), found)] = contact
-    if not found:
+        if contact.pair.second.is_wall:
+            continue
+        # Characters that a name in C cannot have become _, and a name that is taken gets one more.
+        symbol = re.sub(r"\W+", "_", contact.name, flags=re.ASCII)
+        while symbol in by_symbol:
+            symbol = f"{symbol}_"
+        by_symbol[symbol] = contact
+    if not by_symbol:
         raise ValueError(
             f"{setup.title}: all contacts are with walls: expected contacts of two spheres, as REBOUND has no walls"
         )
-    return found
-
-
-def _unused(name: str, taken: dict[str, NamedContact]) -> str:
-    return name if name not in taken else _unused(f"{name}_", taken)
+    return by_symbol
 
 
 def _values(setup: Setup, tier: str = "1e-5") -> dict[str, Any]:
-    """Return what the templates of both languages have.
+    """Return what the templates of both languages have, by name.
 
     Parameters
     ----------
@@ -101,22 +108,23 @@ def _values(setup: Setup, tier: str = "1e-5") -> dict[str, Any]:
         If the tier is not known, or no two spheres meet.
     """
     kernel = callback_kernel(tier)
-    found = []
+    rows = []
     for symbol, contact in contacts(setup).items():
+        # The typical pair, in decimals for Python, and in hexadecimals, which C reads without rounding.
         pair = contact.pair
         numbers = {"beta": pair.beta, "m_eff": pair.m_eff, "R_eff": pair.R_eff}
         exact = {f"{name}_c": DOUBLE.hexadecimal(value) for name, value in numbers.items()}
-        errors, row = (
-            size_errors(contact, same_beta(pair)),
-            {("functions", ""): f"viscopade_callback_{symbol} viscopade_resolve_{symbol}"},
-        )
-        found.append(
-            template_contact(contact, setup, errors, row, symbol=symbol, quoted=repr(contact.name), **numbers, **exact)
+        # The callback has one beta for all sizes: its errors are those at the ends of the sizes.
+        errors = size_errors(contact, same_beta(pair))
+        functions = {("functions", ""): f"viscopade_callback_{symbol} viscopade_resolve_{symbol}"}
+        rows.append(
+            described(contact, setup, errors, functions, symbol=symbol, quoted=repr(contact.name), **numbers, **exact)
         )
     return {
-        "contacts": found,
+        "contacts": rows,
         "kernel": lambda command: file_text([kernel], language_of("c"), command),
         "function": f"viscopade_restitution_{kernel.name}",
+        # The proven bound, rounded up to a short decimal.
         "error": at_most(max(bound.formula for bound in kernel.bounds if bound.result == "restitution")),
         "walls": [contact.name for contact in setup.contacts if contact.pair.second.is_wall],
         "end_condition": END_CONDITION,
@@ -394,13 +402,14 @@ def _install_python(sim, contact, by_pair):
 '''
 
 _SOURCE, _E = "src/collision.c", "coefficient_of_restitution"
-
-
-_FIXED = "leapfrog", "sei", "whfast"
+_FIXED = "leapfrog", "sei", "whfast"  # integrators with a fixed time step; ias15 chooses its own
 
 
 def _impulse(values: native.Values, impact: native.Impact) -> native.Impulse:
-    """Return the collision at the end of the step in which the spheres overlap.
+    """Return the collision, which REBOUND resolves at the end of the step in which the spheres overlap.
+
+    `values` are eps and the rate of the user's simulation, `impact` has the speed, the radius and the time step, in its
+    units.
 
     Raises
     ------
@@ -409,11 +418,15 @@ def _impulse(values: native.Values, impact: native.Impact) -> native.Impulse:
     """
     if impact.gravity:
         raise ValueError("gravity is given: REBOUND has no walls on which bodies fall")
+    # minimum_collision_velocity is a rate, in 1/s; the overlap counts up to the radius of the larger sphere.
     e, rate, deepest = values[_E], values["minimum_collision_velocity"], math.inf
     if impact.radius is not None:
-        deepest = 2 * impact.radius  # the radius of both spheres
+        deepest = 2 * impact.radius  # of two equal spheres, whose effective radius is half of theirs
 
     def epsilon(phases: FloatArray) -> FloatArray:
+        """Return eps of contacts that begin at phases of a step, from 0 to 1."""
+        # The overlap at the end of the step is the rest of the way in it, (1 - phase) h v. The change of velocity is
+        # (1 + e) v, or the rate times the overlap if that is larger: eps = max(e, rate overlap/v - 1).
         overlap = (1 - phases) * (impact.step or 0.0) * impact.speed
         return np.asarray(np.maximum(e, rate * np.minimum(overlap, deepest) / impact.speed - 1))
 
@@ -421,6 +434,7 @@ def _impulse(values: native.Values, impact: native.Impact) -> native.Impulse:
 
 
 def _warnings(values: native.Values, impact: native.Impact) -> Iterator[str]:
+    """Yield a warning that minimum_collision_velocity was given, and no time step by which bodies overlap."""
     if values["minimum_collision_velocity"] and impact.step is None:
         yield "minimum_collision_velocity acts on spheres that overlap: give --time-step, and --scheme leapfrog"
 

@@ -1,5 +1,8 @@
 """Simbody and OpenSim: the dissipation c of `HuntCrossleyForce`.
 
+    force.setStiffness(1e9); force.setDissipation(0.5);                  OpenSim: HuntCrossleyForce
+    force.setBodyParameters(surface, 1e9, 0.5, 0, 0, 0);                 Simbody, C++: stiffness, dissipation, friction
+
 Read in Simbody of simbody/simbody at commit f312d0d:
 
 - `HuntCrossleyForceImpl::calcForce` of src/HuntCrossleyForce.cpp: f = f_Hertz (1 + 3/2 c x'), a value below 0 is 0,
@@ -28,10 +31,16 @@ _FORMULA = "HuntCrossleyForce, calcDissipationFromObservedRestitution"
 
 
 def _force(values: Values, impact: Impact) -> Power:
-    """Return the force of two materials: springs in series, and dissipation by their compressions."""
+    """Return the force k x^a + c x^b v of two materials: springs in series, and dissipation by their compressions.
+
+    `values` are pairs of numbers of both bodies, stiffness in Pa and dissipation in s/m. `values.mix` makes one number
+    of both by a rule, and remembers it for the answer.
+    """
+    # k_i = stiffness^(2/3), k = k_1 k_2/(k_1 + k_2), and c = s_1 c_1 + s_2 c_2 with s_1 = k_2/(k_1 + k_2)
     first, second = (stiffness ** (2 / 3) for stiffness in values["stiffness"])
     spring = values.mix("stiffness^(2/3)", SERIES, _CALC_FORCE, (first, second))
     by_compression = weighted_mean((second, first), "the other body's stiffness^(2/3)")
+    # f_Hertz = 4/3 sqrt(R_eff) (k x)^(3/2), times 1 + 3/2 c x'
     k = 4 / 3 * math.sqrt(impact.effective_radius) * spring**1.5
     return Power(_LAW, k, 1.5 * k * values.mix("dissipation", by_compression, _CALC_FORCE))
 
@@ -83,8 +92,8 @@ SIMULATOR = Simulator(
             _FORMULA,
             _LAW,
             "c v",
-            lambda cv: mp.mpf(3) / 2 * cv,
-            ("0", "1e6"),
+            lambda cv: mp.mpf(3) / 2 * cv,  # kappa of f_Hertz (1 + 3/2 c x')
+            ("0", "1e6"),  # by hand; eps is then about 1e-6
             "approximate formula",
             "Simbody/src/HuntCrossleyForce.cpp",
             usual_parameter=lambda e: 1 - e,

@@ -98,7 +98,7 @@ def _bepu(gap: FloatArray, rate: FloatArray, ground: Ground) -> Motion:
 
 
 def _without_steps(reason: str) -> Impulse:
-    """Return a collision that is only known in time steps: asked for its eps, it raises a ValueError with the reason."""
+    """Return a collision that is only known in time steps: its eps is a ValueError with the reason."""
 
     def epsilon(phases: FloatArray) -> FloatArray:
         raise ValueError(f"time-step is missing: expected --time-step, {reason}")
@@ -164,7 +164,7 @@ def _gazebo_ground(values: Values, impact: Impact) -> Ground:
 def _gazebo_collision(values: Values, impact: Impact) -> Impulse | Contact:
     """Return the collision of Gazebo; without a time step the contact in the limit of short ones.
 
-    That limit does not exist if max_vel is below the speed: each step would slow the body down.
+    That one is not computed if max_vel is below the speed, because each step then takes a part of the rebound.
     """
     ground = _gazebo_ground(values, impact)
     if impact.step is not None:

@@ -1,5 +1,8 @@
 """Formulas of textbooks and papers, for contacts that you program yourself: linear, Tsuji's, and Hunt-Crossley's.
 
+    force = k*x**1.5*(1 + 3/2*(1 - e)/v*xdot)                            in your own code: Hunt and Crossley
+    zeta = -log(e)/sqrt(pi**2 + log(e)**2);  c = 2*zeta*sqrt(k*m)        linear spring and dashpot
+
 A contact with the force k x^n + lambda x^n x' is nu = 1 of section 2.9, for every n: its eps depends on z = lambda v/k
 alone, v being the impact speed. A damping formula gives lambda for a wanted eps = e, in the literature as
 lambda = chi(e) k/v, so its z is chi(e). Almost all are approximations of the same exact relation,
@@ -34,7 +37,7 @@ from viscopade.simulators.formula import (
 from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law, law_of
 
-DIGITS = 20
+DIGITS = 20  # of proven eps and z: more than a double has
 LAW = "hunt-crossley:1"  # n = 1, the quickest; the z of every n is the same
 
 
@@ -144,36 +147,52 @@ HUNT_CROSSLEY = (
 
 
 def delivered_by(formula: HuntCrossleyFormula, e: str, digits: int = DIGITS) -> Any:
-    """Return the eps that a Hunt-Crossley contact gives if a formula is asked for e, a decimal."""
+    """Return the proven eps of a Hunt-Crossley contact, to `digits` digits, if a formula is asked for e, a decimal."""
+    # kappa of the law k x + lambda x x' is z = lambda v/k. Ten more digits are for the rounding of the formula.
     with mp.workdps(digits + 10):
         z = formula.z(mp.mpf(e))
     return exact.collision(kappa=z, law=LAW, digits=digits).mpf()["epsilon"]
 
 
 def exact_z(e: str) -> Any:
-    """Return the z that gives e, to `DIGITS` digits."""
+    """Return the z = lambda v/k that gives eps = e, a decimal, to `DIGITS` digits."""
     return exact.invert(e, law=LAW, digits=DIGITS).mpf()["kappa"]
 
 
-_RATIO = ("0", "1e3")
-_ANY = ("0", "1e6")
+# Ranges of the numbers that people write, by hand: with the largest ones eps is about 1e-6.
+_RATIO = ("0", "1e3")  # damping ratio
+_ANY = ("0", "1e6")  # z
 
 
 def _with_ratio(name: str, law: Law, other: Law, factor: str, citations: tuple[str, str]) -> tuple[DampingFormula, ...]:
-    """Return the two formulas for the damping ratio, each with the two ends of a contact."""
+    """Return the two formulas for the damping ratio zeta, each with the two ends of a contact.
+
+    Parameters
+    ----------
+    name : str
+        Of the law.
+    law, other : Law
+        With the end where the force vanishes ("force"), and with the end at x = 0 ("return").
+    factor : str
+        Its root is kappa/zeta: sqrt(4) of the linear spring, sqrt(5) of Tsuji's damping.
+    citations : tuple of str
+        Of the formula for the end at x = 0, and of that for the end at force 0.
+    """
 
     def kappa(zeta: mp.mpf) -> mp.mpf:
         return mp.sqrt(mp.mpf(factor)) * zeta
 
-    def formula(at: str, contact: Law) -> DampingFormula:
-        reason: Reason = "exact" if at == contact.end else "other end"
-        written = ratio_for_return if at == "return" else ratio_at_force_end
+    def formula(formula_end: str, contact: Law) -> DampingFormula:
+        """Return the formula that is made for an end, in a contact that may have the other one."""
+        reason: Reason = "exact" if formula_end == contact.end else "other end"
+        # zeta = -ln e/sqrt(pi^2 + ln^2 e) for the end at x = 0; for that at force 0 a root is computed.
+        written = ratio_for_return if formula_end == "return" else ratio_at_force_end
         place = {"return": "x = 0", "force": "force 0"}
-        words = f"{name}, zeta for the end at {place[at]}; contact ends at {place[contact.end]}"
-        source = citations[at == "force"]
-        return DampingFormula(words, contact, "damping ratio", kappa, _RATIO, reason, source, usual_parameter=written)
+        words = f"{name}, zeta for the end at {place[formula_end]}; contact ends at {place[contact.end]}"
+        source = citations[formula_end == "force"]
+        return DampingFormula(words, contact, "damping ratio", kappa, _RATIO, reason, source, written=written)
 
-    return tuple(formula(at, contact) for at in ("return", "force") for contact in (other, law))
+    return tuple(formula(end, contact) for end in ("return", "force") for contact in (other, law))
 
 
 SIMULATOR = Simulator(

@@ -29,7 +29,11 @@ _LAWS = "LinearContactModel", "HertzContactModel"
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
-    """Return the force of a contact model."""
+    """Return the force k x^a + c x^b v of a contact model.
+
+    `values` are the numbers of the user's file by their names, pairs where both bodies have one (SI units). `impact`
+    has the effective mass and radius, in kg and m.
+    """
     model = values["contact_model"]
     if model == "LinearContactModel":
         k = values["normal_stiffness"]
@@ -37,8 +41,10 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         modulus = native.effective_modulus(
             values, values["elastic_modulus"], values["poissons_ratio"], "collision_force_normal"
         )
+        # k = 4/3 E* sqrt(R)
         k = 4 / 3 * modulus * math.sqrt(impact.effective_radius)
-    return native.power_force(SIMULATOR.formula(model), values["damping_coefficient"], k, impact.effective_mass)
+    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of C, 2 C.
+    return native.power_of(SIMULATOR.formula(model), values["damping_coefficient"], k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

@@ -1,5 +1,7 @@
 """A force that is typed as a formula of x, the compression, and v, its rate, such as "1e5*x + c*max(v, 0)".
 
+    viscopade audit --force "1e5*x + c*max(v, 0)" --constant "c = 1 kN s/m" --mass 1 --speed 1
+
 Python's own parser reads it, and only what is listed here is computed: nothing of it runs as Python code. Other names
 are constants, such as "c = 1 kN s/m".
 """
@@ -26,8 +28,10 @@ from viscopade.theory.law import End
 
 _Function = Callable[[FloatArray, FloatArray], Any]
 
+# Characters, by hand, and levels of brackets of a formula: 50 levels are 100 nested calls, of 1000 that Python allows.
 _LONGEST, _DEEPEST = 2000, 50
-_PLACES = np.logspace(-9, 0, 91)  # over the depth, where a force may pull
+# Compressions over the depth at which a force is asked whether it pulls: ten a decade, from 1e-9 on (by hand).
+_PLACES = np.logspace(-9, 0, 91)
 _ACCEPTED = (
     "numbers, x, v, names of --constant, + - * / **, min, max, abs, sqrt, exp, where(x < 1e-3, A, B) and "
     f"step(x, x0, h0, x1, h1), up to {_LONGEST} characters and {_DEEPEST} levels"
@@ -36,19 +40,17 @@ _ACCEPTED = (
 
 def _step(x: Any, x0: Any, h0: Any, x1: Any, h1: Any) -> Any:
     """Return h0 below x0, h1 above x1, and the cubic polynomial without a kink between them."""
-    part = np.clip((x - x0) / (x1 - x0), 0, 1)
-    return h0 + (h1 - h0) * part**2 * (3 - 2 * part)
+    # t^2 (3 - 2 t) goes from 0 to 1 with slope 0 at both ends.
+    t = np.clip((x - x0) / (x1 - x0), 0, 1)
+    return h0 + (h1 - h0) * t**2 * (3 - 2 * t)
 
 
-def _least(*values: Any) -> Any:
-    least = values[0]
+def _smallest(*values: Any) -> Any:
+    """Return the smallest of two or more numbers or arrays, place by place."""
+    smallest = values[0]
     for value in values[1:]:
-        least = np.minimum(least, value)
-    return least
-
-
-def _greatest(*values: Any) -> Any:
-    return -_least(*(-np.asarray(value) for value in values))
+        smallest = np.minimum(smallest, value)
+    return smallest
 
 
 _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -66,15 +68,15 @@ _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.GtE: operator.ge,
 }
 _FUNCTIONS: dict[str, tuple[range, Callable[..., Any]]] = {
-    "min": (range(2, 9), _least),
-    "max": (range(2, 9), _greatest),
+    "min": (range(2, 9), _smallest),
+    "max": (range(2, 9), lambda *values: -_smallest(*(-np.asarray(value) for value in values))),
     "abs": (range(1, 2), np.abs),
     "sqrt": (range(1, 2), np.sqrt),
     "exp": (range(1, 2), np.exp),
     "where": (range(3, 4), np.where),
     "step": (range(5, 6), _step),
 }
-"""By name, how many arguments it takes, and what it computes."""
+"""By name, how many arguments it takes (2 to 8 of min and max, by hand), and what it computes."""
 _NAME = re.compile("[A-Za-z_][A-Za-z_0-9]{0,39}")
 _RESERVED = ("x", "v", "scheme", *_FUNCTIONS)  # "scheme" is the integrator of `Native`
 _NUMBER = "a number, or a quantity with a unit such as 10 kN s/m"
@@ -104,7 +106,7 @@ def force(formula: str, constants: Mapping[str, float] = _NO_CONSTANTS) -> _Func
 
 
 def _tree(formula: str) -> ast.expr:
-    """Return the syntax tree of a formula."""
+    """Return the syntax tree of a formula; ValueError if it is too long, or no expression of Python."""
     if len(formula) > _LONGEST:
         raise ValueError(f"force has {len(formula)} characters: expected {_ACCEPTED}")
     try:
@@ -118,18 +120,37 @@ def _tree(formula: str) -> ast.expr:
 def _function(
     formula: str, node: ast.expr, constants: Mapping[str, float], depth: int, condition: bool = False
 ) -> _Function:
-    """Return the function of x and v that a part of a formula says."""
+    """Return the function of x and v that a node of the syntax tree of a formula says.
 
-    def inside(part: ast.expr, condition: bool = False) -> _Function:
-        return _function(formula, part, constants, depth + 1, condition)
+    Parameters
+    ----------
+    formula : str
+        The whole formula, for messages.
+    node : ast.expr
+    constants : mapping of str to float
+        Values of the names other than x and v.
+    depth : int
+        Levels of the tree above the node.
+    condition : bool
+        Whether the node is the first argument of `where`: a comparison, and nothing else.
+
+    Raises
+    ------
+    ValueError
+        If the node is nothing that a force may have.
+    """
+
+    def inside(operand: ast.expr, condition: bool = False) -> _Function:
+        """Return the function of an operand of the node."""
+        return _function(formula, operand, constants, depth + 1, condition)
 
     if depth > _DEEPEST:
         raise _refusal(formula, formula)
     if condition:
         if not isinstance(node, ast.Compare) or len(node.ops) > 1 or type(node.ops[0]) not in _COMPARISONS:
             raise _refusal(formula, node)
-        compared, one, other = _COMPARISONS[type(node.ops[0])], inside(node.left), inside(node.comparators[0])
-        return lambda x, v: compared(one(x, v), other(x, v))
+        compare, left, right = _COMPARISONS[type(node.ops[0])], inside(node.left), inside(node.comparators[0])
+        return lambda x, v: compare(left(x, v), right(x, v))
     if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
         try:
             number = np.float64(node.value)
@@ -142,28 +163,30 @@ def _function(
         constant = np.float64(constants[node.id])
         return lambda x, v: constant
     if isinstance(node, ast.UnaryOp) and type(node.op) in _UNARY:
-        of, inner = _UNARY[type(node.op)], inside(node.operand)
-        return lambda x, v: of(inner(x, v))
+        sign, operand = _UNARY[type(node.op)], inside(node.operand)
+        return lambda x, v: sign(operand(x, v))
     if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
-        joined, left, right = _BINARY[type(node.op)], inside(node.left), inside(node.right)
-        return lambda x, v: joined(left(x, v), right(x, v))
+        operation, left, right = _BINARY[type(node.op)], inside(node.left), inside(node.right)
+        return lambda x, v: operation(left(x, v), right(x, v))
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS:
-        numbers, called = _FUNCTIONS[node.func.id]
-        if len(node.args) in numbers and not node.keywords:
-            chosen = node.func.id == "where"
-            parts = [inside(part, chosen and i == 0) for i, part in enumerate(node.args)]
-            return lambda x, v: called(*(part(x, v) for part in parts))
+        counts, called = _FUNCTIONS[node.func.id]
+        if len(node.args) in counts and not node.keywords:
+            is_where = node.func.id == "where"  # its first argument is a condition
+            operands = [inside(argument, is_where and i == 0) for i, argument in enumerate(node.args)]
+            return lambda x, v: called(*(operand(x, v) for operand in operands))
     raise _refusal(formula, node)
 
 
-def _refusal(formula: str, part: ast.expr | str) -> ValueError:
-    wrong = part if isinstance(part, str) else ast.get_source_segment(formula.strip(), part) or formula
+def _refusal(formula: str, node: ast.expr | str) -> ValueError:
+    """Return the error that names the text of a node, or a text, and what is accepted instead."""
+    wrong = node if isinstance(node, str) else ast.get_source_segment(formula.strip(), node) or formula
     text = " ".join(wrong.split())
+    # 60 characters, half of a line, show where the fault is.
     return ValueError(f"force has {text if len(text) < 60 else text[:60] + '…'!r}: expected {_ACCEPTED}")
 
 
 def constants_of(formula: str, settings: Sequence[str]) -> dict[str, float]:
-    """Return the constants of a formula in SI units, from texts such as "c=1e4" and "c = 10 kN s/m".
+    """Return the constants of a formula in SI units, by name, from settings such as "c=1e4" and "c = 10 kN s/m".
 
     Raises
     ------
@@ -183,7 +206,8 @@ def constants_of(formula: str, settings: Sequence[str]) -> dict[str, float]:
             raise ValueError(f"constant {name} is given twice: expected once")
         if name not in used:
             raise ValueError(f"constant {name} is not in the force {formula.strip()!r}: expected a formula with it")
-        # A plain number is in SI units; one with a unit is converted.
+        # A plain number is in SI units; one with a unit is converted. `decimal_in` returns a quantity in SI units, None
+        # if the text has no unit. 1e300 stays below the largest double.
         size = quantity.decimal_in(text, None)
         number = text if size is None else str(size)
         constants[name] = float(
@@ -193,12 +217,13 @@ def constants_of(formula: str, settings: Sequence[str]) -> dict[str, float]:
 
 
 def native(formula: str, end: End, settings: Sequence[str] = (), damping: str | None = None) -> Native:
-    """Return the contact that has the force of a formula.
+    """Return the contact that has the force of a formula, in N, of x in m and v in m/s.
 
     Parameters
     ----------
     formula : str
     end : "force" or "return"
+        Whether contact ends where the force vanishes, or at x = 0.
     settings : sequence of str
         The formula's constants, such as "c=1e4".
     damping : str, optional
@@ -210,24 +235,28 @@ def native(formula: str, end: End, settings: Sequence[str] = (), damping: str | 
         If the formula or a constant is not accepted.
     """
     constants = constants_of(formula, settings)
-    force(formula, constants)
+    force(formula, constants)  # refuses what is no formula
     if damping is not None and damping not in constants:
         raise ValueError(
             f"vary is {damping!r}: expected the name of a --constant{': '[: bool(constants) * 2]}{', '.join(constants)}"
         )
 
     def typed(values: Values) -> _Function:
+        """Return F(x, v) with the values of the constants."""
         return force(formula, {name: values[name] for name in constants})
 
     def contact(values: Values, impact: Impact) -> Contact:
+        """Return the contact with the mass and the weight of an impact."""
         return Contact(typed(values), impact.effective_mass, impact.effective_mass * impact.gravity, end)
 
     def damped(values: Values, factor: float, impact: Impact) -> dict[str, float]:
-        """Return a multiple of the constant, which keeps its sign; of 1 if it is 0."""
+        """Return the constant that is varied, by name: a multiple of itself, which keeps its sign; of 1 if it is 0."""
         return {str(damping): factor * (constants[str(damping)] or 1.0)}
 
     def warnings(values: Values, impact: Impact) -> Iterator[str]:
+        """Yield a warning if the force pulls where the end "force" cuts it off."""
         if end == "force":
+            # The depth of a collision whose contact begins in the middle of a step.
             depth = contact(values, impact).collide(impact.speed, step=impact.step, phases=[0.5]).depth
             # Attraction of bodies at rest, or on the approach, is no effect of damping: it is adhesion.
             x, force_at = depth * _PLACES, typed(values)

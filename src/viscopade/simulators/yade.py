@@ -1,5 +1,9 @@
 """YADE: the viscoelastic law in versions after 2023.02a; a constant eps in 2023.02a and before.
 
+    materials = {"ball": FrictMat(young=70e9, poisson=0.22, density=2500, frictionAngle=0)} physics =
+    Ip2_FrictMat_FrictMat_MindlinPhys(en=MatchMaker(matches=[(0, 0, 0.9)]), vn=MatchMaker(matches=[(0, 0, 1)]))
+    NewtonIntegrator(damping=0)
+
 Read in `pkg/dem/HertzMindlin.cpp` of YADE, `Ip2_FrictMat_FrictMat_MindlinPhys::go` and
 `Law2_ScGeom_MindlinPhys_Mindlin::go`, with u the overlap and v_n the speed of compression:
 
@@ -78,46 +82,52 @@ from viscopade.theory.paper import TABLE
 
 
 def betan(epsilon: Any) -> Any:
-    """Return the `betan` that gives the wanted eps, an mpmath number.
+    """Return the `betan` that gives an eps in a contact that ends at force 0; both are mpmath numbers.
 
     Examples
     --------
     >>> f"{float(betan(0.9)):.6f} {float(betan(0.3)):.6f}"
     '0.031280 0.453915'
     """
+    # betan = sqrt(5/6) zeta, with the damping ratio zeta of a linear contact with this eps
     return mp.sqrt(mp.mpf(5) / 6) * ratio_at_force_end(epsilon)
 
 
 def printed_pade(v_star: float) -> float:
-    """Return [3/6] at v* with the coefficients as printed in the paper, which the program solves for v*."""
+    """Return the paper's [3/6] approximant of eps at v* with its printed coefficients, which the program inverts."""
+    # TABLE[3, 6]: the decimals of numerator and denominator, from the power 0 of v* on
     a, b = (sum(Fraction(c) * Fraction(v_star) ** i for i, c in enumerate(row)) for row in TABLE[3, 6])
     return float(a / b)
 
 
 def _values(setup: Setup) -> dict[str, Any]:
-    """Return what the templates have: bodies become materials, contacts the pairs of them that may meet."""
-    own = replace(setup, contacts=tuple(in_program(contact, setup.weighty) for contact in setup.contacts))
+    """Return what the templates have of a setup, by name: bodies become materials, contacts pairs that may meet."""
+    program_setup = replace(setup, contacts=tuple(in_program(contact, setup.weighty) for contact in setup.contacts))
     contacts = []
-    for real, contact in zip(setup.contacts, own.contacts, strict=True):
-        pair, vn, wanted = contact.pair, contact.typical, Goal.from_contact(real, setup.weighty)
-        # The program's contact at a wall lasts longer than that of the bodies, so the weight acts longer.
+    for real, contact in zip(setup.contacts, program_setup.contacts, strict=True):
+        pair, vn, goal = contact.pair, contact.typical, Goal.from_contact(real, setup.weighty)
+        # Both laws with the stiffness that the program has. Its contact at a wall lasts longer than that of the bodies,
+        # so the weight acts longer.
         constant, viscoelastic = (
-            OwnLawContact(SIMULATOR.formula(f"MindlinPhys, {name}"), wanted, Softness(pair.rho), units=setup.units)
+            OwnLawContact(SIMULATOR.formula(f"MindlinPhys, {name}"), goal, Softness(pair.rho), units=setup.units)
             for name in ("betan", "en and vn")
         )
+
+        # Columns of the table: the betan of older versions, and what weight does with it.
         row = {**constant_row(constant, "betan"), **best_row(constant, "betan")}
-        if wanted.epsilon_with_weight is not None:
-            light, stays = constant.delivered(vn, falls=False), constant.falling and constant.falling.sticking_speed
-            facets = (f"{at_facets(body).epsilon([vn])[0]:.4f}" for body in (constant, viscoelastic))
-            row["betan: eps without weight", ""] = f"{light:.6f}"
-            if stays is not None:
-                row["betan: stays down below", setup.units.speed] = f"{stays:.3g}"
+        if goal.epsilon_with_weight is not None:
+            light_eps = constant.delivered(vn, falls=False)
+            sticking_speed = constant.falling and constant.falling.sticking_speed
+            facets = (f"{at_facets(law).epsilon([vn])[0]:.4f}" for law in (constant, viscoelastic))
+            row["betan: eps without weight", ""] = f"{light_eps:.6f}"
+            if sticking_speed is not None:
+                row["betan: stays down below", setup.units.speed] = f"{sticking_speed:.3g}"
             row["with weight at a Facet (2/3 R): eps of betan, of en", ""] = " ".join(facets)
         numbers = {"betan": constant.parameter, "en": printed_pade(pair.v_star(vn)), "vn": vn, "A": pair.A}
-        contacts.append(template_contact(contact, own, size_errors(real, same_beta(real.pair)), row, **numbers))
+        contacts.append(described(contact, program_setup, size_errors(real, same_beta(real.pair)), row, **numbers))
     return {
-        **time_step(own),
-        "setup": own,
+        **time_step(program_setup),
+        "setup": program_setup,
         "contacts": contacts,
         "types": type_rows(setup, "material", {name: name for name in setup.bodies}),
     }
@@ -126,25 +136,27 @@ def _values(setup: Setup) -> dict[str, Any]:
 def in_program(contact: NamedContact, weighty: bool) -> NamedContact:
     """Return a contact as the program has it: at a Wall with half of the radius, and the same mass.
 
-    Its beta is that of the bodies, or with weight the one that has their eps at the typical speed.
+    Its beta is that of the bodies, or if `weighty` the one that has their eps with weight at the typical speed.
     """
     if not contact.falls:
         return contact
 
-    def halved(pair: Pair) -> Pair:
-        own = replace(pair, first=replace(pair.first, radius=_RADII["wall"] * pair.first.radius))
-        return own.damped(float(own.dissipative_constant(pair.beta)))
+    def at_wall(pair: Pair) -> Pair:
+        """Return a pair with the program's R_eff at a Wall, and the A that keeps beta."""
+        halved = replace(pair, first=replace(pair.first, radius=_RADII["wall"] * pair.first.radius))
+        return halved.damped(float(halved.dissipative_constant(pair.beta)))
 
-    pair = halved(contact.pair)
+    pair = at_wall(contact.pair)
     epsilon = float(contact.falling.epsilon([contact.typical])[0]) if weighty else 0.0
     if epsilon:  # no damping makes a contact that has eps = 0
         pair = calibrated(pair, contact.typical, epsilon, contact.gravity)
-    return replace(contact, pair=pair, extremes=tuple(map(halved, contact.extremes)))
+    return replace(contact, pair=pair, extremes=tuple(map(at_wall, contact.extremes)))
 
 
 def at_facets(contact: OwnLawContact) -> FallingContact:
-    """Return the contact at a wall with the R_eff of a facet; times are in proportion to R_eff^(-1/5)."""
+    """Return the contact of a body that falls on a wall, with the R_eff that the program has at a facet."""
     assert contact.falling is not None
+    # T ~ (k/m)^(-2/5) and k ~ sqrt(R_eff): times are in proportion to R_eff^(-1/5).
     return replace(contact.falling, time=contact.falling.time * (_RADII["wall"] / _RADII["facet"]) ** 0.2)
 
 
@@ -177,9 +189,9 @@ materials = {name: O.materials.append(material) for name, material in materials.
 
 # (betan, en, vn, A) of each pair of materials. A pair that is not listed is refused when it meets.
 pairs = {
-{% for each in contacts %}
-    ({{ each.contact.first | string }}, {{ each.contact.second | string }}): ({{ number(each.betan) }}, {{
-number(each.en) }}, {{ number(each.vn) }}, {{ number(each.A) }}),
+{% for pair in contacts %}
+    ({{ pair.contact.first | string }}, {{ pair.contact.second | string }}): ({{ number(pair.betan) }}, {{
+number(pair.en) }}, {{ number(pair.vn) }}, {{ number(pair.A) }}),
 {% endfor %}
 }
 betan, en, vn, A = ({pair: numbers[i] for pair, numbers in pairs.items()} for i in range(4))
@@ -221,29 +233,36 @@ O.dt = {{ timestep }}
 
 _MINDLIN, _LINEAR = "pkg/dem/HertzMindlin.cpp", "pkg/dem/ViscoelasticPM.cpp"
 _VISC_EL = "Ip2_ViscElMat_ViscElMat_ViscElPhys"
+# The least eps of the audit, 0.01, is chosen by hand: all formulas of `en` fall further, down to 1e-9 (sampled).
 _EN, _NEARLY_ALL = "en", ("0.01", "1")
 
 
-def _of_betan(betan: Any) -> Any:
+def _betan_kappa(betan: Any) -> Any:
     """Return the kappa of a betan, an mpmath number."""
+    # c v = 2 betan sqrt(m kn) v with kn = 3/2 kno sqrt(u) is sqrt(6) betan sqrt(m kno) u^(1/4) v.
     return mp.sqrt(6) * betan
 
 
-def _of_printed_pade(en: Any) -> Any:
-    """Return the kappa = v*^2 at which the printed [3/6], which falls, is en."""
-    top, bottom = ([*map(mp.mpf, row)] for row in TABLE[3, 6])
-    # The roots in double precision have 13 digits; one has all digits then.
-    rough = np.polynomial.Polynomial([*map(float, top)]) - float(en) * np.polynomial.Polynomial([*map(float, bottom)])
+def _printed_pade_kappa(en: Any) -> Any:
+    """Return the kappa = v*^2 at which the printed [3/6], which falls from 1, is en; both are mpmath numbers."""
+    # [3/6]: numerator of degree 3, denominator of degree 6, from the power 0 on
+    numerator, denominator = ([*map(mp.mpf, row)] for row in TABLE[3, 6])
+    # numerator - en denominator = 0 in double precision, with 13 digits of its roots. A real one has an imaginary part
+    # by rounding only, below 1e-9 of it. The least positive one is v*; Newton's method then finds all digits.
+    rough = np.polynomial.Polynomial([*map(float, numerator)])
+    rough -= float(en) * np.polynomial.Polynomial([*map(float, denominator)])
     roots = map(complex, rough.roots().tolist())
     v_star = min((root.real for root in roots if root.real > 1e9 * abs(root.imag)), default=0)
-    return mp.findroot(lambda v: mp.polyval(top[::-1], v) - en * mp.polyval(bottom[::-1], v), v_star) ** 2
+    return mp.findroot(lambda v: mp.polyval(numerator[::-1], v) - en * mp.polyval(denominator[::-1], v), v_star) ** 2
 
 
-def within_one_percent(en: Any) -> Any:
-    """Return kappa of the linear spring as `find_cn_from_en` does: Newton's method, until eps is within 1 % of en."""
+def _newton_kappa(en: Any) -> Any:
+    """Return kappa of the linear spring by `find_cn_from_en`: Newton's method until eps is within 1 % of en."""
+    # It begins at zeta = 0, with eps = 1; kappa = 2 zeta.
     zeta, epsilon = mp.mpf(0), mp.mpf(1)
     while abs(epsilon - en) > en / 100:
-        # eps = exp(-2 zeta acos(zeta)/w), w^2 = 1 - zeta^2, and d eps/d zeta = -2 eps (acos(zeta)/w - zeta)/w^2
+        # eps = exp(-2 zeta acos(zeta)/w), w^2 = 1 - zeta^2, and d eps/d zeta = -2 eps (acos(zeta)/w - zeta)/w^2. From
+        # zeta = 1 on acos and w are imaginary, and their ratio is real.
         w_squared = (1 - zeta) * (1 + zeta)
         angle_over_w = mp.re(mp.acos(zeta) / mp.sqrt(w_squared))
         zeta += (epsilon - en) * w_squared / (2 * epsilon * (angle_over_w - zeta))
@@ -252,13 +271,17 @@ def within_one_percent(en: Any) -> Any:
 
 
 _BODIES = {"sphere": (2, 2), "wall": (1, 1), "facet": (1, 2)}
-"""Radii of a sphere and of what it hits as the program counts them, in effective radii; of spheres that are alike."""
+"""Radii of a sphere and of what it hits as the program counts them, over R_eff; two spheres are taken to be alike."""
 _RADII = {other: first * second / (first + second) for other, (first, second) in _BODIES.items()}
-"""What the program takes for the effective radius, in units of it."""
+"""What the program takes for R_eff, over R_eff: 1, at a wall 1/2, and at a facet 2/3."""
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
-    """Return the force of a functor.
+    """Return the force k x^a + c x^b v of a functor.
+
+    `values` are the numbers of the user's file by their names, pairs where both bodies have one (SI units), and
+    `impact` has the effective mass and radius, in kg and m. `values.mix` makes one number of both by a rule, and
+    remembers it for the answer; `power_of` returns c = kappa sqrt(k m) with the kappa that a formula makes of a number.
 
     Raises
     ------
@@ -268,7 +291,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     mass, other = impact.effective_mass, values["other"]
     if values["physics"] == "ViscElPhys":
         e = values.mix("en", native.MEAN, _VISC_EL)
-        # A wall's mass counts as that of the sphere.
+        # A wall's mass counts as that of the sphere: m_eff is half of it.
         counted = mass if other == "sphere" else mass / 2
         if "tc" in values:
             # k = m (pi^2 + ln^2 e)/t_c^2
@@ -277,7 +300,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
             return native.power_force(formula, e, k, mass)
         if "young" not in values:
             raise ValueError("tc and young: expected one of them")
-        # kn = 2 young R
+        # kn = 2 young R of each body, and both springs are in series
         first, second = (
             2 * young * radius * impact.effective_radius
             for young, radius in zip(values["young"], _BODIES[other], strict=True)
@@ -286,6 +309,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         return native.power_force(SIMULATOR.formula("ViscElPhys, young, en, et"), e, k, counted)
 
     modulus = native.effective_modulus(values, values["young"], values["poisson"], "Ip2_FrictMat_FrictMat_MindlinPhys")
+    # kno = 4/3 E_eff sqrt(R_eff), with the program's R_eff
     k = 4 / 3 * modulus * math.sqrt(impact.effective_radius * _RADII[other])
     if ("en" in values) == ("betan" in values):
         raise ValueError("en and betan: expected one of them")
@@ -293,17 +317,20 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         return native.power_force(SIMULATOR.formula("MindlinPhys, betan"), values["betan"], k, mass)
     e = values.single("en", "as MindlinPhys has one for a pair of materials")
     if "vn" not in values:
-        return native.power_force(SIMULATOR.formula("MindlinPhys, en"), e, k, mass)
+        return native.power_of(SIMULATOR.formula("MindlinPhys, en"), e, k, mass)
+    # The viscoelastic law: kappa follows from en, and c from kappa at the speed vn.
     formula = SIMULATOR.formula("MindlinPhys, en and vn")
     kappa = float(formula.kappa(mp.mpf(e)))
     return native.Power(formula.law, k, formula.law.damping_constant(kappa, values["vn"], k=k, mass=mass))
 
 
-def _altered(contact: Contact, values: native.Values) -> Contact:
-    """Return the contact with the damping of `NewtonIntegrator`, if it has one."""
+def _with_integrator_damping(contact: Contact, values: native.Values) -> Contact:
+    """Return the contact with the damping D of `NewtonIntegrator` (values["damping"]), if it has one."""
     damping = values["damping"]
 
     def force(x: FloatArray, v: FloatArray) -> FloatArray:
+        # a -> a (1 - D sign(a u)), u being the velocity. With the compression's rate v = -u and m a = F - load, the
+        # force is F + D |F - load| sign(v). It may pull, so contact ends at x = 0.
         pushes = np.maximum(contact.force(x, v), 0)
         return np.asarray(pushes + damping * np.abs(pushes - contact.load) * np.sign(v))
 
@@ -311,6 +338,7 @@ def _altered(contact: Contact, values: native.Values) -> Contact:
 
 
 def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
+    """Yield warnings: two spheres are taken to be alike, and the integrator damps, too."""
     if "kn" in values.mixed and values["other"] == "sphere":
         yield "Two spheres with different young are taken to have one radius, as kn is 2 young times the radius of each"
     if values["damping"]:
@@ -334,7 +362,7 @@ _NATIVE = native.Native(
     schemes={"NewtonIntegrator": SEMI_IMPLICIT},
     integrator="engine",
     damping=lambda values: "betan" if "betan" in values else "en",
-    integrator_contact=_altered,
+    altered=_with_integrator_damping,
     warnings=_warnings,
 )
 
@@ -354,8 +382,8 @@ SIMULATOR = Simulator(
             "betan",
             ("0", "100"),
             _MINDLIN,
-            ("MindlinPhys, betan", TSUJI, _of_betan, "exact", "betan is as `viscopade simulators yade` writes it."),
-            usual_parameter=betan,
+            ("MindlinPhys, betan", TSUJI, _betan_kappa, "exact", "betan is as `viscopade simulators yade` writes it."),
+            written=betan,
         ),
         *formulas(
             _EN,
@@ -364,7 +392,7 @@ SIMULATOR = Simulator(
             (
                 "MindlinPhys, en and vn",
                 VISCOELASTIC,
-                _of_printed_pade,
+                _printed_pade_kappa,
                 "approximate formula",
                 "The printed [3/6] of the paper stands for the exact function; this is at the speed vn.",
             ),
@@ -384,7 +412,7 @@ SIMULATOR = Simulator(
             (
                 "ViscElPhys, young, en, et",
                 LINEAR,
-                within_one_percent,
+                _newton_kappa,
                 "approximate formula",
                 "The program's iteration stops within 1 % of en.",
             ),
