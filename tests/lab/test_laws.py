@@ -50,7 +50,7 @@ def test_delivered_eps_is_that_of_lamberts_function(name):
     for e in ASKED:
         with mp.workdps(30):
             expected = nu_1(NAMED[name].z(mpf(e)))
-            assert abs(textbook.delivered_by(NAMED[name], e) / expected - 1) < mpf("1e-18")
+            assert abs(textbook.delivered_epsilon(NAMED[name], e) / expected - 1) < mpf("1e-18")
 
 
 @pytest.mark.parametrize("e", ASKED)
@@ -126,7 +126,7 @@ def test_the_formulas_named_as_extreme_are_so():
     stated = dict(re.findall(r"^- \*\*(.+?)(?<!al)\.?\*\* The formula gives ([\d.]+) times", PAGE, re.MULTILINE))
     assert len(stated) == 4
     for name, times in stated.items():
-        assert f"{float(textbook.delivered_by(NAMED[name], '0.1')) / 0.1:.1f}" == times
+        assert f"{float(textbook.delivered_epsilon(NAMED[name], '0.1')) / 0.1:.1f}" == times
 
 
 def test_the_other_numbers_of_the_text(tables):

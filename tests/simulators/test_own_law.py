@@ -91,7 +91,7 @@ def test_no_other_damping_has_a_smaller_largest_error(name, sizes):
     """Over the speeds, and over sizes with the least and the largest beta."""
     made = contact(name, 0.7, (0.1, 3.0), contact_time=0.02)
     made = replace(made, goal=replace(made.goal, extremes=tuple(size * made.goal.beta for size in sizes)))
-    parameter, error = made.balanced()
+    parameter, error = made.best_parameter()
     kappa = float(made.formula.kappa(mp.mpf(parameter)))
     found = made.errors(kappa)
     greatest, least = max(each.greatest for each in found), min(each.least for each in found)

@@ -307,6 +307,8 @@ def _bullet(gap: FloatArray, rate: FloatArray, ground: Ground, is_multi_body: bo
     if ground.spring is not None:
         erp, share = ground.spring.erp(h), ground.spring.share(h)
     kicked = rate - ground.gravity * h
+    # A rebound reflects the rate with the kick, of a btRigidBody that without it. A gap is closed, or the part erp of
+    # an overlap removed.
     reflected = kicked if is_multi_body else rate
     rebound = np.where(-reflected < ground.threshold, 0, -ground.restitution * reflected)
     distance = gap + slop
@@ -565,7 +567,7 @@ class Engine(NamedTuple):
             yield f"Gravity adds {kick:.3g} m/s in a time step, more than the speed: expected a shorter step"
         yield from self.warnings(values, impact)
 
-    def damped(self, values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
+    def damping_values(self, values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
         """Return what to write for a damping c, a number without unit, by parameter and for both bodies.
 
         It is the damping of a soft contact, c sqrt(k m) for both together, else the restitution exp(-c).
@@ -596,7 +598,7 @@ class Engine(NamedTuple):
             self.source,
             schemes=dict.fromkeys(self.steps, SEMI_IMPLICIT),
             integrator=self.choice,
-            damped_values=self.damped,
+            damped=self.damping_values,
             warnings=self.all_warnings,
         )
         return Simulator(name, self.title, self.version, rows, native=contact)

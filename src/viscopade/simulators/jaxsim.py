@@ -39,7 +39,7 @@ def _contact(values: native.Values, impact: native.Impact) -> Contact:
     return Contact(force, mass, mass * impact.gravity)
 
 
-def _damped(values: native.Values, c: float, impact: native.Impact) -> dict[str, float]:
+def _damping_values(values: native.Values, c: float, impact: native.Impact) -> dict[str, float]:
     """Return D, by name, for a damping c, a number without unit: the share of the momentum that the damper takes."""
     K, p, q, mass, speed = values["K"], values["p"], values["q"], impact.effective_mass, impact.speed
     # K depth^(2 + p)/(2 + p) = m v^2/2, the depth without damping. A damper D depth^q v over this way takes about the
@@ -64,7 +64,7 @@ SIMULATOR = Simulator(
         _SOURCE,
         schemes={"SemiImplicitEuler": SEMI_IMPLICIT, "RungeKutta4": RUNGE_KUTTA},
         integrator="integrator",
-        damped_values=_damped,
+        damped=_damping_values,
         warnings=lambda values, impact: ("This is SoftContacts; RelaxedRigidContacts is JaxSim's default",),
     ),
     default_step=0.001,

@@ -70,7 +70,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power | Conta
     return native.power_force(SIMULATOR.formula("linear"), e, k, mass)
 
 
-def _damped(values: native.Values, c: float, impact: native.Impact) -> Mapping[str, Any]:
+def _damping_values(values: native.Values, c: float, impact: native.Impact) -> Mapping[str, Any]:
     """Return one restitution exp(-c) for both bodies, by the names of the parameters; c is a damping without unit."""
     e = max(math.exp(-c), _LEAST)
     particles = {_E.format("particles"): (e, e)}
@@ -95,7 +95,7 @@ _NATIVE = native.Native(
     "include/dem/particle_particle_contact_force.h",
     schemes={"velocity_verlet": SEMI_IMPLICIT, "explicit_euler": SEMI_IMPLICIT},
     integrator="integration method",
-    damped_values=_damped,
+    damped=_damping_values,
 )
 
 SIMULATOR = Simulator(

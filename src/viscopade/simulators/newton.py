@@ -118,7 +118,7 @@ def _contact(values: Values, impact: Impact) -> Contact | Impulse:
     return Contact(lambda x, v: ke * x + kd * np.maximum(v, 0), mass, mass * impact.gravity)
 
 
-def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
+def _damping_values(values: Values, c: float, impact: Impact) -> dict[str, Any]:
     """Return what to write for a damping c, a number without unit, by parameter and for both shapes.
 
     It is kd = c sqrt(ke m), in SolverMuJoCo with the mass 1, because ke and kd are per mass, or restitution = exp(-c).
@@ -126,9 +126,10 @@ def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
     if values["solver"] == "SolverXPBD":
         switch = {} if values["enable_restitution"] == "True" else {"enable_restitution": "True"}
         return {"restitution": (math.exp(-c),) * 2} | switch
+    # ke is the mean of both shapes.
     ke, mass = sum(values["ke"]) / 2, 1.0 if values["solver"] == "SolverMuJoCo" else impact.effective_mass
     if values["solver"] == "SolverMuJoCo" and _is_in_force_space(values):
-        # ke and kd are multiplied by one factor: kd factor = c sqrt(ke factor)
+        # Both are multiplied by g/m, g of `_gain_factor`, and then per mass: kd g/m = c sqrt(ke g/m).
         mass = impact.effective_mass / _gain_factor(values.mix("mu", LARGER, _PARAMS))
     return {"kd": (c * math.sqrt(ke * mass),) * 2}
 
@@ -169,7 +170,7 @@ _NATIVE = Native(
     _CONTACT,
     schemes={"SolverSemiImplicit": SEMI_IMPLICIT, "SolverXPBD": SEMI_IMPLICIT, "SolverMuJoCo": SEMI_IMPLICIT},
     integrator="solver",
-    damped_values=_damped,
+    damped=_damping_values,
     warnings=_warnings,
 )
 

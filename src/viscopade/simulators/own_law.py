@@ -82,14 +82,14 @@ _DIGITS = 15  # of proven collisions: all decimals that a double has
 # (k/m)^(-1/(a+1)) or k = (k/m) m, stay within the range of double precision, 1e-308 to 1e308.
 _SMALLEST = 1e-30
 # Impact speeds are from 1e-12 to 1e12, the fastest at most 1e6 times the slowest: kappa grows like v^(2/nu - 1), with
-# Drake's law like v. Over a factor of 1e6 `balanced` converges, over 1e9 it does not, and over 1e12 eps at the fastest
-# speed cannot be computed (all measured with Drake's law). With nu = 2 kappa is the same at all speeds.
+# Drake's law like v. Over a factor of 1e6 `best_parameter` converges, over 1e9 it does not, and over 1e12 eps at the
+# fastest speed cannot be computed (all measured with Drake's law). With nu = 2 kappa is the same at all speeds.
 _SLOWEST, _WIDEST = 1e-12, 1e6
 # Shortest time step in contact times: with 1000 steps in a contact the mean eps is off by 1e-4 in semi-implicit Euler's
 # method, by 5e-3 in implicit Euler's, without a damping that makes up for it (measured; linear spring, eps = 0.9).
 _SHORTEST_STEP = 1e-3
-# `balanced` ends where the greatest and the least error add up to less than the root of this, 1e-6 (mpmath compares the
-# square): texts have three digits of the error and six of the number.
+# `best_parameter` ends where the greatest and the least error add up to less than the root of this, 1e-6 (mpmath
+# compares the square): texts have three digits of the error and six of the number.
 _BALANCED_SQUARE = 1e-12
 
 # The search for a contact that has a goal eps and, with weight or in time steps, a given duration or depth.
@@ -281,6 +281,13 @@ class _Collision(NamedTuple):
     epsilon: float
     depth: float
     duration: float
+
+
+class BestParameter(NamedTuple):
+    """The number for a program's formula whose largest relative error of eps is smallest, and this error."""
+
+    parameter: float
+    largest_error: float
 
 
 @dataclass(frozen=True)
@@ -570,7 +577,7 @@ class OwnLawContact:
             return float(epsilon_of(self.formula.law, mp.mpf(self._kappa_at(damping, speed))))
         return self._collision(speed, damping, k_over_m, falls).epsilon
 
-    def stepped(self, time_step: float | None = None) -> SampledCollision | None:
+    def collision_in_steps(self, time_step: float | None = None) -> SampledCollision | None:
         """Return eps at the typical speed with its time step, or with another one: mean, least and largest.
 
         None if there is no step, the program chooses its own, or k/m is not known.
@@ -597,7 +604,7 @@ class OwnLawContact:
             for beta in betas
         ]
 
-    def balanced(self) -> tuple[float, float] | None:
+    def best_parameter(self) -> BestParameter | None:
         """Return the parameter whose largest error over the speeds and sizes is smallest, and that error.
 
         None if there is one speed only. All errors fall with the damping, so the largest is smallest where the greatest
@@ -624,10 +631,10 @@ class OwnLawContact:
         log_kappa = mp.findroot(imbalance, (start, start + 0.1), solver="secant", tol=_BALANCED_SQUARE)
         return self._parameter_and_error(math.exp(float(log_kappa)))
 
-    def _parameter_and_error(self, kappa: float) -> tuple[float, float] | None:
+    def _parameter_and_error(self, kappa: float) -> BestParameter | None:
         """Return the program's number for a kappa, and its largest error over the speeds and sizes; None without."""
         parameter = self._parameter_for(kappa)
-        return None if parameter is None else (parameter, max(error.largest for error in self.errors(kappa)))
+        return None if parameter is None else BestParameter(parameter, max(e.largest for e in self.errors(kappa)))
 
     def longest_step(self, error: float = STEP_ERROR) -> float | None:
         """Return the longest time step, a time, with at most this relative error of eps, of the damping without steps.
@@ -768,7 +775,7 @@ def ways_out(contact: OwnLawContact, goal: Goal, time_step: float, spread: float
             # 1e-9: `with_two_digits` may make a duration shorter by that.
             if not CHOSEN_STEPS * (1 - 1e-9) <= tried_duration / step <= MOST_STEPS:
                 raise ValueError
-            sampled = replace(contact, goal=goal, softness=tried_softness, time_step=step).stepped()
+            sampled = replace(contact, goal=goal, softness=tried_softness, time_step=step).collision_in_steps()
             assert sampled is not None
             return sampled
 
@@ -784,15 +791,21 @@ def ways_out(contact: OwnLawContact, goal: Goal, time_step: float, spread: float
                 return
 
 
+# --- lines of the comment at the beginning of a file ------------------------------------------------------------------
+#
+# Digits are chosen by hand, for people who compare and copy: six of what is exact or asked for, four of depths and time
+# steps, four decimals of a sampled eps, three of an error in percent, and ten of kappa.
+
+
 def best_line(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
     """Yield a line on the program's number whose largest error of eps over the speeds is smallest.
 
     `name` is what the program calls it; `number` makes it of the formula's parameter.
     """
-    best = contact.balanced()
+    best = contact.best_parameter()
     if best is not None:
-        parameter, error = best
-        yield f"  the largest error is smallest, {100 * error:.3g} %, with {name} {number(parameter):.6g}"
+        percent = 100 * best.largest_error
+        yield f"  the largest error is smallest, {percent:.3g} %, with {name} {number(best.parameter):.6g}"
 
 
 def constant_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = identity) -> Row:
@@ -815,11 +828,10 @@ def best_row(contact: OwnLawContact, name: str, number: Callable[[float], float]
 
     None with weight, or at one speed; `name` and `number` are as of `best_line`.
     """
-    best = None if contact.goal.epsilon_with_weight is not None else contact.balanced()
+    best = None if contact.goal.epsilon_with_weight is not None else contact.best_parameter()
     if best is None:
         return {}
-    parameter, error = best
-    return {(f"best {name}", ""): f"{number(parameter):.6g} ({100 * error:.3g} %)"}
+    return {(f"best {name}", ""): f"{number(best.parameter):.6g} ({100 * best.largest_error:.3g} %)"}
 
 
 def weight_lines(contact: OwnLawContact) -> Iterator[str]:
@@ -1024,7 +1036,7 @@ def _step_lines(contact: OwnLawContact, simulator: Simulator, units: Units, step
 
     `step_error` is the relative error of eps that the longest step may add.
     """
-    sampled, default = contact.stepped(), simulator.default_step
+    sampled, default = contact.collision_in_steps(), simulator.default_step
     if sampled is not None and contact.time_step is not None:
         makes_up = "the damping" if abs(sampled.epsilon - contact.epsilon) < _MADE_UP else "no damping"
         yield (
@@ -1063,7 +1075,7 @@ def default_step_warning(contact: OwnLawContact, title: str, step: float, units:
     assert contact.contact_time is not None
     steps, name = contact.contact_time / step, f"{title}'s default step of {units.time_text(step)}"
     # From `FEWEST_STEPS` on in a contact, eps in single collisions is said, and a damping for the step advised.
-    sampled = contact.stepped(step) if steps >= FEWEST_STEPS else None
+    sampled = contact.collision_in_steps(step) if steps >= FEWEST_STEPS else None
     fault = f"{name} is {1 / steps:.2g} contacts long"
     if sampled is not None:
         fault = (

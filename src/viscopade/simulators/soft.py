@@ -106,7 +106,7 @@ def _without_steps(reason: str) -> Impulse:
     return Impulse(epsilon)
 
 
-def _hard(spring: Spring, impact: Impact) -> bool:
+def _is_hard(spring: Spring, impact: Impact) -> bool:
     """Return whether a contact without damping, pi sqrt(m/k), has so few steps that it is as good as hard."""
     return math.pi * math.sqrt(spring.mass / spring.stiffness) < _FEW_STEPS * (impact.step or 0)
 
@@ -129,14 +129,14 @@ def _ode_collision(values: Values, impact: Impact) -> Impulse:
     return Impulse(partial(flight_epsilon, _ode, _ode_ground(values, impact), impact.speed))
 
 
-def _ode_damped(values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
+def _ode_damping_values(values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
     """Return what to write for a damping c, a number without unit: the same k with the damping c sqrt(k m).
 
     Of a hard contact it is bounce = exp(-c).
     """
     spring, h = _ode_ground(values, impact).spring, impact.step or math.nan
     assert spring is not None
-    if _hard(spring, impact):
+    if _is_hard(spring, impact):
         return {"bounce": math.exp(-c)}
     damped = spring._replace(damping=c * math.sqrt(spring.stiffness * spring.mass))
     return {"soft_erp": damped.erp(h), "soft_cfm": 1 / (h * damped.stiffness + damped.damping)}
@@ -183,14 +183,14 @@ def _gazebo_collision(values: Values, impact: Impact) -> Impulse | Contact:
     return ground.spring.contact(impact, force)
 
 
-def _gazebo_damped(values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
+def _gazebo_damping_values(values: Values, c: float, impact: Impact) -> Mapping[str, Any]:
     """Return what to write for a damping c, a number without unit: kd of both bodies, of which the sum is c sqrt(k m).
 
     Of a hard contact it is a rebound of e v, e = exp(-c), with max_vel = e v.
     """
     spring = _gazebo_ground(values, impact).spring
     assert spring is not None
-    if _hard(spring, impact):
+    if _is_hard(spring, impact):
         e = math.exp(-c)
         numbers = {"restitution_coefficient": e, "threshold": 0.0, "max_vel": e * impact.speed}
         return {name: (number, number) for name, number in numbers.items()}
@@ -249,7 +249,7 @@ _ENGINES = (
             _SOURCE,
             schemes={"dWorldStep": SEMI_IMPLICIT, "dWorldQuickStep": SEMI_IMPLICIT},
             integrator="solver",
-            damped_values=_ode_damped,
+            damped=_ode_damping_values,
         ),
     ),
     Simulator(
@@ -272,7 +272,7 @@ _ENGINES = (
             _GAZEBO_SOURCE,
             schemes={"quick": SEMI_IMPLICIT},
             integrator="solver",
-            damped_values=_gazebo_damped,
+            damped=_gazebo_damping_values,
             warnings=_gazebo_warnings,
         ),
         default_step=0.001,

@@ -146,7 +146,7 @@ HUNT_CROSSLEY = (
 )
 
 
-def delivered_by(formula: HuntCrossleyFormula, e: str, digits: int = DIGITS) -> Any:
+def delivered_epsilon(formula: HuntCrossleyFormula, e: str, digits: int = DIGITS) -> Any:
     """Return the proven eps of a Hunt-Crossley contact, to `digits` digits, if a formula is asked for e, a decimal."""
     # kappa of the law k x + lambda x x' is z = lambda v/k. Ten more digits are for the rounding of the formula.
     with mp.workdps(digits + 10):

@@ -185,7 +185,7 @@ def _refusal(formula: str, node: ast.expr | str) -> ValueError:
     return ValueError(f"force has {text if len(text) < 60 else text[:60] + '…'!r}: expected {_ACCEPTED}")
 
 
-def constants_of(formula: str, settings: Sequence[str]) -> dict[str, float]:
+def parse_constants(formula: str, settings: Sequence[str]) -> dict[str, float]:
     """Return the constants of a formula in SI units, by name, from settings such as "c=1e4" and "c = 10 kN s/m".
 
     Raises
@@ -234,7 +234,7 @@ def native(formula: str, end: End, settings: Sequence[str] = (), damping: str | 
     ValueError
         If the formula or a constant is not accepted.
     """
-    constants = constants_of(formula, settings)
+    constants = parse_constants(formula, settings)
     force(formula, constants)  # refuses what is no formula
     if damping is not None and damping not in constants:
         raise ValueError(

@@ -102,9 +102,10 @@ def printed_pade(v_star: float) -> float:
 
 def _values(setup: Setup) -> dict[str, Any]:
     """Return what the templates have of a setup, by name: bodies become materials, contacts pairs that may meet."""
-    program_setup = replace(setup, contacts=tuple(in_program(contact, setup.weighty) for contact in setup.contacts))
+    contacts_in_program = tuple(program_contact(contact, setup.weighty) for contact in setup.contacts)
+    program_setup = replace(setup, contacts=contacts_in_program)
     contacts = []
-    for real, contact in zip(setup.contacts, program_setup.contacts, strict=True):
+    for real, contact in zip(setup.contacts, contacts_in_program, strict=True):
         pair, vn, goal = contact.pair, contact.typical, Goal.from_contact(real, setup.weighty)
         # Both laws with the stiffness that the program has. Its contact at a wall lasts longer than that of the bodies,
         # so the weight acts longer.
@@ -118,7 +119,7 @@ def _values(setup: Setup) -> dict[str, Any]:
         if goal.epsilon_with_weight is not None:
             light_eps = constant.delivered(vn, falls=False)
             sticking_speed = constant.falling and constant.falling.sticking_speed
-            facets = (f"{at_facets(law).epsilon([vn])[0]:.4f}" for law in (constant, viscoelastic))
+            facets = (f"{facet_contact(law).epsilon([vn])[0]:.4f}" for law in (constant, viscoelastic))
             row["betan: eps without weight", ""] = f"{light_eps:.6f}"
             if sticking_speed is not None:
                 row["betan: stays down below", setup.units.speed] = f"{sticking_speed:.3g}"
@@ -133,7 +134,7 @@ def _values(setup: Setup) -> dict[str, Any]:
     }
 
 
-def in_program(contact: NamedContact, weighty: bool) -> NamedContact:
+def program_contact(contact: NamedContact, weighty: bool) -> NamedContact:
     """Return a contact as the program has it: at a Wall with half of the radius, and the same mass.
 
     Its beta is that of the bodies, or if `weighty` the one that has their eps with weight at the typical speed.
@@ -153,7 +154,7 @@ def in_program(contact: NamedContact, weighty: bool) -> NamedContact:
     return replace(contact, pair=pair, extremes=tuple(map(at_wall, contact.extremes)))
 
 
-def at_facets(contact: OwnLawContact) -> FallingContact:
+def facet_contact(contact: OwnLawContact) -> FallingContact:
     """Return the contact of a body that falls on a wall, with the R_eff that the program has at a facet."""
     assert contact.falling is not None
     # T ~ (k/m)^(-2/5) and k ~ sqrt(R_eff): times are in proportion to R_eff^(-1/5).

@@ -156,7 +156,7 @@ def _damping_formulas() -> Sheet:
     formulas = {formula.name: formula for formula in textbook.HUNT_CROSSLEY}
     write_text(bottom, r"as asked for: $\varepsilon = e$", (0.57, 0), (0, 3))
     for name, (look, place) in FORMULAS.items():
-        given = np.array([float(textbook.delivered_by(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
+        given = np.array([float(textbook.delivered_epsilon(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
         gid = re.sub(r"\W+", "-", name.lower()).strip("-")
         draw_look(top, look, ASKED, given, gid)
         draw_look(bottom, look, ASKED, given - ASKED, f"{gid}-error")
