@@ -78,10 +78,10 @@ def lammps_contact(
     if not gamma > 0:
         raise ValueError(f"coefficients has gamma {gamma:g}: expected a number > 0, or hertz/material without it")
     if values["normal"] == "jkr":
-        # The neck breaks at the largest pull.
+        # JKR's force of the work of adhesion w = 2 gamma, whose neck breaks at the largest pull
         return JKR(E_eff, R, 2 * gamma, LARGEST_PULL).contact(mass, dampings[values["damping"]], mass * impact.gravity)
 
-    # DMT: the contact radius is Hertz', a^2 = R x.
+    # DMT: Hertz' contact radius, a^2 = R x, and the constant pull 2 pi w R = 4 pi gamma R
     def force(x: FloatArray, v: FloatArray) -> FloatArray:
         a = np.sqrt(R * x)
         # 4/3 E a x - 4 pi gamma R + c(a) v

@@ -37,7 +37,7 @@ from viscopade.simulators.native import SERIES, SUM, Impact, Native, Parameter, 
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
 
-_LAW = law_of("hunt-crossley:1")
+_LAW = law_of("hunt-crossley:1")  # k x + c x x', with the end at force 0
 
 
 def _hunt_crossley(
@@ -64,12 +64,13 @@ def _hunt_crossley(
 
 
 def first_order(e: Any) -> Any:
-    """Return d v for eps = e by Hunt and Crossley, right for small losses."""
+    """Return d v for eps = e by Hunt and Crossley, right for small losses; both are mpmath numbers."""
+    # 1 - eps = 2/3 d v to first order in d v
     return 3 * (1 - e) / 2
 
 
 def largest_bounce(e: Any) -> Any:
-    """Return d v for a largest bounce of e v."""
+    """Return d v for a largest bounce of e v, an mpmath number: 1/d is the "maximum bounce speed" of Drake's manual."""
     return 1 / e
 
 

@@ -57,7 +57,9 @@ def approach_kappa(kappa: Any) -> Any:
     if zeta == 0:
         return mp.mpf(0)
     w = mp.sqrt(1 - zeta**2)
-    # At w = 0 the limit of (zeta/w) atan(w/zeta) is 1. For zeta > 1 w and the angle are imaginary, and s is real.
+    # The approach x = exp(-zeta t) sin(w t)/w stops at t = atan(w/zeta)/w, where x = exp(-zeta t); the undamped spring
+    # gives all of it back, so eps = exp(-pi s). At w = 0 the limit of (zeta/w) atan(w/zeta) is 1. For zeta > 1 w and
+    # the angle are imaginary, and s is real.
     s = mp.mpf(1) / mp.pi if w == 0 else mp.re(zeta / w * mp.atan(w / zeta)) / mp.pi
     return 2 * s / mp.sqrt(1 + s**2)
 

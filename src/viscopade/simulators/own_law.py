@@ -86,7 +86,7 @@ _SMALLEST = 1e-30
 # fastest speed cannot be computed (all measured with Drake's law). With nu = 2 kappa is the same at all speeds.
 _SLOWEST, _WIDEST = 1e-12, 1e6
 # Shortest time step in contact times: with 1000 steps in a contact the mean eps is off by 1e-4 in semi-implicit Euler's
-# method, by 5e-3 in implicit Euler's, without a damping that makes up for it (measured; linear spring, eps = 0.9).
+# method, by 4e-3 in implicit Euler's, without a damping that makes up for it (measured; linear spring, eps = 0.5, 0.9).
 _SHORTEST_STEP = 1e-3
 # `best_parameter` ends where the greatest and the least error add up to less than the root of this, 1e-6 (mpmath
 # compares the square): texts have three digits of the error and six of the number.

@@ -25,7 +25,7 @@ from viscopade.simulators.native import SERIES, Impact, Native, Parameter, Power
 from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
 
-_LAW = law_of("hunt-crossley:3/2")
+_LAW = law_of("hunt-crossley:3/2")  # k x^(3/2) + c x^(3/2) x', with the end at force 0
 _CALC_FORCE = "HuntCrossleyForceImpl::calcForce"
 _FORMULA = "HuntCrossleyForce, calcDissipationFromObservedRestitution"
 

@@ -77,7 +77,7 @@ _FUNCTIONS: dict[str, tuple[range, Callable[..., Any]]] = {
     "step": (range(5, 6), _step),
 }
 """By name, how many arguments it takes (2 to 8 of min and max, by hand), and what it computes."""
-_NAME = re.compile("[A-Za-z_][A-Za-z_0-9]{0,39}")
+_NAME = re.compile("[A-Za-z_][A-Za-z_0-9]{0,39}")  # up to 40 characters, by hand
 _RESERVED = ("x", "v", "scheme", *_FUNCTIONS)  # "scheme" is the integrator of `Native`
 _NUMBER = "a number, or a quantity with a unit such as 10 kN s/m"
 _NO_CONSTANTS: Mapping[str, float] = MappingProxyType({})
