@@ -51,7 +51,7 @@ def test_the_programs_are_the_formula(accuracy):
     y, speed = Fraction(3, 5), Fraction(7, 2)
     n, d = sums(powers, proven, y)
     eps = d / (d + y**6 * n)
-    body = compact.body(powers)
+    body = compact.result_branch(powers)
     run = Run(body.program, numbers | {"y": y, "speed": speed}, EXACTLY)
     found = {name: evaluate(expression, run, EXACTLY) for name, expression in body.results.items()}
     assert found == {"restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps**2}
@@ -67,7 +67,7 @@ def test_the_programs_are_the_formula(accuracy):
 
 def test_powers_of_another_kind_are_refused():
     with pytest.raises(ValueError, match="deg N = deg D"):
-        compact.body(Powers((0, 4), (0, 4)))
+        compact.result_branch(Powers((0, 4), (0, 4)))
 
 
 @pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
@@ -107,7 +107,7 @@ def emulated(powers, proven, place, generator, w):
     }
     given = {k: f32(c) for k, c in formulas.constants(powers, proven.a, proven.b).items()}
     given |= {"thirtieth": f32(compact.thirtieth(FLOAT)), "speed": np.ones(len(w), f32), "w": w}
-    by, body = Reading(f32, functions), compact.body(powers)
+    by, body = Reading(f32, functions), compact.result_branch(powers)
     run = Run(body.program, given | {"y": evaluate(compact.root_of(Name("w")), given, by)}, by)
     return {name: evaluate(expression, run, by) for name, expression in body.results.items()}
 
@@ -142,12 +142,12 @@ def test_bounds_hold_for_machines_as_bad_as_assumed(place, accuracy):
 @pytest.mark.parametrize("place", [HOST, HOST_FLOAT, DEVICE], ids=lambda place: place.name)
 def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(place):
     powers, proven = of("1e-5")
-    exponents = np.linspace(1 - place.form.largest, compact.LARGEST[place.form.name], 150)
+    exponents = np.linspace(1 - place.form.largest, compact.CUT_EXPONENT[place.form.name], 150)
     with working(128):
         parts = [Fraction(2.0**e) for e in (*(exponents / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
         numbers, of_y = formulas.constants(powers, proven.a, proven.b), partial(compact._error_of_y, place)
         speed = {"speed": Rounded(arb(1), place.form)}
-        on = results_on_parts(compact.body(powers), [*compact.MEANINGS], "y", numbers, place, lambda _: speed, of_y)
+        on = on_parts(compact.result_branch(powers), [*compact.MEANINGS], "y", numbers, place, lambda _: speed, of_y)
         alone = [(y**3, {name: relative_error(name)(on((y, y))) for name in compact.MEANINGS}) for y in parts]
     for function, sizes in compact.compact_rounding(powers, proven.a, proven.b, place).items():
         common = [found for v, found in alone if compact.COMMON[0] <= v <= compact.COMMON[1]]
@@ -161,13 +161,13 @@ def test_common_speeds_are_covered():
     assert low**3 <= compact.COMMON[0]
     assert compact.COMMON[1] <= high**3 < compact.COMMON[1] * Fraction(101, 100)
     for form in FORMATS.values():
-        for ends in (compact._COMMON_Y, compact._ends(form)):
-            parts = list(compact._parts(form, *ends))
+        for ends in (compact._COMMON_Y, compact._range_of_y(form)):
+            parts = list(compact._octave_parts(form, *ends))
             assert (parts[0][0], parts[-1][1]) == ends
             assert all(left[1] == right[0] for left, right in itertools.pairwise(parts))
-        (low, high), (least, most) = compact._ends(form), compact.reach(form)
+        (low, high), (least, most) = compact._range_of_y(form), compact.v_star_range(form)
         assert low**30 <= Fraction(2) ** (1 - form.largest) < least**10
-        assert most**10 < Fraction(2) ** compact.LARGEST[form.name] <= high**30
+        assert most**10 < Fraction(2) ** compact.CUT_EXPONENT[form.name] <= high**30
 
 
 BAD = {
@@ -192,7 +192,7 @@ def test_every_error_of_a_machine_counts(place):
 
 def test_powers_that_overflow_are_refused(monkeypatch):
     powers, proven = of("1e-3")
-    monkeypatch.setitem(compact.LARGEST, "float", 150)
+    monkeypatch.setitem(compact.CUT_EXPONENT, "float", 150)
     with pytest.raises(ArithmeticError, match="may overflow in type float"):
         compact.compact_rounding(powers, proven.a, proven.b, DEVICE)
 
@@ -209,7 +209,7 @@ def arguments(form, generator):
 @pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
 def test_rounding_of_functions_of_v_star_is_within_its_bound(form):
     (powers, proven), kernel = of("1e-5"), compact.half_line("1e-5")
-    for function in compact.OF_V_STAR:
+    for function in compact.V_STAR_FUNCTIONS:
         bound, closest = proven.bound(function, form), 0.0
         x = arguments(form, np.random.default_rng(5))
         for at, found in zip(x.tolist(), machine.function_values(kernel, function, x, form=form).tolist(), strict=True):
@@ -236,9 +236,9 @@ def test_the_fewest_coefficients_that_are_accurate_enough(accuracy):
 
 
 def test_what_is_said_to_be_accepted_is_accepted():
-    best = compact.compact(compact.LEAST)
+    best = compact.compact(compact.BEST_ACCURACY)
     assert best.formats == ("double",)
-    assert best.bounds[0].formula > compact.LEAST * Fraction(95, 100)
+    assert best.bounds[0].formula > compact.BEST_ACCURACY * Fraction(95, 100)
     with pytest.raises(ValueError, match=r"accuracy is 1e-09: expected a number from 2\.9e-08 to 0\.99"):
         compact.compact(1e-9)
 

@@ -111,6 +111,6 @@ def test_the_fewest_coefficients_that_are_accurate_enough():
 
 def test_what_is_said_to_be_accepted_is_accepted():
     best = inverse.inverse_fit(approximants.BEST[-1]).error("v_star")
-    assert inverse.LEAST * Fraction(95, 100) < best <= inverse.LEAST
+    assert inverse.BEST_ACCURACY * Fraction(95, 100) < best <= inverse.BEST_ACCURACY
     with pytest.raises(ValueError, match=r"inverse is 3\.4e-08: expected a number from 3\.5e-08 to 0\.99"):
         inverse.inverse(3.4e-8)

@@ -83,13 +83,13 @@ def compact_kernel():
 @pytest.mark.parametrize("name", ["elastic", "lost", *compact.MEANINGS])
 def test_a_changed_compact_kernel_is_refused(monkeypatch, name):
     kernel = compact_kernel()
-    body = compact.body(kernel[0])
+    body = compact.result_branch(kernel[0])
     compact.check_formula(*kernel)
     if name in compact.MEANINGS:
         other = body._replace(results=body.results | {name: body.results[name] * Literal("1.0000001")})
     else:
         other = changed(body, name)
-    monkeypatch.setattr(compact, "body", lambda *_: other)
+    monkeypatch.setattr(compact, "result_branch", lambda *_: other)
     with pytest.raises(ArithmeticError, match=f"{name} of the program is not that of the proven formula"):
         compact.check_formula(*kernel)
 

@@ -175,7 +175,7 @@ def _of_kernel(family: str, kernel: Kernel, form: Format) -> Iterator[Function]:
         ends = {
             "quotients": (LEAST, float(widest.high)),
             "inverse": (LEAST, top),
-            "compact": (2.0 ** (10 - form.largest), 2.0 ** (compact.LARGEST[form.name] - 3)),
+            "compact": (2.0 ** (10 - form.largest), 2.0 ** (compact.CUT_EXPONENT[form.name] - 3)),
         }[family]
         sizes = ((b.rounding + b.last) / (1 + b.formula) for b in bounds if b.covers(widest.low, widest.high))
         name = f"{function.name}_{kernel.name}"
