@@ -110,7 +110,7 @@ def test_the_first_and_the_last_number_of_every_panel_lead_to_it(function):
 
 
 def test_large_numbers_are_divided_by_a_power_of_eight():
-    exponents = np.arange(-1, full.LARGEST)
+    exponents = np.arange(-1, full.ZERO_EXPONENT)
     x = np.ldexp(1.375, exponents)
     s = of_panel("epsilon", x)["folded"].astype(np.uint64).view(np.float64)
     assert np.array_equal(s * 8.0 ** (np.maximum(exponents - full.FOLD, 0) // 3), x)
