@@ -417,7 +417,7 @@ def test_the_truth_is_that_of_the_proofs():
     true = Truth(w, 1.0)
     for base, found in ((0, true.eps), (1, true.loss)):
         for x, y in zip(w, found, strict=True):
-            exactly = abs(speed_table._smaller_at(Fraction(x), base))
+            exactly = abs(speed_table._exact_p(Fraction(x), base))
             assert abs(Fraction(int(np.ldexp(y, 150))) / 2**150 / exactly - 1) < Fraction(1, 2**58)
 
 

@@ -7,7 +7,7 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.collision import panel_proof
 from viscopade.kernels.catalogue import TIERS
-from viscopade.kernels.speed_table import TABLES, of_w, speed_table, table_bounds
+from viscopade.kernels.speed_table import TABLES, eps_error_from_w_rounding, speed_table, table_bounds
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "reference" / "speed.md").read_text()
@@ -35,8 +35,8 @@ def test_the_table_has_the_tables_and_their_bounds():
 def test_step_7_has_the_bounds_of_full_accuracy():
     sentence = r"is within ([\d.]+) ulp of its value at .*? The roundings of \$w\$ itself cost up to ([\d.]+) ulp"
     of_table, rounding = re.search(sentence, WORDS).groups()
-    assert rounding == at_most(of_w(DOUBLE) * 2**53)
-    assert of_table == at_most(speed_table("full").table_bound("restitution", "double").ulps)
+    assert rounding == at_most(eps_error_from_w_rounding(DOUBLE) * 2**53)
+    assert of_table == at_most(speed_table("full").in_table("restitution", "double").ulps)
     assert [row[5] for row in ROWS if "speed_full" in row[0]] == [rf"{of_table} ulp of $\varepsilon(w)$"]
 
 

@@ -79,7 +79,7 @@ def test_bounds_of_a_row_count_every_part(index):
     for piece in pieces:
         plain, wider = (SMALL.bounds_on(index, x, 1) for x in (piece, piece._replace(error=piece.error + more)))
         smaller = min(piece.least, 1 - piece.most)
-        difference = greatest(SMALL.machine(index, speed_table._of_s(piece)) - piece.p)
+        difference = greatest(SMALL.machine_p(index, speed_table._m_of_s(piece)) - piece.p)
         assert plain["error"] == (difference + piece.error) / smaller
         assert wider["error"] == (difference + piece.error + more) / (smaller - more)
         for form in (DOUBLE, FLOAT):
@@ -164,7 +164,7 @@ def test_roundings_of_a_row_of_full_accuracy_stay_within_the_bound(index):
 def test_what_the_rounding_of_w_does_is_within_its_bound(w):
     """W is off by five units, to both sides; at 1/8 that is into another row, whose p means something else."""
     (low, low_loss), (middle, loss), (high, high_loss) = (eps(w * (1 + n * U)) for n in (-5, 0, 5))
-    bound = speed_table.of_w(DOUBLE)
+    bound = speed_table.eps_error_from_w_rounding(DOUBLE)
     assert max(low - middle, middle - high) / middle <= bound
     assert max(loss - low_loss, high_loss - loss) / loss <= bound
     if w > 1000:  # the slope is nearly 1/3
@@ -173,7 +173,10 @@ def test_what_the_rounding_of_w_does_is_within_its_bound(w):
 
 def test_the_reference_is_known_up_to_its_error_on_both_sides_of_a_border():
     for form in (DOUBLE, FLOAT):
-        assert speed_table.of_w(form) >= rounding_bounds.rounding_of_w(form) * panel_proof.steepest() / 10 + 4 * E
+        assert (
+            speed_table.eps_error_from_w_rounding(form)
+            >= rounding_bounds.rounding_of_w(form) * panel_proof.steepest() / 10 + 4 * E
+        )
 
 
 # --- the full table ---------------------------------------------------------------------------------------------------
