@@ -1,4 +1,8 @@
-"""The file around the functions of kernels: head, version, prelude, and for each kernel its guard and identity."""
+"""The file around the functions of kernels: head, version, prelude, and for each kernel its guard and identity.
+
+A `Language` is a set of patterns, texts with words in braces; its `numbers` are its number types, each with a suffix of
+functions' names ("f" of a C float), and with the arithmetics (host, device) whose bounds it needs.
+"""
 
 from __future__ import annotations
 
@@ -31,16 +35,18 @@ from viscopade.kernels.write.language import Language, Number
 from viscopade.kernels.write.writer import function_text, generic_text, table_text, words_of
 
 HEAD = 30
-"""Lines at the beginning of a file, with those that begin and end the comment."""
+"""Most lines of a file's head, with those that begin and end the comment: a screen; a longer table is cut."""
 PAGE = "docs/reference/kernels.md"
 """The generated page: what is assumed, special values, monotonicity."""
 
-_DIGITS = 3  # of a printed bound
-_COLUMNS = 116  # of the head
-_OF_RANGES = 6  # digits of a range
-_LONG = 6  # digits before the point; a longer number has an exponent
+_DIGITS = 3  # of a printed bound: rounding up widens it by at most 1 %
+_COLUMNS = 116  # of the head: after the comment mark " * " lines end before column 120
+_RANGE_DIGITS = 6  # of the end of a range: rounding inwards loses at most 1e-5 of it
+_LONGEST_INTEGER = 6  # digits before the point, as many as `_RANGE_DIGITS` are known; a longer number has an exponent
+# Arguments of the example in a head, whatever the unit: 2 cm/s and beta = 1.307 (s/cm)^(1/5) are the paper's ice, the
+# others are usual values.
 _EXAMPLES = {"speed": 2.0, "beta": 1.307, "v_star": 0.5, "epsilon": 0.995, "one_minus_epsilon": 0.005}
-_OF_EXAMPLES = {
+_EXAMPLE_NOTES = {
     "restitution": "the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s",
     "beta": "a material whose eps is 0.995 at a speed of 2",
 }
@@ -83,14 +89,22 @@ def file_text(
     name = module or language.stem
     if not language.table and any(kernel.tables for kernel in kernels):
         raise ValueError(f"the language is {language.name}: expected c, as the kernel has a table")
-    apart, texts = "\n" * (language.apart + 1), list(_texts(kernels, language))
-    helpers = (name for name in language.helpers.split() if any(f"{name.partition('.')[0]}(" in text for text in texts))
+    # The texts of kernels, each after that of the kernel that serves outside its table. What all speed tables share
+    # comes first, once.
+    texts = [speed_table.shared_text()] if any(kernel.elsewhere for kernel in kernels) else []
+    for kernel in kernels:
+        texts += [kernel_text(whole, language) for whole in (kernel.elsewhere, kernel) if whole is not None]
+    # A helper is a file with one function, whose name is that of the file up to its first point.
+    helpers = (
+        helper for helper in language.helpers.split() if any(f"{helper.partition('.')[0]}(" in text for text in texts)
+    )
+    blank_lines = "\n" * (language.apart + 1)
     lines = lines or head(kernels, language, command, name)
     return language.file.format(
         head=language.block.format(lines=comment(lines, language.comment)),
         version=_version(language),
         prelude="\n\n".join(preludes(kernels, language)),
-        functions=apart.join([*map(prelude, helpers), *texts]),
+        functions=blank_lines.join([*map(prelude, helpers), *texts]),
         generics="\n".join(filter(None, (generics(kernel, language) for kernel in kernels))),
         module=name,
         Module=name.title().replace("_", ""),
@@ -105,11 +119,12 @@ def version_text(language: Language, command: str) -> str:
 
 
 def _version(language: Language) -> str:
+    """Return the constants with the version: text, and a number such as 10203 for 1.2.3."""
     return language.version.format(version=generated.__version__, number=version_number())
 
 
 def preludes(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
-    """Yield what a file needs before its functions."""
+    """Return the definitions that a file needs before its functions; those for words of bits only for tables."""
     names = [*language.prelude.split(), *[language.words] * any(kernel.tables for kernel in kernels)]
     return map(prelude, names)
 
@@ -119,29 +134,24 @@ def prelude(name: str) -> str:
     return (files(__package__) / "preludes" / name).read_text(encoding="utf-8").rstrip("\n")
 
 
-def _texts(kernels: Sequence[Kernel], language: Language) -> Iterator[str]:
-    """Yield the texts of kernels, each after the text of the kernel that serves elsewhere."""
-    if any(kernel.fallback for kernel in kernels):
-        yield speed_table.once()
-    for kernel in kernels:
-        yield from (kernel_text(each, language) for each in (kernel.fallback, kernel) if each is not None)
-
-
 def kernel_text(kernel: Kernel, language: Language) -> str:
-    """Return the functions of a kernel, each after what is proven of it."""
+    """Return the functions of a kernel in a language, each after what is proven of it."""
+    # `code` is what makes the kernel's identity: tables and functions without their comments.
     code = [table_text(kernel, table, language) for table in kernel.tables]
     texts = list(code)
-    if kernel.fallback is not None:
-        stated = [
+    if kernel.elsewhere is not None:
+        # A speed table: all comments first, as its functions in C are one text.
+        comments = [
             "\n".join(_comment(kernel, function, language, number))
             for function in kernel.functions
             for number in numbers_of(kernel, language)
         ]
-        return _framed(kernel, language, [*stated, speed_table.functions_text(kernel, language, *code)], code)
+        return _framed(kernel, language, [*comments, speed_table.functions_text(kernel, language, *code)], code)
     for function in kernel.functions:
         for number in numbers_of(kernel, language):
             code.append(function_text(kernel, function, language, number))
             texts.append("\n".join([*_comment(kernel, function, language, number), code[-1]]))
+    # Types of the language for which the kernel has no functions, and why.
     for form in (number.form for number in language.numbers if number.form not in kernel.formats):
         lines = wrapped(f"There are no functions in {form}: {kernel.missing.get(form, 'nothing is proven')}.")
         texts.append(language.block.format(lines=comment(lines, language.comment)))
@@ -149,12 +159,16 @@ def kernel_text(kernel: Kernel, language: Language) -> str:
 
 
 def _framed(kernel: Kernel, language: Language, texts: Sequence[str], code: Sequence[str]) -> str:
-    """Return the functions of a kernel in a guard of their own; the code makes the guard's value."""
+    """Return the texts of a kernel's functions in a guard of their own; the code makes the guard's value.
+
+    Two headers with the same kernel may be included; a second kernel of the same name but other code is an error.
+    """
     return language.kernel.format(
         functions=("\n" * (language.apart + 1)).join(texts),
         generics=generics(kernel, language),
         name=kernel.name,
-        GUARD=f"VISCOPADE_{'SPEED_' * bool(kernel.fallback)}{kernel.name.upper()}",
+        GUARD=f"VISCOPADE_{'SPEED_' * bool(kernel.elsewhere)}{kernel.name.upper()}",
+        # A checksum of 32 bits: "0x" and 8 hexadecimal digits.
         identity=f"{crc32(''.join(code).encode()):#010x}",
     )
 
@@ -172,7 +186,7 @@ def numbers_of(kernel: Kernel, language: Language) -> list[Number]:
 
 
 def call(kernel: Kernel, function: Function, language: Language, arguments: Sequence[str], number: Number) -> str:
-    """Return a call of a function."""
+    """Return the text of a call of a function of a kernel, with arguments as texts, for one of a language's types."""
     return language.call.format(**words_of(kernel, function), suffix=number.suffix, arguments=", ".join(arguments))
 
 
@@ -180,15 +194,16 @@ def call(kernel: Kernel, function: Function, language: Language, arguments: Sequ
 
 
 def error_parts(bound: ErrorBound) -> list[tuple[str, str]]:
-    """Return the parts E m, R r and U ulp of an error: numbers, rounded up, and units.
+    """Return the parts E m, R r and U ulp of a bound: pairs of a number, rounded up, and its unit.
 
-    Rounding that E would not show is in R: m is at most r.
+    The units are m = min(eps, 1 - eps), r = |result| and ulp. Rounding that E would not show is in R: m is at most r.
     """
     if bound.relative_to == "value":
         sizes = [(bound.relative + bound.last, "r")]
     else:
-        seen = bound.rounding * 10**_DIGITS > bound.formula
-        sizes = [(bound.formula + seen * bound.rounding, "m"), (bound.last + (not seen) * bound.rounding, "r")]
+        # Rounding shows in the last of E's digits if it is above 10^-3 of the formula's error.
+        shown = bound.rounding * 10**_DIGITS > bound.formula
+        sizes = [(bound.formula + shown * bound.rounding, "m"), (bound.last + (not shown) * bound.rounding, "r")]
     return [(at_most(size, _DIGITS), unit) for size, unit in (*sizes, (bound.ulps, "ulp")) if size]
 
 
@@ -197,26 +212,30 @@ def error_text(bound: ErrorBound) -> str:
     return " + ".join(f"{size} {unit}" for size, unit in error_parts(bound)) or "0"
 
 
+# Far more than a file has functions: head, comments and macros ask for the same ones.
 @lru_cache(maxsize=1024)
-def stated(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> Sequence[ErrorBound]:
-    """Return the bounds of a function in an arithmetic, the narrowest range first: the best one of each range."""
+def stated_bounds(kernel: Kernel, function: Function, arithmetic: Arithmetic) -> Sequence[ErrorBound]:
+    """Return the bounds of a kernel's function in an arithmetic, the narrowest range first: the best of each range."""
+    # Of bounds with the same printed range, the smallest relative error (absolute parts are not printed).
     best = dict[str, ErrorBound]()
     for bound in kernel.bound(function.name, arithmetic.place, arithmetic.form.name):
         text = range_text(bound)
         best[text] = min(best.get(text, bound), bound, key=lambda b: b.relative + b.last)
-    kept = list[ErrorBound]()
-    for bound in reversed(best.values()):  # a narrower range is of use if its error is a smaller one
-        if not any(_covers(wider, bound) and error_text(wider) == error_text(bound) for wider in kept):
-            kept.append(bound)
-    return kept[::-1]
+    # From the widest range on: a narrower range is of use if its error is a smaller one.
+    useful = list[ErrorBound]()
+    for bound in reversed(best.values()):
+        if not any(_covers(wider, bound) and error_text(wider) == error_text(bound) for wider in useful):
+            useful.append(bound)
+    return useful[::-1]
 
 
 def _covers(wider: ErrorBound, bound: ErrorBound) -> bool:
-    return wider.covers(bound.low, bound.high) and wider.speeds in (None, bound.speeds)
+    """Return whether the first bound holds on the range of the second: of v*, and of speeds if it has one."""
+    return wider.on(bound.low, bound.high) and wider.speeds in (None, bound.speeds)
 
 
 def range_text(bound: ErrorBound) -> str:
-    """Return the range of a bound, rounded inwards."""
+    """Return the range of a bound, rounded inwards: "0.001 <= v* <= 10", "all v*", "…, 1e-30 <= speed <= 1e30"."""
     low, high = bound.low, bound.high
     text = _between("v*", low, high) if low or high != INFINITY else "all v*"
     if bound.speeds is not None:
@@ -225,31 +244,39 @@ def range_text(bound: ErrorBound) -> str:
 
 
 def _between(name: str, low: Fraction, high: End) -> str:
-    least, most = at_most(low, _OF_RANGES) if low else "", at_least(high, _OF_RANGES) if high != INFINITY else ""
+    """Return "low <= name <= high" with both ends rounded inwards; an end of 0 or infinity is left out."""
+    least = at_most(low, _RANGE_DIGITS) if low else ""
+    most = at_least(high, _RANGE_DIGITS) if high != INFINITY else ""
+    # 1e+30 instead of a number with many digits before the point
     least, most = (
-        f"{Decimal(text).normalize():e}" if len(text.partition(".")[0]) > _LONG else text for text in (least, most)
+        f"{Decimal(text).normalize():e}" if len(text.partition(".")[0]) > _LONGEST_INTEGER else text
+        for text in (least, most)
     )
     return f"{least} <= " * bool(least) + name + f" <= {most}" * bool(most)
 
 
 def on_all_machines(kernel: Kernel, function: Function, number: Number) -> list[ErrorBound]:
-    """Return the bounds that hold wherever a file's functions of a format run, the narrowest range first."""
-    *others, last = (stated(kernel, function, arithmetic) for arithmetic in number.arithmetics)
-    found = list[ErrorBound]()
+    """Return the bounds of a kernel's function of a type, wherever it runs, the narrowest range first."""
+    *others, last = (stated_bounds(kernel, function, arithmetic) for arithmetic in number.arithmetics)
+    common = list[ErrorBound]()
     for bound in last:
+        # On each other machine the first bound, of the narrowest range, that covers this one's range.
         covering = [[other for other in bounds if _covers(other, bound)][:1] for bounds in others]
         if all(covering):
-            found.append(weakest([bound, *chain.from_iterable(covering)]))
-    return found
+            common.append(weakest([bound, *chain.from_iterable(covering)]))
+    return common
 
 
 def places(number: Number) -> str:
-    """Return where a file's functions of a format run, if there are several places: "host and device"."""
+    """Return where a file's functions of a type run, if there are several places: "host and device"."""
     return " and ".join(arithmetic.place for arithmetic in number.arithmetics) if len(number.arithmetics) > 1 else ""
 
 
 def where_normal(kernel: Kernel, bounds: Iterable[ErrorBound]) -> str:
-    """Return the condition of bounds besides their ranges, "where … are normal numbers"; "" if there is none."""
+    """Return the condition of bounds besides their ranges, "where … are normal numbers"; "" if there is none.
+
+    It is that of the kernel, and that of each of its bounds which is absolute where a number is subnormal.
+    """
     *names, last = [*kernel.normal, *sorted({name for bound in bounds for name in bound.normal})] or [""]
     if names:
         return f"where {', '.join(names)} and {last}, as computed, are normal numbers"
@@ -257,23 +284,29 @@ def where_normal(kernel: Kernel, bounds: Iterable[ErrorBound]) -> str:
 
 
 def _comment(kernel: Kernel, function: Function, language: Language, number: Number) -> Iterator[str]:
+    """Yield the comment before a function of a type, and the line that defines its error as a macro.
+
+    The comment is "eps.", and "Error <= E m + R r for RANGE; …, where … are normal numbers." for each machine.
+    """
     lines = [f"{function.meaning}."]
     for arithmetic in number.arithmetics:
-        bounds = stated(kernel, function, arithmetic)
+        bounds = stated_bounds(kernel, function, arithmetic)
         if bounds:
             place = f" on the {arithmetic.place}" if places(number) else ""
-            each = "; ".join(f"{error_text(bound)} for {range_text(bound)}" for bound in bounds)
-            lines += wrapped(f"{', '.join(filter(None, [f'Error{place} <= {each}', where_normal(kernel, bounds)]))}.")
+            errors = "; ".join(f"{error_text(bound)} for {range_text(bound)}" for bound in bounds)
+            conditions = filter(None, [f"Error{place} <= {errors}", where_normal(kernel, bounds)])
+            lines += wrapped(f"{', '.join(conditions)}.")
     yield language.block.format(lines=comment(lines, language.comment))
+    # The macro has the first number of the error on the widest range, the last one; the rest is a comment.
     for bound in on_all_machines(kernel, function, number)[-1:] if language.macro else ():
         (first, unit), *others = error_parts(bound) or [("0", "r")]
         rest = " + ".join([unit, *map(" ".join, others)])
-        conditions = [f"{rest} for {range_text(bound)}", places(number), where_normal(kernel, [bound])]
+        conditions = filter(None, [f"{rest} for {range_text(bound)}", places(number), where_normal(kernel, [bound])])
         yield language.macro.format(
             NAME=f"{function.name}_{kernel.name}".upper(),
             SUFFIX=number.suffix.upper(),
             error=first,
-            rest=", ".join(filter(None, conditions)),
+            rest=", ".join(conditions),
         )
 
 
@@ -281,7 +314,11 @@ def _comment(kernel: Kernel, function: Function, language: Language, number: Num
 
 
 def head(kernels: Sequence[Kernel], language: Language, command: str, module: str) -> list[str]:
-    """Return the lines at the head of a file, without comment marks."""
+    """Return the lines at the head of a file of kernels, without comment marks; at most `HEAD` with those.
+
+    They are the command line that makes the file, licence, symbols, end condition, the table of proven errors, an
+    example with the file's module, and what to cite.
+    """
     before = [
         marker_line(command),
         *SPDX,
@@ -293,8 +330,14 @@ def head(kernels: Sequence[Kernel], language: Language, command: str, module: st
         *wrapped(_conditions(kernels, language), _COLUMNS),
     ]
     after = [_LEGEND, "", *_example(kernels[-1], language, module), *wrapped(CITE, _COLUMNS)]
+    # Two lines begin and end the comment.
     room = HEAD - 2 - len(before) - len(after)
-    tables = list(_tables(kernels, language, module))
+    # The table with the most lines that fit: all functions with all ranges, all with the widest range (the last), or
+    # the first function of each kernel with its widest range, cut if there are still too many.
+    tables = [
+        _table(kernels, language, module, slice(functions), slice(ranges, None))
+        for functions, ranges in ((None, None), (None, -1), (1, -1))
+    ]
     table = next((table for table in tables if len(table) <= room), None)
     if table is None:
         table = [*tables[-1][: room - 1], "(and others, see below)"]
@@ -308,73 +351,81 @@ def in_module(text: str, module: str) -> str:
 
 
 def _legend(kernels: Sequence[Kernel], language: Language) -> str:
-    """Return what the units of the kernels' errors mean: of those that occur."""
-    found = set[str]()
+    """Return what the units of the kernels' errors mean, as far as they occur in a language's types; "" for none."""
+    units = set[str]()
     for kernel in kernels:
         for function in kernel.functions:
             for number in numbers_of(kernel, language):
-                bounds = [bound for a in number.arithmetics for bound in stated(kernel, function, a)]
-                units = {unit for bound in bounds for _, unit in error_parts(bound)}
-                found |= units | ({"rebound"} if function.name == "rebound" and "m" in units else set())
-    known = [text for unit, text in _UNITS.items() if unit in found and (unit, "rebound" in found) != ("m", True)]
-    return f"Bounds of |error| below: {'; '.join(known)}." if known else ""
+                bounds = [bound for a in number.arithmetics for bound in stated_bounds(kernel, function, a)]
+                of_function = {unit for bound in bounds for _, unit in error_parts(bound)}
+                # For rebound m is times the speed, which has a text of its own in place of that of m.
+                units |= of_function | ({"rebound"} if function.name == "rebound" and "m" in of_function else set())
+    texts = [text for unit, text in _UNITS.items() if unit in units and (unit, "rebound" in units) != ("m", True)]
+    return f"Bounds of |error| below: {'; '.join(texts)}." if texts else ""
 
 
 def _conditions(kernels: Sequence[Kernel], language: Language) -> str:
-    """Return what must be a normal number for the bounds in the head's table."""
+    """Return what must be a normal number for the kernels' bounds in the head's table, of all a language's types."""
+    # Condition -> names of the kernels with it.
     kernels_of = dict[str, list[str]]()
     for kernel in kernels:
-        every = product(kernel.functions, numbers_of(kernel, language))
-        condition = where_normal(kernel, [b for f, number in every for b in on_all_machines(kernel, f, number)])
+        pairs = product(kernel.functions, numbers_of(kernel, language))
+        condition = where_normal(kernel, [b for f, number in pairs for b in on_all_machines(kernel, f, number)])
         kernels_of.setdefault(condition, []).append(kernel.name)
     subjects = ["Bounds"] if len(kernels_of) == 1 else [f"Those of {', '.join(names)}" for names in kernels_of.values()]
-    return " ".join(f"{of} hold {condition}." for of, condition in zip(subjects, kernels_of, strict=True) if condition)
+    return " ".join(
+        f"{subject} hold {condition}." for subject, condition in zip(subjects, kernels_of, strict=True) if condition
+    )
 
 
 def _example(kernel: Kernel, language: Language, module: str) -> Iterator[str]:
-    """Yield the lines of an example: what makes the file's functions known, and a call."""
-    known = {function.name: function for function in kernel.functions}
-    function = next((known[name] for name in ("restitution", "beta") if name in known), kernel.functions[0])
+    """Yield the lines of an example: what makes the functions of the file's module known, and a call of a kernel."""
+    # restitution or beta, if the kernel has one, else its first function.
+    by_name = {function.name: function for function in kernel.functions}
+    function = next((by_name[name] for name in ("restitution", "beta") if name in by_name), kernel.functions[0])
     number = numbers_of(kernel, language)[0]
-    given = [number.literal(_EXAMPLES[argument]) for argument in function.arguments]
+    literals = [number.literal(_EXAMPLES[argument]) for argument in function.arguments]
     result = "eps" if function.result == "epsilon" or function.name == "restitution" else function.result
     lines = f"{language.take}\n{language.use}".format(
         module=module,
         ending=language.ending,
-        call=call(kernel, function, language, given, number),
+        call=call(kernel, function, language, literals, number),
         type=number.type,
         result=result,
         name=function.name,
     )
-    why = _OF_EXAMPLES.get(function.name)
-    yield f"Example{f' ({why})' if why else ''}:"
+    note = _EXAMPLE_NOTES.get(function.name)
+    yield f"Example{f' ({note})' if note else ''}:"
     yield from (f"    {in_module(line, module)}" for line in lines.splitlines() if line)
 
 
-def _tables(kernels: Sequence[Kernel], language: Language, module: str) -> Iterator[list[str]]:
-    """Yield tables of the proven errors: of every range, of the widest, and of one function of each kernel."""
-    for functions, ranges in ((None, None), (None, -1), (1, -1)):
-        yield _table(kernels, language, module, slice(functions), slice(ranges, None))
-
-
 def _table(kernels: Sequence[Kernel], language: Language, module: str, functions: slice, ranges: slice) -> list[str]:
+    """Return the lines of a table of proven errors: a call, a range, and the error in each of a language's types.
+
+    The slices choose among each kernel's functions, and among the ranges of each function, the narrowest first.
+    """
     titles = (f"error, {number.form}" + f" ({places(number)})" * bool(places(number)) for number in language.numbers)
     rows = [("function", "range", *titles)]
     for kernel in kernels:
         for function in kernel.functions[functions]:
             rows += [(in_module(name, module), *cells) for name, *cells in _rows(kernel, function, language, ranges)]
+    # Columns are as wide as their longest text, with two blanks between.
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
 
 def _rows(kernel: Kernel, function: Function, language: Language, ranges: slice) -> Iterator[tuple[str, ...]]:
-    """Yield rows: a range, and the error in each format, with its range if that is another one."""
+    """Yield the rows of a kernel's function: its call, a range, and the error in each type of a language.
+
+    A type whose bound has another range than the row has that range behind its error.
+    """
     name = call(kernel, function, language, function.arguments, language.numbers[0])
     columns = {
         number.form: on_all_machines(kernel, function, number)[ranges] for number in numbers_of(kernel, language)
     }
     if not any(columns.values()):
         yield (name, kernel.domain, *("not proven" for _ in language.numbers))
+    # The n-th ranges of all types are one row; a type with fewer has "-".
     for row in zip_longest(*(columns.get(number.form, ()) for number in language.numbers)):
         texts = [range_text(bound) if bound else "" for bound in row]
         first = next(filter(None, texts))

@@ -42,7 +42,7 @@ def _parts() -> Mapping[str, str]:
     return {name: part.strip("\n") for name, part in zip(parts[::2], parts[1::2], strict=True)}
 
 
-def once() -> str:
+def shared_text() -> str:
     """Return what all speed tables of a program share."""
     return _parts()["once"]
 

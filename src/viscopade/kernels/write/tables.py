@@ -13,7 +13,7 @@ from viscopade.arithmetic.formats import decimal_value
 from viscopade.generated import END_CONDITION, comment, json_head, marker_lines, wrapped
 from viscopade.kernels.arithmetic import HOST
 from viscopade.kernels.kernel import Kernel
-from viscopade.kernels.write.file import SPHERES, error_text, range_text, stated
+from viscopade.kernels.write.file import SPHERES, error_text, range_text, stated_bounds
 from viscopade.kernels.write.targets import LATEX_DIGITS
 
 SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
@@ -137,7 +137,7 @@ def _head(kernels: Sequence[Kernel], command: str) -> list[str]:
 
 def _about(kernel: Kernel) -> Iterator[str]:
     errors = "; ".join(
-        f"{error_text(bound)} for {range_text(bound)}" for bound in stated(kernel, kernel.functions[0], HOST)
+        f"{error_text(bound)} for {range_text(bound)}" for bound in stated_bounds(kernel, kernel.functions[0], HOST)
     )
     yield from wrapped(f"{kernel.label}: {kernel.source}. Domain: {kernel.domain}. Error <= {errors}.")
 
