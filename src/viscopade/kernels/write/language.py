@@ -145,8 +145,8 @@ class Language:
         The functions of one kernel: {functions}, {generics}, {name}, {GUARD}, {identity}.
     macro : str
         The line that defines a function's error: {NAME}, {SUFFIX}, {error}, {rest}: its first number, and the rest.
-    straight : bool
-        Whether functions are written without branches (`write.straight`): the language is one of arrays.
+    branchless : bool
+        Whether functions are written without branches (`write.branchless`): the language is one of arrays.
     apart : int
         Lines between functions.
     prelude : str
@@ -202,7 +202,7 @@ class Language:
     version: str = ""
     kernel: str = "{functions}"
     macro: str = ""
-    straight: bool = False
+    branchless: bool = False
     apart: int = 1
     prelude: str = ""
     helpers: str = ""

@@ -2,6 +2,8 @@
 
 Expressions are written with the same order of evaluation; choices are expressions, too. Every function stands alone: it
 can be copied without the others.
+
+A `Language` is a set of patterns, texts with words in braces; a `Number` is its number type of one format.
 """
 
 from __future__ import annotations
@@ -26,40 +28,42 @@ from viscopade.kernels.expressions import (
     Operation,
     Program,
     Select,
-    Statement,
     TableRow,
     Word,
     bare,
 )
 from viscopade.kernels.kernel import Function, Kernel, Table
+from viscopade.kernels.write.branchless import without_branches
 from viscopade.kernels.write.language import Language, Number
-from viscopade.kernels.write.straight import straight
 
 _TAB = " " * 4
-_LINES = TextWrapper(WIDTH - 24, break_long_words=False, break_on_hyphens=False)  # of an expression
+# Wraps an expression: of `WIDTH` columns 24 are left for what is no part of it, indent and "const double elastic = ".
+_LINES = TextWrapper(WIDTH - 24, break_long_words=False, break_on_hyphens=False)
+# A blank before an operator: lines do not break there, but after it.
 _OPERATOR = re.compile(r" (?=(?:\W{1,2}|and|or|else|if) )")
 _CONDITIONS = ("<", "<=", ">", ">=", "==", AND)
 
 
 def function_text(kernel: Kernel, function: Function, language: Language, number: Number) -> str:
-    """Return the text of a function in a format of the kernel and the language."""
+    """Return the text of a kernel's function in a language, for numbers of one type."""
     pruned = function.pruned
-    return _Writer(kernel, straight(pruned) if language.straight else pruned, language, number).text()
+    return _Writer(kernel, without_branches(pruned) if language.branchless else pruned, language, number).text()
 
 
 def generic_text(kernel: Kernel, function: Function, language: Language) -> str:
-    """Return the text that makes one function of those for each type; "" where the language has none."""
+    """Return the text that makes one function of those for each type, of a kernel; "" where the language has none."""
     words = words_of(kernel, function)
-    each = [
+    procedures = [
         language.procedure.format(**words, type=number.type, suffix=number.suffix)
         for number in language.numbers
         if number.form in kernel.constants
     ]
-    return language.generic.format(**words, procedures=", ".join(each))
+    return language.generic.format(**words, procedures=", ".join(procedures))
 
 
 def words_of(kernel: Kernel, function: Function) -> dict[str, str]:
-    """Return the words of patterns that name a function."""
+    """Return the words of patterns that name a function of a kernel: word in braces -> text."""
+    # "restitution_compact_1em5", and with a capital for languages whose functions have one
     name = f"{function.name}_{kernel.name}"
     return {
         "name": name,
@@ -72,7 +76,7 @@ def words_of(kernel: Kernel, function: Function) -> dict[str, str]:
 
 
 def table_text(kernel: Kernel, table: Table, language: Language) -> str:
-    """Return the text of a table, whose numbers are hexadecimal."""
+    """Return the text of a kernel's table in a language, with hexadecimal numbers: a line for each row."""
     form = FORMATS[table.form]
     lines = [f"    {{{form.hexadecimal(*row)}}}," for row in table.rows]
     return language.table.format(
@@ -82,12 +86,12 @@ def table_text(kernel: Kernel, table: Table, language: Language) -> str:
 
 
 def program_text(kernel: Kernel, program: Program, language: Language, number: Number) -> list[str]:
-    """Return the lines of assignments alone."""
+    """Return the lines of assignments alone, of a program of the kernel."""
     return _Writer(kernel, Function("", (), "", None, program, (), ""), language, number).program(program)
 
 
 def expression_text(kernel: Kernel, expression: Expression, language: Language, number: Number) -> str:
-    """Return the text of an expression alone."""
+    """Return the text of an expression of the kernel alone."""
     return _Writer(kernel, Function("", (), "", None, (), (), ""), language, number).expression(expression)
 
 
@@ -95,62 +99,81 @@ class _Writer:
     """Writer of one function in one format."""
 
     def __init__(self, kernel: Kernel, function: Function, language: Language, number: Number) -> None:
+        """Write a kernel's function in a language, with numbers of one of its types."""
         self.kernel, self.function, self.language, self.number = kernel, function, language, number
+        # Words of all patterns.
         self.words = {"type": number.type, "suffix": number.suffix, "nan": number.nan}
+        # Names that were assigned, in the order of the text, for languages that declare them first.
         self.variables: list[str] = []
+        # What each variable is, for its type: name -> result of `_kind`.
         self.kinds: dict[str, str] = {}
-        for name, expression in self._statements():
-            self.kinds[name] = _kind(expression, self.kinds)
-
-    def _statements(self) -> Iterator[Statement]:
-        yield from self.function.start
-        for branch in self.function.branches:
-            yield from branch.program
+        for program in (function.start, *(branch.program for branch in function.branches)):
+            for name, expression in program:
+                self.kinds[name] = _kind(expression, self.kinds)
 
     def text(self) -> str:
         """Return the whole text."""
-        language, function, given = self.language, self.function, self.language.between.join(self._arguments())
-        body = [*self._absent(), *self._unless(function.domain), *self.program(function.start), *self._branches()]
-        constants, head = list(self._constants()), []
+        language, function = self.language, self.function
+        arguments = language.between.join(
+            (language.index if argument in function.indices else language.argument).format(
+                argument=argument, **self.words
+            )
+            for argument in function.arguments
+        )
+        # NaN outside the domain, what the branches need, the branches but the last, each with its return, and the last.
+        *branches, last = function.branches
+        body = [*self._absent(), *self._unless(function.domain), *self.program(function.start)]
+        for branch in branches:
+            assert branch.guard is not None
+            body += self._when(self.expression(branch.guard), self._branch(branch, language.result))
+        body += [*self._unless(last.guard), *self._branch(last, language.last or language.result)]
+        # Constants and declarations come first; an empty line follows them.
+        constants, declarations = list(self._constants()), []
         if language.locals and self.variables:
-            head = self._line(language.locals, names=", ".join(dict.fromkeys(self.variables)))
-        words = {**words_of(self.kernel, function), "arguments": given}
-        lines = [*constants, *head, *([""] if constants or head else []), *body]
+            declarations = self._line(language.locals, names=", ".join(dict.fromkeys(self.variables)))
+        lines = [*constants, *declarations, *([""] if constants or declarations else []), *body]
+        # Where indentation ends a function, as in Python, it has no empty lines.
         if language.end == "" and not language.close:
             lines = [line for line in lines if line]
+        words = {**words_of(self.kernel, function), "arguments": arguments}
         begin = language.begin.format(**self.words, **words)
         close = language.close.format(**self.words, **words)
         return "\n".join(filter(None, (begin, indent("\n".join(lines), _TAB), close)))
 
-    def _arguments(self) -> Iterator[str]:
-        for argument in self.function.arguments:
-            pattern = self.language.index if argument in self.function.indices else self.language.argument
-            yield pattern.format(argument=argument, **self.words)
-
     def _line(self, pattern: str, **words: str) -> list[str]:
+        """Return the lines of a pattern with its words replaced; none where the language has no such pattern."""
         return pattern.format(**{**self.words, **words}).splitlines() if pattern else []
 
     def _constants(self) -> Iterator[str]:
+        """Yield the lines that define the constants and lists of constants that the function reads."""
         read = self.function.names
         for name, value in self.kernel.constants[self.number.form].items():
             if name in read:
                 yield from self._line(self.language.constant, name=name, value=self.number.constant(value))
         for name, numbers in self.kernel.lists.items():
             if name in read:
+                # Lists are exact numbers, rounded to the type here; the other constants are already numbers of it.
                 form, literal = FORMATS[self.number.form], self.number.literal
                 values = [literal(float(form.nearest(Fraction(value)))) for value in numbers]
-                split = f"{self.language.continued}\n{_TAB * 2}".join(_LINES.wrap(", ".join(values)))
-                yield from self._line(self.language.list, name=name, values=split, count=str(len(values)))
+                yield from self._line(
+                    self.language.list, name=name, values=self._broken(", ".join(values)), count=str(len(values))
+                )
+
+    def _broken(self, text: str) -> str:
+        """Return a text broken into lines, of which all but the first are indented by two tabs."""
+        return f"{self.language.continued}\n{_TAB * 2}".join(_LINES.wrap(text))
 
     def _absent(self) -> list[str]:
+        """Return the lines that give NaN for an argument that is no number; none where the types exclude that."""
         if not self.language.absent:
             return []
-        each = [self.language.absent.format(argument=argument) for argument in self.function.arguments]
+        conditions = [self.language.absent.format(argument=argument) for argument in self.function.arguments]
         return self._when(
-            f" {self.language.either} ".join(each), self._line(self.language.result, value=self.number.nan)
+            f" {self.language.either} ".join(conditions), self._line(self.language.result, value=self.number.nan)
         )
 
     def _unless(self, condition: Expression | None) -> list[str]:
+        """Return the lines that give NaN where a condition does not hold; none for None, no condition."""
         if condition is None:
             return []
         first = self._line(self.language.unless, condition=self.expression(condition))
@@ -158,37 +181,37 @@ class _Writer:
         return [*first, *(_TAB + line for line in nan), *self._line(self.language.end)]
 
     def _when(self, condition: str, lines: list[str]) -> list[str]:
+        """Return lines that are executed where a condition, as text, holds."""
         return [
             *self._line(self.language.when, condition=condition),
             *(_TAB + line if line else line for line in lines),
             *self._line(self.language.end),
         ]
 
-    def _branches(self) -> list[str]:
-        *first, last = self.function.branches
-        lines = list[str]()
-        for branch in first:
-            assert branch.guard is not None
-            lines += self._when(self.expression(branch.guard), self._branch(branch, self.language.result))
-        return [*lines, *self._unless(last.guard), *self._branch(last, self.language.last or self.language.result)]
-
     def _branch(self, branch: CodeBranch, result: str) -> list[str]:
-        return [*self.program(branch.program), *self._wrapped(result, branch.results[self.function.result])]
+        """Return the lines of a branch, the last of which has the pattern `result`."""
+        return [*self.program(branch.program), *self._statement(result, branch.results[self.function.result])]
 
     def program(self, program: Program) -> list[str]:
+        """Return the lines of assignments."""
         lines = list[str]()
         for name, value in program:
             self.variables.append(name)
             kind = _kind(value, self.kinds)
-            of_kind = self.number.types.get(kind, self.number.type)
-            lines += self._wrapped(self.language.assign, value, name=name, type=of_kind)
+            # Words, rows and conditions have types of their own.
+            variable_type = self.number.types.get(kind, self.number.type)
+            lines += self._statement(self.language.assign, value, name=name, type=variable_type)
         return lines
 
-    def _wrapped(self, pattern: str, value: Expression, **words: str) -> list[str]:
-        """Return a statement; lines break after operators, where every language knows that the next line goes on."""
-        kept = _OPERATOR.sub("\N{NO-BREAK SPACE}", self.expression(value))
-        text = f"{self.language.continued}\n{_TAB * 2}".join(_LINES.wrap(kept))
-        return self._line(pattern, value=text.replace("\N{NO-BREAK SPACE}", " "), **words)
+    def _statement(self, pattern: str, value: Expression, **words: str) -> list[str]:
+        """Return the lines of a pattern with an expression as its value, and with other words.
+
+        Lines break after operators, where every language knows that the next line goes on.
+        """
+        # No-break spaces before operators, while lines are broken, keep each operator on the line of its left operand.
+        unbroken = _OPERATOR.sub("\N{NO-BREAK SPACE}", self.expression(value))
+        text = self._broken(unbroken).replace("\N{NO-BREAK SPACE}", " ")
+        return self._line(pattern, value=text, **words)
 
     # --- expressions ------------------------------------------------------------------------------------------------
 
@@ -203,10 +226,10 @@ class _Writer:
             case Call("divide", (top, bottom)) if "divide" not in number.calls:
                 return self.expression(top / bottom)
             case Call(function, arguments):
-                parts = [self.expression(argument) for argument in arguments]
+                texts = [self.expression(argument) for argument in arguments]
                 if function in number.calls:
-                    return number.calls[function].format(*parts)
-                return f"{number.functions.format(name=function)}({', '.join(parts)})"
+                    return number.calls[function].format(*texts)
+                return f"{number.functions.format(name=function)}({', '.join(texts)})"
             case Word(_, pattern) as word:
                 value = word.value_in(FORMATS[number.form])
                 return number.word.format(digits=hex(value)) if pattern else str(value)
@@ -223,37 +246,44 @@ class _Writer:
             case Column(row, index):
                 return f"{row}[{index}]"
             case Operation(symbol, left, right):
+                # Quotients of words are whole numbers, which languages with words write like others. 0 and 1 are sides.
                 written = {AND: language.both, "//": "/"}.get(symbol, symbol)
                 return f"{self._operand(left, symbol, 0)} {written} {self._operand(right, symbol, 1)}"
         raise TypeError(f"{expression!r} is no expression")
 
-    def _chosen(self, part: Expression) -> str:
-        nested = isinstance(bare(part), Select) and not self.language.straight  # which writes calls
-        return self._in_parentheses(part) if nested else self.expression(part)
+    def _chosen(self, expression: Expression) -> str:
+        """Return a condition or a first alternative of a choice as text, in parentheses if it is a choice itself."""
+        # Branchless languages write choices as calls.
+        nested = isinstance(bare(expression), Select) and not self.language.branchless
+        return self._in_parentheses(expression) if nested else self.expression(expression)
 
     def _operand(self, expression: Expression, symbol: str, side: int) -> str:
-        own = bare(expression)
-        if isinstance(own, Call) and own.function == "divide" and "divide" not in self.number.calls:
-            own = own.arguments[0] / own.arguments[1]
-        if not isinstance(own, Operation):
-            return self._in_parentheses(own) if isinstance(own, Select) else self.expression(own)
+        """Return the left (side 0) or right (1) operand of an operation as text, in parentheses where it needs them."""
+        operand = bare(expression)
+        if isinstance(operand, Call) and operand.function == "divide" and "divide" not in self.number.calls:
+            operand = operand.arguments[0] / operand.arguments[1]
+        if not isinstance(operand, Operation):
+            return self._in_parentheses(operand) if isinstance(operand, Select) else self.expression(operand)
         # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
         # Operations on bits have all of theirs in parentheses, and comparisons those on bits and other comparisons:
         # languages differ in which of them bind more tightly.
-        binding, outer = _BINDING[own.symbol], _BINDING[symbol]
+        binding, outer = _BINDING[operand.symbol], _BINDING[symbol]
         loose = (
             outer == _BITS or (symbol, self.language.both) == (AND, "&") or (outer == _COMPARISON and binding <= _BITS)
         )
+        # A right operand must bind more tightly, a - (b - c) and a / (b * c); a left one as tightly, a * b * c.
         loose = loose or binding < outer + (side or binding == _SUM)
-        written = self.expression(own)  # no deeper than needed: polynomials may be of degree 200
+        written = self.expression(operand)  # no deeper than needed: polynomials may be of degree 200
         return f"({written})" if loose else written
 
     def _in_parentheses(self, expression: Expression) -> str:
+        """Return an expression as text, in parentheses unless it is a name, a call or a positive number."""
         written = self.expression(expression)
-        own = isinstance(bare(expression), Operation | Select | Negation) or written.startswith("-")
-        return f"({written})" if own else written
+        compound = isinstance(bare(expression), Operation | Select | Negation) or written.startswith("-")
+        return f"({written})" if compound else written
 
 
+# How tightly operators bind, loosest first; only the order counts.
 _COMPARISON, _BITS, _SUM, _PRODUCT = 2, 3, 4, 5
 _BINDING = {
     AND: 1,
@@ -264,21 +294,23 @@ _BINDING = {
 }
 
 
+# Calls whose results are words, and of which kind; all others give numbers.
 _KINDS = {"bits": "word", "uint32": "uint32", "uint64": "uint64", "index": "index"}
 
 
-def _kind(expression: Expression, known: Mapping[str, str]) -> str:
+def _kind(expression: Expression, variables: Mapping[str, str]) -> str:
     """Return what an expression is: a "number", a "condition", a "row", or a word of some kind; "" if it is a constant.
 
-    An operation on words of two kinds is of the first one's.
+    `variables` has the kinds of variables by name; other names are numbers. An operation on words of two kinds is of
+    the first one's.
     """
     match bare(expression):
         case Operation(symbol, left, right):
-            return "condition" if symbol in _CONDITIONS else _kind(left, known) or _kind(right, known)
+            return "condition" if symbol in _CONDITIONS else _kind(left, variables) or _kind(right, variables)
         case Negation(_, operand):
-            return _kind(operand, known)
+            return _kind(operand, variables)
         case Select(_, met, otherwise):
-            return _kind(met, known) or _kind(otherwise, known)
+            return _kind(met, variables) or _kind(otherwise, variables)
         case Call(function, _):
             return _KINDS.get(function, "number")
         case TableRow():
@@ -286,5 +318,5 @@ def _kind(expression: Expression, known: Mapping[str, str]) -> str:
         case Word():
             return ""
         case Name(name):
-            return known.get(name, "number")
+            return variables.get(name, "number")
     return "number"
