@@ -81,15 +81,23 @@ def _count(number: int, name: str) -> str:
     return f"{number} {name}" + "s" * (name == "division" and number > 1)
 
 
-def _rows(kernel: Kernel, function: Function, names: list[str]) -> Iterator[str]:
-    """Yield a row for each range."""
-    head, cells = f"`{function.name}({', '.join(function.arguments)})`", dict[str, dict[str, str]]()
-    for name in names:
-        for bound in stated_bounds(kernel, function, ARITHMETICS[name]):
-            cells.setdefault(range_text(bound), {})[name] = error_text(bound)
-    for text, errors in cells.items():
-        yield f"| {head} | `{text}` | {' | '.join(errors.get(name, '') for name in names)} |"
-        head = ""
+def _rows(kernel: Kernel, names: list[str]) -> Iterator[str]:
+    """Yield a row for each range and its errors, with the functions that have them.
+
+    Bounds for usual speeds alone are left out where another bound holds for all speeds: the files have both.
+    """
+    functions = dict[tuple[str, ...], list[str]]()
+    for function in kernel.functions:
+        errors = dict[str, dict[str, str]]()
+        for name in names:
+            bounds = stated_bounds(kernel, function, ARITHMETICS[name])
+            for bound in [bound for bound in bounds if bound.speeds is None] or bounds:
+                errors.setdefault(range_text(bound), {})[name] = error_text(bound)
+        for text, by_machine in errors.items():
+            key = text, *(by_machine.get(name, "") for name in names)
+            functions.setdefault(key, []).append(f"`{function.name}`")
+    for (text, *cells), those in functions.items():
+        yield f"| {' | '.join([kernel.name, ', '.join(those), f'`{text}`', *cells])} |"
 
 
 @click.command()

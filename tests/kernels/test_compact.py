@@ -147,7 +147,9 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(place):
         parts = [Fraction(2.0**e) for e in (*(exponents / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
         numbers, of_y = formulas.constants(powers, proven.a, proven.b), partial(compact._error_of_y, place)
         speed = {"speed": Rounded(arb(1), place.form)}
-        on = on_parts(compact.result_branch(powers), [*compact.MEANINGS], "y", numbers, place, lambda _: speed, of_y)
+        on = results_on_parts(
+            compact.result_branch(powers), [*compact.MEANINGS], "y", numbers, place, lambda _: speed, of_y
+        )
         alone = [(y**3, {name: relative_error(name)(on((y, y))) for name in compact.MEANINGS}) for y in parts]
     for function, sizes in compact.compact_rounding(powers, proven.a, proven.b, place).items():
         common = [found for v, found in alone if compact.COMMON[0] <= v <= compact.COMMON[1]]

@@ -36,7 +36,7 @@ def test_step_7_has_the_bounds_of_full_accuracy():
     sentence = r"is within ([\d.]+) ulp of its value at .*? The roundings of \$w\$ itself cost up to ([\d.]+) ulp"
     of_table, rounding = re.search(sentence, WORDS).groups()
     assert rounding == at_most(eps_error_from_w_rounding(DOUBLE) * 2**53)
-    assert of_table == at_most(speed_table("full").in_table("restitution", "double").ulps)
+    assert of_table == at_most(speed_table("full").table_bound("restitution", "double").ulps)
     assert [row[5] for row in ROWS if "speed_full" in row[0]] == [rf"{of_table} ulp of $\varepsilon(w)$"]
 
 

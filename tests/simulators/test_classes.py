@@ -11,8 +11,8 @@ import pytest
 from tests.simulators.test_files import yade as yade_force
 from tests.simulators.test_lammps import in_lammps, lines
 from tests.simulators.two_balls import flowing, integrated, matrix, need, yade_names
-from viscopade.scene.read import from_toml
 from viscopade.scene.model_limits import setup
+from viscopade.scene.read import from_toml
 from viscopade.simulators.input_file import render
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade_lab.runs import simulators

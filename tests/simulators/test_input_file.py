@@ -14,7 +14,7 @@ from viscopade.generated import SPDX, __version__
 from viscopade.simulators import TARGETS, simulator_with
 from viscopade.simulators.input_file import render, table
 from viscopade.simulators.own_law import Goal, Softness, render_own_law
-from viscopade.simulators.setup import NamedContact, Setup, of_pair
+from viscopade.simulators.setup import NamedContact, Setup, pair_setup
 from viscopade.simulators.simulator import OwnLaw
 
 COMMAND = "viscopade simulators lammps scene.toml"

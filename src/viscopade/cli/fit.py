@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from viscopade.fitting.damping import Constant, DampingFit
     from viscopade.fitting.empirical import Form
     from viscopade.fitting.flight import Flight
-    from viscopade.fitting.likelihood import LawFit
     from viscopade.fitting.neglected_effects import WeightInContacts
     from viscopade.fitting.read import Recording
 
@@ -111,6 +110,8 @@ class Assignment(click.ParamType):  # type: ignore[type-arg]
     help="Header or number of a column; - to omit it.",
 )
 @click.option("--unit", "units", type=Assignment("NAME=UNIT"), multiple=True, help="Unit of a column.")
+# The defaults that helps state are those of viscopade.fitting: 9.80665 m/s^2 is the standard gravity, 0.47 the drag
+# coefficient of a smooth sphere at Reynolds numbers from 1000 to 200000, and 4 degrees of freedom are a choice.
 @click.option("--rate", type=Real(" > 0"), help="Frames per second, for a column frame.")
 @click.option("--length-per-unit", type=Quantity("length", " > 0"), help="Length of one unit of position, as a pixel.")
 @click.option(
@@ -275,7 +276,8 @@ def _fit_data(
 
     from viscopade.collision.spheres import Pair, Sphere
     from viscopade.files import content
-    from viscopade.fitting import damping, neglected_effects, read
+    from viscopade.fitting import damping, read
+    from viscopade.fitting import neglected_effects as effects
 
     # The sphere, and with its elastic constants the pair of what collides: two spheres, or one and a wall.
     names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
@@ -327,13 +329,12 @@ def _fit_data(
 
     # Sentences on effects that the fit neglects, where they may matter.
     assert isinstance(sphere, Sphere | None)
-    gravity = how.flight.gravity
-    drag = None if in_air else neglected_effects.drag(recording, sphere, gravity)
-    weight = neglected_effects.weight_in_contacts(recording, pair, gravity)
-    # A weight that matters, and is not in the fit, looks alike.
-    adhesion = None if weight and weight.warns else neglected_effects.adhesion(found.laws)
-    left = Neglected(weight, drag, adhesion)
-    return recording, found, sphere, constants, left
+    gravity = reading.flight.gravity
+    drag = None if in_air else effects.drag(recording, sphere, gravity)
+    weight = effects.weight_in_contacts(recording, pair, gravity)
+    # A weight that matters, and is not in the fit, looks like adhesion: eps falls at low speeds.
+    adhesion = None if weight and weight.warns else effects.adhesion(damping_fit.laws)
+    return recording, damping_fit, sphere, constants, Neglected(weight, drag, adhesion)
 
 
 def _require_speeds(recording: Recording, files: str) -> None:
@@ -347,7 +348,7 @@ def _require_speeds(recording: Recording, files: str) -> None:
         text = (
             f"{len(points)} {'points have' if len(points) > 1 else 'point has'} a speed and an eps: expected 3 or more"
         )
-    elif np.ptp(points.speed) <= 1e-9 * points.speed.max():
+    elif np.ptp(points.speed) <= 1e-9 * points.speed.max():  # equal but for round-off
         mean, error = points.epsilon.mean(), points.epsilon.std(ddof=1) / math.sqrt(len(points))
         numbers = [f"{epsilon:.3f}" for epsilon in points.epsilon[:MOST_ROWS]]
         text = (
@@ -419,7 +420,8 @@ def _flight(
     """
     from viscopade.fitting.flight import DRAG_COEFFICIENT, STANDARD_GRAVITY, Flight
 
-    # `_sphere` has refused an air density without a radius and a density of the sphere.
+    # `_sphere` has refused an `air_density` without a radius and a density of the sphere. The default of
+    # `drag_coefficient` is 0.47, of a smooth sphere at Reynolds numbers from 1000 to 200000.
     g = STANDARD_GRAVITY if gravity is None else gravity
     if air_density is None:
         if drag_coefficient is not None:
@@ -492,7 +494,7 @@ def _show(
     for warning in _warnings(recording, damping_fit, neglected):
         say(f"  {warning}", 2)
 
-    # The sentence for a report, and the table of the constants.
+    # The sentence for a report, and the table of the constants; levels of intervals are printed in percent.
     click.echo()
     say(_quoted(recording, damping_fit, constants))
     if "dissipative_constant" not in constants:
@@ -500,8 +502,12 @@ def _show(
             "A also needs --radius, --density or --mass, --poisson-ratio, and --young-modulus or a column contact_time."
         )
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
-    show(style, header, rows, {}, title=found.number)
-    known = found.points.errors_complete  # with a fitted scatter chi^2 says nothing about the law
+    show(style, header, rows, {}, title=damping_fit.number)
+
+    # The laws by Akaike's information criterion, the smallest first; it is infinite for too few points. Each law has
+    # the damping kappa ~ v^p. chi^2 only where the errors of the points are known: with a fitted scatter it says
+    # nothing about the law.
+    errors_known = damping_fit.points.errors_complete
     laws = [
         (
             fit.model.name,
@@ -608,7 +614,7 @@ def _sentences(damping_fit: DampingFit) -> list[str]:
         text.append(
             f"eps scatters by {main.scatter:.2g}, found from the residuals; intervals are those of Student's t."
         )
-    elif not found.points.errors_complete:
+    elif not damping_fit.points.errors_complete:
         text.append("eps does not scatter beyond the errors of the measurement; intervals are those of Student's t.")
     return text
 
@@ -637,7 +643,8 @@ def fit_json(
     return {
         "beta": damping_fit.beta,
         "beta_standard_error": damping_fit.beta_standard_error,
-        # Confidence intervals: 0.68 is about one standard error on either side, 0.95 the usual level.
+        # Confidence intervals, here and of the exponent: 0.68 is about one standard error on either side, 0.95 the
+        # usual level.
         "interval_68": _finite(damping_fit.interval(0.68)),
         "interval_95": _finite(damping_fit.interval(0.95)),
         "chi2": main.chi2,

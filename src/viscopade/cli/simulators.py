@@ -73,7 +73,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 )
 @click.argument("target", metavar="PROGRAM", type=OneOf(TARGETS, _AUDITED))
 @click.argument("file", type=FilePath(), required=False)
-@click.option("--epsilon", type=Real(), help="Wanted eps at --speed, instead of a scene or A.")
+@click.option("--epsilon", type=Real(), help="Goal eps at --speed, instead of a scene or A.")
 @click.option("--speed", type=Quantity("speed"), help="Impact speed, instead of a scene.")
 @click.option("--law", metavar="NAME|A,B", help="Law of contact with that eps at --speed.  [default: viscoelastic]")
 @click.option("--speeds", type=SpeedRange(), help="Range of speeds, for which the file states the error of eps.")
@@ -164,7 +164,29 @@ def _read_collisions(
     speeds: tuple[float, float] | None,
     yield_strength: float | None,
     **options: Any,
-) -> _Given:
+) -> _Collisions:
+    """Return the collisions that the options describe.
+
+    Parameters
+    ----------
+    file : Path or None
+        A scene.
+    gravity : float or None
+        Acceleration in m/s^2; None without weight.
+    classes : bool
+        Whether the program's file gives each class of bodies its own parameters.
+    epsilon, speed, speeds
+        The wanted eps, the speed at which it holds, and the range of speeds, in m/s.
+    yield_strength : float or None
+        Of the material, in Pa, for a warning.
+    **options : Any
+        Further options of a material, as for `pair_of`.
+
+    Raises
+    ------
+    click.UsageError, ValueError
+        If options are missing or do not belong together.
+    """
     from viscopade.scene.model_limits import setup
 
     # A scene has materials, bodies and speeds: no other option may say them.
@@ -273,14 +295,21 @@ def _own_law_text(target: str, collisions: _Collisions, words: str, options: dic
         raise click.UsageError(
             "--step-error has no effect, as nothing says how long contact lasts: expected --contact-time with it"
         )
-    if found.setup is None:
-        assert found.epsilon is not None
-        wanted = [Goal.from_epsilon(found.epsilon, found.speed, found.speeds, given["mass"], found.gravity, law)]
-        of = "" if law == VISCOELASTIC else f", and at other speeds that of the law {law}"
-        opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s{of}"], SI
+
+    # The eps that each contact is to have, and the first lines of the file.
+    if collisions.setup is None:
+        assert collisions.epsilon is not None
+        targets = [
+            Goal.from_epsilon(
+                collisions.epsilon, collisions.speed, collisions.speeds, options["mass"], collisions.gravity, law
+            )
+        ]
+        elsewhere = "" if law == VISCOELASTIC else f", and at other speeds that of the law {law}"
+        opening = [f"A contact with eps = {collisions.epsilon:g} at {collisions.speed:g} m/s{elsewhere}"]
+        units = SI
     else:
-        wanted = [Goal.from_contact(contact, found.setup.weighty) for contact in found.setup.contacts]
-        opening, units = found.setup.heading, found.setup.units
+        targets = [Goal.from_contact(contact, collisions.setup.weighty) for contact in collisions.setup.contacts]
+        opening, units = collisions.setup.heading, collisions.setup.units
     return render_own_law(
         target,
         targets,

@@ -303,8 +303,9 @@ def _of_drop(
 ) -> Points:
     """Return the points of the bounces of one drop, except for the first and the last one.
 
-    `instants` are those of impacts, `labels` their names, and `sigma` their standard errors. Contacts last for `contact_time`, or are those of
-    a Pair, or the measured `durations`. `of_flights`: `sigma` are independent errors of the flights that end there.
+    `instants` are those of impacts, `labels` their names, and `sigma` their standard errors. Contacts last for
+    `contact_time`, or are those of a Pair, or the measured `durations`. `of_flights`: `sigma` are independent errors of
+    the flights that end there.
     """
     spans = np.diff(instants)
     contact = contact_time if durations is None else durations[:-1]  # no flight follows the last bounce
@@ -368,8 +369,9 @@ def of_heights(
 ) -> Points:
     """Return the points of a body that rises to given heights between bounces; the first one is its release height.
 
-    Parameters and errors are as in `of_times`, with heights in place of instants (in the units of `flight`): `drops` has the heights of each drop
-    and their labels, `sigma` their standard errors. `contact_time` gives the load of the weight.
+    Parameters and errors are as in `of_times`, with heights in place of instants (in the units of `flight`): `drops`
+    has the heights of each drop and their labels, `sigma` their standard errors. `contact_time` gives the load of the
+    weight.
     """
     contact = contact_time if isinstance(contact_time, Pair) else number("contact_time", contact_time, _ERRORS)
     points_by_drop = []

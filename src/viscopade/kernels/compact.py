@@ -185,7 +185,7 @@ def half_line(accuracy: Exact) -> Kernel:
 
 def _choose(accuracy: Exact) -> Choice:
     """Return what an accuracy asks for; errors as for `compact`."""
-    limit = accuracy_of(accuracy, BEST_ACCURACY)
+    limit = checked_accuracy(accuracy, BEST_ACCURACY)
     exponents = compact_powers(limit)
     return Choice(accuracy_name(limit), exponents, compact_fit(exponents))
 
@@ -262,8 +262,8 @@ def compact_powers(accuracy: Fraction) -> Powers:
 
     The accuracy is the largest |error of eps|/min(eps, 1 - eps) in type double, with rounding.
     """
-    candidates = levelled(BEST, approximants.fit_half_line)
-    return first(accuracy, candidates, lambda exponents: compact_fit(exponents).error("restitution"))
+    candidates = sampled_candidates(BEST, approximants.fit_half_line)
+    return first_accurate(accuracy, candidates, lambda exponents: compact_fit(exponents).error("restitution"))
 
 
 @recorded("compact")
@@ -280,7 +280,7 @@ def compact_fit(exponents: Powers) -> ProvenQuotient:
 
     def bounds(form: Format) -> Iterator[ErrorBound]:
         """Yield what rounding adds: to functions of the speed on each machine, to those of v* on the host."""
-        yield from on_machines(form, lambda machine: _compact_bounds(exponents, a, b, proof.bound, machine))
+        yield from bounds_on_machines(form, lambda machine: _compact_bounds(exponents, a, b, proof.bound, machine))
         yield from _half_line_bounds(exponents, a, b, proof.bound, HOSTS[form.name])
 
     return proven_quotient(a, b, proof, bounds)
@@ -337,8 +337,8 @@ def result_branch(exponents: Powers) -> CodeBranch:
         # y2 = y * y, …: the powers that Horner's rule needs in N and D, and y^6 = v*^2
         *powers("y", gaps(exponents.top) | gaps(exponents.bottom) | {SHIFT}),
         # elastic = D(y), lost = y^6 N(y)
-        Statement("elastic", by_powers("y", named("b", exponents.bottom))),
-        Statement("lost", Name(f"y{SHIFT}") * by_powers("y", named("a", exponents.top))),
+        Statement("elastic", by_powers("y", letter_terms("b", exponents.bottom))),
+        Statement("lost", Name(f"y{SHIFT}") * by_powers("y", letter_terms("a", exponents.top))),
         Statement("inverse", Call("divide", (ONE, elastic + lost))),
     )
     # eps = elastic/(elastic + lost)
@@ -369,7 +369,9 @@ def check_formula(exponents: Powers, a: Values, b: Values) -> None:
     y, coefficients = fmpq_poly([0, 1]), constants(exponents, a, b)
     for name in ("elastic", "lost"):
         variables = {"y": y, "v_star": y**3}
-        if exactly(branch, name, variables, coefficients) != exactly(proven, name, variables, coefficients):
+        if exact_polynomial(branch, name, variables, coefficients) != exact_polynomial(
+            proven, name, variables, coefficients
+        ):
             raise ArithmeticError(f"{name} of the program is not that of the proven formula")
     in_fractions = Reading(Fraction, {"divide": lambda top, bottom: top / bottom})
     # w = beta^5 speed is a monomial: two values (any two primes) of speed and beta show its exponents.
@@ -458,7 +460,7 @@ def compact_rounding(exponents: Powers, a: Values, b: Values, machine: Arithmeti
         # speed.
         exact_speed = {"speed": Rounded(arb(1), machine.form)}
         # From an interval of y to the results there, as numbers that bound their rounding errors.
-        results_on = on_parts(
+        results_on = results_on_parts(
             result_branch(exponents), [*MEANINGS], "y", constants(exponents, a, b), machine, lambda _: exact_speed,
             partial(_error_of_y, machine),
         )  # fmt: skip
@@ -466,7 +468,7 @@ def compact_rounding(exponents: Powers, a: Values, b: Values, machine: Arithmeti
         parts_of_ranges = [tuple(_octave_parts(machine.form, *ends)) for ends in ranges]
         return {
             name: tuple(
-                rounded_up(largest(results_on, parts, relative_error(name)), DIGITS) for parts in parts_of_ranges
+                rounded_up(largest_bound(results_on, parts, relative_error(name)), DIGITS) for parts in parts_of_ranges
             )
             for name in MEANINGS
         }
@@ -506,7 +508,7 @@ def _error_of_y(machine: Arithmetic, exact_y: arb) -> arb:
             "thirtieth": Rounded(ball_of(exact), form, ball_of(error_of_thirtieth)),
         }
         branch = CodeBranch(None, (), {"y": root_of(Name("w"))})
-        y: Rounded = read(branch, ["y"], inputs, arithmetic(form, log2=log, exp2=exp))["y"]
+        y: Rounded = read(branch, ["y"], inputs, rounded_reading(form, log2=log, exp2=exp))["y"]
         # The enclosure must be the interval of y again: it contains both ends, and hardly more.
         contains_ends = y.value.overlaps(low) and y.value.overlaps(high)
         wider = ball_of(_ABOVE_BALL_WIDTH)
@@ -571,7 +573,7 @@ def _half_line_bounds(
         # Errors of ln y, y = v*^(1/3), and of ln u, u = (1/v*)^(1/3): v* is exact, and 1/v* is rounded once, by `unit`.
         unit = arb(2) ** -form.precision
         error_of_y, error_of_u = (
-            log_error(of_powers(branch, name, machine, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
+            log_error(powers_error(branch, name, machine, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
         )
 
         def near_inputs(y: arb) -> dict[str, Rounded]:
@@ -582,8 +584,8 @@ def _half_line_bounds(
 
         # From an interval of y, or of u, to the results there, with bounds of their rounding errors.
         branches = (
-            on_parts(near, V_STAR_FUNCTIONS, "y", coefficients, machine, near_inputs, lambda _: error_of_y),
-            on_parts(far, V_STAR_FUNCTIONS, "u", coefficients, machine, far_inputs, lambda _: error_of_u),
+            results_on_parts(near, V_STAR_FUNCTIONS, "y", coefficients, machine, near_inputs, lambda _: error_of_y),
+            results_on_parts(far, V_STAR_FUNCTIONS, "u", coefficients, machine, far_inputs, lambda _: error_of_u),
         )
         for name in V_STAR_FUNCTIONS:
             # Underflow of intermediate numbers is counted relative to the least normal result. For 1 - eps it is half
@@ -591,7 +593,9 @@ def _half_line_bounds(
             least_result = ball_of(form.least) / (1 + (name == "one_minus_epsilon"))
             relative = relative_error(name, least_result)
             # Both branches have the parts of [0, 1].
-            walks = [(results_on, refined(results_on, parts_to(Fraction(1)), relative)) for results_on in branches]
+            walks = [
+                (results_on, refined_bounds(results_on, parts_to(Fraction(1)), relative)) for results_on in branches
+            ]
             size = max(size for _, parts in walks for size, _ in parts)
             underflow = max(results_on(part)[name].underflow for results_on, parts in walks for _, part in parts)
             # Relative to the formula's value, at most 1 + error times the exact one; underflow in smallest numbers.

@@ -454,11 +454,11 @@ def check_panel_results() -> None:
         # Any t_1 and t_2 with the sum t: a third and two.
         inputs: dict[str, fmpq_poly | bool] = {"t": t, "t1": t / 3, "t2": t * 2 / 3, "elastic": elastic}
         # p = eps - base
-        p = sum((exactly(sums, name, inputs, row) for name in ("exact", "rest")), fmpq_poly([]))
+        p = sum((exact_polynomial(sums, name, inputs, row) for name in ("exact", "rest")), fmpq_poly([]))
         eps = 1 + p if elastic else p
         # Any leading sum, as `lost` makes up for what it lacks.
         inputs["head"] = t**7 - 3
-        if exactly(sums, "result", inputs, row) != (1 - eps if loss else eps):
+        if exact_polynomial(sums, "result", inputs, row) != (1 - eps if loss else eps):
             raise ArithmeticError("the results of a panel are not eps and 1 - eps")
 
 
@@ -495,7 +495,7 @@ def panel_bound(index: int, loss: bool) -> Fraction:
         approximation_error = arb(to_fmpq(difference)).abs_upper() + p.abs_upper() * relative * (1 + 2 * relative)
         # t_2 is below the step of t_1.
         numbers = rounded_numbers(COLUMNS, row, t=t, t2=interval_ball(Fraction(0), _step(panel)))
-        rest = of_branch(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
+        rest = rounded_results(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
         # The function that is on the row: base is 0, and the leading sum exact.
         if loss == panel.elastic:
             return _in_ulp(rest.absolute + approximation_error, p)
@@ -510,7 +510,9 @@ def panel_bound(index: int, loss: bool) -> Fraction:
 def _row_polynomial(row: Sequence[float], t: fmpq_poly) -> fmpq_poly:
     """Return what a row stands for at t, exactly: eps - base, however t_1 and t_2 (here a third and two) share t."""
     inputs, numbers = {"t": t, "t1": t / 3, "t2": t * 2 / 3}, dict(zip(COLUMNS, row, strict=True))
-    return sum((exactly(panel_sums(False), name, inputs, numbers) for name in ("exact", "rest")), fmpq_poly([]))
+    return sum(
+        (exact_polynomial(panel_sums(False), name, inputs, numbers) for name in ("exact", "rest")), fmpq_poly([])
+    )
 
 
 def _check_head(panel: SmallerOnPanel, row: Sequence[float]) -> None:
@@ -537,11 +539,11 @@ def _near_bound() -> Fraction:
     # any part of it, here a third.
     x = fmpq_poly([0, to_fmpq(NEAR)])
     inputs = {"v_star": x, "w": 2 * x, "high": x / 3}
-    machine = exactly(sums, "result", inputs, constants) / 4
+    machine = exact_polynomial(sums, "result", inputs, constants) / 4
     approximation_error += _greatest_on_unit(_over_square(machine) - ratio)
     # Rounding errors, all v* in one interval.
     numbers = rounded_numbers(list(constants), list(constants.values()), v_star=interval_ball(Fraction(0), NEAR))
-    factor = of_branch(sums, ["factor"], numbers, DOUBLE)["factor"]
+    factor = rounded_results(sums, ["factor"], numbers, DOUBLE)["factor"]
     error = _product_error(constants["c_high"], factor) + approximation_error
     # A relative error e is at most 2^53 e ulp: an ulp is above 2^-53 of the number.
     in_ulp: Fraction = magnitude(error.abs_upper() / least) * 2**DOUBLE.precision
@@ -572,6 +574,6 @@ def _near_one_bound() -> Fraction:
     approximation_error = most * ball_of(TABLE_ERROR) + _greatest_on_unit(_over_square(machine) - ratio)
     # The row has no leading part, so that eps = 1 + rest, however t = t_1 + t_2 is shared; t_2 = t is the largest.
     x = interval_ball(Fraction(0), NEAR)
-    rest = of_branch(panel_sums(False), ["rest"], rounded_numbers(COLUMNS, row, t=x, t2=x), DOUBLE)["rest"]
+    rest = rounded_results(panel_sums(False), ["rest"], rounded_numbers(COLUMNS, row, t=x, t2=x), DOUBLE)["rest"]
     # eps = 1 + rest >= 1 - max |rest|, but for errors of 2^-53; twice |rest| is ample, and leaves eps above 1/2.
     return _in_ulp(rest.absolute + approximation_error * ball_of(NEAR**2), 1 - rest.value.abs_upper() * 2)

@@ -68,7 +68,7 @@ def inverse(accuracy: Exact) -> Kernel:
     TypeError, ValueError
         If the argument is not of this kind.
     """
-    limit = accuracy_of(accuracy, BEST_ACCURACY, "inverse")
+    limit = checked_accuracy(accuracy, BEST_ACCURACY, "inverse")
     exponents = inverse_powers(limit)
     quotient, name, domain = inverse_fit(exponents), f"inverse_{accuracy_name(limit)}", "0 < eps <= 1"
     text = f"v* = y^{SHIFT} N/D, y = ((1 - eps)/eps)^({ROOT}), {powers_text(exponents)}"
@@ -136,8 +136,8 @@ def inverse_powers(accuracy: Fraction) -> Powers:
 
     The accuracy is the largest relative error of v* in type double, with rounding.
     """
-    candidates = levelled(approximants.BEST, approximants.fit_inverse)
-    return first(accuracy, candidates, lambda exponents: inverse_fit(exponents).error("v_star"))
+    candidates = sampled_candidates(approximants.BEST, approximants.fit_inverse)
+    return first_accurate(accuracy, candidates, lambda exponents: inverse_fit(exponents).error("v_star"))
 
 
 @recorded("inverse")
@@ -148,7 +148,7 @@ def inverse_fit(exponents: Powers) -> ProvenQuotient:
     a, b = (tuple(map(float, values)) for values in (best.a, best.b))
     proof = certificate.prove_inverse(inverse_formula(best))
     return proven_quotient(
-        a, b, proof, lambda form: on_machines(form, lambda machine: _bounds(exponents, a, b, proof, machine))
+        a, b, proof, lambda form: bounds_on_machines(form, lambda machine: _bounds(exponents, a, b, proof, machine))
     )
 
 
@@ -202,19 +202,19 @@ def inverse_rounding(exponents: Powers, a: Values, b: Values, machine: Arithmeti
             # y = q^(1/10), |ln q| = 10 |ln y|. The exponent 0.1 is no binary number: ln y errs by |its error| |ln q|.
             log_q = abs(root.log()) / ball_of(ROOT)
             errors: dict[str, arb | int] = {"epsilon": 0, "loss": unit}
-            return log_error(of_powers(branches[variable], variable, machine, errors, log_q, ROOT))
+            return log_error(powers_error(branches[variable], variable, machine, errors, log_q, ROOT))
 
         # q or 1/q is at most 1, and at least the smallest positive number: y or u goes from its tenth root to 1.
-        start = below_root(machine.form.smallest, ROOT)
+        start = power_of_two_below_root(machine.form.smallest, ROOT)
         coefficients = formulas.constants(exponents, a, b)
         branch_walks = (
-            on_parts(
+            results_on_parts(
                 branch, ("v_star",), variable, coefficients, machine, log_error=partial(error_of_root, variable)
             )
             for variable, branch in branches.items()
         )  # fmt: skip
         parts = [*parts_from(start, Fraction(1))]
-        relative = max(largest(results_on, parts, relative_error("v_star")) for results_on in branch_walks)
+        relative = max(largest_bound(results_on, parts, relative_error("v_star")) for results_on in branch_walks)
         # beta = v*^2/pow(speed, 0.2), from a v* with that error and an exact speed.
-        beta = of_powers(formulas.beta_branch(), "beta", machine, {"speed": 0, "v_star": relative})
+        beta = powers_error(formulas.beta_branch(), "beta", machine, {"speed": 0, "v_star": relative})
         return {"v_star": rounded_up(relative, DIGITS), "beta": rounded_up(beta, DIGITS)}

@@ -352,7 +352,7 @@ class Polynomials(Layout):
             # The whole piece at once: m - origin as a ball, [centre - half, centre + half]. m and t are exact.
             middle = ball_of(piece.centre - self.origin(index))
             numbers[self.variable] = Rounded(middle + ball_of(piece.half) * arb(0, 1), form)
-            return exact_middle(of_branch(self.sums(), ["p"], numbers, form)["p"].absolute)
+            return exact_middle(rounded_results(self.sums(), ["p"], numbers, form)["p"].absolute)
 
     def rise_after(self, index: int) -> Fraction:
         """Return the increase of eps from a row to the next, relative to the smaller of eps and 1 - eps, exactly."""
@@ -463,7 +463,7 @@ class LastPlace(Layout):
         """
         # t = m - (the row's centre) as a polynomial in the piece's s, m = centre + half s.
         t = fmpq_poly([to_fmpq(piece.centre - self.centre(index)), to_fmpq(piece.half)])
-        machine = exactly(self.sums(), "p", {"t": t}, dict(zip(self.names, self.rows[index], strict=True)))
+        machine = exact_polynomial(self.sums(), "p", {"t": t}, dict(zip(self.names, self.rows[index], strict=True)))
         formula_error = greatest(machine - piece.p, parts) + piece.error
         least, most, base = piece.least, piece.most, self.base(index)
         if not 0 < least <= most < 1:
@@ -488,7 +488,7 @@ class LastPlace(Layout):
             # finds lost is at most half a unit of the sum; with base 0 nothing is lost.
             lost = half_unit(1 + numbers["high"].value, DOUBLE) if self.base(index) else arb(0)
             numbers["lost"] = Rounded(arb(0, lost), DOUBLE)
-            results = of_branch(self.sums(), ["rest", "lost"], numbers, DOUBLE)
+            results = rounded_results(self.sums(), ["rest", "lost"], numbers, DOUBLE)
             rest = results["rest"]
             return exact_middle(rest.absolute), exact_middle((results["lost"] + rest).absolute)
 
@@ -525,7 +525,7 @@ def _panel_at(exponent: int, m: Fraction) -> int:
 def _exact_p(w: Fraction, base: int) -> Fraction:
     """Return p = eps - base at a point, to far more digits than a double has."""
     with working(_BITS):
-        portions = truth.at(w)  # balls of eps and of 1 - eps
+        portions = truth.portions_of_w(w)  # balls of eps and of 1 - eps
         return exact_middle(-portions.loss if base else portions.epsilon)
 
 
@@ -630,7 +630,7 @@ def check_results(layout: Layout) -> None:
     for base in (0, 1):
         numbers = {name: 1.375 + n for n, name in enumerate(layout.names)} | {"base": base, "rest_of_base": 1 - base}
         inputs = {"m": x, "t": x, "speed": speed, "head": head}
-        results = {name: exactly(branch, name, inputs, numbers) for name in ("p", *branch.results)}
+        results = {name: exact_polynomial(branch, name, inputs, numbers) for name in ("p", *branch.results)}
         eps = results["p"] + base
         if results != {"p": eps - base, "restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps * eps}:
             raise ArithmeticError("the results of a speed table are not eps = base + p, eps speed, and 1 - eps^2")
@@ -884,7 +884,7 @@ def _outside(elsewhere: Kernel, name: str, usual: bool) -> ErrorBound:
     # The widest bounds of eps and of 1 - eps are the last ones.
     eps, loss = (elsewhere.bound(function, "host", "double")[-1] for function in ("epsilon", "one_minus_epsilon"))
     # What the rounding of v* adds, relative to eps and to 1 - eps.
-    speeds, rounding = (1 / USUAL, USUAL) if usual else None, of_v_star(largest=USUAL if usual else None)
+    speeds, rounding = (1 / USUAL, USUAL) if usual else None, eps_error_from_v_star(largest=USUAL if usual else None)
     if name == "restitution":
         return replace(eps, result=name, relative_to="smaller", rounding=rounding, speeds=speeds)
     # 1 - eps^2 is computed from eps and 1 - eps, rebound from eps alone.

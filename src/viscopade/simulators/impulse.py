@@ -598,7 +598,7 @@ class Engine(NamedTuple):
             self.source,
             schemes=dict.fromkeys(self.steps, SEMI_IMPLICIT),
             integrator=self.choice,
-            damped=self.damping_values,
+            damped_values=self.damping_values,
             warnings=self.all_warnings,
         )
         return Simulator(name, self.title, self.version, rows, native=contact)
@@ -629,8 +629,8 @@ _ENGINES = {
         {"PGS": _physx_pgs, "TGS": _physx_tgs},
         _physx_warnings,
         Soft(
-            Parameter("compliant_contact_stiffness", "N/m", both=True),
-            Parameter("compliant_contact_damping", "N s/m", both=True),
+            Parameter("compliant_contact_stiffness", "N/m", per_body=True),
+            Parameter("compliant_contact_damping", "N s/m", per_body=True),
             _physx_compliance,
             rebounds=False,
         ),
@@ -650,8 +650,8 @@ _ENGINES = {
         {"btMultiBody": _bullet, "btRigidBody": partial(_bullet, is_multi_body=False)},
         _bullet_warnings,
         soft=Soft(
-            native.positive("contactStiffness", "N/m", both=True),
-            Parameter("contactDamping", "N s/m", both=True),
+            native.positive("contactStiffness", "N/m", per_body=True),
+            Parameter("contactDamping", "N s/m", per_body=True),
             _bullet_compliance,
             rebounds=True,
         ),

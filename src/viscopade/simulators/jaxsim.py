@@ -64,7 +64,7 @@ SIMULATOR = Simulator(
         _SOURCE,
         schemes={"SemiImplicitEuler": SEMI_IMPLICIT, "RungeKutta4": RUNGE_KUTTA},
         integrator="integrator",
-        damped=_damping_values,
+        damped_values=_damping_values,
         warnings=lambda values, impact: ("This is SoftContacts; RelaxedRigidContacts is JaxSim's default",),
     ),
     default_step=0.001,

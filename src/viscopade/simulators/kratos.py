@@ -56,7 +56,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     else:
         k = (_PAIR if values["other"] == "sphere" else 1.0) * math.pi * _CHORD * modulus * radius
     # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of the restitution.
-    return native.power_of(formula, values[_E], k, impact.effective_mass)
+    return native.power_force(formula, values[_E], k, impact.effective_mass)
 
 
 _NATIVE = native.Native(
@@ -64,7 +64,7 @@ _NATIVE = native.Native(
         native.Parameter("law", words=_LAWS),
         native.positive("YOUNG_MODULUS", "Pa", per_body=True),
         native.poisson_ratios("POISSON_RATIO"),
-        native.restitution(_E, least_written=0.001),  # the least eps that the source tells apart
+        native.restitution(_E, least_epsilon=0.001),  # the least eps that the source tells apart
         native.Parameter("other", default="sphere", words=("sphere", "wall")),
     ),
     _force,

@@ -56,7 +56,7 @@ from viscopade.simulators.formula import (
     tsuji_kappa,
     viscoelastic_formula,
 )
-from viscopade.simulators.input_file import Row, described, time_step, type_rows
+from viscopade.simulators.input_file import Row, template_contact, time_step, type_rows
 from viscopade.simulators.own_law import Goal, OwnLawContact, Softness, best_row, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
@@ -94,7 +94,7 @@ def _values(setup: Setup) -> dict[str, Any]:
 
     return {
         **time_step(setup),
-        "contacts": [described(contact, setup, row=constant_eps_columns(contact)) for contact in setup.contacts],
+        "contacts": [template_contact(contact, setup, row=constant_eps_columns(contact)) for contact in setup.contacts],
         "types": type_rows(setup, "species", names),
         "species": [species_row(name) for name in setup.bodies],
         "mixed": [

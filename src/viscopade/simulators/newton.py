@@ -172,7 +172,7 @@ _NATIVE = Native(
     _CONTACT,
     schemes={"SolverSemiImplicit": SEMI_IMPLICIT, "SolverXPBD": SEMI_IMPLICIT, "SolverMuJoCo": SEMI_IMPLICIT},
     integrator="solver",
-    damped=_damping_values,
+    damped_values=_damping_values,
     warnings=_warnings,
 )
 

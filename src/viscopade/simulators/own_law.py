@@ -191,7 +191,7 @@ class Goal:
             beta = float(beta_from_restitution(speed, epsilon))
         else:
             # kappa = kappa(1) v^(2 c) with 2 c = 2/nu - 1; `wanted_kappa` returns the kappa of an eps.
-            beta = float(wanted_kappa(law, repr(epsilon))) / speed ** float(2 * law.c)
+            beta = float(kappa_for_epsilon(law, repr(epsilon))) / speed ** float(2 * law.c)
         goal = cls("contact", beta, slowest, speed, fastest, mass, law=law)
         return goal if gravity is None else replace(goal, gravity=gravity, epsilon_with_weight=epsilon)
 
@@ -231,7 +231,7 @@ class Goal:
         if self.law == VISCOELASTIC:
             return float(double.epsilon(v_star(speed, damping)))
         # Of another law beta is kappa at the speed 1, and kappa = beta v^(2 c).
-        return float(epsilon_of(self.law, mp.mpf(damping * speed ** float(2 * self.law.c))))
+        return float(law_epsilon(self.law, mp.mpf(damping * speed ** float(2 * self.law.c))))
 
 
 @dataclass(frozen=True)
@@ -336,7 +336,7 @@ class OwnLawContact:
         # No number that the program accepts gives this damping: say which eps the ends of its range give.
         if self._parameter_for(self.kappa) is None:
             dampings = (self.formula.kappa(mp.mpf(end)) for end in self.formula.accepted)
-            lowest, highest = sorted(float(epsilon_of(self.formula.law, kappa)) for kappa in dampings)
+            lowest, highest = sorted(float(law_epsilon(self.formula.law, kappa)) for kappa in dampings)
             raise ValueError(
                 f"epsilon is {self.epsilon:.6g}: expected {lowest:.4g} to {highest:.4g}, which {self.formula.parameter}"
                 f" from {self.formula.accepted[0]} to {self.formula.accepted[1]} gives"
@@ -450,7 +450,7 @@ class OwnLawContact:
     @property
     def _continuum_kappa(self) -> float:
         """The kappa with the goal eps, without weight and time steps."""
-        return float(wanted_kappa(self.formula.law, repr(self.epsilon)))
+        return float(kappa_for_epsilon(self.formula.law, repr(self.epsilon)))
 
     def _kappa_with(self, k_over_m: float, near: float | None = None) -> float:
         """Return the kappa at the typical speed that gives the goal eps with a k/m, by the program's own steps.
@@ -472,7 +472,7 @@ class OwnLawContact:
         if step is not None and not step <= 1:
             raise TooFewSteps(f"time-step is {step:.4g} contact times")
         # `compensated` searches the kappa whose mean eps, in these steps and with this load, is the goal.
-        return compensated(self.formula.law, self.epsilon, step, scheme, load, self.carried, near)
+        return kappa_in_steps(self.formula.law, self.epsilon, step, scheme, load, self.carried, near)
 
     def _collision(self, speed: float, kappa: float, k_over_m: float, falls: bool | None = None) -> _Collision:
         """Return the collision at an impact speed, with the program's own time steps.
@@ -574,7 +574,7 @@ class OwnLawContact:
         damping, k_over_m = self.kappa if kappa is None else kappa, self.stiffness_over_mass
         # Without weight and steps eps depends on kappa alone, and k/m may be unknown.
         if k_over_m is None or (self.time_step is None and self.goal.epsilon_with_weight is None):
-            return float(epsilon_of(self.formula.law, mp.mpf(self._kappa_at(damping, speed))))
+            return float(law_epsilon(self.formula.law, mp.mpf(self._kappa_at(damping, speed))))
         return self._collision(speed, damping, k_over_m, falls).epsilon
 
     def collision_in_steps(self, time_step: float | None = None) -> SampledCollision | None:
@@ -620,7 +620,7 @@ class OwnLawContact:
             largest = max(goal.epsilon(goal.slowest, beta) for beta in betas)
             smallest = min(goal.epsilon(goal.fastest, beta) for beta in betas)
             harmonic_mean = 2 * smallest / (1 + smallest / largest)
-            return self._parameter_and_error(float(wanted_kappa(self.formula.law, repr(harmonic_mean))))
+            return self._parameter_and_error(float(kappa_for_epsilon(self.formula.law, repr(harmonic_mean))))
 
         def imbalance(log_kappa: Any) -> Any:
             errors = self.errors(float(mp.exp(log_kappa)))
@@ -797,7 +797,7 @@ def ways_out(contact: OwnLawContact, goal: Goal, time_step: float, spread: float
 # steps, four decimals of a sampled eps, three of an error in percent, and ten of kappa.
 
 
-def best_line(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Iterator[str]:
+def best_line(contact: OwnLawContact, name: str, number: Callable[[float], float] = identity) -> Iterator[str]:
     """Yield a line on the program's number whose largest error of eps over the speeds is smallest.
 
     `name` is what the program calls it; `number` makes it of the formula's parameter.
@@ -823,7 +823,7 @@ def constant_row(contact: OwnLawContact, name: str, number: Callable[[float], fl
     return {(name, ""): text, (f"{name}: eps with weight", ""): epsilons}
 
 
-def best_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = same) -> Row:
+def best_row(contact: OwnLawContact, name: str, number: Callable[[float], float] = identity) -> Row:
     """Return a column with the number whose largest error is smallest, and this error in percent.
 
     None with weight, or at one speed; `name` and `number` are as of `best_line`.
@@ -919,7 +919,7 @@ def render_own_law(
     common = [line for line in first_lines if other_lines and all(line in lines for lines in other_lines)]
     facts = [line for contact in contacts for line in contact["lines"] if line not in common]
     facts += ["In all contacts:", *common] if common else []
-    return written(text, command, opening, {"contacts": contacts, "units": units, "time_step": time_step}, facts)
+    return input_text(text, command, opening, {"contacts": contacts, "units": units, "time_step": time_step}, facts)
 
 
 def _number(contact: OwnLawContact, text: OwnLaw, parameter: float) -> float:

@@ -50,11 +50,11 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     model, mass = values["contactForceModel"], impact.effective_mass
     # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of en.
     if model == "linear":
-        return native.power_of(SIMULATOR.formula(model), values["en"], values["kn"], mass)
+        return native.power_force(SIMULATOR.formula(model), values["en"], values["kn"], mass)
     # Hertz: k = 4/3 Yeff sqrt(R_eff)
     k = 4 / 3 * values["Yeff"] * math.sqrt(impact.effective_radius)
     if model == "nonLinear":
-        return native.power_of(SIMULATOR.formula(model), values["en"], k, mass)
+        return native.power_force(SIMULATOR.formula(model), values["en"], k, mass)
     # nonLinearMod: etha_n sqrt(x) v, the viscoelastic law up to x = 0
     return native.Power(law_of(VISCOELASTIC, "return"), k, values["etha_n"])
 

@@ -118,7 +118,9 @@ def _values(setup: Setup, tier: str = "1e-5") -> dict[str, Any]:
         errors = size_errors(contact, same_beta(pair))
         functions = {("functions", ""): f"viscopade_callback_{symbol} viscopade_resolve_{symbol}"}
         rows.append(
-            described(contact, setup, errors, functions, symbol=symbol, quoted=repr(contact.name), **numbers, **exact)
+            template_contact(
+                contact, setup, errors, functions, symbol=symbol, quoted=repr(contact.name), **numbers, **exact
+            )
         )
     return {
         "contacts": rows,

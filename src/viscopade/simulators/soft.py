@@ -227,7 +227,7 @@ def _bepu_collision(values: Values, impact: Impact) -> Impulse | Contact:
 _CAPPED = "{} is above the speed of the rebound."
 # What people write is the damping of the damping ratio for contact that ends at x = 0. Up to 1e3 eps falls to 1e-6: a
 # contact that ends at force 0 has about eps = 1/kappa^2 for strong damping.
-_row = partial(formulas, "kd/sqrt(kp m)", ("0", "1e3"), written=linear_kappa, scheme=IMPLICIT)
+_row = partial(formulas, "kd/sqrt(kp m)", ("0", "1e3"), usual_parameter=linear_kappa, scheme=IMPLICIT)
 _SOURCE, _GAZEBO_SOURCE = "ode/src/joints/contact.cpp", "deps/opende/src/joints/contact.cpp"
 _BEPU_SOURCE = "BepuPhysics/Constraints/Contact/PenetrationLimit.cs"
 _ENGINES = (
@@ -249,7 +249,7 @@ _ENGINES = (
             _SOURCE,
             schemes={"dWorldStep": SEMI_IMPLICIT, "dWorldQuickStep": SEMI_IMPLICIT},
             integrator="solver",
-            damped=_ode_damping_values,
+            damped_values=_ode_damping_values,
         ),
     ),
     Simulator(
@@ -272,7 +272,7 @@ _ENGINES = (
             _GAZEBO_SOURCE,
             schemes={"quick": SEMI_IMPLICIT},
             integrator="solver",
-            damped=_gazebo_damping_values,
+            damped_values=_gazebo_damping_values,
             warnings=_gazebo_warnings,
         ),
         default_step=0.001,

@@ -190,7 +190,7 @@ def _with_ratio(name: str, law: Law, other: Law, factor: str, citations: tuple[s
         place = {"return": "x = 0", "force": "force 0"}
         words = f"{name}, zeta for the end at {place[formula_end]}; contact ends at {place[contact.end]}"
         source = citations[formula_end == "force"]
-        return DampingFormula(words, contact, "damping ratio", kappa, _RATIO, reason, source, written=written)
+        return DampingFormula(words, contact, "damping ratio", kappa, _RATIO, reason, source, usual_parameter=written)
 
     return tuple(formula(end, contact) for end in ("return", "force") for contact in (other, law))
 

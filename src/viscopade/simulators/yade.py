@@ -73,7 +73,7 @@ from viscopade.simulators.formula import (
     thornton_kappa,
     tsuji_kappa,
 )
-from viscopade.simulators.input_file import WAY_OUT, described, same_beta, size_errors, time_step, type_rows
+from viscopade.simulators.input_file import WAY_OUT, same_beta, size_errors, template_contact, time_step, type_rows
 from viscopade.simulators.own_law import Goal, OwnLawContact, Softness, best_row, constant_row
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import InputFile, Simulator
@@ -125,7 +125,9 @@ def _values(setup: Setup) -> dict[str, Any]:
                 row["betan: stays down below", setup.units.speed] = f"{sticking_speed:.3g}"
             row["with weight at a Facet (2/3 R): eps of betan, of en", ""] = " ".join(facets)
         numbers = {"betan": constant.parameter, "en": printed_pade(pair.v_star(vn)), "vn": vn, "A": pair.A}
-        contacts.append(described(contact, program_setup, size_errors(real, same_beta(real.pair)), row, **numbers))
+        contacts.append(
+            template_contact(contact, program_setup, size_errors(real, same_beta(real.pair)), row, **numbers)
+        )
     return {
         **time_step(program_setup),
         "setup": program_setup,
@@ -318,7 +320,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         return native.power_force(SIMULATOR.formula("MindlinPhys, betan"), values["betan"], k, mass)
     e = values.single("en", "as MindlinPhys has one for a pair of materials")
     if "vn" not in values:
-        return native.power_of(SIMULATOR.formula("MindlinPhys, en"), e, k, mass)
+        return native.power_force(SIMULATOR.formula("MindlinPhys, en"), e, k, mass)
     # The viscoelastic law: kappa follows from en, and c from kappa at the speed vn.
     formula = SIMULATOR.formula("MindlinPhys, en and vn")
     kappa = float(formula.kappa(mp.mpf(e)))
@@ -363,7 +365,7 @@ _NATIVE = native.Native(
     schemes={"NewtonIntegrator": SEMI_IMPLICIT},
     integrator="engine",
     damping=lambda values: "betan" if "betan" in values else "en",
-    altered=_with_integrator_damping,
+    integrator_contact=_with_integrator_damping,
     warnings=_warnings,
 )
 
@@ -384,7 +386,7 @@ SIMULATOR = Simulator(
             ("0", "100"),
             _MINDLIN,
             ("MindlinPhys, betan", TSUJI, _betan_kappa, "exact", "betan is as `viscopade simulators yade` writes it."),
-            written=betan,
+            usual_parameter=betan,
         ),
         *formulas(
             _EN,

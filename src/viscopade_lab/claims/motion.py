@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 from viscopade.collision.spheres import Pair
 
-# Steps per inverse rate of change. The error falls with its fourth power: measured, eps is off by 4e-12 at v* = 1 and by
-# 5e-10 at v* = 10, where the claims allow 1e-8; with 100 steps 16 times as much.
+# Steps per inverse rate of change. The error falls with its fourth power: measured, eps is off by 4e-12 at v* = 1 and
+# by 5e-10 at v* = 10, where the claims allow 1e-8; with 100 steps 16 times as much.
 FINENESS = 200
 # More than a collision needs (measured: 1,000 steps at v* = 1, 6,100 at 100); a motion that never ends stops here.
 MAX_STEPS = 200_000

@@ -91,9 +91,9 @@ def file_text(
         raise ValueError(f"the language is {language.name}: expected c, as the kernel has a table")
     # The texts of kernels, each after that of the kernel that serves outside its table. What all speed tables share
     # comes first, once.
-    texts = [speed_table.shared_text()] if any(kernel.elsewhere for kernel in kernels) else []
+    texts = [speed_table.shared_text()] if any(kernel.fallback for kernel in kernels) else []
     for kernel in kernels:
-        texts += [kernel_text(whole, language) for whole in (kernel.elsewhere, kernel) if whole is not None]
+        texts += [kernel_text(whole, language) for whole in (kernel.fallback, kernel) if whole is not None]
     # A helper is a file with one function, whose name is that of the file up to its first point.
     helpers = (
         helper for helper in language.helpers.split() if any(f"{helper.partition('.')[0]}(" in text for text in texts)
@@ -139,7 +139,7 @@ def kernel_text(kernel: Kernel, language: Language) -> str:
     # `code` is what makes the kernel's identity: tables and functions without their comments.
     code = [table_text(kernel, table, language) for table in kernel.tables]
     texts = list(code)
-    if kernel.elsewhere is not None:
+    if kernel.fallback is not None:
         # A speed table: all comments first, as its functions in C are one text.
         comments = [
             "\n".join(_comment(kernel, function, language, number))
@@ -167,7 +167,7 @@ def _framed(kernel: Kernel, language: Language, texts: Sequence[str], code: Sequ
         functions=("\n" * (language.apart + 1)).join(texts),
         generics=generics(kernel, language),
         name=kernel.name,
-        GUARD=f"VISCOPADE_{'SPEED_' * bool(kernel.elsewhere)}{kernel.name.upper()}",
+        GUARD=f"VISCOPADE_{'SPEED_' * bool(kernel.fallback)}{kernel.name.upper()}",
         # A checksum of 32 bits: "0x" and 8 hexadecimal digits.
         identity=f"{crc32(''.join(code).encode()):#010x}",
     )
@@ -231,7 +231,7 @@ def stated_bounds(kernel: Kernel, function: Function, arithmetic: Arithmetic) ->
 
 def _covers(wider: ErrorBound, bound: ErrorBound) -> bool:
     """Return whether the first bound holds on the range of the second: of v*, and of speeds if it has one."""
-    return wider.on(bound.low, bound.high) and wider.speeds in (None, bound.speeds)
+    return wider.covers(bound.low, bound.high) and wider.speeds in (None, bound.speeds)
 
 
 def range_text(bound: ErrorBound) -> str:

@@ -87,7 +87,7 @@ def functions_text(kernel: Kernel, language: Language, rows: str) -> str:
 
 def _facts(kernel: Kernel) -> dict[str, str]:
     """Return the sentences for the words FORMULA and PROVEN: what a kernel computes, and its bounds in the table."""
-    eps, rebound = (kernel.in_table(name, DOUBLE.name) for name in ("restitution", "rebound"))
+    eps, rebound = (kernel.table_bound(name, DOUBLE.name) for name in ("restitution", "rebound"))
     # Tables to the last place have no error of the formula apart from that in ulp. Bounds are rounded up; two digits
     # are enough for rounding.
     if eps.formula:
@@ -179,8 +179,8 @@ def _type_words(kernel: Kernel, table: Table, language: Language, form: Format) 
         return text if form == DOUBLE else re.sub(r"\b(speed|beta)\b", lambda match: _AS_DOUBLE.format(match[0]), text)
 
     # The base of each octave, 1 or 0, in lines of 96 columns: 100 with the indent.
-    places = np.array([octaves(e).of(form) for e in range(OCTAVES)], np.uint64 if form == DOUBLE else np.uint32)
-    bases = computed(CodeBranch(None, (), {"base": base}), "base", {"place": places}, form)
+    places = np.array([octaves(e).value_in(form) for e in range(OCTAVES)], np.uint64 if form == DOUBLE else np.uint32)
+    bases = branch_value(CodeBranch(None, (), {"base": base}), "base", {"place": places}, form)
     bases_text = "\n".join(wrap(", ".join(form.decimal(float(number)) for number in bases), 96))
     # c[n][i]: number n of the row of speed i; rows that are copied unchanged have c[i][n].
     in_block = "c[{n}][i]" if in_columns else "c[i][{n}]"
@@ -203,7 +203,7 @@ def _type_words(kernel: Kernel, table: Table, language: Language, form: Format) 
         "LOADED": f"double c[{width}][{BLOCK}];" if in_columns else f"{table.form} c[{BLOCK}][{width}];",
         "SMALLEST": smallest,
         # Places in the table are below 2^END_SHIFT: 128 octaves are a power of 2.
-        "END_SHIFT": str(octaves(OCTAVES).of(form).bit_length() - 1),
+        "END_SHIFT": str(octaves(OCTAVES).value_in(form).bit_length() - 1),
         # Numbers in a cache line.
         "LINE": str(CACHE_LINE // form.bytes),
         "VALID": in_double(beyond.guard),
