@@ -60,6 +60,8 @@ class Request:
     digits: int = LATEX_DIGITS
 
     def __post_init__(self) -> None:
+        """Refuse options that contradict each other; each message names the command's option."""
+        # Degrees have a best approximant only on an interval. The ends of an interval mean nothing to other kernels.
         if self.minimax and self.v_star_max is None:
             raise ValueError("minimax is given without an interval: expected minimax with v_star_max (--v-star-max)")
         for name in ("v_star_min", "v_star_max"):
@@ -67,6 +69,7 @@ class Request:
                 raise ValueError(
                     f"{name} is given without minimax or accuracy: expected it with one of them (--minimax, --accuracy)"
                 )
+        # An accuracy with a lower end alone would be that of a compact kernel, for all v* >= 0.
         if self.v_star_max is None and self.v_star_min != "0":
             raise ValueError(
                 "v_star_min is given without v_star_max: expected an interval with both ends (--v-star-max)"

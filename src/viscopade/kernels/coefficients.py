@@ -168,12 +168,12 @@ def accuracy_name(accuracy: Fraction) -> str:
 # --- lacunary quotients -----------------------------------------------------------------------------------------------
 
 
-def powers_text(form: Powers) -> str:
+def powers_text(exponents: Powers) -> str:
     """Return N and D as text, the end of a formula's text: "N = a0 + a4 y^4, D = 1 + b4 y^4"."""
     # b_0 is 1, and y^1 is written y.
     top, bottom = (
-        " + ".join(f"{letter}{k} y" + f"^{k}" * (k > 1) if k else constant for k in exponents)
-        for letter, constant, exponents in (("a", "a0", form.top), ("b", "1", form.bottom))
+        " + ".join(f"{letter}{k} y" + f"^{k}" * (k > 1) if k else constant for k in powers)
+        for letter, constant, powers in (("a", "a0", exponents.top), ("b", "1", exponents.bottom))
     )
     return f"N = {top}, D = {bottom}"
 
@@ -201,6 +201,6 @@ def sampled_candidates(
 
     `fit` finds the best quotient with given powers.
     """
-    for form in choices:
+    for exponents in choices:
         with suppress(remez.NoBest):
-            yield fit(form).error, form
+            yield fit(exponents).error, exponents

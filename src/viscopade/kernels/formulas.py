@@ -61,13 +61,13 @@ def _mirrored(polynomial: Terms) -> Terms:
     return tuple((polynomial[-1][0] - k, name) for k, name in reversed(polynomial))
 
 
-def constants(form: Powers, a: Sequence[Number], b: Sequence[Number]) -> dict[str, Number]:
+def constants(exponents: Powers, a: Sequence[Number], b: Sequence[Number]) -> dict[str, Number]:
     """Return the coefficients of a lacunary quotient by name: a4 is the coefficient of y^4 in N, b4 the one in D.
 
-    `form` has the exponents of N (`top`) and D (`bottom`), and a and b the coefficients in their order.
+    `exponents` has those of y in N (`top`) and D (`bottom`), and a and b the coefficients in their order.
     """
-    tops = {f"a{k}": c for k, c in zip(form.top, a, strict=True)}
-    return tops | {f"b{k}": c for k, c in zip(form.bottom, b, strict=True)}
+    tops = {f"a{k}": c for k, c in zip(exponents.top, a, strict=True)}
+    return tops | {f"b{k}": c for k, c in zip(exponents.bottom, b, strict=True)}
 
 
 NOT_NEGATIVE = Name("v_star") >= ZERO
@@ -170,21 +170,21 @@ def _terms(coefficients: Mapping[str, object], letter: str) -> Terms:
 # --- lacunary quotients -----------------------------------------------------------------------------------------------
 
 
-def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
+def half_line_branches(exponents: Powers) -> tuple[CodeBranch, CodeBranch]:
     """Return the programs for v* <= 1 and v* > 1; the input is v_star, the results epsilon and one_minus_epsilon.
 
-    `form` has the exponents of y = v*^(1/3) in N (`top`) and D (`bottom`).
+    `exponents` has those of y = v*^(1/3) in N (`top`) and D (`bottom`).
     """
     v_star, w, u = Name("v_star"), Name("w"), Name("u")
     elastic, lost = Name("elastic"), Name("lost")
     # eps and 1 - eps are the shares of two positive sums, so that neither loses digits.
     results = {"epsilon": elastic / (elastic + lost), "one_minus_epsilon": lost / (elastic + lost)}
-    top, bottom = letter_terms("a", form.top), letter_terms("b", form.bottom)
+    top, bottom = letter_terms("a", exponents.top), letter_terms("b", exponents.bottom)
 
     # v* <= 1: elastic = D(y), lost = v*^2 N(y)
     near = (
         Statement("y", Call("cbrt", (v_star,))),
-        *powers("y", _horner_powers(form)),
+        *powers("y", _horner_powers(exponents)),
         Statement("elastic", by_powers("y", bottom)),
         Statement("lost", v_star * v_star * by_powers("y", top)),
     )
@@ -196,7 +196,7 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     far = (
         Statement("w", ONE / v_star),
         Statement("u", Call("cbrt", (w,))),
-        *powers("u", _horner_powers(form)),
+        *powers("u", _horner_powers(exponents)),
         Statement("elastic", w * w * w * u * by_powers("u", bottom)),
         Statement("lost", by_powers("u", top)),
     )
@@ -207,10 +207,10 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     )
 
 
-def inverse_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
+def inverse_branches(exponents: Powers) -> tuple[CodeBranch, CodeBranch]:
     """Return the programs for eps >= 1/2 and eps < 1/2.
 
-    Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star. `form` has the exponents of y in N (`top`)
+    Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star. `exponents` has those of y in N (`top`)
     and D (`bottom`).
     """
     epsilon, loss = Name("epsilon"), Name("loss")
@@ -218,36 +218,36 @@ def inverse_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     # y = (loss/epsilon)^(1/10), and v* = y^5 N(y)/D(y); SHIFT = 5 because 1 - eps goes like v*^2, so v* like y^5.
     near = CodeBranch(
         loss <= epsilon,
-        (Statement("y", Call("pow", (loss / epsilon, tenth))), *_sums(form, "y", SHIFT)),
+        (Statement("y", Call("pow", (loss / epsilon, tenth))), *_sums(exponents, "y", SHIFT)),
         {"v_star": power("y", SHIFT) * Name("top") / Name("bottom"), "ratio": ratio},
     )
     # u = 1/y: N(y) = y^deg N N^(u), so that v* = N^(u)/(u^rest D^(u)), rest = 5 + deg N - deg D.
-    rest = SHIFT + form.top[-1] - form.bottom[-1]
+    rest = SHIFT + exponents.top[-1] - exponents.bottom[-1]
     far = CodeBranch(
         None,
-        (Statement("u", Call("pow", (epsilon / loss, tenth))), *_sums(form, "u", rest)),
+        (Statement("u", Call("pow", (epsilon / loss, tenth))), *_sums(exponents, "u", rest)),
         {"v_star": Name("top") / (power("u", rest) * Name("bottom"))}
         # v* goes like y^3, as eps goes like v*^(-10/3): only with deg D = deg N + 2 (DEGREES_LESS) has N^/D^ a limit.
-        | ({"limit": ratio} if form.bottom[-1] - form.top[-1] == DEGREES_LESS else {}),
+        | ({"limit": ratio} if exponents.bottom[-1] - exponents.top[-1] == DEGREES_LESS else {}),
     )
     return near, far
 
 
-def _horner_powers(form: Powers) -> set[int]:
+def _horner_powers(exponents: Powers) -> set[int]:
     """Return the powers that Horner's rules for N and D multiply by; those of the mirrored polynomials are the same."""
-    return gaps(form.top) | gaps(form.bottom)
+    return gaps(exponents.top) | gaps(exponents.bottom)
 
 
-def _sums(form: Powers, variable: str, shift: int) -> Program:
+def _sums(exponents: Powers, variable: str, shift: int) -> Program:
     """Return the assignments of `top` = N and `bottom` = D in the variable "y", or of the mirrored ones in "u".
 
-    The variable's power `shift` is assigned, too.
+    `exponents` has those of y in N and D. The variable's power `shift` is assigned, too, as v* has it as a factor.
     """
-    top, bottom = letter_terms("a", form.top), letter_terms("b", form.bottom)
+    top, bottom = letter_terms("a", exponents.top), letter_terms("b", exponents.bottom)
     if variable == "u":
         top, bottom = _mirrored(top), _mirrored(bottom)
     return (
-        *powers(variable, _horner_powers(form) | {shift}),
+        *powers(variable, _horner_powers(exponents) | {shift}),
         Statement("top", by_powers(variable, top)),
         Statement("bottom", by_powers(variable, bottom)),
     )

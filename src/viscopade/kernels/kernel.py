@@ -211,6 +211,7 @@ class Kernel:
     normal: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        """Refuse a kernel whose programs, constants and bounds do not belong together."""
         # What each function reads and does not compute; tables and lists are the same for all formats.
         needs = {f.name: f.names - f.assigned - {*f.arguments} for f in (whole.pruned for whole in self.functions)}
         shared = {*(table.name for table in self.tables), *self.lists}

@@ -95,7 +95,11 @@ def _inputs(kernel: Kernel, function: Function, arguments: Sequence[Any], form: 
 
 
 def _branches(function: Function, inputs: Mapping[str, Any], arithmetic: Reading) -> Iterator[tuple[int, Any]]:
-    """Yield the index of each branch, and for which arguments it is taken: those for which no earlier one is."""
+    """Yield the index of each branch, and for which arguments it is taken: those for which no earlier one is.
+
+    `inputs` are the function's arguments (arrays of one shape) and the constants, by name. What is taken is an array of
+    bools of that shape.
+    """
     # `untaken`: the arguments inside the domain that no branch has taken so far.
     untaken = np.full(inputs[function.arguments[0]].shape, True)
     if function.domain is not None:

@@ -132,6 +132,7 @@ class ProvenPade:
     bounds: tuple[ErrorBound, ...] = ()
 
     def __post_init__(self) -> None:
+        """Refuse numbers that contradict each other, as in a record that was changed by hand."""
         for number in (*self.a, *self.b, self.next_term):
             if not number.is_finite():
                 raise ValueError(f"{self.label}: {number} is not a finite number")
@@ -385,7 +386,8 @@ def accurate_fit(accuracy: Fraction, low: Fraction, high: Fraction) -> ProvenQuo
 def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> ProvenQuotient:
     """Return a best approximant with doubles for coefficients, and its proofs; in type float within the limit.
 
-    `limit` is the largest error in type float, with rounding; None: as `proven_quotient` decides.
+    `fit` has the exact coefficients and the interval of v*; `limit` is the largest error in type float, with rounding,
+    and None leaves it to `proven_quotient`.
     """
     # What is proven is the quotient of the doubles, as exact numbers.
     a, b = (tuple(map(float, values)) for values in fit.exact)
@@ -401,7 +403,7 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> ProvenQuoti
 
 
 def _fit_kernel(fit: ProvenQuotient, name: str) -> Kernel:
-    """Return the kernel of a best approximant; `name` is the end of its name, "1_4_v5" or "v5_1em3"."""
+    """Return the kernel of a proven best approximant `fit`; `name` is the end of its name, "1_4_v5" or "v5_1em3"."""
     proof = fit.certificate
     low, high, name = proof.low, _finite_end(proof), f"minimax_{name}"
     m, n = len(fit.a) - 1, len(fit.b) - 1
@@ -462,7 +464,8 @@ class _Variant(NamedTuple):
 def _kernel(name: str, label: str, variants: Mapping[str, _Variant], bounds: Sequence[ErrorBound]) -> Kernel:
     """Return a kernel of v*, and of the speed and beta; NaN outside its domain.
 
-    `name` is the end of its functions' names, `label` the paper's name "[m/n]", and `variants` are by name of a format.
+    `name` is the end of its functions' names, `label` the paper's name "[m/n]", `variants` are by name of a format, and
+    `bounds` are those of all its functions.
     """
     ends = {form: variant.ends for form, variant in variants.items() if variant.ends is not None}
     # Whether in any format some v* of the domain lie beyond the threshold. The constant 1/1 has no powers to overflow.

@@ -198,6 +198,7 @@ def results_on_parts(
 
     @cache
     def results_on(part: Part) -> RoundedResults:
+        """Return the results on a part of the variable's exact values, with all of their rounding errors."""
         # The program runs with the computed y: the part, widened by the error of ln y, which multiplies y by up to
         # e^(±error). So the bounds of rounding and the slope hold for all that may be computed.
         exact_y = interval_ball(*part)
