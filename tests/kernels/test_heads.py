@@ -51,7 +51,7 @@ def eps_and_loss(v_star):
         eps = (mpf(3) / 2) ** (mpf(2) / 3) * v_star ** (-mpf(10) / 3)
         return eps, 1 - eps
     with working(truth.BITS):
-        found = truth.portions(ball_of(exactly(v_star)))
+        found = truth.exact_portions(ball_of(exactly(v_star)))
         return tuple(mpf(int(part.fmpq().p)) / int(part.fmpq().q) for part in (found.epsilon.mid(), found.loss.mid()))
 
 

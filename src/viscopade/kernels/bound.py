@@ -65,7 +65,7 @@ class ErrorBound:
     branch: int | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a bound that can be none."""
+        """Refuse numbers that no bound can have."""
         # Records and callers write bounds: an empty range, or a float among the exact numbers, is a mistake.
         if not 0 <= self.low < self.high:
             raise ValueError(f"the range is [{self.low}, {self.high}]: expected 0 <= low < high")

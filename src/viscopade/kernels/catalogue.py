@@ -151,12 +151,8 @@ class Entry:
 
 def _entries() -> Iterator[Entry]:
     """Yield the ready kernels. Accuracies are round numbers for users; each kernel is the cheapest one for its own."""
-    for m, n in (
-        (0, 3),
-        (1, 4),
-        (2, 5),
-        (3, 6),
-    ):  # the paper's [m/m+3], typed here because its module takes long to import
+    # The paper's [m/m+3], typed here because its module (`theory.paper`) takes long to import.
+    for m, n in ((0, 3), (1, 4), (2, 5), (3, 6)):
         yield Entry("pade", f"{m}/{n}", Request(pade=((m, n),)))
     # On 0 <= v* <= 5, where eps falls from 1 to 0.006.
     for accuracy in ("1e-3", "1e-5", "1e-8"):

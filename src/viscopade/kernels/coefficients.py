@@ -154,8 +154,9 @@ def bounds_on_machines(form: Format, bounds: Callable[[Arithmetic], Iterable[Err
 def checked_accuracy(accuracy: Exact, least: Fraction, name: str = "accuracy") -> Fraction:
     """Return an accuracy, a relative error, exactly; expected is a number from `least` to 0.99.
 
-    `name` is that of the argument in a refusal. (A kernel that is off by all of eps is of no use.)
+    `name` is that of the argument in a refusal.
     """
+    # At 1, or 100 %, eps = 0 would be accurate enough; 0.99 is a round number below it.
     expected = f"a number from {float(least):g} to 0.99"
     return arguments.exact_number(name, accuracy, expected, lambda x: least <= x <= Fraction("0.99"))
 

@@ -379,7 +379,7 @@ def operations(program: Program, *results: Expression) -> Counter[str]:
     assigned = {s.name: s.expression for s in program}
 
     def count(expression: Expression, counted: set[str]) -> Counter[str]:
-        """Count, and add the names of variables that are counted."""
+        """Return the counts of an expression, and add the names of variables that it counts to `counted`."""
         match bare(expression):
             case Name(name) if name in assigned and name not in counted:
                 # A variable is computed once, however often it is read.

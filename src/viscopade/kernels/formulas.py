@@ -136,7 +136,8 @@ def epsilon_branches(coefficients: Mapping[str, object]) -> tuple[CodeBranch, Co
     near = CodeBranch(None, sums, results)
 
     # In u: N = v*^m N^(u) with the mirrored polynomial N^(u) = u^m N(1/u), likewise D, so that N/D is N^/D^ times
-    # v*^(m - n): a product for each power, by v_star or by u, neither of which can overflow before the result does.
+    # v*^(m - n): a product for each power, by v_star or by u. Each lies between N^/D^ and the result, so it is a normal
+    # number if these are.
     degree = top[-1][0] - bottom[-1][0]
     for _ in range(abs(degree)):
         ratio = ratio * Name("v_star" if degree > 0 else "u")

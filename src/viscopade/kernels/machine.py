@@ -166,7 +166,7 @@ def _fallback_values(
 
     `inputs` has the arguments of `kernel`'s function by name, of which the constants are taken anew in double.
     """
-    # In programs the called functions have the names of the code.
+    # In programs the called functions have the names of the code, "viscopade_epsilon_full".
     arithmetic = machine_arithmetic(DOUBLE)
     calls = {
         f"viscopade_{f.name}_{fallback.name}": partial(function_values, fallback, f.name) for f in fallback.functions

@@ -155,7 +155,8 @@ class Rounded:
         if not self.relative.is_finite():
             return self._with(value, _INFINITE, _ZERO, absolute, change, slope)
 
-        # (x (1 + theta_x) + alpha_x)/(y remaining): 1/remaining - 1 is larger than the error if |computed y| > |y|.
+        # (x (1 + theta_x) + alpha_x)/(y remaining): the least y makes the quotient larger by a factor 1/remaining, and
+        # the largest one makes it smaller by less.
         relative, underflow = (1 + self.relative) / remaining - 1, self.underflow / (least_denominator * remaining)
         return self._with(value, relative, underflow, absolute, change, slope)
 

@@ -204,6 +204,7 @@ def results_on_parts(
         exact_y = interval_ball(*part)
         error = log_error(exact_y)
         y = exact_y * arb(0, error).exp()
+        # slope=1: d ln y/d ln y
         rounded = read(branch, results, {**numbers, **inputs(y), variable: Rounded(y, form, slope=1)}, reading)
         # What the error of y itself changes is the slope times that error.
         return {name: number.with_error_of_y(error) for name, number in rounded.items()}

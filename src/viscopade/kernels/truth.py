@@ -29,10 +29,10 @@ are right to 1e-199 (8 v*^2) and 1e-31 (`panel_proof.tail`)."""
 @lru_cache(maxsize=4096)  # the functions of a kernel are compared at the same hundreds of w, one after the other
 def portions_of_w(w: Fraction) -> Portions:
     """Return balls of eps and 1 - eps, fields `epsilon` and `loss`, at w = v*^10 > 0."""
-    return portions(ball_of(w).root(10))
+    return exact_portions(ball_of(w).root(10))
 
 
-def portions(v_star: arb) -> Portions:
+def exact_portions(v_star: arb) -> Portions:
     """Return eps and 1 - eps at a narrow ball of v* > 0."""
     if v_star < ball_of(panel_proof.ELASTIC):
         # 1 - eps = lambda_1 v*^2 (1 ± 8 v*^2) for v*^2 <= 2^-20 (docs/theory/exact-function.md, step 8), and ELASTIC is
@@ -43,7 +43,7 @@ def portions(v_star: arb) -> Portions:
         # eps = (3/2)^(2/3) v*^(-10/3) up to a factor e^(±tail), same step; v*^(10/3) = v*^3 v*^(1/3).
         epsilon = panel_proof.asymptotic_factor() / v_star**3 / v_star.root(3) * arb(0, panel_proof.tail(v_star)).exp()
         return Portions(epsilon, 1 - epsilon)
-    # On a panel both are polynomials in z = (v* - centre)/(half width).
+    # On a panel both (NAMES[:2]: "epsilon", "one_minus_epsilon") are polynomials in z = (v* - centre)/(half width).
     panel, _ = panels.index_of(float(v_star))
     z = (v_star - arb(float(panels.CENTRES[panel]))) / arb(float(panels.HALF_WIDTHS[panel]))
     # The bound is twice what is proven of the panel; so it also covers a z that is beyond its end by an error of v*.

@@ -83,7 +83,7 @@ def losses() -> tuple[list[float], list[float]]:
         np.asarray(function_values(full.full(), "one_minus_epsilon", ELASTIC)),
     )
     with working(BITS):
-        exact = [truth.portions(arb(v)).loss for v in ELASTIC.tolist()]
+        exact = [truth.exact_portions(arb(v)).loss for v in ELASTIC.tolist()]
         difference, direct = (
             [float(abs(arb(y) - loss) / loss) for y, loss in zip(way.tolist(), exact, strict=True)] for way in ways
         )

@@ -75,7 +75,7 @@ def distance(given: Coefficients, k: int, place: float) -> float:
     """
     with working(BITS):
         v, polynomial = arb(place), arb_poly(list(given.balls[: k + 1]))
-        eps, unit = truth.portions(v).epsilon, arb(2) ** -53
+        eps, unit = truth.exact_portions(v).epsilon, arb(2) ** -53
         size = arb_poly([abs(h_k) for h_k in given.balls[: k + 1]])(v)
         noise = (2 * k + 1) * unit * (1 + 2 * k * unit) * size / eps + (2 * double.ULP["epsilon"] + 3) * unit
         value = polynomial(v)

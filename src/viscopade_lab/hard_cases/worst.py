@@ -235,7 +235,7 @@ def _full(name: str) -> Function:
     """Return eps or 1 - eps of full accuracy; exact is the true value."""
 
     def exact(x: float) -> arb:
-        true = truth.portions(arb(x))
+        true = truth.exact_portions(arb(x))
         return true.epsilon if name == "epsilon" else true.loss
 
     bound, computed = full.largest_ulp(name), lambda x: np.asarray(function_values(full.full(), name, x))
@@ -247,6 +247,6 @@ def _full_from_speed() -> Function:
     kernel, table = speed_table("full"), TABLES["full"]
     return Function(
         "full", "restitution_full", DOUBLE, lambda x: function_values(kernel, "restitution", x, np.ones_like(x)),
-        lambda x: truth.portions(arb(x).root(10)).epsilon, 2.0**table.first, 2.0**60, table_bounds(table)["ulp"],
+        lambda x: truth.exact_portions(arb(x).root(10)).epsilon, 2.0**table.first, 2.0**60, table_bounds(table)["ulp"],
         ulp=True, second=(1.0,),
     )  # fmt: skip
