@@ -205,7 +205,8 @@ def is_normal(kernel: Kernel, name: str, *arguments: float, form: Format = DOUBL
 def borders(kernel: Kernel, name: str, form: Format = DOUBLE) -> list[float]:
     """Return the largest first arguments, the others being 1, before a condition of the function changes.
 
-    Conditions are those of the domain, of branches and of choices within programs, of the function `name`.
+    Conditions are those of the domain, of branches and of choices within programs, of the function `name`. The second
+    argument is beta, with a speed first: of beta = 1, w = beta^5 speed is the speed.
     """
     function, arithmetic = kernel.function(name).pruned, machine_arithmetic(form)
     programs = [(*function.start, *branch.program) for branch in function.branches]

@@ -111,7 +111,7 @@ def numpy_restitution(
     if invalid and np.geterr()["invalid"] == "raise":
         raise FloatingPointError(_INVALID)
     if invalid and np.geterr()["invalid"] == "warn":
-        warnings.warn(_INVALID, RuntimeWarning, stacklevel=2)
+        warnings.warn(_INVALID, RuntimeWarning, stacklevel=2)  # at the caller's line
     if out is not None:
         return out
     return result[()]  # a scalar for scalars

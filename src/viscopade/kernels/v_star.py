@@ -78,8 +78,7 @@ def speed_bounds(bound: ErrorBound, beyond: JustBeyond | None = None) -> Iterato
     for usual, largest in (((1 / USUAL, USUAL), USUAL), (None, None)):
         # Of eps or 1 - eps, relative to the smaller one; larger than the relative error of v*, as slopes reach 10/3.
         change = eps_error_from_v_star(machine, largest)
-        # The computed v* is at least `bound.low` from here on: v* (1 - change) >= low needs v* >= low (1 + change) up
-        # to change^2, which is far below the difference of change and the error of v*.
+        # From v* = low (1 + change) on the computed v*, which is off by less than a third of change, is above low.
         low, high, last = bound.low * (1 + change), bound.high, bound.last
         if beyond is not None:
             change, last = change * beyond.steepness, beyond.last
