@@ -185,8 +185,8 @@ def first_accurate(
     """Return the first powers whose kernel is proven to be accurate enough, rounding in type double included.
 
     Candidates, the cheapest first, come with their sampled errors, from which those that cannot be accurate enough are
-    known; `error_of` proves an error, which takes seconds. The most accurate one is proven to have the least error that
-    `checked_accuracy` accepts.
+    known; `error_of` proves an error, which takes about a second. The most accurate one is proven to have the least
+    error that `checked_accuracy` accepts.
     """
     for error, choice in candidates:
         with suppress(ArithmeticError):  # there is no proof

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import count as numbers
+from itertools import count as whole_numbers
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -428,7 +428,7 @@ def chain(exponents: frozenset[int]) -> tuple[Step, ...]:
         raise ValueError(f"powers are {sorted(exponents)}: expected whole numbers >= 1")
     # With k powers besides y itself k multiplications are the least; then k + 1, …, until a sequence is long enough.
     rest = tuple(sorted(exponents - {1}))
-    lengths = (_chain((1,), rest, steps) for steps in numbers(len(rest)))
+    lengths = (_chain((1,), rest, steps) for steps in whole_numbers(len(rest)))
     return next(steps for steps in lengths if steps is not None)
 
 

@@ -14,8 +14,6 @@ import numpy as np
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.expressions import (
     CodeBranch,
-    Expression,
-    Program,
     Reading,
     Run,
     Select,
@@ -205,15 +203,20 @@ def is_normal(kernel: Kernel, name: str, *arguments: float, form: Format = DOUBL
 def borders(kernel: Kernel, name: str, form: Format = DOUBLE) -> list[float]:
     """Return the largest first arguments, the others being 1, before a condition of the function changes.
 
-    Conditions are those of the domain, of branches and of choices within programs, of the function `name`. The second
-    argument is beta, with a speed first: of beta = 1, w = beta^5 speed is the speed.
+    `name` is the function's. With a speed first, the second argument is beta: of beta = 1, w = beta^5 speed is the
+    speed.
     """
     function, arithmetic = kernel.function(name).pruned, machine_arithmetic(form)
+    # (program, condition): those of the domain, of the branch, and of the choices that the program assigns.
     programs = [(*function.start, *branch.program) for branch in function.branches]
     conditions = [
         (program, condition)
         for program, branch in zip(programs, function.branches, strict=True)
-        for condition in (function.domain, branch.guard, *_choice_conditions(program))
+        for condition in (
+            function.domain,
+            branch.guard,
+            *(s.expression.condition for s in program if isinstance(s.expression, Select)),
+        )
         if condition is not None
     ]
 
@@ -240,8 +243,3 @@ def borders(kernel: Kernel, name: str, form: Format = DOUBLE) -> list[float]:
                 low, high = (middle, high) if same else (low, middle)
             largest_before_change.append(float(low))
     return largest_before_change
-
-
-def _choice_conditions(program: Program) -> Iterator[Expression]:
-    """Yield the conditions of the choices that a program assigns."""
-    yield from (s.expression.condition for s in program if isinstance(s.expression, Select))

@@ -160,6 +160,7 @@ def compiled_restitution(instructions: str | None = None) -> np.ufunc:
     ValueError
         If the processor does not have these instructions.
     """
+    # The extension lists what this processor has, the best last.
     ufunc: np.ufunc = extension.ufunc(instructions or extension.instruction_sets()[-1], DOC)
     return ufunc
 
@@ -170,7 +171,10 @@ _kernel: Any = numpy_restitution if extension is None else compiled_restitution(
 def restitution(
     x1: Any, x2: Any, /, out: Array | None = None, *, where: Any = True, dtype: npt.DTypeLike | None = None
 ) -> Any:
-    """Return what the kernel makes of the arguments without their units and masks."""
+    """Return eps at the speeds x1 for the beta x2: what the kernel makes of them without their units and masks.
+
+    `out`, `where` and `dtype` are those of NumPy's ufuncs.
+    """
     # All that follows takes ten times as long as one number (measured).
     if out is None and where is True and dtype is None and _is_plain(x1) and _is_plain(x2):
         return _kernel(x1, x2)
@@ -191,7 +195,7 @@ def restitution(
     # `hidden`: the mask of both in their common shape, or None.
     values, hidden = checked.unmasked(unitless)
     for name, value in zip(("speed", "beta"), values, strict=True):
-        if np.asarray(value).dtype.kind == "b":
+        if np.asarray(value).dtype.kind == "b":  # True and False are no speeds
             raise TypeError(refusal(name, value, f"{_NUMBERS.words}, or an array of such numbers"))
     if hidden is None:
         return _kernel(*values, **keywords)

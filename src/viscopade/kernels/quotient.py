@@ -241,7 +241,7 @@ class ProvenPade:
         for form in FORMATS.values():
             try:
                 top, bottom = self.rounded(form)
-                limit = threshold(self.label, *self.reduced, form)
+                log2_threshold = threshold(self.label, *self.reduced, form)
             except ValueError as error:
                 if form == DOUBLE:
                     raise
@@ -249,7 +249,7 @@ class ProvenPade:
                 continue
             # The end is rounded down, into the domain.
             ends = None if self.end is None else (0.0, form.nearest(Fraction(self.end.v_star), math.floor))
-            variants[form.name] = _Variant(top, bottom, ends, limit)
+            variants[form.name] = _Variant(top, bottom, ends, log2_threshold)
         return replace(
             _kernel(name, self.label, variants, self.bounds), source=PADE_SOURCE, domain=self.domain,
             missing=missing, record=record,
@@ -368,10 +368,10 @@ def accurate_fit(accuracy: Fraction, low: Fraction, high: Fraction) -> ProvenQuo
     ArithmeticError
         If none of a few fits is proven to be that accurate.
     """
-    limit = accuracy
+    largest_error = accuracy  # of the formula alone, in the search
     for _ in range(_ATTEMPTS):
         # The search knows the sampled error of the formula; the proof adds rounding, and may exceed the accuracy.
-        cheapest_fit = cheapest.cheapest_fit(limit, high, low)
+        cheapest_fit = cheapest.cheapest_fit(largest_error, high, low)
         proven = _with_proofs(cheapest_fit, accuracy)
         error = proven.error("epsilon")
         if error <= accuracy:
@@ -379,7 +379,8 @@ def accurate_fit(accuracy: Fraction, low: Fraction, high: Fraction) -> ProvenQuo
         # Ask for an error that is smaller by the factor by which this one is too large, and by 1 % at least, so that
         # the same fit is not chosen again.
         factor = min(accuracy / error, Fraction(99, 100))
-        limit = max(min(limit, Fraction(cheapest_fit.error)) * factor, minimax.SMALLEST_ERROR)
+        largest_error = min(largest_error, Fraction(cheapest_fit.error)) * factor
+        largest_error = max(largest_error, minimax.SMALLEST_ERROR)  # the least that the search accepts
     raise ArithmeticError(f"no kernel was proven to be as accurate as {float(accuracy):g}")
 
 
@@ -517,11 +518,11 @@ def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Fo
     ValueError
         If there is no such t >= 0.
     """
-    limit = Fraction(2) ** (form.largest - _HEADROOM)
+    largest_sum = Fraction(2) ** (form.largest - _HEADROOM)
 
     def overflows(t: int) -> bool:
         # Every sum in Horner's rule is at most |c_0| + |c_1| v* + … for v* >= 1.
-        return any(sum(abs(c) * 2 ** (t * i) for i, c in enumerate(values)) > limit for values in (a, b))
+        return any(sum(abs(c) * 2 ** (t * i) for i, c in enumerate(values)) > largest_sum for values in (a, b))
 
     # The sums grow with t: bisection for the first t that overflows, among the exponents of the type's numbers >= 1.
     t = bisect_left(range(form.largest + 1), True, key=overflows) - 1
