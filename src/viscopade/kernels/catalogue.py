@@ -150,7 +150,7 @@ class Entry:
 
 
 def _entries() -> Iterator[Entry]:
-    """Yield the ready kernels. Accuracies are round numbers for users; each kernel is the cheapest one for its own."""
+    """Yield the ready kernels, in the order of exports and docs. Accuracies are round numbers, chosen by hand."""
     # The paper's [m/m+3], typed here because its module (`theory.paper`) takes long to import.
     for m, n in ((0, 3), (1, 4), (2, 5), (3, 6)):
         yield Entry("pade", f"{m}/{n}", Request(pade=((m, n),)))

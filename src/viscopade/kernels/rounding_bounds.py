@@ -33,8 +33,8 @@ BITS = 128
 PARTS = 32
 """Parts of the values of y at first. From 8 to 128 bounds change by less than `_NEARLY` (measured): halving decides."""
 MOST_PARTS = 4096
-"""Where halving ends without a tight bound. Bounds need 30 to 400 parts (measured), so that only a sum that vanishes
-comes near."""
+"""Where halving ends without a tight bound. Bounds of kernels need 30 to 1,500 parts (measured); more says that a sum
+may vanish."""
 DIGITS = 2
 """Significant digits of printed bounds: rounding up to two digits widens a bound by at most 10 %."""
 # By which a bound for all may exceed the largest found for a single argument: 1.6 %, less than DIGITS cost. With 1/4
