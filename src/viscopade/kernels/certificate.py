@@ -203,19 +203,19 @@ class _Proof:
 
     def and_beyond(self, on_panels: Certificate) -> Certificate:
         """Return the certificate without an end, given the one up to the end of the panels."""
-        # The variable is u = 1/y, from 0 at infinity to `last` at the end of the panels: u = v*^(-1/power).
+        # The variable is u = 1/y, from 0 at infinity to `largest_u` at the end of the panels: u = v*^(-1/power).
         power, end = self.formula.power, ball_of(panel_proof.END)
         true_limit = reference.limit(end)  # encloses eps v*^(10/3) for all v* beyond the end
-        last = rational_power(1 / end, Fraction(1, power))
+        largest_u = rational_power(1 / end, Fraction(1, power))
         if self.measure == "speed":
             # For an inverse kernel u = (eps/(1 - eps))^(1/(2 power)), which grows with eps; the largest eps is at the
             # end of the panels.
             largest_eps = arb((true_limit / rational_power(end, DECAY)).abs_upper())
-            last = rational_power(largest_eps / (1 - largest_eps), Fraction(1, 2 * power))
+            largest_u = rational_power(largest_eps / (1 - largest_eps), Fraction(1, 2 * power))
         message = "no bound was found for large v*: does the formula have the right limit?"
 
         def bound(_: int, number: int) -> arb:
-            ends = [last * ball_of(Fraction(i, number)) for i in range(number + 1)]
+            ends = [largest_u * ball_of(Fraction(i, number)) for i in range(number + 1)]
             return max(_largest(self._limit_deviation(true_limit), *part) for part in pairwise(ends))
 
         # A deviation of 1 or more is that of a formula which does not go like eps.
@@ -251,13 +251,13 @@ def _largest(functions: Functions, low: arb, high: arb) -> arb:
     bound = arb(0)
     try:
         # Around t = 0, for the coefficients; and around every t of the part at once, for the remainder's.
-        middle, whole = (functions(arb_series([start, half])) for start in (centre, arb(centre, half)))
+        at_centre, everywhere = (functions(arb_series([start, half])) for start in (centre, arb(centre, half)))
     except (ZeroDivisionError, ValueError):  # a denominator, or the base of a root, may vanish
         return arb.pos_inf()
-    for at_centre, everywhere in zip(middle, whole, strict=True):
-        if min(at_centre.prec, everywhere.prec) <= ORDER:
+    for taylor, enclosure in zip(at_centre, everywhere, strict=True):
+        if min(taylor.prec, enclosure.prec) <= ORDER:
             raise TypeError("the formula loses coefficients of a series")
         # |g(t)| <= |g_0| + … + |g_11| + |B|, and B contains g^(12)(t)/12! for all t.
-        terms = [*at_centre.coeffs()[:ORDER], *everywhere.coeffs()[ORDER:]]
+        terms = [*taylor.coeffs()[:ORDER], *enclosure.coeffs()[ORDER:]]
         bound = bound.max(coefficient_sum(terms))
     return bound if bound.is_finite() else arb.pos_inf()

@@ -112,8 +112,10 @@ class Function:
     @property
     def names(self) -> set[str]:
         """All names that are read."""
-        before = *(statement.expression for statement in self.start), *([] if self.domain is None else [self.domain])
-        return names_in(*before).union(*map(names_of, self.branches))
+        domain = [] if self.domain is None else [self.domain]
+        return names_in(*(statement.expression for statement in self.start), *domain).union(
+            *map(names_of, self.branches)
+        )
 
     @property
     def assigned(self) -> set[str]:
@@ -213,7 +215,7 @@ class Kernel:
     def __post_init__(self) -> None:
         """Refuse a kernel whose programs, constants and bounds do not belong together."""
         # What each function reads and does not compute; tables and lists are the same for all formats.
-        needs = {f.name: f.names - f.assigned - {*f.arguments} for f in (whole.pruned for whole in self.functions)}
+        needs = {f.name: f.names - f.assigned - {*f.arguments} for f in (f.pruned for f in self.functions)}
         shared = {*(table.name for table in self.tables), *self.lists}
         for form, constants in self.constants.items():
             for name, value in constants.items():

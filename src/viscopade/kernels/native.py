@@ -81,11 +81,11 @@ def numpy_restitution(
     x1 is the speed, x2 beta; `out`, `where` and `dtype` are those of NumPy's ufuncs.
     """
     kind = _computed_type(x1, x2, dtype)
-    first, second = (np.asarray(x, kind if type(x) in (bool, int, float) else None) for x in (x1, x2))
+    speeds, betas = (np.asarray(x, kind if type(x) in (bool, int, float) else None) for x in (x1, x2))
 
     # The iterator broadcasts, converts in pieces, and copies where `out` overlaps an argument, as ufuncs do. Its
     # operands are the speed, beta and the result, which are all of one type, and the mask if there is one.
-    operands: list[Any] = [first, second, out]
+    operands: list[Any] = [speeds, betas, out]
     flags: list[Any] = [_READ, _READ, ("writeonly", *_WRITE)]
     types: list[Any] = [kind, kind, kind]
     if where is not True:

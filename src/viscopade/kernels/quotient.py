@@ -672,15 +672,15 @@ def sampled_errors(approximant: Pade, law: Law, v_star_max: Exact = None) -> tup
         for i in track(range(points), "samples of the error"):
             v_star = last + (end - last) * Fraction(i + 1, points)
             try:
-                true = exact.collision(v_star, _SAMPLE_DIGITS, law=law)
+                collision = exact.collision(v_star, _SAMPLE_DIGITS, law=law)
             except ValueError:  # contact does not end with so much damping
                 if v_star_max is not None:
                     raise
                 return tuple(errors)
             # 64 bits (a machine word) more than the digits: those of the differences that cancel.
             with working(bits_for(_SAMPLE_DIGITS) + 64):
-                deviation = abs(a(ball_of(v_star)) / b(ball_of(v_star)) - true.epsilon)
-                relative = deviation / true.epsilon.min(true.one_minus_epsilon)
+                deviation = abs(a(ball_of(v_star)) / b(ball_of(v_star)) - collision.epsilon)
+                relative = deviation / collision.epsilon.min(collision.one_minus_epsilon)
                 largest_error = largest_error.max(relative.abs_upper())
         errors.append((end, rounded_up(largest_error)))
         last = end

@@ -100,12 +100,12 @@ def powers_error(
     # All positive numbers of the type lie between 2^-(largest + precision) and 2^(largest + 1).
     log_of_base = (form.largest + form.precision) * arb.const_log2() if log is None else log
 
-    def power(base: Rounded, written: _Decimal) -> Rounded:
+    def power(base: Rounded, literal: _Decimal) -> Rounded:
         """Bound the error of ln pow(x, p): |p| times that of ln x, that of pow, and |p - meant| |ln x|."""
-        meant = written.exact if exponent is None else exponent
-        from_base = log_error(base.relative) * ball_of(abs(written.nearest))
+        meant = literal.exact if exponent is None else exponent
+        from_base = log_error(base.relative) * ball_of(abs(literal.nearest))
         from_pow = log_error(ball_of(machine.power) * ball_of(machine.ulp))
-        from_exponent = ball_of(abs(written.nearest - meant)) * log_of_base
+        from_exponent = ball_of(abs(literal.nearest - meant)) * log_of_base
         return Rounded(normal, form, (from_base + (from_pow + from_exponent).abs_upper()).exp() - 1)
 
     # Of the two errors (1 ± r)^(1/k) - 1 of a root that of 1 - r is the larger one, for k = 2 and k = 3.
