@@ -11,15 +11,21 @@ from viscopade.kernels.arithmetic import Arithmetic
 
 
 def shortest(arithmetic: Arithmetic, pattern: str = "{}") -> Callable[[float], str]:
-    """Return how literals of a format are written: the shortest decimal that rounds to the number, with a point."""
+    """Return a function from a number to its literal: the shortest decimal that rounds to the number, with a point.
+
+    The format is that of the arithmetic; the pattern has {} for the decimal: "{}f" makes a C float of it.
+    """
     form = arithmetic.form
 
     def literal(value: float) -> str:
+        """Return the literal of a number of the format."""
+        # form.digits, 9 for float and 17 for double, always suffice.
         for digits in range(1, form.digits + 1):
             written = format(value, f".{digits}g")
             with suppress(ValueError):  # below the smallest normal number
                 if form.nearest(Fraction(written)) == form.rounded(Fraction(value)):
                     break
+        # "1e+30" -> "1.0e30"
         mantissa, e, exponent = written.replace("e+", "e").partition("e")
         return pattern.format(f"{mantissa if '.' in mantissa else mantissa + '.0'}{e}{exponent}")
 

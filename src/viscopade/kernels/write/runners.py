@@ -27,7 +27,9 @@ from viscopade.kernels.write.language import Language, Number, Runner
 
 ARGUMENTS = ("x", "y", "z")
 """Names of the arguments of calls."""
-_TIMEOUT = 600
+_TIMEOUT = 600  # seconds, after which a tool or program that hangs is stopped; chosen by hand
+_MESSAGE = 300  # most characters of a tool's error that are repeated, so that a message is a few lines; chosen by hand
+# The first line that says what is wrong, of all that compilers and linkers print.
 _ERROR = re.compile(r"error(\[\w+\])?:|undefined reference|multiple definition|unrecognized", re.IGNORECASE)
 _FAILS = "the generated code fails its check"
 _PROGRAM = "viscopade-driver.exe"  # no other file can have this name
@@ -52,7 +54,10 @@ class Tool:
 
 
 def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
-    """Return the requested tool, or the one named by the environment, or the first installed one.
+    """Return the tool for a runner's programs: the requested one, or that of the environment, or the first installed.
+
+    `command` is the command line of a requested tool, such as "gcc-12 -m32". A runner without tools needs the
+    interpreter that runs viscopade, and perhaps a package: None if it is not there.
 
     Raises
     ------
@@ -60,28 +65,25 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
         If the tool that `command` or the environment names cannot be started.
     """
     if not runner.tools:
-        return _interpreter(runner.package)
+        python = f"Python {platform.python_version()}"
+        if not runner.package:
+            return Tool((sys.executable,), python)
+        try:
+            return Tool((sys.executable,), f"{runner.package} {version(runner.package)}, {python}")
+        except PackageNotFoundError:
+            return None
     named = command or (os.environ.get(runner.variable) if runner.variable else None)
     for candidate in (named,) if named else runner.tools:
         try:
             words = tuple(shlex.split(candidate))
-        except ValueError:
+        except ValueError:  # an open quote
             continue
-        if words and shutil.which(words[0]) is not None and (known := _version(words)) is not None:
-            return Tool(words, known)
+        if words and shutil.which(words[0]) is not None and (tool_version := _version(words)) is not None:
+            return Tool(words, tool_version)
     if named:
         given_by = "--cc, or CC" if runner.variable == "CC" else runner.variable
         raise NoSuchToolError(f"there is no compiler {named!r} that starts: expected the name of one ({given_by})")
     return None
-
-
-def _interpreter(package: str) -> Tool | None:
-    """Return this interpreter; None if a package that the program needs is not there."""
-    python = f"Python {platform.python_version()}"
-    try:
-        return Tool((sys.executable,), f"{package} {version(package)}, {python}" if package else python)
-    except PackageNotFoundError:
-        return None
 
 
 def missing(runner: Runner) -> str:
@@ -90,15 +92,19 @@ def missing(runner: Runner) -> str:
 
 
 def _version(words: Sequence[str]) -> str | None:
-    """Return the line that a tool prints of its version; None if it does not start."""
+    """Return the line that a tool prints of its version, with its name; None if it does not start.
+
+    `words` are its command line.
+    """
     name = re.split(r"[/\\]", words[0])[-1]
     try:
-        ran = run((*words, "--version"))
+        result = run((*words, "--version"))
     except ToolchainError:
         return None
-    if ran.returncode:
+    if result.returncode:
         return None
-    line = next((line.strip() for line in ran.stdout.splitlines() if re.search(r"\d\.\d", line)), "")
+    # The first line with a number such as 12.2.
+    line = next((line.strip() for line in result.stdout.splitlines() if re.search(r"\d\.\d", line)), "")
     return line if name.lower() in line.lower() else f"{name} {line}".strip()
 
 
@@ -109,11 +115,13 @@ class Program:
     Attributes
     ----------
     command : tuple of str
+        Starts it, in the directory.
     type : dtype
         Of arguments and results.
     calls : int
         How many results there are for each row of arguments.
     directory : Path
+        Where it reads arguments from in.bin, and writes results to out.bin.
     """
 
     command: tuple[str, ...]
@@ -122,13 +130,16 @@ class Program:
     directory: Path
 
     def __call__(self, *arguments: Array, environment: Mapping[str, str] | None = None) -> Array:
-        """Return the results of calls, a row for each, from arrays of one length; with more names in the environment.
+        """Return the results of calls, a row for each call, from arguments that are arrays of one length.
+
+        `environment` has variables that are set besides those of this process.
 
         Raises
         ------
         ToolchainError
             If the program fails; one line.
         """
+        # A row for each call's arguments, in the order of `ARGUMENTS`; results come back a row for each argument row.
         rows = np.stack(arguments, 1).astype(self.type)
         (self.directory / "in.bin").write_bytes(rows.tobytes())
         succeed(self.command, self.directory, _FAILS, environment)
@@ -170,6 +181,8 @@ def build(
         If the tool fails; one line.
     """
     runner, (name, text) = language.run, file
+    # The driver is a template. Its words are the names of the generated file and of its module, the type and its size,
+    # the arguments that occur in calls, and the calls.
     arguments = [x for x in ARGUMENTS if any(re.search(rf"\b{x}\b", call) for call in calls)]
     stem = name.rpartition(".")[0]
     words = {
@@ -180,42 +193,53 @@ def build(
     driver = f"driver{Path(runner.driver).suffix}"
     (directory / name).write_text(text, encoding="utf-8")
     (directory / driver).write_text(environment().from_string(source).render(words), encoding="utf-8")
-    replaced = {"{tool}": (*tool.words, *flags), "{driver}": (driver,), "{file}": (name,), "{program}": (_PROGRAM,)}
-    compiled, command = (
-        tuple(word for part in line.split() for word in replaced.get(part, (part,)))
+    # The command lines that build and start it, with words for names: a word may stand for several.
+    names = {"{tool}": (*tool.words, *flags), "{driver}": (driver,), "{file}": (name,), "{program}": (_PROGRAM,)}
+    compile_command, command = (
+        tuple(word for pattern in line.split() for word in names.get(pattern, (pattern,)))
         for line in (runner.build, runner.start)
     )
-    if compiled:
-        succeed(compiled, directory, _FAILS)
+    if compile_command:
+        succeed(compile_command, directory, _FAILS)
     return Program(command, np.dtype(f"f{number.arithmetics[0].form.bytes}"), len(calls), directory)
 
 
 def succeed(words: Sequence[str], directory: Path, failure: str, more: Mapping[str, str] | None = None) -> None:
-    """Run a command in a directory.
+    """Run a command line (`words`) in a directory, with more variables in the environment.
 
     Raises
     ------
     ToolchainError
         If it fails; the message is `failure` and the first error that the command reports.
     """
-    ran = run(words, directory, more)
-    if ran.returncode == 0:
+    result = run(words, directory, more)
+    if result.returncode == 0:
         return
-    lines = [line.strip() for line in (ran.stderr + ran.stdout).splitlines() if line.strip()]
-    first = next(filter(_ERROR.search, lines), lines[0] if lines else f"exit status {ran.returncode}")
+    # The first line that names an error, or else the first one.
+    lines = [line.strip() for line in (result.stderr + result.stdout).splitlines() if line.strip()]
+    first = next(filter(_ERROR.search, lines), lines[0] if lines else f"exit status {result.returncode}")
+    # Without the directory, which is a temporary one: as a URL, with a separator, and alone, each resolved or not.
     for place in (os.path.realpath(directory), str(directory)):
         for written in (f"file://{place}{os.sep}", f"{place}{os.sep}", place):
             first = first.replace(written, "")
     name = re.split(r"[/\\]", words[0])[-1]
-    raise ToolchainError(f"{failure}: {name}: {first[:300]}")
+    raise ToolchainError(f"{failure}: {name}: {first[:_MESSAGE]}")
 
 
 def run(
     words: Sequence[str], directory: Path | None = None, more: Mapping[str, str] | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command, with more names in the environment; ToolchainError if it does not start, or does not end."""
+    """Run a command line (`words`), in a directory or this one, with more variables in the environment.
+
+    Raises
+    ------
+    ToolchainError
+        If it does not start, or does not end.
+    """
+    # The program that was built is in the directory, which is not on the search path.
     start = str(directory / words[0]) if directory is not None and words[0] == _PROGRAM else words[0]
     try:
+        # LC_ALL=C: messages in English, in which errors are looked for. Nothing is read from the terminal.
         return subprocess.run(
             (start, *words[1:]), cwd=directory, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT,
             env={**os.environ, "LC_ALL": "C", **(more or {})}, stdin=subprocess.DEVNULL,

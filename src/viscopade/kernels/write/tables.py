@@ -1,8 +1,11 @@
-"""Tables of coefficients and of proofs as CSV, JSON and LaTeX."""
+"""Tables of coefficients and of proofs as CSV, JSON and LaTeX.
+
+In all functions `command` is the command line that makes the file; it stands in its head.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import Context
 from itertools import zip_longest
 from json import dumps
@@ -27,11 +30,14 @@ PROVEN = (
     "for the order of evaluation in code (to nearest, with or without fused multiply-add), and adds to the error"
 )
 _MAX_DIGITS = 30  # in LaTeX: the records have 40 digits, and a second rounding is right with ten digits to spare
-_DOUBLE_DIGITS = 17  # of the coefficients of a best approximant, whose type is double
+_DOUBLE_DIGITS = 17  # of the coefficients of a best approximant, whose type is double: 17 digits identify one
 
 
 def csv_table(kernels: Sequence[Kernel], command: str) -> str:
-    """Return the columns m,n,symbol,index,value, after lines of comment that begin with "#"."""
+    """Return the columns m,n,symbol,index,value of kernels [m/n], after lines of comment that begin with "#".
+
+    `symbol` is a or b, the coefficients of the numerator and of the denominator; `index` is the power of v*.
+    """
     rows = (
         (kernel.record["m"], kernel.record["n"], symbol, index, value)
         for kernel in kernels
@@ -42,14 +48,14 @@ def csv_table(kernels: Sequence[Kernel], command: str) -> str:
 
 
 def json_table(kernels: Sequence[Kernel], command: str) -> str:
-    """Return one object; its "approximants" hold the records, with numbers as decimal strings."""
+    """Return one JSON object; its "approximants" hold the records of kernels, with numbers as decimal strings."""
     source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
     rest: dict[str, object] = {"error": PROVEN, "approximants": [kernel.record for kernel in kernels]}
     return _json(command, source, rest)
 
 
 def certificates(kernels: Sequence[Kernel], command: str) -> str:
-    """Return one object; its "certificates" hold the data for independent checks of the kernels' proofs."""
+    """Return one JSON object; its "certificates" hold the data for independent checks of the kernels' proofs."""
     proofs = [{**head, **certificate.record()} for kernel in kernels for head, certificate in kernel.proofs]
     return _json(command, CERTIFICATE_SOURCE, {"certificates": proofs})
 
@@ -62,6 +68,7 @@ def latex_table(kernels: Sequence[Kernel], command: str, digits: int = LATEX_DIG
     ValueError
         For more digits than the coefficients have.
     """
+    # Only Padé approximants have "a" in their record; best ones have the variants of each type.
     most = _MAX_DIGITS if all("a" in kernel.record for kernel in kernels) else _DOUBLE_DIGITS
     arguments.integer("digits", digits, 1, most)
     rows = (line for kernel in kernels for line in (r"\hline", *(rf"{row} \\" for row in _latex_rows(kernel, digits))))
@@ -90,6 +97,7 @@ def series_latex(h: Sequence[str], command: str) -> str:
 
 
 def _series_head(command: str) -> list[str]:
+    """Return the lines of comment before the series' coefficients."""
     return [
         *marker_lines(command),
         "",
@@ -103,73 +111,88 @@ def _series_head(command: str) -> list[str]:
 
 
 def series_json(h: Sequence[str], command: str) -> str:
-    """Return one object; its "h" holds the series' coefficients as decimal strings."""
+    """Return one JSON object; its "h" holds the series' coefficients as decimal strings."""
     return _json(command, SERIES_SOURCE, {"error": SERIES_NO_BOUND, "order": len(h) - 1, "h": _decimals(h)})
 
 
 def _decimals(h: Sequence[str]) -> list[str]:
-    """Return the coefficients if they are finite decimal numbers."""
+    """Return the coefficients if they are finite decimal numbers; `decimal_value` refuses others."""
     for value in h:
         decimal_value(value)
     return list(h)
 
 
 def _quotient(kernel: Kernel, target: str) -> Mapping[str, Sequence[str]]:
-    """Return the coefficients a and b of a quotient in v*, as decimals; of a best one, those of type double."""
+    """Return the coefficients a and b of a quotient in v*, as decimals: "a" -> (a_0, a_1, …), and "b".
+
+    Of a best approximant they are those of type double, its first variant.
+
+    Raises
+    ------
+    ValueError
+        If the kernel is no such quotient; the message names the target, "csv" or "latex".
+    """
     record: Mapping[str, Any] = kernel.record
     if "m" not in record:
+        # Compact and inverse kernels are quotients in a root of v* or of eps.
         raise ValueError(f"{kernel.name} is no quotient of polynomials in v*, which {target} expects: use json")
-    given: Mapping[str, Sequence[str]] = record if "a" in record else record["variants"][0]
-    return given
+    coefficients: Mapping[str, Sequence[str]] = record if "a" in record else record["variants"][0]
+    return coefficients
 
 
 def _head(kernels: Sequence[Kernel], command: str) -> list[str]:
+    """Return the lines of comment before a table of kernels: symbols, end condition, and the proven errors of each."""
+    errors = [
+        "; ".join(f"{error_text(bound)} for {range_text(bound)}" for bound in stated_bounds(k, k.functions[0], HOST))
+        for k in kernels
+    ]
     return [
         *marker_lines(command),
         "",
         *wrapped(SPHERES),
         "[m/n](v*) = (a_0 + a_1 v* + ... + a_m v*^m) / (b_0 + b_1 v* + ... + b_n v*^n)",
         *wrapped(f"End condition: {END_CONDITION}."),
-        *(line for kernel in kernels for line in _about(kernel)),
+        *(
+            line
+            for kernel, error in zip(kernels, errors, strict=True)
+            for line in wrapped(f"{kernel.label}: {kernel.source}. Domain: {kernel.domain}. Error <= {error}.")
+        ),
         *wrapped(f"m = min(eps, 1 - eps), r = [m/n]; {PROVEN}."),
     ]
 
 
-def _about(kernel: Kernel) -> Iterator[str]:
-    errors = "; ".join(
-        f"{error_text(bound)} for {range_text(bound)}" for bound in stated_bounds(kernel, kernel.functions[0], HOST)
-    )
-    yield from wrapped(f"{kernel.label}: {kernel.source}. Domain: {kernel.domain}. Error <= {errors}.")
-
-
 def _csv(head: Iterable[str], columns: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
-    """Return the lines of a file whose fields need no quotes."""
+    """Return the text of a file: the head as comment, the columns' names and the rows, whose fields need no quotes."""
     return "\n".join([comment(head, "#"), *(",".join(map(str, row)) for row in (columns, *rows))]) + "\n"
 
 
 def _json(command: str, source: str, rest: dict[str, object]) -> str:
+    """Return an object as text: its head (command, source, end condition), then the rest."""
     return dumps(json_head(command, source) | rest, indent=2, ensure_ascii=False) + "\n"
 
 
 def _latex_rows(kernel: Kernel, digits: int) -> list[str]:
-    """Return the rows of one approximant: m, n, a_i, and b_i in two columns, as in the paper."""
-    given = _quotient(kernel, "latex")
+    """Return the rows of one approximant: m, n, a_i, and b_i in two columns, as in the paper, rounded to digits."""
+    coefficients = _quotient(kernel, "latex")
     a, b = (
-        [f"${symbol}_{{{i}}}={_latex_number(value, digits)}$" for i, value in enumerate(given[symbol])]
+        [f"${symbol}_{{{i}}}={_latex_number(value, digits)}$" for i, value in enumerate(coefficients[symbol])]
         for symbol in "ab"
     )
+    # As many rows as there are a_i, or half as many as b_i, rounded up.
     height = max(len(a), (len(b) + 1) // 2)
     degrees = [(f"${kernel.record['m']}$", f"${kernel.record['n']}$")]
+    # m and n stand in the first row only; cells that are left are empty.
     columns = zip_longest(degrees, a, b[:height], b[height:])
     return [" & ".join([*(mn or ("", "")), *(cell or "" for cell in cells)]) for mn, *cells in columns]
 
 
 def _latex_number(value: str, digits: int) -> str:
-    """Return a number in LaTeX, correctly rounded to significant digits."""
+    """Return a decimal number in LaTeX, correctly rounded to significant digits."""
     context = Context(prec=digits)
     number = context.create_decimal(value)
     if not number:
         return "0"
+    # From 1e-5 on, with at most four zeros before the first digit, up to as many digits as are known; else m 10^e.
     if -6 < number.adjusted() < digits:
         return f"{number:f}"
     exponent = number.adjusted()

@@ -27,7 +27,7 @@ NAMES = (
 
 @cache
 def language(name: str) -> Language:
-    """Return the language of a name.
+    """Return the language of a name in `NAMES`; its module is loaded when it is first asked for.
 
     Raises
     ------
@@ -36,5 +36,5 @@ def language(name: str) -> Language:
     """
     if name not in NAMES:
         raise ValueError(f"language is {name!r}: expected {', '.join(NAMES)}")
-    found: Language = import_module(f"{__name__}.{name}").LANGUAGE
-    return found
+    data: Language = import_module(f"{__name__}.{name}").LANGUAGE
+    return data

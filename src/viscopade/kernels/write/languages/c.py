@@ -7,16 +7,16 @@ from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
 from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
 
-def _constant(value: float, arithmetic: object) -> str:
-    form = arithmetic.form  # type: ignore[attr-defined]
+def _constant(value: float, form: Format) -> str:
+    """Return a macro of c.h: a number in hexadecimal, and in decimal for C++ before C++17, which lacks the former."""
     return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"
 
 
 def _words(form: Format) -> dict[str, str]:
-    """Return the calls of the functions in words.h, and casts."""
-    own = {name: f"viscopade_{name}{form.suffix}({{0}})" for name in ("bits", "from_bits")}
+    """Return calls of words.h, from numbers of a format to their bits and back, and casts: name -> pattern."""
+    bits_calls = {name: f"viscopade_{name}{form.suffix}({{0}})" for name in ("bits", "from_bits")}
     types = {"uint32": "uint32_t", "uint64": "uint64_t", "index": "unsigned"}
-    return own | {name: f"VISCOPADE_AS({kind}, {{0}})" for name, kind in types.items()}
+    return bits_calls | {name: f"VISCOPADE_AS({kind}, {{0}})" for name, kind in types.items()}
 
 
 LANGUAGE = Language(
@@ -25,7 +25,7 @@ LANGUAGE = Language(
     comment=" *",
     numbers=tuple(
         Number((a,), a.form.name, shortest(a, "{}" + a.form.suffix), a.form.suffix, "{name}" + a.form.suffix,
-               nan=f'nan{a.form.suffix}("")', coefficient=partial(_constant, arithmetic=a), calls=_words(a.form),
+               nan=f'nan{a.form.suffix}("")', coefficient=partial(_constant, form=a.form), calls=_words(a.form),
                word=f"UINT{8 * a.form.bytes}_C({{digits}})",
                types={"word": f"uint{8 * a.form.bytes}_t", "uint32": "uint32_t", "uint64": "uint64_t",
                       "index": "unsigned", "row": f"{a.form.name} *", "condition": "int"})

@@ -3,11 +3,13 @@
 from viscopade.kernels.arithmetic import HOST, HOST_FLOAT
 from viscopade.kernels.write.language import Language, Number, Runner, shortest
 
-_OF_FLOAT = shortest(HOST_FLOAT)
+_FLOAT_DECIMAL = shortest(HOST_FLOAT)
 
 
 def _float(value: float) -> str:
-    return written.replace("e", "f") if "e" in (written := _OF_FLOAT(value)) else f"{written}f0"
+    """Return a literal of type Float32, whose exponent begins with f: 1.5f0, 1.0f-30."""
+    decimal = _FLOAT_DECIMAL(value)
+    return decimal.replace("e", "f") if "e" in decimal else f"{decimal}f0"
 
 
 LANGUAGE = Language(
