@@ -107,7 +107,10 @@ V_STAR_FUNCTIONS = ("epsilon", "one_minus_epsilon")
 """Functions of `half_line` kernels."""
 
 BEST_ACCURACY = Fraction("2.9e-8")
-"""The smallest accuracy that may be asked for: the kernel with most coefficients is proven to 2.79e-8, and rounds."""
+"""The smallest accuracy that may be asked for: the kernel with most coefficients is proven to 2.79e-8, and rounds.
+
+The largest one, 0.99, is a matter of taste: with an error of 1 a kernel would say nothing.
+"""
 
 _COMMON_Y = (Fraction(1, 10), Fraction(2155, 1000))  # cube roots of `COMMON`, 0.1 and 2.15443…, rounded outwards
 # Relative width by which ends of y are moved outwards: more than the 2^-52 by which Python's power may be off.
@@ -127,7 +130,7 @@ _SECOND_ORDER = 1 + Fraction(1, 1 << 10)
 # --- kernels ----------------------------------------------------------------------------------------------------------
 
 
-class Choice(NamedTuple):
+class FitChoice(NamedTuple):
     """What an accuracy asks for: the kernel with the fewest coefficients."""
 
     suffix: str
@@ -183,11 +186,11 @@ def half_line(accuracy: Exact) -> Kernel:
     return _kernel(f"halfline_{suffix}", "v_star", text, "all v* >= 0", functions, exponents, quotient, {})
 
 
-def _choose(accuracy: Exact) -> Choice:
+def _choose(accuracy: Exact) -> FitChoice:
     """Return what an accuracy asks for; errors as for `compact`."""
     limit = checked_accuracy(accuracy, BEST_ACCURACY)
     exponents = compact_powers(limit)
-    return Choice(accuracy_name(limit), exponents, compact_fit(exponents))
+    return FitChoice(accuracy_name(limit), exponents, compact_fit(exponents))
 
 
 def _kernel(
@@ -356,8 +359,8 @@ def check_formula(exponents: Powers, a: Values, b: Values) -> None:
     """Check that a program without rounding is the formula whose error is proven, and gives eps speed and 1 - eps^2.
 
     a and b are the coefficients of N and D. Both programs have polynomials in y for elastic and lost. The results are
-    quotients of polynomials of degree 4 at most in elastic and in lost, so that they are the same functions if they
-    agree on a grid of more than 5 by 5 points.
+    quotients P/Q of polynomials of degree 2 at most in elastic and in lost. P_1/Q_1 = P_2/Q_2 if P_1 Q_2 - P_2 Q_1, of
+    degree 4 at most in each, vanishes on a grid of 5 by 5 points.
 
     Raises
     ------
@@ -374,12 +377,12 @@ def check_formula(exponents: Powers, a: Values, b: Values) -> None:
         ):
             raise ArithmeticError(f"{name} of the program is not that of the proven formula")
     in_fractions = Reading(Fraction, {"divide": lambda top, bottom: top / bottom})
-    # w = beta^5 speed is a monomial: two values (any two primes) of speed and beta show its exponents.
+    # w is a product of speeds and betas: two values of each, any two primes, show their exponents.
     for speed, beta in product((Fraction(3), Fraction(5)), repeat=2):
         if Run(formulas.w_program(), {"speed": speed, "beta": beta}, in_fractions)["w"] != beta**5 * speed:
             raise ArithmeticError("w of the program is not beta^5 speed")
-    # The results at elastic and lost = 1 … 6, in fractions: 6 by 6 points, more than 5 by 5. eps speed is linear in the
-    # speed, for which two values suffice.
+    # The results at elastic and lost = 1 … 6, in fractions: 6 by 6 points, one more than needed in each. In the speed
+    # they are linear: two values suffice.
     (inverse,) = (statement for statement in branch.program if statement.name == "inverse")
     grid = [Fraction(n) for n in range(1, 7)]
     for elastic, lost, speed in product(grid, grid, (Fraction(3), Fraction(5))):
@@ -592,10 +595,8 @@ def _half_line_bounds(
             # of that: 1 - eps^2, computed from it, may be a normal number there.
             least_result = ball_of(form.least) / (1 + (name == "one_minus_epsilon"))
             relative = relative_error(name, least_result)
-            # Both branches have the parts of [0, 1].
-            walks = [
-                (results_on, refined_bounds(results_on, parts_to(Fraction(1)), relative)) for results_on in branches
-            ]
+            # Both branches have the parts of [0, 1]: y up to 1 is v* up to 1, u up to 1 is v* beyond.
+            walks = [(results_on, refined(results_on, parts_to(Fraction(1)), relative)) for results_on in branches]
             size = max(size for _, parts in walks for size, _ in parts)
             underflow = max(results_on(part)[name].underflow for results_on, parts in walks for _, part in parts)
             # Relative to the formula's value, at most 1 + error times the exact one; underflow in smallest numbers.

@@ -404,8 +404,9 @@ def full() -> Kernel:
 def _bounds(function: str) -> tuple[ErrorBound, ErrorBound]:
     """Return the bounds where a function is a normal number, and everywhere: subnormal numbers are rounded twice."""
     ulps, zero = largest_ulp(function), Fraction(0)
-    # The last product makes a normal number, which is off by `ulps`, subnormal. In units of the smallest number, which
-    # is at least twice an ulp of the former, the error is at most 1/2 + ulps/2: so much more than `ulps`.
+    # Where the last product, by a power of 2, is subnormal, it rounds a normal number that is off by `ulps`. The ulp of
+    # a subnormal number, the smallest number, is then at least two ulps of that one times the power. So the error is at
+    # most 1/2 + ulps/2 smallest numbers: `ulps` and so many more.
     more = (1 + ulps) / 2 - ulps
     return (
         ErrorBound(function, *NORMAL[function], "value", zero, ulps=ulps),
@@ -495,8 +496,8 @@ def panel_bound(index: int, loss: bool) -> Fraction:
         approximation_error = arb(to_fmpq(difference)).abs_upper() + p.abs_upper() * relative * (1 + 2 * relative)
         # t_2 is below the step of t_1.
         numbers = rounded_numbers(COLUMNS, row, t=t, t2=interval_ball(Fraction(0), _step(panel)))
-        rest = rounded_results(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
-        # The function that is on the row: base is 0, and the leading sum exact.
+        rest = of_branch(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
+        # The function that is on the row: base is 0, and the leading sum exact. (p is this function, the smaller one.)
         if loss == panel.elastic:
             return _in_ulp(rest.absolute + approximation_error, p)
         # The leading part's sum with 1 leaves at most half an ulp of 1 to be added to the rest.

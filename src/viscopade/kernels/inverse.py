@@ -52,7 +52,10 @@ from viscopade.kernels.rounding_bounds import (
 from viscopade.store import recorded
 
 BEST_ACCURACY = Fraction("3.5e-8")
-"""The smallest relative error of v* that may be asked for: the kernel with most coefficients is proven to reach it."""
+"""The smallest relative error of v* that may be asked for: the kernel with most coefficients is proven to reach it.
+
+The largest one, 0.99, is a matter of taste: with an error of 1 a kernel would say nothing.
+"""
 
 
 def inverse(accuracy: Exact) -> Kernel:
@@ -204,8 +207,9 @@ def inverse_rounding(exponents: Powers, a: Values, b: Values, machine: Arithmeti
             errors: dict[str, arb | int] = {"epsilon": 0, "loss": unit}
             return log_error(powers_error(branches[variable], variable, machine, errors, log_q, ROOT))
 
-        # q or 1/q is at most 1, and at least the smallest positive number: y or u goes from its tenth root to 1.
-        start = power_of_two_below_root(machine.form.smallest, ROOT)
+        # In its branch q = (1 - eps)/eps or 1/q is at most 1, and at least the smallest positive number (1 - eps = 0
+        # gives 0 exactly): y or u goes from the tenth root of that to 1.
+        start = below_root(machine.form.smallest, ROOT)
         coefficients = formulas.constants(exponents, a, b)
         branch_walks = (
             results_on_parts(

@@ -284,7 +284,7 @@ def where_normal(kernel: Kernel, bounds: Iterable[ErrorBound]) -> str:
 
 
 def _comment(kernel: Kernel, function: Function, language: Language, number: Number) -> Iterator[str]:
-    """Yield the comment before a function of a type, and the line that defines its error as a macro.
+    """Yield the comment before a kernel's function of a type, and the line that defines its error as a macro.
 
     The comment is "eps.", and "Error <= E m + R r for RANGE; …, where … are normal numbers." for each machine.
     """
