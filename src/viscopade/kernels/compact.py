@@ -494,7 +494,8 @@ def _error_of_y(machine: Arithmetic, exact_y: arb) -> arb:
         def log(w: Rounded) -> Rounded:
             # log w = ROOT ln y/ln base, from the ends of y: w itself spans many octaves, and its ball might contain 0.
             value = low.log().union(high.log()) * ROOT / ln_base
-            # An error of w moves it by ln(1 + relative error)/ln base; the call adds `library` ulp of its result.
+            # An error of w moves it by ln(1 + relative error)/ln base; the call adds `library` ulp of its result, and
+            # that of a device an absolute error besides, near w = 1.
             from_w = -(1 - w.relative).log() / ln_base
             from_call = (value.abs_upper() + from_w) * library * ulp + ball_of(machine.log2_absolute)
             return Rounded(value, form).with_absolute_error(from_call + from_w)

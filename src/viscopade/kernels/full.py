@@ -448,7 +448,7 @@ def check_panel_results() -> None:
     ArithmeticError
         If they are not.
     """
-    # Polynomials in t, with any numbers for the row: here 1.375, 2.375, …
+    # Polynomials in t, with any numbers for the row that differ, so that an exchange is seen: here 1.375, 2.375, …
     t, row = fmpq_poly([0, 1]), {name: 1.375 + n for n, name in enumerate(COLUMNS)}
     for elastic, loss in product((False, True), repeat=2):
         sums = panel_sums(loss)
@@ -457,7 +457,7 @@ def check_panel_results() -> None:
         # p = eps - base
         p = sum((exact_polynomial(sums, name, inputs, row) for name in ("exact", "rest")), fmpq_poly([]))
         eps = 1 + p if elastic else p
-        # Any leading sum, as `lost` makes up for what it lacks.
+        # Any leading sum, here t^7 - 3, as `lost` makes up for what it lacks.
         inputs["head"] = t**7 - 3
         if exact_polynomial(sums, "result", inputs, row) != (1 - eps if loss else eps):
             raise ArithmeticError("the results of a panel are not eps and 1 - eps")

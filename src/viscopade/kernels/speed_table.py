@@ -624,8 +624,8 @@ def check_results(layout: Layout) -> None:
         If they are not.
     """
     branch, x = layout.sums(), fmpq_poly([0, 1])
-    # All as polynomials in x. Any numbers serve: x for m or t, 1.375, 2.375, … for the coefficients, x^5 + 2 for the
-    # speed, and x^7 - 3 for the leading sum, as its loss makes up for what it lacks.
+    # All as polynomials in x. Any will do that differ: x for m or t, 1.375, 2.375, … for the coefficients, x^5 + 2 for
+    # the speed, and x^7 - 3 for the leading sum, as its loss makes up for what it lacks.
     speed, head = x**5 + 2, x**7 - 3
     for base in (0, 1):
         numbers = {name: 1.375 + n for n, name in enumerate(layout.names)} | {"base": base, "rest_of_base": 1 - base}
@@ -646,7 +646,8 @@ def eps_error_from_w_rounding(form: Format) -> Fraction:
     # A relative change x of w changes ln w by at most x (1 + x), and ln eps and ln(1 - eps) by at most steepest/10
     # times that: `steepest` bounds |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*|, and ln v* = ln(w)/10.
     change = rounding_bounds.rounding_of_w(form)
-    # The slope is that of the proven polynomials. 4: two values of two panels' polynomials, each off by the error.
+    # The slope is that of the proven polynomials, which are off by their error: on the way from w to the computed w, at
+    # both, and where a border lies between twice more, as one polynomial ends and another begins there. That is 4.
     return change * (1 + change) * panel_proof.steepest() / 10 + 4 * Fraction(panel_proof.proven_error())
 
 

@@ -237,6 +237,7 @@ def _exact(name: str, point: Arguments, eps_and_loss_at: Callable[[Fraction], Po
     }
     # Bounds of rebound are relative to the smaller one times the speed.
     smaller = min(magnitude(portions.epsilon), magnitude(portions.loss)) * (first if name == "rebound" else 1)
+    # v* = w^(1/10)
     v_star = first if len(point) == 1 else magnitude(ball_of(w).root(10))
     return ExactResult(values.get(name, portions.epsilon), v_star, smaller)
 

@@ -231,19 +231,21 @@ class _Writer:
                     return number.calls[function].format(*texts)
                 return f"{number.functions.format(name=function)}({', '.join(texts)})"
             case Word(_, pattern) as word:
-                value = word.value_in(FORMATS[number.form])
+                # Masks and bits of numbers are hexadecimal, shifts and counts decimal.
+                value = word.of(FORMATS[number.form])
                 return number.word.format(digits=hex(value)) if pattern else str(value)
             case Negation(symbol, operand):
                 return f"{symbol}{self._in_parentheses(operand)}"
             case Select(condition, met, otherwise):
+                # A choice as the last alternative needs no parentheses in any language: a ? b : c ? d : e.
                 return language.select.format(
                     condition=self._chosen(condition), met=self._chosen(met), otherwise=self.expression(otherwise)
                 )
-            case Item(values, place):
+            case Item(values, place):  # a number of a list of constants
                 return language.item.format(name=values, index=place)
             case TableRow(table, index):
                 return language.row.format(table=table, kernel=self.kernel.name, index=self.expression(index))
-            case Column(row, index):
+            case Column(row, index):  # a number of a row
                 return f"{row}[{index}]"
             case Operation(symbol, left, right):
                 # Quotients of words are whole numbers, which languages with words write like others. 0 and 1 are sides.
@@ -266,7 +268,8 @@ class _Writer:
             return self._in_parentheses(operand) if isinstance(operand, Select) else self.expression(operand)
         # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
         # Operations on bits have all of theirs in parentheses, and comparisons those on bits and other comparisons:
-        # languages differ in which of them bind more tightly.
+        # languages differ in which of them bind more tightly. Where "and" is "&", as for arrays of Python, it binds
+        # more tightly than comparisons.
         binding, outer = _BINDING[operand.symbol], _BINDING[symbol]
         loose = (
             outer == _BITS or (symbol, self.language.both) == (AND, "&") or (outer == _COMPARISON and binding <= _BITS)
