@@ -19,7 +19,10 @@ from viscopade.kernels.expressions import (
 from viscopade.kernels.kernel import Function, names_of
 
 SAFE = Literal("0.5")
-"""Stands for an argument where a branch is not chosen: inside (0, 1), so that no formula of v* or eps is singular."""
+"""Stands for an argument where a branch is not chosen: inside (0, 1), where no formula of v* or eps is singular.
+
+Any other number well inside would do.
+"""
 NAN = Name("nan")
 
 

@@ -333,7 +333,7 @@ def head(kernels: Sequence[Kernel], language: Language, command: str, module: st
     # Two lines begin and end the comment.
     room = HEAD - 2 - len(before) - len(after)
     # The table with the most lines that fit: all functions with all ranges, all with the widest range (the last), or
-    # the first function of each kernel with its widest range, cut if there are still too many.
+    # the first function of each kernel with its widest range. If these are still too many, the last line says so.
     tables = [
         _table(kernels, language, module, slice(functions), slice(ranges, None))
         for functions, ranges in ((None, None), (None, -1), (1, -1))

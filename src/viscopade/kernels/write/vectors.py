@@ -152,8 +152,9 @@ def _answer(
         return None
     if math.isnan(computed):
         return _special_columns(_NAN)
-    # At w = 0 and w = infinity the result is a limit, which code must give exactly: without error. At infinity that is
-    # stated if no inexact function is called, if it is 0 or infinite, or if a bound holds for all large v*.
+    # At w = 0 and w = infinity the result is a limit, which code must give exactly: without error. At 0 that is certain,
+    # as roots and powers of 0 are exact in every library. At infinity it is if no inexact function is called, if the
+    # result is 0 or infinite, or if a bound holds for all large v*.
     limit = _limit_of_w(name, point)
     if limit is not None:
         certain = limit == 0 or not inexact or computed in (0, _INF) or any(b.high == _INF for b in bounds)
