@@ -152,8 +152,8 @@ def _answer(
         return None
     if math.isnan(computed):
         return _special_columns(_NAN)
-    # At w = 0 and w = infinity the result is a limit, which code must give exactly: without error. At 0 that is certain,
-    # as roots and powers of 0 are exact in every library. At infinity it is if no inexact function is called, if the
+    # At w = 0 and w = infinity the result is a limit, which code must give exactly: without error. At 0 that is
+    # certain, as C's Annex F fixes sqrt, cbrt and pow of 0. At infinity it is if no inexact function is called, if the
     # result is 0 or infinite, or if a bound holds for all large v*.
     limit = _limit_of_w(name, point)
     if limit is not None:
