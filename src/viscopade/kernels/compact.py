@@ -12,6 +12,9 @@ An error delta of ln y changes ln eps by d ln eps/d ln y times delta, which `rou
 ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is good to an absolute 2^-22 only, as CUDA's is
 near w = 1, moves ln y by 2^-22 ln(2)/30 = 6e-9.
 
+y^SHIFT = y^6 = v*^2, and DEGREES_MORE = 4 is deg N - deg D, so that eps goes like y^-10 = v*^(-10/3). Balls have
+BITS = 128 bits, far more than a double, and bounds of rounding are rounded up to DIGITS = 2 digits.
+
 Names: `exponents` are the powers of y in N (`top`, coefficients a) and in D (`bottom`, coefficients b); `form` is the
 number format, float or double; `machine` adds what is assumed of the functions of its library, in ulp.
 """

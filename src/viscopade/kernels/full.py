@@ -9,6 +9,11 @@ divided by a power of 8 (`double`). The bounds hold with and without FMA contrac
 
 The bits of 2^e m, 1 <= m < 2, are the bits of e and of m; the leading ones are the number of a table's row.
 
+The panels of `double` (arrays.panels): panel 0 is [0, 2^FIRST), FIRST = -4, on which z = v*/2^-4; each octave from
+there to 2^(FOLD + PERIOD) has 2^COARSE = 8, FOLD = 20, PERIOD = 3. At 2^20 eps v*^(10/3) is so close to its limit that
+eps(8 s) = 2^-10 eps(s) holds to 2^-59. `double`'s rows are polynomials with a proven relative error of 2^-60
+(`panel_proof`).
+
 Words: a panel is elastic where its p is 1 - eps, at small v*; z in [-1, 1] is its coordinate, t = (half width) z. An
 argument `loss` is true for 1 - eps and false for eps. Errors are in ulp of the true value.
 """
@@ -283,6 +288,7 @@ def sum_with_error(base: Expression, summand: Expression) -> Program:
 
     This is Fast2Sum (Dekker 1971), which is exact if the first number is 0 or not the smaller one; base is 0 or 1.
     """
+    # head = fl(base + summand), lost = (base - head) + summand; neither operation of the latter rounds.
     reason = "Fast2Sum"
     return (
         Statement("head", base + summand),

@@ -24,6 +24,9 @@ Bounds are proven row by row, exactly or in ball arithmetic: of the error of the
 coefficients, of the rounding error in the exported code's sequence of operations, of the effect of an error of w, and
 of the largest increase of eps with v (docs/reference/speed.md).
 
+Every table has OCTAVES = 128 octaves of w: a power of 2, so that a shift checks the range. The panels of `panel_proof`
+are intervals of v*, 8 to an octave, on which eps and 1 - eps are polynomials with a proven relative error of 2^-60.
+
 Words: `index` is the number of a row; a piece is a part of a row on which p has one Taylor polynomial, in s from -1 to
 1; `form` is the number format, float or double. p is negative where base is 1.
 """
@@ -82,8 +85,8 @@ from viscopade.store import recorded
 FIRSTS = range(-124, -27)
 """Exponents at which a table may begin: w = 2^first and 2^(first + OCTAVES) are normal numbers of type float.
 
-The smallest of these is 2^-126, the last power of two 2^127; here 2^-124 and 2^(-28 + 128) = 2^100. `TABLES` begin at
--96 and -64, far from either end.
+The smallest of these is 2^-126, the last power of two 2^127; here 2^-124 and 2^(-28 + 128) = 2^100. How far inside they
+end was chosen by hand: `TABLES` begin at -96 and -64, and need no more.
 """
 SWITCH = -3
 """Below w = 2^SWITCH, p is -(1 - eps). There, at v* = 2^-0.3 = 0.81, eps is about 1/2."""
@@ -701,11 +704,14 @@ def row_branch(layout: Layout) -> CodeBranch:
         # The last precision - 1 - split bits of the fraction, with the bits of 1.0 before them.
         return from_bits((place & Word(lambda form: (1 << (form.precision - 1 - split)) - 1)) | one)
 
-    # t = m - centre = (1 + m mod 2^-split) - (1 + 2^-(split + 1)), as a row has the length 2^-split
-    half_a_row = 1 + Fraction(1, 2 << layout.split)
+    # t = m - centre = (1 + m mod 2^-split) - (1 + 2^-(split + 1)): m is moved to an octave's first row, whose length
+    # is 2^-split.
+    centre_of_first_row = 1 + Fraction(1, 2 << layout.split)
     program = (
         Statement("m", fraction(0)),
-        Statement("t", Exact(fraction(layout.split) - Literal(repr(float(half_a_row))), "its bits are those of m")),
+        Statement(
+            "t", Exact(fraction(layout.split) - Literal(repr(float(centre_of_first_row))), "its bits are those of m")
+        ),
         # 1 - base: the bits of 1.0 are flipped.
         Statement("rest_of_base", from_bits(bits(Name("base")) ^ one)),
         *layout.unpacking,
