@@ -323,7 +323,8 @@ def y_program() -> tuple[Statement, ...]:
     return (
         *formulas.w_program(),
         Statement("x", W_CUT),
-        # 0, but NaN for 0 times infinity; where x > 0 it is not used, and 0 stands for it.
+        # Where x is 0 or NaN: speed beta is NaN for 0 times infinity, and finite else, so that 0 times it is 0. Elsewhere
+        # it is not used, and 0 stands for it, as does 1, whose logarithm is 0, for a w that has none.
         Statement("at_rest", Select(positive, ZERO, Name("speed") * Name("beta"))),
         Statement("y", Select(positive, root_of(Select(positive, x, ONE)), ZERO * Name("at_rest"))),
     )
