@@ -278,7 +278,7 @@ def compact_fit(exponents: Powers) -> ProvenQuotient:
 
     Errors are those of `half_line.fit_half_line`.
     """
-    # The best coefficients, rounded to doubles; the proof is that of the rounded ones.
+    # The best coefficients, which the fit has rounded to doubles: so the proof is that of the program's coefficients.
     best = approximants.fit_half_line(exponents).quotient
     a, b = (tuple(map(float, values)) for values in (best.a, best.b))
     # The error of the formula with exact operations, for v* from 0 to infinity.
@@ -323,8 +323,8 @@ def y_program() -> tuple[Statement, ...]:
     return (
         *formulas.w_program(),
         Statement("x", W_CUT),
-        # Where x is 0 or NaN: speed beta is NaN for 0 times infinity, and finite else, so that 0 times it is 0. Elsewhere
-        # it is not used, and 0 stands for it, as does 1, whose logarithm is 0, for a w that has none.
+        # Where x is 0 or NaN: speed beta is NaN for 0 times infinity; for finite arguments 0 times it is 0. Elsewhere
+        # it is not used, and 0 stands for it, as 1, whose logarithm is 0, stands for a w that has none.
         Statement("at_rest", Select(positive, ZERO, Name("speed") * Name("beta"))),
         Statement("y", Select(positive, root_of(Select(positive, x, ONE)), ZERO * Name("at_rest"))),
     )

@@ -149,7 +149,8 @@ def inverse_powers(accuracy: Fraction) -> Powers:
 @recorded("inverse")
 def inverse_fit(exponents: Powers) -> ProvenQuotient:
     """Return the best kernel with these exponents of y, and its bounds; errors as for `inverse.fit_inverse`."""
-    # The best coefficients, rounded to doubles; the certificate is that of the formula with exact operations.
+    # The best coefficients, which the fit has rounded to doubles: so the certificate, of the formula with exact
+    # operations, is that of the program's coefficients.
     best = approximants.fit_inverse(exponents).quotient
     a, b = (tuple(map(float, values)) for values in (best.a, best.b))
     proof = certificate.prove_inverse(inverse_formula(best))
