@@ -51,8 +51,8 @@ _MOST_SOFT = 10_000  # steps in a soft contact: what is computed in seconds; mor
 _LEAD = 2
 # Least restitution that is written, in place of 0: `native.restitution` has the same one.
 _LEAST_WRITTEN = 1e-15
-# A body rests if a step changes its rate by less than 1e-6 of the speed of impact v, and its place by less than 1e-6 v
-# h. In flight a step moves it by about v h. Chosen by hand: far above rounding, 1e-16, and far below what eps shows.
+# A body rests if a step changes its rate by less than 1e-6 of the speed of impact v, and its place by less than 1e-6 of
+# v h. In flight a step moves it by about v h. Chosen by hand: far above rounding, 1e-16, and far below what eps shows.
 _REST = 1e-6
 
 PRODUCT = Rule("the product", lambda first, second: first * second)
@@ -78,7 +78,7 @@ class Spring(NamedTuple):
 
     def erp(self, step: float) -> float:
         """Return the part of an overlap that a step h removes if nothing else acts, ODE's error reduction parameter."""
-        # With k x + c x' = 0 at the end of the step, x' = -x k/(h k + c) at its start: ERP = h k/(h k + c).
+        # The force k (x + h x') + c x' at the end of the step is 0 with x' = -k x/(h k + c): ERP = h k/(h k + c).
         return step * self.stiffness / (step * self.stiffness + self.damping)
 
     def share(self, step: float) -> float:

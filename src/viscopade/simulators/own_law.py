@@ -290,6 +290,13 @@ class BestParameter(NamedTuple):
     largest_error: float
 
 
+class _Solution(NamedTuple):
+    """The damping of the scaled equation at the typical speed, and k/m; None if nothing is known of k/m."""
+
+    kappa: float
+    stiffness_over_mass: float | None
+
+
 @dataclass(frozen=True)
 class OwnLawContact:
     """A program's contact that has the goal eps at the typical speed.
@@ -351,22 +358,22 @@ class OwnLawContact:
     @property
     def kappa(self) -> float:
         """Damping of the scaled equation at the typical speed; it makes up for a time step, and for a weight."""
-        return self._kappa_and_stiffness[0]
+        return self._solution.kappa
 
     @property
     def stiffness_over_mass(self) -> float | None:
         """k/m of the force k x^a; None if nothing is known of it."""
-        return self._kappa_and_stiffness[1]
+        return self._solution.stiffness_over_mass
 
     @cached_property
-    def _kappa_and_stiffness(self) -> tuple[float, float | None]:
-        """The damping kappa at the typical speed and k/m, solved together; k/m is None if nothing is known of it."""
+    def _solution(self) -> _Solution:
+        """The damping and the stiffness that give the goal eps and the asked duration or depth, solved together."""
         softness, goal, law = self.softness, self.goal, self.formula.law
         k_over_m = softness.stiffness_over_mass
         if softness.stiffness is not None and goal.mass is not None:
             k_over_m = softness.stiffness / goal.mass
         if k_over_m is not None:
-            return self._kappa_with(k_over_m), k_over_m
+            return _Solution(self._kappa_with(k_over_m), k_over_m)
 
         # Else a depth at the fastest speed or a duration at the typical one is asked for, or nothing: then eps must
         # not depend on k/m.
@@ -379,7 +386,7 @@ class OwnLawContact:
             for name, number in (("gravity", goal.epsilon_with_weight), ("time-step", self.time_step)):
                 if number is not None:
                     raise ValueError(f"{name} needs the contact's duration: expected {expected}")
-            return self._continuum_kappa, None
+            return _Solution(self._continuum_kappa, None)
 
         def size_of(collision: _Collision) -> float:
             return collision.duration if softness.penetration is None else collision.depth
@@ -389,7 +396,7 @@ class OwnLawContact:
         power = float(law.elastic) + 1
         light_k_over_m = (size_of(self._light_collision(speed, self._continuum_kappa, 1.0)) / size) ** power
         if goal.epsilon_with_weight is None and self.time_step is None:
-            return self._continuum_kappa, light_k_over_m
+            return _Solution(self._continuum_kappa, light_k_over_m)
 
         # With them k/m is varied until the size is as asked: sizes are exp(stretch) times as large in the scaled
         # equation. In time steps the mean duration is a staircase: with the next step, one of the 64 `PHASES` ends a
@@ -434,7 +441,7 @@ class OwnLawContact:
             if self.time_step is not None:
                 raise TooFewSteps(refusal)
             raise ValueError(f"{refusal}, expected another one")
-        return kappa, k_over_m
+        return _Solution(kappa, k_over_m)
 
     @property
     def _asked_duration(self) -> float | None:
@@ -596,6 +603,7 @@ class OwnLawContact:
         Another damping at the typical speed may be given, `kappa`.
         """
         goal = self.goal
+        # `SPEEDS` speeds in a geometric sequence; `speed_errors` takes the errors for parabolas between them.
         speeds = np.geomspace(goal.slowest, goal.fastest, SPEEDS if goal.slowest < goal.fastest else 1)
         program_eps = np.array([self.delivered(speed, kappa) for speed in speeds.tolist()])
         betas = (goal.beta, *goal.extremes)
@@ -713,7 +721,7 @@ def with_two_digits(number: float, rounded: Callable[[float], int] = math.ceil) 
     # The unit of the second digit. 1e-12 is above the rounding error of log10, so that 1000 has four digits although
     # its logarithm may be 2.9999999999999996.
     unit = 10.0 ** (math.floor(math.log10(number) + 1e-12) - 1)
-    # 1e-9 is above the error with which a duration is computed: 31.00000000001 is 31, not 32.
+    # 1e-9 is above the error with which a duration is computed, about 1e-12: 31.00000000001 is 31, not 32.
     slack = -1e-9 if rounded is math.ceil else 1e-9
     return rounded(number / unit * (1 + slack)) * unit
 

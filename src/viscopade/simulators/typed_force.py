@@ -151,6 +151,7 @@ def _function(
             raise _refusal(formula, node)
         compare, left, right = _COMPARISONS[type(node.ops[0])], inside(node.left), inside(node.comparators[0])
         return lambda x, v: compare(left(x, v), right(x, v))
+    # numbers, x and v, constants by name
     if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
         try:
             number = np.float64(node.value)
@@ -162,6 +163,7 @@ def _function(
     if isinstance(node, ast.Name) and node.id in constants:
         constant = np.float64(constants[node.id])
         return lambda x, v: constant
+    # signs, operations of two operands, functions
     if isinstance(node, ast.UnaryOp) and type(node.op) in _UNARY:
         sign, operand = _UNARY[type(node.op)], inside(node.operand)
         return lambda x, v: sign(operand(x, v))
