@@ -101,8 +101,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     k = (16 / 15 if model in _LINEAR else 4 / 3) * modulus * math.sqrt(radius)
     if model in _LINEAR:
         k *= (mass * values["characteristic_velocity"] ** 2 / k) ** 0.2
-    # `power_of` returns c = kappa sqrt(k m) with the kappa of the formula for this eps, at least the least one that it
-    # accepts.
+    # c = kappa sqrt(k m), with the kappa of the formula for this eps, or for the least one that it accepts.
     restitution = values.mix("restitution", native.SMALLER, _MIXED)
     return native.power_force(formula, max(restitution, float(_ACCEPTED[0])), k, mass)
 

@@ -41,8 +41,8 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     # A wall has the mass M of SetMass: m M/(m + M).
     if "SetMass" in values:
         mass *= values["SetMass"] / (mass + values["SetMass"])
-    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of e.
-    return native.power_force(SIMULATOR.formula("Hertzian"), e, k, mass)
+    # c = kappa sqrt(k m), with the kappa that the formula makes of e.
+    return native.power_of(SIMULATOR.formula("Hertzian"), e, k, mass)
 
 
 SIMULATOR = Simulator(

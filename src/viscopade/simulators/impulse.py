@@ -49,7 +49,7 @@ _MOST_SOFT = 10_000  # steps in a soft contact: what is computed in seconds; mor
 # Steps before contact at which the flight begins. An engine acts on a gap up to (1 + e) v h < 2 v h at most: Bullet,
 # whose rebound e v - gap/h then exceeds the rate -v; the others up to v h.
 _LEAD = 2
-# Least restitution that is written, in place of 0: `native.restitution` has the same one.
+# Least restitution that is written, in place of 0; that of other programs is the same.
 _LEAST_WRITTEN = 1e-15
 # A body rests if a step changes its rate by less than 1e-6 of the speed of impact v, and its place by less than 1e-6 of
 # v h. In flight a step moves it by about v h. Chosen by hand: far above rounding, 1e-16, and far below what eps shows.

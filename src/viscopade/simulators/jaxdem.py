@@ -60,8 +60,8 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     # k is the harmonic mean of E R of both spheres. Two spheres of one radius R have R = 2 R_eff.
     k = 2 * impact.effective_radius * values.mix("young", native.HARMONIC, _FORCE)
     e = values.mix("e", native.SMALLER, _FORCE)
-    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of e.
-    return native.power_force(SIMULATOR.formula("cundallstrack"), e, k, impact.effective_mass)
+    # c = kappa sqrt(k m), with the kappa that the formula makes of e.
+    return native.power_of(SIMULATOR.formula("cundallstrack"), e, k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

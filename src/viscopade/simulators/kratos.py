@@ -55,8 +55,8 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         k = 4 / 3 * modulus * math.sqrt(radius)
     else:
         k = (_PAIR if values["other"] == "sphere" else 1.0) * math.pi * _CHORD * modulus * radius
-    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of the restitution.
-    return native.power_force(formula, values[_E], k, impact.effective_mass)
+    # c = kappa sqrt(k m), with the kappa that the formula makes of the restitution.
+    return native.power_of(formula, values[_E], k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

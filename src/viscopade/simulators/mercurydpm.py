@@ -201,7 +201,8 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
 
     `values` are the numbers of the user's file by their names, pairs where both bodies have one (SI units), and
     `impact` has the effective mass and radius, in kg and m. `values.mix` makes one number of both by a rule, and
-    remembers it for the answer; `power_of` returns c = kappa sqrt(k m) with the kappa that a formula makes of a number.
+    remembers it for the answer. The damping of an eps is c = kappa sqrt(k m), with the kappa that the program's formula
+    makes of it.
 
     Raises
     ------

@@ -37,7 +37,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     """
     model, mass, wall = values["DES_COLL_MODEL"], impact.effective_mass, values["other"] == "wall"
     formula, e = SIMULATOR.formula(model), values[_damping(values)]
-    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of e.
+    # c = kappa sqrt(k m), with the kappa that the formula makes of e.
     if model == "LSD":
         return native.power_force(formula, e, values["KN_W" if wall else "KN"], mass)
     young, poisson = (

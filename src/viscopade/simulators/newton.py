@@ -186,7 +186,7 @@ SIMULATOR = Simulator(
             LINEAR_RETURN,
             "kd/sqrt(ke m)",
             approach_kappa,
-            ("0", "1e3"),
+            ("0", "1e3"),  # by hand; the linear contact of this kappa has eps = exp(-1), the least of an approach
             "other law",
             _CONTACT,
             linear_kappa,
@@ -209,7 +209,7 @@ SIMULATOR = Simulator(
             VISCOELASTIC,
             "restitution",
             viscoelastic_kappa,
-            ("1e-3", "1"),
+            ("1e-3", "1"),  # the least restitution of the audit, by hand
             "exact",
             "newton/_src/solvers/xpbd/restitution_kernels.py",
             scheme=None,

@@ -190,8 +190,8 @@ class Goal:
         if law == VISCOELASTIC:
             beta = float(beta_from_restitution(speed, epsilon))
         else:
-            # kappa = kappa(1) v^(2 c) with 2 c = 2/nu - 1; `wanted_kappa` returns the kappa of an eps.
-            beta = float(kappa_for_epsilon(law, repr(epsilon))) / speed ** float(2 * law.c)
+            # kappa = kappa(1) v^(2 c) with 2 c = 2/nu - 1.
+            beta = float(wanted_kappa(law, repr(epsilon))) / speed ** float(2 * law.c)
         goal = cls("contact", beta, slowest, speed, fastest, mass, law=law)
         return goal if gravity is None else replace(goal, gravity=gravity, epsilon_with_weight=epsilon)
 
@@ -478,8 +478,8 @@ class OwnLawContact:
             raise ValueError(f"time-step is {step:.4g} contact times: so short a one needs no number, leave it out")
         if step is not None and not step <= 1:
             raise TooFewSteps(f"time-step is {step:.4g} contact times")
-        # `compensated` searches the kappa whose mean eps, in these steps and with this load, is the goal.
-        return kappa_in_steps(self.formula.law, self.epsilon, step, scheme, load, self.carried, near)
+        # A search for the kappa whose mean eps, in these steps and with this load, is the goal.
+        return compensated(self.formula.law, self.epsilon, step, scheme, load, self.carried, near)
 
     def _collision(self, speed: float, kappa: float, k_over_m: float, falls: bool | None = None) -> _Collision:
         """Return the collision at an impact speed, with the program's own time steps.
@@ -1008,7 +1008,7 @@ def _gravity_lines(contact: OwnLawContact, units: Units) -> Iterator[str]:
     if not goal.gravity:
         yield f"  {NO_WEIGHT}"
     elif falling is None:
-        # `loss_slope` is s of 1 - eps ~ 1 + s g t_c/v, for small losses.
+        # Weight multiplies a small loss 1 - eps by 1 + s g t_c/v; `loss_slope` is s.
         loss_factor = f"1 + {loss_slope(contact.formula.law):.3f} g t_c/v"
         yield f"  weight multiplies the loss 1 - eps by about {loss_factor}; nothing says how long contact lasts"
     else:

@@ -48,7 +48,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     if impact.step is not None:
         raise ValueError("time-step is given: expected none, as the steps of Adams' methods are not computed here")
     model, mass = values["contactForceModel"], impact.effective_mass
-    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of en.
+    # c = kappa sqrt(k m), with the kappa that the formula makes of en.
     if model == "linear":
         return native.power_force(SIMULATOR.formula(model), values["en"], values["kn"], mass)
     # Hertz: k = 4/3 Yeff sqrt(R_eff)

@@ -100,7 +100,7 @@ def _values(setup: Setup, tier: str = "1e-5") -> dict[str, Any]:
     setup : Setup
         The simulation must use its units.
     tier : str
-        Accuracy of the kernel in the C file: a word of `catalogue.TIERS`.
+        Accuracy of the kernel in the C file: a word of `catalogue.TIERS`; 1e-5 is chosen by hand.
 
     Raises
     ------

@@ -43,8 +43,8 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         )
         # k = 4/3 E* sqrt(R)
         k = 4 / 3 * modulus * math.sqrt(impact.effective_radius)
-    # `power_of` returns c = kappa sqrt(k m) with the kappa that the formula makes of C, 2 C.
-    return native.power_force(SIMULATOR.formula(model), values["damping_coefficient"], k, impact.effective_mass)
+    # c = kappa sqrt(k m), with the kappa 2 C.
+    return native.power_of(SIMULATOR.formula(model), values["damping_coefficient"], k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

@@ -1,7 +1,7 @@
 """YADE: the viscoelastic law in versions after 2023.02a; a constant eps in 2023.02a and before.
 
-    materials = {"ball": FrictMat(young=70e9, poisson=0.22, density=2500, frictionAngle=0)} physics =
-    Ip2_FrictMat_FrictMat_MindlinPhys(en=MatchMaker(matches=[(0, 0, 0.9)]), vn=MatchMaker(matches=[(0, 0, 1)]))
+    O.materials.append(FrictMat(young=70e9, poisson=0.22, density=2500, frictionAngle=0))
+    Ip2_FrictMat_FrictMat_MindlinPhys(en=0.9, vn=1)
     NewtonIntegrator(damping=0)
 
 Read in `pkg/dem/HertzMindlin.cpp` of YADE, `Ip2_FrictMat_FrictMat_MindlinPhys::go` and
@@ -284,7 +284,8 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
 
     `values` are the numbers of the user's file by their names, pairs where both bodies have one (SI units), and
     `impact` has the effective mass and radius, in kg and m. `values.mix` makes one number of both by a rule, and
-    remembers it for the answer; `power_of` returns c = kappa sqrt(k m) with the kappa that a formula makes of a number.
+    remembers it for the answer. The damping of an eps is c = kappa sqrt(k m), with the kappa that the program's formula
+    makes of it.
 
     Raises
     ------
