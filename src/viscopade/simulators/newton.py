@@ -186,7 +186,7 @@ SIMULATOR = Simulator(
             LINEAR_RETURN,
             "kd/sqrt(ke m)",
             approach_kappa,
-            ("0", "1e3"),  # by hand; the linear contact of this kappa has eps = exp(-1), the least of an approach
+            ("0", "1e3"),  # by hand; eps of 1e3 is 0.001
             "other law",
             _CONTACT,
             linear_kappa,
