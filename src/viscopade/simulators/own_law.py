@@ -16,7 +16,8 @@ contact, so with them damping and stiffness are solved together.
 
 Symbols (docs/theory/mathematics.md, section 2.9): the contact m x'' + k x^a + c x^b x' = 0 is, in the units T of time
 and T v of length of a speed of impact v, x'' + x^a + kappa x^b x' = 0 with x'(0) = 1. There nu = (a + 1)/(b + 1),
-T = (k/m)^(-1/(a+1)) v^((1-a)/(a+1)), and kappa = (c/m) (k/m)^(-1/nu) v^(2/nu - 1).
+T = (k/m)^(-1/(a+1)) v^((1-a)/(a+1)), and kappa = (c/m) (k/m)^(-1/nu) v^(2/nu - 1). `Law.contact_time` is the duration
+of contact without damping in units of T, pi for the linear spring.
 """
 
 from __future__ import annotations
@@ -634,7 +635,7 @@ class OwnLawContact:
             errors = self.errors(float(mp.exp(log_kappa)))
             return max(error.greatest for error in errors) + min(error.least for error in errors)
 
-        # The first secant is between the damping at the typical speed and one of e^0.1, 10 %, more.
+        # The first secant is between the damping at the typical speed and one that is e^0.1 times as large (by hand).
         start = math.log(self.kappa)
         log_kappa = mp.findroot(imbalance, (start, start + 0.1), solver="secant", tol=_BALANCED_SQUARE)
         return self._parameter_and_error(math.exp(float(log_kappa)))
@@ -718,8 +719,8 @@ def _broyden(function: Callable[[FloatArray], FloatArray], x: FloatArray, error:
 
 def with_two_digits(number: float, rounded: Callable[[float], int] = math.ceil) -> float:
     """Return the next larger number with two significant digits, or with `math.floor` the next smaller one."""
-    # The unit of the second digit. 1e-12 is above the rounding error of log10, so that 1000 has four digits although
-    # its logarithm may be 2.9999999999999996.
+    # The unit of the second digit: number/unit is from 10 to 100. 1e-12 is above the rounding error of log10, so that
+    # 1000 has four digits although its logarithm may be 2.9999999999999996.
     unit = 10.0 ** (math.floor(math.log10(number) + 1e-12) - 1)
     # 1e-9 is above the error with which a duration is computed, about 1e-12: 31.00000000001 is 31, not 32.
     slack = -1e-9 if rounded is math.ceil else 1e-9
