@@ -601,7 +601,9 @@ def _half_line_bounds(
             least_result = ball_of(form.least) / (1 + (name == "one_minus_epsilon"))
             relative = relative_error(name, least_result)
             # Both branches have the parts of [0, 1]: y up to 1 is v* up to 1, u up to 1 is v* beyond.
-            walks = [(results_on, refined(results_on, parts_to(Fraction(1)), relative)) for results_on in branches]
+            walks = [
+                (results_on, refined_bounds(results_on, parts_to(Fraction(1)), relative)) for results_on in branches
+            ]
             size = max(size for _, parts in walks for size, _ in parts)
             underflow = max(results_on(part)[name].underflow for results_on, parts in walks for _, part in parts)
             # Relative to the formula's value, at most 1 + error times the exact one; underflow in smallest numbers.

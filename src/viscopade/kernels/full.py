@@ -502,7 +502,7 @@ def panel_bound(index: int, loss: bool) -> Fraction:
         approximation_error = arb(to_fmpq(difference)).abs_upper() + p.abs_upper() * relative * (1 + 2 * relative)
         # t_2 is below the step of t_1.
         numbers = rounded_numbers(COLUMNS, row, t=t, t2=interval_ball(Fraction(0), _step(panel)))
-        rest = of_branch(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
+        rest = rounded_results(panel_sums(loss), ["rest"], numbers, DOUBLE)["rest"]
         # The function that is on the row: base is 0, and the leading sum exact. (p is this function, the smaller one.)
         if loss == panel.elastic:
             return _in_ulp(rest.absolute + approximation_error, p)

@@ -213,7 +213,7 @@ def inverse_rounding(exponents: Powers, a: Values, b: Values, machine: Arithmeti
 
         # In its branch q = (1 - eps)/eps or 1/q is at most 1, and at least the smallest positive number (1 - eps = 0
         # gives 0 exactly): y or u goes from the tenth root of that to 1.
-        start = below_root(machine.form.smallest, ROOT)
+        start = power_of_two_below_root(machine.form.smallest, ROOT)
         coefficients = formulas.constants(exponents, a, b)
         branch_walks = (
             results_on_parts(

@@ -42,7 +42,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     if "SetMass" in values:
         mass *= values["SetMass"] / (mass + values["SetMass"])
     # c = kappa sqrt(k m), with the kappa that the formula makes of e.
-    return native.power_of(SIMULATOR.formula("Hertzian"), e, k, mass)
+    return native.power_force(SIMULATOR.formula("Hertzian"), e, k, mass)
 
 
 SIMULATOR = Simulator(

@@ -61,7 +61,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     k = 2 * impact.effective_radius * values.mix("young", native.HARMONIC, _FORCE)
     e = values.mix("e", native.SMALLER, _FORCE)
     # c = kappa sqrt(k m), with the kappa that the formula makes of e.
-    return native.power_of(SIMULATOR.formula("cundallstrack"), e, k, impact.effective_mass)
+    return native.power_force(SIMULATOR.formula("cundallstrack"), e, k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

@@ -56,7 +56,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
     else:
         k = (_PAIR if values["other"] == "sphere" else 1.0) * math.pi * _CHORD * modulus * radius
     # c = kappa sqrt(k m), with the kappa that the formula makes of the restitution.
-    return native.power_of(formula, values[_E], k, impact.effective_mass)
+    return native.power_force(formula, values[_E], k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

@@ -60,7 +60,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power | Conta
     e = values.mix("restitution coefficient", native.HARMONIC, source, restitution)
     mass, stiffness = impact.effective_mass, modulus * math.sqrt(impact.effective_radius)
     # Hertz: k = 4/3 E sqrt(R). c = kappa sqrt(k m), with the kappa that the formula makes of e.
-    hertz = native.power_of(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
+    hertz = native.power_force(SIMULATOR.formula("nonlinear"), e, 4 / 3 * stiffness, mass)
     if values[_METHOD.format(other)].endswith("JKR"):
         return adhesion.lethe_contact(modulus, hertz, of_both("surface energy"), impact)
     if values[_METHOD.format(other)] != "linear":

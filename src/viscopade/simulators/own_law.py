@@ -192,7 +192,7 @@ class Goal:
             beta = float(beta_from_restitution(speed, epsilon))
         else:
             # kappa = kappa(1) v^(2 c) with 2 c = 2/nu - 1.
-            beta = float(wanted_kappa(law, repr(epsilon))) / speed ** float(2 * law.c)
+            beta = float(kappa_for_epsilon(law, repr(epsilon))) / speed ** float(2 * law.c)
         goal = cls("contact", beta, slowest, speed, fastest, mass, law=law)
         return goal if gravity is None else replace(goal, gravity=gravity, epsilon_with_weight=epsilon)
 
@@ -480,7 +480,7 @@ class OwnLawContact:
         if step is not None and not step <= 1:
             raise TooFewSteps(f"time-step is {step:.4g} contact times")
         # A search for the kappa whose mean eps, in these steps and with this load, is the goal.
-        return compensated(self.formula.law, self.epsilon, step, scheme, load, self.carried, near)
+        return kappa_in_steps(self.formula.law, self.epsilon, step, scheme, load, self.carried, near)
 
     def _collision(self, speed: float, kappa: float, k_over_m: float, falls: bool | None = None) -> _Collision:
         """Return the collision at an impact speed, with the program's own time steps.

@@ -44,7 +44,7 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power:
         # k = 4/3 E* sqrt(R)
         k = 4 / 3 * modulus * math.sqrt(impact.effective_radius)
     # c = kappa sqrt(k m), with the kappa 2 C.
-    return native.power_of(SIMULATOR.formula(model), values["damping_coefficient"], k, impact.effective_mass)
+    return native.power_force(SIMULATOR.formula(model), values["damping_coefficient"], k, impact.effective_mass)
 
 
 _NATIVE = native.Native(

@@ -83,7 +83,7 @@ def render(kernels: Sequence[Kernel], command: str) -> str:
     if "\n" in command:
         raise ValueError("expected a command of one line")
     # Each kernel after the one that serves outside its table.
-    wholes = (whole for kernel in kernels for whole in (kernel.elsewhere, kernel) if whole is not None)
+    wholes = (whole for kernel in kernels for whole in (kernel.fallback, kernel) if whole is not None)
     lines = (dumps(row) for kernel in wholes for row in vectors_of(kernel))
     # The head ends before the list's bracket, so that each vector gets a line of its own.
     start = dumps(head | {"vectors": []}, indent=1, ensure_ascii=False).removesuffix("]\n}")
@@ -109,7 +109,7 @@ def vectors(kernel: Kernel, function: Function, form: Format, arguments: Iterabl
         for exact_numbers in arguments:
             point = tuple(float(TYPES[form.name](x)) for x in exact_numbers)
             # What code computes, and by which branch; -1 for none, where it is NaN.
-            result, branch = machine.located(kernel, function.name, *point, form=form)
+            result, branch = machine.values_and_branches(kernel, function.name, *point, form=form)
             computed, inexact = float(result), any(inexact_branches) if branch < 0 else inexact_branches[branch]
             answer = _answer(kernel, function, form, point, computed, int(branch), inexact)
             if answer is None and inexact:
@@ -160,7 +160,7 @@ def _answer(
         certain = limit == 0 or not inexact or computed in (0, _INF) or any(b.high == _INF for b in bounds)
         return _special_columns(computed + 0.0) if certain else None  # + 0.0 makes 0 of -0
     speed = Fraction(point[function.arguments.index("speed")]) if "speed" in function.arguments else None
-    exact = _exact(name, point, truth.at)
+    exact = _exact(name, point, truth.portions_of_w)
     if not machine.is_normal(kernel, name, *point, form=form):  # bounds of a part of v* assume that products are
         bounds = [bound for bound in bounds if bound.low == 0]
     # The errors that the bounds which hold here allow, at most; the smallest of them holds.
@@ -169,7 +169,7 @@ def _answer(
     if not allowed:
         return None
     if len({form.rounded(end) for end in _ends(exact.value)}) > 1:  # it is not clear which number is nearest
-        exact = _exact(name, point, truth.sharply)
+        exact = _exact(name, point, truth.sharp_portions)
     low, high = _ends(exact.value)
     nearest = {form.rounded(end) for end in (low, high)}
     error = min(allowed)

@@ -232,7 +232,7 @@ class _Writer:
                 return f"{number.functions.format(name=function)}({', '.join(texts)})"
             case Word(_, pattern) as word:
                 # Masks and bits of numbers are hexadecimal, shifts and counts decimal.
-                value = word.of(FORMATS[number.form])
+                value = word.value_in(FORMATS[number.form])
                 return number.word.format(digits=hex(value)) if pattern else str(value)
             case Negation(symbol, operand):
                 return f"{symbol}{self._in_parentheses(operand)}"
