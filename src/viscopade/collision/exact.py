@@ -607,6 +607,7 @@ class _Speed:
         # d ln kappa/d ln k is between 1 and 2/nu (step 10): this bounds the difference of ln k.
         log_kappa = self.log_kappa()
         delta = abs(log_kappa - nearby.log_kappa) * ball_of(max(self.law.nu / 2, Fraction(1)))
+        # v* = kappa^(1/d). beta and kappa are shown if they were asked for, kappa always for other laws.
         numbers = {"v_star": (log_kappa / self.law.d).exp(), **nearby.restitution(delta), **nearby.course(delta)}
         if "kappa" in self.fractions or self.law != VISCOELASTIC:
             numbers["kappa"] = log_kappa.exp()
@@ -615,7 +616,7 @@ class _Speed:
 
 @dataclass(frozen=True)
 class _Restitution:
-    """A collision with the given coefficient of restitution."""
+    """A collision with a coefficient of restitution, at a speed if beta is to be shown, too."""
 
     epsilon: Fraction
     speed: Fraction | None
@@ -623,6 +624,7 @@ class _Restitution:
 
     @property
     def fractions(self) -> dict[str, Fraction]:
+        """The numbers that are known exactly, by name."""
         return {"epsilon": self.epsilon, "one_minus_epsilon": 1 - self.epsilon}
 
     def log_odds(self) -> arb:
@@ -678,7 +680,8 @@ class _Restitution:
         delta = 2 * abs(difference) / (epsilon.min(nearby.epsilon) * nearby.least_slope)
         if not delta < arb(1) / 8:
             raise ArithmeticError("k is too far off")
-        rate = max(2 / self.law.nu, Fraction(1))  # of ln kappa with ln k, nearby most
+        # ln kappa changes by at most 2/nu (6/5 for the paper's law) or 1 times ln k, and ln v* by a d-th of that.
+        rate = max(2 / self.law.nu, Fraction(1))
         kappa = nearby.log_kappa.exp() * _within(ball_of(rate) * delta)
         v_star = (nearby.log_kappa / self.law.d).exp() * _within(ball_of(rate / self.law.d) * delta)
         numbers = {"v_star": v_star, "epsilon": epsilon, "one_minus_epsilon": loss, **nearby.course(delta)}
@@ -705,7 +708,8 @@ def _lambda_1(law: Law) -> float:
 def _rough_x_max(log_kappa: arb) -> float | None:
     """Return x_max in double precision at v* = e^(log_kappa/2), unless v* is extreme: the paper's law."""
     half = float(log_kappa) / 2
-    if abs(half) > 200:  # v* beyond e^±200 = 1e±87, so that no double in `double.x_max` overflows
+    # v* beyond e^±200 = 1e±87: by hand, well inside the range of doubles, also for kappa = v*^2.
+    if abs(half) > 200:
         return None
     try:
         return double.x_max(math.exp(half))
@@ -722,9 +726,7 @@ def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
 def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
     """Return k at ln kappa under a law, as if F were the larger of its limits.
 
-    These are 1/sqrt(n_a) for slow and k/(2 n_b) for fast impacts.
-
-    The second number is that of its correct bits, 1.
+    These are 1/sqrt(n_a) for slow and k/(2 n_b) for fast impacts. The second number is that of its correct bits, 1.
     """
     # ln kappa + (1 - 1/nu) ln(2 m) = ln k + 2 c ln F. For F = k/(2 n_b): ln k (1 + 2 c) = that + 2 c ln(2 n_b). A
     # larger F makes k smaller if c > 0, and larger if c < 0.
@@ -783,7 +785,7 @@ def _determined(problem: _Problem, digits: int) -> Collision:
     k = Dyadic.nearest(guess, 64)
     if correct_bits < LEAST_KNOWN:
         k, correct_bits = _approached(problem, k)
-    # Each attempt improves the k of the last one; it gets 16, 32, 64, … bits more.
+    # Each attempt improves the k of the last one; it gets 16, 32, 64, … bits more (a choice: most need one attempt).
     accuracy, more = accuracy + _end_bits(problem.law, k, accuracy), 16
     for _ in range(MAX_ATTEMPTS):
         steps = _accuracies(correct_bits, accuracy)
