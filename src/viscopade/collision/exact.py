@@ -14,7 +14,8 @@ the derivatives with respect to ln k, which hold for every k, cover the remainin
 docs/theory/exact-function.md has the proofs; "step" in this module is a section of it.
 
 Numbers are FLINT's balls (`arb`, a middle and a radius); `working(bits)` sets their precision within a block. A
-`Dyadic` is a dyadic number, exactly.
+`Dyadic` is a dyadic number, exactly. 64, 96 or 128 bits are for numbers that become doubles or start Newton's method:
+any number above a double's 53 would do.
 
 For the paper's law eps, 1 - eps and v*(eps) are first looked up in a table of proven polynomials, which determines them
 to 37 digits or so (`exact_table`). Such a collision is integrated as above when x_max or tau_c is first asked for.

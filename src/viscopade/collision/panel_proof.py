@@ -234,8 +234,7 @@ class PanelProof:
             k = panel.reduced(self.k.poly(), 2)
             power_of_v_star = 16 * loading.step * panel.v_star() ** 10
             kappa = panel.relative(k**5 * loading.slope - power_of_v_star, power_of_v_star) + 2 * loading.error
-            # |ln kappa - ln v*^2| <= (5/4)/5 of that, as |ln(1 + x)| <= (5/4) |x| for |x| <= 1/5, and kappa^5 was
-            # meant.
+            # 5 |ln kappa - ln v*^2| <= (5/4) of that, as |ln(1 + x)| <= (5/4) |x| for |x| <= 1/5.
             delta = kappa / 4
             # eps = m/F = (unloading.slope/unloading.step)/(loading.slope/loading.step), without quotients. m and F have
             # errors of their own, added up with a factor 2 for products of errors.

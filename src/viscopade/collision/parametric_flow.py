@@ -33,12 +33,14 @@ from viscopade.collision.validation import falls_less_than_start
 # Choices: no proof needs their values. Bad ones make the residual too large, and the proof is refused.
 SCALE_BITS = 30  # of the coefficients of c(z), which only has to follow the time until the end roughly
 # Points through which c(z) goes. Measured on four panels: 3 are as good; with 1, a constant, the proof fails for large
-# v*, and with 9 the bounds are larger, because c(z) of higher degree makes all polynomials in z longer.
+# v*, and with 9 the bounds are larger.
 SCALE_NODES = 5
 END_IN_LAST = 0.7  # where in the last piece the end lies: there is room to either side for c(z)'s error
-CUT_BEHIND = 4  # powers of z that a residual takes into account beyond those of the polynomials; others are bounded
+# Powers of z that a residual takes into account beyond those of the polynomials; others are bounded. Measured: 0 to 12
+# give the same bounds, as `END_IN_LAST` from 0.5 to 0.9 does.
+CUT_BEHIND = 4
 ROUGH = 40  # bits of the times that only lay out the pieces
-PARTS = 8  # of a piece, on which the speed is shown to be positive; 1 is not always enough
+PARTS = 8  # of a piece, on which the speed is shown to be positive; measured: 1 is not enough for large v*
 # Coefficients of a piece, compared with those of a single branch: steps are a little longer. Measured: from 1.0 to 1.6
 # the bounds are the same, and the time doubles.
 SPARE_TERMS = 1.3
@@ -614,7 +616,8 @@ def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
     """
     k = Scaled(-branch.k.polynomial, branch.k.exponent) if branch.unloading else branch.k
     elastic, viscous = _factors(k, branch.scale, piece.step)
-    # Powers of z up to `degree` are computed; a product has up to twice as many, and y must not be reached by them.
+    # Powers of z up to `degree` are computed. `stride` is so large that a product does not run into the next power of
+    # y.
     degree = max(c.degree() for c in piece.u) + CUT_BEHIND
     stride = degree + max(degree, elastic.polynomial.degree(), viscous.polynomial.degree()) + 1
     packing = _Packing(branch.bits, degree, stride, len(piece.u) * stride)
