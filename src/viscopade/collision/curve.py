@@ -45,9 +45,9 @@ CONSTANT = 38.0
 STRAIGHT = 48.0  # beyond ln k = STRAIGHT/2 they are straight lines, up to terms of order ln k/k^2: e^-48 = 1e-21
 BISECTIONS = 24  # before steps by the slope of a secant: to 2^-25 of the span
 STEP = 2.0**-12  # for differences: their error is the square, 6e-8, and only the slope of Newton's method has it
-LEAST_EPSILON = (
-    "1e-3"  # end of the table if contact ends against an attractive force; there eps falls to 0 at a finite kappa
-)
+# End of the table if contact ends against an attractive force: a choice, because slower bodies creep back to x = 0,
+# which takes ever more pieces to integrate.
+LEAST_EPSILON = "1e-3"
 
 _PORTIONS = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
 
@@ -72,8 +72,9 @@ class Interpolant:
 
     def __call__(self, function: int, s: FloatArray) -> FloatArray:
         """Return the values of a function, by its number, at places s."""
-        # The panel of each place, and z from -1 to 1 on it; places outside get the value of the first or last end, and
-        # behind the last end the slope.
+        # The panel of each place, and z from -1 to 1 on it. `searchsorted` counts the ends up to a place: panel i
+        # begins at end i, and there is one panel less than ends. Places outside get the value of the first or last end,
+        # and behind the last end the slope.
         ends, table = np.array(self.ends), np.array(self.coefficients[function]).T
         inside = np.clip(s, ends[0], ends[-1])
         panel = np.clip(np.searchsorted(ends, inside, side="right") - 1, 0, len(ends) - 2)
