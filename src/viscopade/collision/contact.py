@@ -892,19 +892,20 @@ class _Motion:
             rate = rates[:n]
             residual = v_nodes - v - h * (integrals @ rate)
             # The residual, and its Jacobian 1 - h d rate/dv I - h^2 d rate/ds I I; derivatives are differences.
-            by_s, by_v = (rates[n : 2 * n] - rate) / nudge, (rates[2 * n :] - rate) / self.nudge
-            jacobian = np.eye(n) - h * (integrals * by_v) - h * h * ((integrals * by_s) @ integrals)
+            d_rate_ds, d_rate_dv = (rates[n : 2 * n] - rate) / nudge, (rates[2 * n :] - rate) / self.nudge
+            jacobian = np.eye(n) - h * (integrals * d_rate_dv) - h * h * ((integrals * d_rate_ds) @ integrals)
             try:
                 move = np.linalg.solve(jacobian, residual) if np.isfinite(residual).all() else residual
             except np.linalg.LinAlgError:  # the piece is too long for a steep force
                 move = np.full(n, np.inf)
             size = float(np.abs(move).max())
             v_nodes = v_nodes - move
-            rate = rate - by_v * move - by_s * (h * (integrals @ move))  # strong damping multiplies what is left of v
+            # The rate at the new nodes, to first order: strong damping multiplies what is left of v's error.
+            rate = rate - d_rate_dv * move - d_rate_ds * (h * (integrals @ move))
             if size < self.solved * (1 + abs(v)) or not size < _ESCAPES:
                 break
         # Strong damping reduces errors by the factor 1 - h d rate/dv of an implicit step.
-        relaxed = 1 + h * max(float(-by_v.max()), 0)
+        relaxed = 1 + h * max(float(-d_rate_dv.max()), 0)
         # The rate between the nodes by the force, against that of the polynomial: they differ where there is a
         # kink between the last node and the end.
         edges = s + h * (inner @ v_nodes)
@@ -1019,8 +1020,8 @@ def _scales(contact: Contact, speed: float) -> _Scales:
         for _ in range(_HALVINGS):
             with np.errstate(all="ignore"):
                 # By the trapezoidal rule up to each x: the work of force - load, and the largest work of a pulling
-                # force, which adds to the energy. `most` is at least the work of the force, `doubt` the rule's error at
-                # a jump.
+                # force, which adds to the energy. `largest_work` is at least the work of the force, `work_error` the
+                # rule's error at a jump.
                 force = contact.forces(x, np.full(len(x), rate))
                 force = np.maximum(force, 0) if contact.end == "force" else force
                 width, finite = np.diff(x), np.where(np.isfinite(force), force, 0)
@@ -1028,20 +1029,20 @@ def _scales(contact: Contact, speed: float) -> _Scales:
                 force = np.where(np.isfinite(force), force - contact.load, 0)
                 work = np.cumsum((force[1:] + force[:-1]) / 2 * width)
                 scale = energy + max(contact.load, 0) * x[1:] + pull
-                most = np.cumsum(np.maximum(force[1:], force[:-1]) * width)
-                doubt = np.abs(np.diff(force)) * width
+                largest_work = np.cumsum(np.maximum(force[1:], force[:-1]) * width)
+                work_error = np.abs(np.diff(force)) * width
 
             # Where the force may jump, intervals are halved, as far as the bodies may come.
-            reached = most >= energy
-            halved = (doubt > _WORK_ERROR * scale) & (np.arange(len(width)) <= np.argmax(reached))
+            reached = largest_work >= energy
+            halved = (work_error > _WORK_ERROR * scale) & (np.arange(len(width)) <= np.argmax(reached))
             if not reached.any() or not halved.any() or len(x) > _MOST_PLACES:
                 break
             x = np.sort(np.concatenate((x, (x[1:] - width / 2)[halved])))
         # m v^2/2 = m speed^2/2 + load length/2 + pull: half of the load's work, because the force takes up the rest (by
         # hand; it is a unit).
         if (work >= energy).any():
-            last = int(np.argmax(work >= energy))
-            length, pulled = float(x[1 + last] - contact.begin), float(pull[last])
+            stop = int(np.argmax(work >= energy))
+            length, pulled = float(x[1 + stop] - contact.begin), float(pull[stop])
             square = speed**2 + max(contact.load, 0) / contact.mass * length + 2 * pulled / contact.mass
             return _Scales(length, math.sqrt(square))
     raise _never_stops(contact, speed)

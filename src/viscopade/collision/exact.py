@@ -181,10 +181,10 @@ class _Tabulated(Collision):
         OSError
             If it does not: a row is wrong.
         """
-        whole = _determined(self.problem, self.digits)
-        if not all(getattr(whole, name).overlaps(vars(self)[name]) for name in NAMES[:3]):
+        integrated = _determined(self.problem, self.digits)
+        if not all(getattr(integrated, name).overlaps(vars(self)[name]) for name in NAMES[:3]):
             raise OSError(f"{EXACT} does not agree with an integration: run python -m tools.exact_table")
-        return whole
+        return integrated
 
     @cached_property
     def x_max(self) -> arb:
@@ -533,8 +533,8 @@ class _AtK:
             return end
         # For large k, y <= 4 d sigma_c R/k^2 with R = max(1, r_c^(d-n_b)) and sigma_c <= k T max(1, r_c^(n_b-m)): 2 R
         # r_c^(m-d), the last maximum being 1 as n_b >= m. 3 instead of 2: r_c is known at this k only.
-        least = r_c ** (min(d - n_b, 0) + m - d)
-        return end.min(3 * least)
+        power_of_r_c = r_c ** (min(d - n_b, 0) + m - d)
+        return end.min(3 * power_of_r_c)
 
 
 def _log_kappa(law: Law, k: arb, f: arb) -> arb:
@@ -667,7 +667,7 @@ class _Restitution:
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change, by Newton's method for ln((1 - eps)/eps)."""
         # d ln((1 - eps)/eps)/d ln k = -(d ln eps/d ln k)/(1 - eps), and ln eps = ln P - ln F.
-        rough, (loading, unloading) = _roughly_at(k, accuracy, self.law)
+        rough, (loading, unloading) = _rough_collision_at_k(k, accuracy, self.law)
         with working(accuracy + GUARD_BITS):
             slope = (loading.sensitivity() - unloading.sensitivity()) / rough.one_minus_epsilon
             return (self.log_odds() - rough.log_odds) / slope
@@ -868,7 +868,7 @@ def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch
     return integrate(k, accuracy, motion), integrate(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
 
 
-def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
+def _collision_at_k(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
     """Enclose the collision at k under a law, with `accuracy` bits or more where an attractive force needs them.
 
     The branches, loading and unloading, are returned with it.
@@ -883,7 +883,7 @@ def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]
     raise ArithmeticError("the end was not enclosed")
 
 
-def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
+def _rough_collision_at_k(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
     """Return numbers and branches at k for a step of Newton's method, mostly without a proof.
 
     `accuracy` is in bits, `law` that of contact. Times are not needed, and 0. With attraction p at the end
@@ -891,7 +891,7 @@ def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch,
     """
     forth, back = _branches(k, accuracy, law)
     if back.motion.attractive:
-        return _at(k, accuracy, law)
+        return _collision_at_k(k, accuracy, law)
     with working(accuracy + GUARD_BITS):
         loading, unloading = (Ends(branch.p_end, arb(0), branch.work()) for branch in (forth, back))
         return _AtK(k.ball(), loading, unloading, law), (forth, back)
@@ -905,7 +905,7 @@ def at_k(log_k: float, law: Law) -> tuple[float, float, float, float]:
     # k to 96 bits: more than LOW_ACCURACY, the bits of what becomes a double.
     with working(128):
         k = Dyadic.nearest(arb(log_k).exp(), 96)
-    enclosed, _ = _at(k, LOW_ACCURACY, law)
+    enclosed, _ = _collision_at_k(k, LOW_ACCURACY, law)
     with working(LOW_ACCURACY + GUARD_BITS):
         log_kappa, log = enclosed.log_kappa, enclosed.k.log()
         functions = log_kappa - log, enclosed.log_odds - log_kappa, enclosed.x_max.log(), enclosed.tau_over_x

@@ -94,10 +94,14 @@ def v_star_of(epsilon: Fraction) -> arb | None:
     # times that to either side is so much that the row's error does not matter.
     width = 4 * smaller * row.error * row.half / abs(row.slope(z))
     low, high = (v_star - width).mid(), (v_star + width).mid()
-    at_low, at_high = portions(low), portions(high)
-    if at_low is None or at_high is None:
+    low_portions, high_portions = portions(low), portions(high)
+    if low_portions is None or high_portions is None:
         return None
-    falls = at_low.epsilon > smaller > at_high.epsilon if row.is_epsilon else at_low.loss < smaller < at_high.loss
+    falls = (
+        low_portions.epsilon > smaller > high_portions.epsilon
+        if row.is_epsilon
+        else low_portions.loss < smaller < high_portions.loss
+    )
     return low.union(high) if falls else None
 
 

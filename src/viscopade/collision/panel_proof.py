@@ -239,28 +239,28 @@ class PanelProof:
             # eps = m/F = (unloading.slope/unloading.step)/(loading.slope/loading.step), without quotients. m and F have
             # errors of their own, added up with a factor 2 for products of errors.
             f, m = loading.slope * unloading.step, unloading.slope * loading.step
-            from_ends = 2 * (loading.error + unloading.error)
+            ends_error = 2 * (loading.error + unloading.error)
             # ln eps changes by at most 2 times ln k's delta, ln(1 - eps) by 3 times (step 5): 3 and 4 instead cover
             # e^x - 1 > x.
             if name == "epsilon":
-                return _small(panel.relative(row.poly() * f - m, m) + from_ends + 3 * delta)
-            return _small(self._loss_error(row.poly(), f, m, from_ends) + 4 * delta)
+                return _small(panel.relative(row.poly() * f - m, m) + ends_error + 3 * delta)
+            return _small(self._loss_error(row.poly(), f, m, ends_error) + 4 * delta)
 
-    def _loss_error(self, loss: arb_poly, f: arb_poly, m: arb_poly, from_ends: arb) -> arb:
+    def _loss_error(self, loss: arb_poly, f: arb_poly, m: arb_poly, ends_error: arb) -> arb:
         """Bound the relative error of 1 - eps, whose row is divisible by z^2 on panel 0.
 
-        `loss` is the row, F and m are the ends' polynomials times one step, `from_ends` bounds the errors of m/F.
+        `loss` is the row, F and m are the ends' polynomials times one step, `ends_error` bounds the errors of m/F.
         """
         # 1 - eps = (F - m)/F: |loss - (F - m)/F| <= |loss F - (F - m)|/F, relative to the least loss.
         least_f, least_loss = _least(f), _least(self.panel.reduced(loss, 2))
         difference = loss * f - (f - m)
         if not self.panel.power:
-            return (self.panel.most(difference) / least_f + from_ends) / least_loss
+            return (self.panel.most(difference) / least_f + ends_error) / least_loss
         # On panel 0 all is divided by z^2. The coefficients of 1 and z, which are only nearly 0, count most at the
         # least z, where v* = ELASTIC; v* = z (half width).
         first, second, *rest = difference.coeffs()
         start = arb(ELASTIC.numerator) / ELASTIC.denominator / _ball(HALF_WIDTHS[0])  # the least z
-        low = (abs(first) / least_f + from_ends) / start**2 + abs(second) / least_f / start
+        low = (abs(first) / least_f + ends_error) / start**2 + abs(second) / least_f / start
         return (low + self.panel.most(arb_poly(rest)) / least_f) / least_loss
 
 

@@ -342,12 +342,12 @@ def _gap(
     `u`, `slope` (u_y) and `second` (u_yy) are coefficients of y^j, `damping` is k p/u_y; all are series in z.
     """
     # Without damping: 1 - u - 2^-gap, and u_y.
-    at_u, at_slope = _middle(_horner(u, y)), _middle(_horner(slope, y))
-    value, fall = 1 - at_u - arb(2) ** -gap, at_slope
+    u_value, slope_value = _middle(_horner(u, y)), _middle(_horner(slope, y))
+    value, fall = 1 - u_value - arb(2) ** -gap, slope_value
     if damping is not None:
         # k begins with z^(2 low), on the panel at 0 with z^2: sqrt(k p) = z^low sqrt(k p/z^(2 low)), by the logarithm.
         low = next(i for i, c in enumerate(damping.coeffs()) if not c.mid().is_zero()) // 2
-        inner = arb_series((damping * at_slope).coeffs()[2 * low :], u[0].prec)
+        inner = arb_series((damping * slope_value).coeffs()[2 * low :], u[0].prec)
         root = (inner.log() / 2).exp()
         value = value - _shift(root, low)
         # (sqrt(k p))_y = (k p)_y sqrt(k p)/(2 k p).
@@ -515,13 +515,14 @@ class _Proof:
         with working(self.branch.bits):
             if falls_less_than_start([self._least_poly(arb_poly(c)) for c in polynomials]):
                 return
-            # speed[j][i] is the coefficient of y^j z^i; of_y[i] is a polynomial in y. On each part of 0 <= y <= limit
-            # it is expanded around the middle: the constants, a polynomial in z, must exceed the sum of all others.
+            # speed[j][i] is the coefficient of y^j z^i; powers_of_z[i] is a polynomial in y. On each part of 0 <= y <=
+            # limit it is expanded around the middle: the constants, a polynomial in z, must exceed the sum of all
+            # others.
             speed = [c.coeffs() for c in polynomials]
-            of_y = [arb_poly([c[i] if i < len(c) else 0 for c in speed]) for i in range(max(map(len, speed)))]
+            powers_of_z = [arb_poly([c[i] if i < len(c) else 0 for c in speed]) for i in range(max(map(len, speed)))]
             for part in range(PARTS):
                 place = arb_poly([(2 * part + 1) * limit / (2 * PARTS), limit / (2 * PARTS)])
-                moved = [c(place).coeffs() for c in of_y]
+                moved = [c(place).coeffs() for c in powers_of_z]
                 rest = sum((abs(d) for c in moved for d in c[1:]), arb(0))
                 if not self._least_poly(arb_poly([c[0] if c else arb(0) for c in moved])) > rest:
                     raise ArithmeticError("the speed may vanish before the end")
@@ -628,8 +629,8 @@ def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
     # V = 2 H^2 c^2 S + H c k u_y, cut; the error of S goes into that of V.
     v, v_error = fmpz_poly(), 0
     for factor, function in ((elastic, s), (viscous, _ball(slope))):
-        part, error = packing.cut(factor.polynomial * function.polynomial, -factor.exponent)
-        v, v_error = v + part, v_error + error
+        product, error = packing.cut(factor.polynomial * function.polynomial, -factor.exponent)
+        v, v_error = v + product, v_error + error
         v_error += shifted_up(norm(factor.polynomial.coeffs()) * function.error, -factor.exponent)
     # |R| <= |u_yy - S V| of the cut S and V, plus |S| |error of V| + |error of S| |V|. `second` and S V are in units of
     # 2^-bits and 2^(-2 bits).

@@ -217,7 +217,7 @@ def rebounds(
     x, v = begin - flight * speed + g / 2 * flight**2, speed - g * flight + scheme.lead * g * h
     epsilon, deepest, depth = np.zeros_like(h), np.zeros_like(h), np.zeros_like(h)
     duration, together = np.full_like(h, math.inf), np.ones(h.shape, bool)
-    turns, stays, formed = np.zeros(h.shape, int), np.zeros(h.shape, bool), np.zeros(h.shape, bool)
+    turns, stuck, formed = np.zeros(h.shape, int), np.zeros(h.shape, bool), np.zeros(h.shape, bool)
 
     def acceleration(x: FloatArray, v: FloatArray) -> FloatArray:
         """Return the acceleration where bodies are in contact as after the last step."""
@@ -237,12 +237,12 @@ def rebounds(
 
             # Bodies that turn back and forth, or creep, stay together.
             turns += v_last * v < 0
-            stays |= (turns > _TURNS) | (np.maximum(np.abs(v_last), np.abs(v)) < _CREEP * speed)
+            stuck |= (turns > _TURNS) | (np.maximum(np.abs(v_last), np.abs(v)) < _CREEP * speed)
 
             # Bodies have left where only the load acts, up to x = 0; where there is a neck, they leave when it breaks.
             # From there v^2/2 - g x is constant, and eps is the speed where contact begins; v of the end of the step
             # lacks the lead of the scheme.
-            left = together & ~stays & (newest == g) & (v < 0)
+            left = together & ~stuck & (newest == g) & (v < 0)
             if left.any():
                 left &= ~formed | ((x > 0) & _flies(acceleration, g, x, v))
                 at_end = v - scheme.lead * g * h
@@ -250,6 +250,6 @@ def rebounds(
                 epsilon = np.where(left, np.sqrt(np.maximum(square, 0)) / speed, epsilon)
                 depth, duration = np.where(left, deepest, depth), np.where(left, i * h - flight, duration)
                 together &= ~left
-            if not (together & ~stays).any():
+            if not (together & ~stuck).any():
                 break
     return Rebounds(epsilon, np.where(together, deepest, depth), duration)

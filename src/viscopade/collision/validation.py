@@ -205,8 +205,8 @@ def _is_positive(speed: arb_poly, rest: arb, end: arb, parts: int) -> bool:
     # Around the middle of each part, z = (2 i + 1) step + step t with |t| <= 1: there the constant exceeds the sum of
     # the other coefficients' absolute values.
     step = end / (2 * parts)
-    of_parts = (speed(arb_poly([(2 * i + 1) * step, step])) for i in range(parts))
-    return all(part[0] > _largest(part - part[0]) + rest for part in of_parts)
+    expansions = (speed(arb_poly([(2 * i + 1) * step, step])) for i in range(parts))
+    return all(expansion[0] > _largest(expansion - expansion[0]) + rest for expansion in expansions)
 
 
 def _largest(polynomial: arb_poly) -> arb:
@@ -344,20 +344,21 @@ def _absolute(branch: Branch, functions: list[_Functions], residuals: list[arb],
     `residuals`, bounds of |R|, belong to the pieces.
     """
     unit = arb(2) ** -branch.bits
-    total, least = arb(0), arb(1)
+    error, least_square = arb(0), arb(1)
     for i, (f, residual, jump_of_y) in enumerate(zip(functions, residuals, [0, *branch.jumps()], strict=True)):
         # With p = Y/(2 h): a jump d of Y behind which Y = Y_0 changes p^2 by at most (2 Y_0 + d) d/(4 h^2). The
         # integral of |rho| du is at most |R|/(2 h^2) times the change of u. The first piece has no joint before it.
         square = 4 * f.h**2
         jump = (2 * f.y[0] + jump_of_y * unit) * jump_of_y * unit / square
-        way = f.r(arb(0)) - (f.r(z) if f is functions[-1] else f.r(arb(1)))  # r falls
-        total += 2 * residual / square * way.abs_upper() + jump
+        change_of_u = f.r(arb(0)) - (f.r(z) if f is functions[-1] else f.r(arb(1)))  # r falls
+        error += 2 * residual / square * change_of_u.abs_upper() + jump
         if i:
-            least = least.min(f.p(arb(0)).lower() ** 2)  # p rises, then falls: at the joints and the end it is least
-    least = least.min(functions[-1].p(z).lower() ** 2)
-    # Relative to the least p^2. The true p^2 is smaller by at most `total`: 1/(1 - 1/8) < 2, so 2 eta bounds the error
+            # p rises, then falls: it is least at a joint or at the end.
+            least_square = least_square.min(f.p(arb(0)).lower() ** 2)
+    least_square = least_square.min(functions[-1].p(z).lower() ** 2)
+    # Relative to the least p^2. The true p^2 is smaller by at most `error`: 1/(1 - 1/8) < 2, so 2 eta bounds the error
     # relative to it.
-    eta = (total / least).abs_upper()
+    eta = (error / least_square).abs_upper()
     k, start = branch.k.ball(), functions[0]
     first = _first_piece(branch, start) * residuals[0]
     if not (eta < arb(1) / 8 and first < arb(1) / 8):
