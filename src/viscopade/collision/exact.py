@@ -284,8 +284,8 @@ def _require_moderate(problem: _Speed) -> None:
         log_k = float(_k_from_limits(log_kappa, law)[0].log())
     excess = log_k - LARGEST_POWER_BITS * math.log(2) / n_a
     if excess > 0:
-        # The largest kappa by kappa ~ k^(2/nu), as a power of ten; that of v* = kappa^(1/d) is
-        # 2 per cent lower (10^-0.01), because two digits are printed.
+        # The largest kappa by kappa ~ k^(2/nu), as a power of ten; that of v* = kappa^(1/d) is 2 per cent lower
+        # (10^-0.01), because two digits are printed.
         largest = (log_kappa - excess * 2 / float(law.nu)) / math.log(10)
         root = f", or v_star up to {10.0 ** (largest / law.d - 0.01):.2g}" if law.d > 1 else ""
         raise ValueError(
@@ -505,6 +505,7 @@ class _AtK:
         epsilon = self.epsilon * _within(slope * delta)
         # |d ln(1 - eps)/d ln k| <= 3 for slope 2 (step 5): 2 from k W and F^2, and half of the slope from 1 + eps.
         loss = self.one_minus_epsilon * _within((2 + slope / 2) * delta)
+        # eps from the smaller of both, whose error is smaller.
         return {"epsilon": 1 - loss if loss < arb(1) / 2 else epsilon, "one_minus_epsilon": loss}
 
     def course(self, delta: arb) -> dict[str, arb]:

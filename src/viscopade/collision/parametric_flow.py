@@ -201,7 +201,7 @@ def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int)
 def _scale(k: Scaled) -> Scaled:
     """Return c(z), the time until the end at k(z) over that in the middle: it puts the end at nearly the same y."""
     # Through Chebyshev's nodes cos((2 i + 1) pi/(2 n)), as fractions of 20 bits: where they lie exactly does not
-    # matter. The middle one is z = 0.
+    # matter. The middle one is z = 0 (1/2 on the panel at 0).
     one = 1 << SCALE_BITS
     cosines = [math.cos((2 * i + 1) * math.pi / (2 * SCALE_NODES)) for i in range(SCALE_NODES)]
     nodes = [_on_panel(k, fmpq(round(c * 2**20), 2**20)) for c in cosines]

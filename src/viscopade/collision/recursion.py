@@ -46,6 +46,9 @@ class Recursion(NamedTuple):
         # Numbers of the extension have digits of 56 bits; the longest one decides how many.
         digits = max(self.bits + SPARE_BITS, *(c.bit_length() for c in constants)) // DIGIT_BITS + 1
         size = DIGIT_BITS // 8 * digits  # bytes of a number, 8 bits each
+        # The powers of r that occur, in the order in which the extension computes them: 1, r, and products of two
+        # earlier ones. It takes a power as its position in this order, and numbers as bytes, least first, in two's
+        # complement.
         products = products_for(self.powers)
         powers = [0, 1, *(power for power, _, _ in products)]
         packed = extension.taylor(
@@ -63,6 +66,7 @@ class Recursion(NamedTuple):
 
     def in_python(self, terms: int) -> list[int]:
         """Return the first `terms` coefficients by Python's integers, or FLINT's."""
+        # u, Y = u' and r = 1 - u as lists of coefficients; then s = r^common, spring = r^e and drag = r^v.
         kind: Any = fmpz if self.bits >= FMPZ_FROM_BITS else int
         u, y = [kind(self.start), kind(self.slope)], [kind(self.slope)]
         r = [(1 << self.bits) - u[0], -u[1]]
@@ -70,9 +74,10 @@ class Recursion(NamedTuple):
         powers_of_r: dict[int, list[Any]] = {0: [], 1: r} | {power: [] for power, _, _ in products}
         s, spring, drag = (powers_of_r[power] for power in self.powers)
         v: list[Any] = []
-        (stiffness, stiff), (damper, damp) = self.elastic, self.viscous
+        # elastic = stiffness 2^stiffness_exponent, viscous = damper 2^damper_exponent
+        (stiffness, stiffness_exponent), (damper, damper_exponent) = self.elastic, self.viscous
         for j in range(terms - 2):
-            powers_of_r[0].append(0 if j else 1 << self.bits)
+            powers_of_r[0].append(0 if j else 1 << self.bits)  # r^0 = 1 + 0 z + 0 z^2 + …
             # The powers of r: a square needs half of its products, 2 sum_{i<j/2} r_i r_{j-i}, and the middle one.
             half = (j + 1) // 2
             for power, first, second in products:
@@ -85,7 +90,7 @@ class Recursion(NamedTuple):
                 powers_of_r[power].append(value >> self.bits)
             # V_j = elastic (r^e)_j + viscous (r^v Y)_j, then u_{j+2} by the recursion, r = 1 - u and Y = u'.
             damping = sum(map(mul, drag, reversed(y))) >> self.bits if self.powers[2] else y[j]
-            v.append(shifted(stiffness * spring[j], stiff) + shifted(damper * damping, damp))
+            v.append(shifted(stiffness * spring[j], stiffness_exponent) + shifted(damper * damping, damper_exponent))
             u.append((sum(map(mul, s, reversed(v))) >> self.bits) // ((j + 1) * (j + 2)))
             r.append(-u[-1])
             y.append((j + 2) * u[-1])

@@ -419,11 +419,11 @@ def beta_from_restitution(
     ValueError
         If an argument is out of range anywhere.
     """
-    reached: Any = v_star_from(epsilon, one_minus_epsilon=one_minus_epsilon)  # type: ignore[type-var]
-    if np.asarray(np.isinf(reached)).any():
+    v_stars: Any = v_star_from(epsilon, one_minus_epsilon=one_minus_epsilon)  # type: ignore[type-var]
+    if np.asarray(np.isinf(v_stars)).any():
         raise ValueError("epsilon is 0: expected a number > 0 and <= 1")
     beta = checked.Elementwise(lambda v, v_star: v_star**2 / v**0.2, {"speed": _POSITIVE, "v_star": _NON_NEGATIVE})
-    return cast(Values, beta(speed, reached))
+    return cast(Values, beta(speed, v_stars))
 
 
 def v_star(speed: float | Values, beta: float | Values) -> Values:

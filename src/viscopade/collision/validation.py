@@ -326,7 +326,9 @@ def _completed(branch: Branch, before: Ends, r: arb) -> Ends:
         p_end = (p * p + change).sqrt()
         # T lacks the integral of r^(m-1) dr/(2 p), below r^m/p as p does not fall to a half; W less than 2 p_end r^n_b.
         rest_of_time, lost = r**motion.m / p, 2 * r**n_b
+        # p^2 = 1/n_a + k W in loading, and 1/n_a - |k| W in unloading.
         balance = abs(p_end**2 - arb(1) / n_a)
+    # The balance of energy gives W for |k| >= 1/16 (`ENERGY_FROM`), the integral for smaller k.
     work = balance / k if branch.k.size > ENERGY_FROM else before.work + _up_to(p_end * lost)
     return Ends(p_end, before.time + _up_to(rest_of_time), work)
 
