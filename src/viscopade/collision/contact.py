@@ -982,6 +982,7 @@ class _Motion:
                 slope = -slope if event.name == "level" and not phase.above else slope
             if event.name == "force":
                 close = float(self.noise(end_s, end_v)[0])
+            # The bounds, and Newton's step. It ends where the step or the quantity is as small as their errors.
             low, high = (h, high) if value > 0 else (low, h)
             move = -value / slope if slope else math.inf
             if abs(move) < self.solved * max(h, 1) or abs(value) < close:
@@ -992,6 +993,7 @@ class _Motion:
                 h = max(low, self.solved)  # the force jumps: this piece ends in front of the jump
                 return self.piece(s, v, h, acts), h
             h = h + move if low < h + move < high else (low + high) / 2
+        # Not converged: an error that says so makes `collide` shorten the piece.
         return (piece if abs(move) < _CREEP * max(h, 1) else piece._replace(error=math.inf)), h
 
 

@@ -606,7 +606,8 @@ class _Speed:
 
     def enclosed(self, nearby: _AtK) -> dict[str, arb]:
         """Enclose the collision, from what is proven for a k nearby."""
-        # d ln kappa/d ln k is between 1 and 2/nu (step 10): this bounds the difference of ln k.
+        # d ln kappa/d ln k is between 1 and 2/nu (step 10), that is at least the smaller of both: this bounds the
+        # difference of ln k.
         log_kappa = self.log_kappa()
         delta = abs(log_kappa - nearby.log_kappa) * ball_of(max(self.law.nu / 2, Fraction(1)))
         # v* = kappa^(1/d). beta and kappa are shown if they were asked for, kappa always for other laws.

@@ -224,7 +224,8 @@ def _shares(branch: Branch, functions: list[_Functions], residuals: list[arb]) -
     shares = [_first_piece(branch, functions[0]) * residuals[0]]
     for f, residual, jump in zip(functions[1:], residuals[1:], branch.jumps(), strict=True):
         slope = 2 * abs(f.h) * f.p(f.start)  # |Y| where the piece begins
-        # Below 100 units (a choice) the jumps, of 2 units at least, would make the share useless.
+        # Below 100 units (a choice) a jump, of 2 units at least, adds 3 * 2/100 or more to a sum that must be below
+        # 1/8.
         if not slope > 100 * unit:
             raise ArithmeticError("too few bits for the speed")
         # |rho|/p^2 du = |R|/(2 h^2) 4 h^2/Y^2 |Y| dz <= 2 |R|/|Y(start)|, as p grows. A jump d of Y changes the
