@@ -189,5 +189,5 @@ def _alternating(sample: Sample, deviation: FloatArray, number: int) -> list[flo
     parts = np.split(np.arange(len(deviation)), changes_of_sign(deviation)[1:])
     largest = [int(part[np.argmax(np.abs(deviation[part]))]) for part in parts]
     extrema = remez.alternating([(float(sample.y[i]), float(deviation[i])) for i in largest], number)
-    # Rounded, because the last digits of roots differ from machine to machine.
+    # Rounded to nine digits, because the last ones of roots differ from machine to machine; a first guess needs two.
     return [float(f"{y:.9g}") for y, _ in extrema]

@@ -64,26 +64,27 @@ ContactEnd = Literal["force", "return", "break"]
 PHASES = np.arange(0.5, 64) / 64
 """Phases, which are parts of a step at which contact begins, of a mean: the midpoints of 64 equal parts."""
 
-# Nothing here is proven, and most numbers are choices. "Measured" is for eight contacts (viscoelastic with kappa from
-# 0.01 to 100, linear, with a jump, with damping on the way back only): eps is right to 1e-15, with an error said to be
-# 1e-12.
+# Nothing here is proven, and most numbers are choices. "Measured" is for ten contacts: viscoelastic with kappa from
+# 0.01 to 100, linear, with damping on the way back only, and three with a jump of the force. eps of the viscoelastic
+# ones is right to 1e-15 (`exact`), with an error said to be 1e-12.
 
 # Number of nodes (half of the order); error of a piece over the largest speed. The second solution only estimates the
 # error of the first. Measured: 12 and 28 nodes, and 1e-10 and 1e-13, take the same time within a fifth, and eps is as
 # good.
 _METHODS = ((20, 1e-12), (16, 1e-11))
-# Error of the equations of a piece, about 50 roundings. Measured, this and the next ones: `_SOLVED` from 1e-15 to
-# 1e-12, `_SHORTEST` from 1e-14 to 1e-9, `_NEWTON` from 8 to 50 and `_LANDING` from 20 to 200 give the same eps.
+# Error of the equations of a piece, about 50 roundings. Measured: from 1e-15 to 1e-12 eps is the same, as with
+# `_NEWTON` from 8 to 50 and `_LANDING` from 20 to 200.
 _SOLVED = 1e-14
-_SHORTEST = 1e-12  # length of a piece where a force has a jump, in units of sigma: it passes 1e-12 of the way at a time
+# Length in sigma of a piece where a force has a jump, which is passed with 1e-12 of the way. Measured: with 1e-9 eps of
+# a contact with a jump is off by 1e-11, with 1e-14 it is the same.
+_SHORTEST = 1e-12
 _ESCAPES = 1e6  # speed over the speed of impact from which on a piece cannot be solved: no contact makes bodies so fast
 # Rounding error of a number (two roundings), and of the error of a piece (about a hundred, in the sums over its nodes).
 # Measured: ten times smaller or larger, `_ROUNDED` gives the same eps.
 _ROUNDING, _ROUNDED = 4e-16, 2e-14
 _NEWTON = 20  # largest number of steps to solve a piece
-_LANDING = (
-    60  # largest number of pieces to find an event; halving finds that of a force that jumps, to 2^-60 of a piece
-)
+# Largest number of pieces to find an event; halving finds that of a force that jumps, to 2^-60 of a piece.
+_LANDING = 60
 _RATE_ERROR = 3e-15  # relative error of a rate, about 15 roundings (measured: 3e-16 to 3e-13 give the same eps)
 _PIECES = 10_000  # largest number of pieces of a collision; measured: 37 to 117, and 356 with a jump of the force
 _SUBSTEPS = 1_000_000  # largest number of parts of a time step, so that a typing error is no step of 0
@@ -91,19 +92,17 @@ _LAST_PHASE = 1 - 1e-12  # stands for the limit at the end of a step, where bodi
 # Into how many parts an interval of phases is divided, and how often: 1/64 of a step divided by 8^12 is below 1e-12.
 _PARTS, _DIVISIONS = 8, 12
 _MOST_PHASES = 10_000  # of a range; with very long steps eps may have a thousand extrema
-_RANGE_ERROR = (
-    1e-6  # error of the least and the largest eps over all phases: programs and experiments know fewer digits
-)
+# Error of the least and the largest eps over all phases: programs and experiments know fewer digits.
+_RANGE_ERROR = 1e-6
 _NARROW, _SAME_PHASE = 1e-5, 1e-12  # lengths up to which intervals with a jump, or any intervals, are divided
 _ROUNDS = 30  # largest number of attempts to find a resolving factor, each at least 1.1 times the last one
 _STEPS = 100_000  # largest number of steps in a contact, roughly: a choice, beyond which no step is meant
-# Of intervals of compressions at a jump, down to 2^-40 of an interval, and how many places there are. Measured: 10
-# times are enough for a contact with a jump.
+# Of intervals of compressions at a jump, down to 2^-40 of an interval, and how many places there are. Measured: two
+# halvings are enough for three contacts with a jump.
 _HALVINGS, _MOST_PLACES = 40, 100_000
 _ZOOMS = 9  # into a 64th of the compressions, to find where a force begins to act
-_WORK_ERROR = (
-    1e-4  # error of the work in an interval over the largest energy: it only decides about units (1e-2 does, too)
-)
+# Error of the work in an interval over the largest energy: it only decides about units (1e-2 does, too).
+_WORK_ERROR = 1e-4
 _EXPECTED = "expected a function of compression and rate that pushes bodies apart"
 _NOISY = 10  # error of a piece over the unit roundoff of the force, which its nodes add up
 _CREEP = 1e-12  # share of the speed of impact: slower bodies that slow down do not part (1e-9 does as well)
@@ -643,7 +642,7 @@ def resolved(collision: Callable[[float], SampledCollision], spread: float) -> f
     for _ in range(_ROUNDS):
         try:
             sampled = collision(factor)
-        except ValueError:  # no damping gives this eps with so few steps
+        except ValueError:  # no damping gives this eps with so few steps: twice as many, by hand
             factor *= 2
             continue
         difference = sampled.largest - sampled.least
@@ -1023,7 +1022,7 @@ def _scales(contact: Contact, speed: float) -> _Scales:
             with np.errstate(all="ignore"):
                 # By the trapezoidal rule up to each x: the work of force - load, and the largest work of a pulling
                 # force, which adds to the energy. `largest_work` is at least the work of the force, `work_error` the
-                # rule's error at a jump.
+                # rule's error at a jump, and `scale` the largest energy up to each x.
                 force = contact.forces(x, np.full(len(x), rate))
                 force = np.maximum(force, 0) if contact.end == "force" else force
                 width, finite = np.diff(x), np.where(np.isfinite(force), force, 0)

@@ -571,8 +571,9 @@ def _doubled(u: list[int], elastic: Dyadic, viscous: Dyadic, bits: int, terms: i
         weight = y_series * (-growth).exp()
         weighted_w = _integral(weight * arb_series(arb_poly(residual) * unit), old + turning - 1)  # w weight/Y
         e = y_series * _integral(weighted_w / (weight * y_series), old - turning)
-        scale = arb(2) ** bits
-        return u + [_floor(c * scale) for c in _coefficients(e, new)]
+        scale, corrections = arb(2) ** bits, e.coeffs()
+        corrections += [arb(0)] * (new - len(corrections))  # FLINT leaves out zeros at the end
+        return u + [_floor(c * scale) for c in corrections]
 
 
 def _cut_power(r: fmpz_poly, power: int, bits: int, length: int) -> fmpz_poly:
@@ -601,12 +602,6 @@ def _integral(series: arb_series, power: int) -> arb_series:
     """Return z^-power times the integral of z^(power - 1) series."""
     coefficients = [c / (power + j) for j, c in enumerate(series.coeffs())]
     return arb_series(coefficients, series.prec)
-
-
-def _coefficients(series: arb_series, length: int) -> list[arb]:
-    """Return `length` coefficients of a series; FLINT leaves out zeros at the end."""
-    coefficients = series.coeffs()
-    return coefficients + [arb(0)] * (length - len(coefficients))
 
 
 def _floor(value: arb) -> int:

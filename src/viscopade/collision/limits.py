@@ -10,9 +10,8 @@ from viscopade.arrays.checked import Accepted
 from viscopade.collision.spheres import Pair
 
 # Warnings, so the first four are rules of thumb, rounded by hand; no result depends on them.
-LARGEST_OVERLAP = (
-    0.03  # maximal compression over the smaller radius; Hertz's contact radius is then sqrt(0.03) = 17% of it
-)
+# Maximal compression over the smaller radius; Hertz's contact radius is then sqrt(0.03) = 17% of it.
+LARGEST_OVERLAP = 0.03
 NEAR_YIELD = 0.5  # speed over the speed at which the material yields
 SOUND_CROSSINGS = 5  # least contact time over the time in which sound crosses the smaller sphere
 LONGEST_RELAXATION = 0.3  # A over the contact time

@@ -469,13 +469,19 @@ class _Proof:
         """Return p at the end: from piece to piece, then from the last point to the end (step 4)."""
         # At each joint the end must still lie ahead. `error` is what the shares so far have become; twice that bounds
         # the error of p^2, as in `__init__`.
-        error = arb(0)
+        error, ring = arb(0), Wiener(self.branch.bits, self.branch.degree + 1)
         for i, (piece, residual) in enumerate(zip(self.branch.pieces, self.residuals, strict=True)):
-            self._require_small(piece, residual)
+            # g = max|R|/(2 h) < 1/3, which the proof of `_require_before` assumes (step 7).
+            disturbance = residual / (2 * self._least_step(piece))
+            if not (disturbance < arb(1) / 3 and residual < 1):
+                raise ArithmeticError("the residual is too large")
             self._require_motion(piece)
             if i + 1 == len(self.branch.pieces):
                 break
-            self._require_before(piece, _sum_element(self.branch, piece), residual, 2 * (error + self.shares[i]))
+            # r = 1 - u and u_y at y = 1 are the sums of the coefficients, exactly.
+            r_1 = ring.element((fmpz_poly([1 << ring.bits]) - sum(piece.u, fmpz_poly())).coeffs(), 0)
+            slope_1 = ring.element(sum(piece.y, fmpz_poly()).coeffs(), 0)
+            self._require_before(piece, (r_1, slope_1), residual, 2 * (error + self.shares[i]))
             error = error * self._contraction(piece) + self.shares[i]
         # The same at the last point, y = end(z), which must be in the last piece.
         error = 2 * (error + self.shares[-1])
@@ -495,12 +501,6 @@ class _Proof:
         r = (1 - arb(norm(sum(piece.u, fmpz_poly()).coeffs())) * self.unit).max(arb(0))
         k = self.branch.k.least().max(arb(0))
         return (-k * self._least_step(piece) * r**2 * (1 - self.eta)).exp()
-
-    def _require_small(self, piece: ParametricPiece, residual: arb) -> None:
-        """Require g = max|R|/(2 h) < 1/3, which the proof of `_require_before` assumes (step 7)."""
-        disturbance = residual / (2 * self._least_step(piece))
-        if not (disturbance < arb(1) / 3 and residual < 1):
-            raise ArithmeticError("the residual is too large")
 
     def _require_motion(self, piece: ParametricPiece) -> None:
         """Require u_y > 0 up to the end, except for y = 0 at the turning point, so that p is a function of falling r.
@@ -595,13 +595,6 @@ class _Proof:
         if not growth < 1:
             raise ArithmeticError("the end was not reached")
         return ParametricEnds(slope_poly, step, (eta + growth).abs_upper())
-
-
-def _sum_element(branch: ParametricBranch, piece: ParametricPiece) -> tuple[FunctionBall, FunctionBall]:
-    """Return r and u_y at y = 1, exactly."""
-    ring = Wiener(branch.bits, branch.degree + 1)
-    r = fmpz_poly([1 << branch.bits]) - sum(piece.u, fmpz_poly())
-    return ring.element(r.coeffs(), 0), ring.element(sum(piece.y, fmpz_poly()).coeffs(), 0)
 
 
 def _enclosed(element: FunctionBall, unit: arb) -> arb_poly:

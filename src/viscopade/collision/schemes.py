@@ -215,6 +215,8 @@ def rebounds(
     # speed at the start of the first step is less by g `flight`; a scheme's v may be ahead by `lead` steps.
     flight = phase * h if g <= 0 else np.minimum(phase * h, speed / g)
     x, v = begin - flight * speed + g / 2 * flight**2, speed - g * flight + scheme.lead * g * h
+    # For each step and phase: the results, the largest x so far, whether the bodies are still together, how often they
+    # have turned, whether they stay, and whether the force acted after the last step.
     epsilon, deepest, depth = np.zeros_like(h), np.zeros_like(h), np.zeros_like(h)
     duration, together = np.full_like(h, math.inf), np.ones(h.shape, bool)
     turns, stuck, formed = np.zeros(h.shape, int), np.zeros(h.shape, bool), np.zeros(h.shape, bool)

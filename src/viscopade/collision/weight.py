@@ -24,9 +24,8 @@ from viscopade.theory.law import VISCOELASTIC, Law
 
 EARTH = 9.81
 """Default acceleration of a body that falls, in m/s^2."""
-COUNTS = (
-    0.02  # g t_c/v from which on texts warn: the loss is then larger by about 2 per cent (times `loss_slope`); a choice
-)
+# G t_c/v from which on texts warn: the loss is then larger by about 2 per cent (times `loss_slope`); a choice.
+COUNTS = 0.02
 
 
 def loss_slope(law: Law) -> float:
