@@ -201,6 +201,7 @@ class Problem:
 
         `zero` is the coefficient of powers that do not occur.
         """
+        # A common coefficient (below the order of contact) has a place in both.
         a, b = ([zero] * (degree + 1) for degree in (self.powers.m, self.powers.n))
         for (i, j), c in zip(self.places, values, strict=True):
             if i is not None:

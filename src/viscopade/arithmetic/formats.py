@@ -24,6 +24,7 @@ def decimal_value(text: str) -> Fraction:
     ValueError
         If it is not a finite decimal number (with an exponent of at most four digits).
     """
+    # A float is no decimal: it would be taken for 0.1000…0055….
     if not isinstance(text, str):
         raise TypeError(f"{text!r} is not a string: coefficients are decimal strings")
     if not _DECIMAL.fullmatch(text):

@@ -113,10 +113,8 @@ _EDGE = 1e-3  # share of the part of a piece without nodes, from its end: close 
 _PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part; a choice
 _NECK = 10.0  # lengths, up to which a neck whose breaking a function says is followed; a choice
 _QUADRATURE = 60  # nodes for the energy of a neck; measured: 10 give that of JKR to 1e-14, others may be less smooth
-_SPEED_RATIO, _SAME_SPEED = (
-    4.0,
-    1e-4,
-)  # ratio of successive speeds in the search for a sticking speed; its error; choices
+# Ratio of successive speeds in the search for a sticking speed, and its relative error; choices.
+_SPEED_RATIO, _SAME_SPEED = 4.0, 1e-4
 _NEAR, _WIDEST = 0.1, 10  # search for a damping factor: a step of a factor of e^0.1, which is doubled 10 times
 _BEYOND = 1.1  # first step of that search, over the step to where the damping factor should be
 _CLOSE = 1e-13  # relative error of a damping factor, about that of eps

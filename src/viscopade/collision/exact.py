@@ -663,6 +663,7 @@ class _Restitution:
         v_star = exact_table.v_star_of(self.epsilon)
         if v_star is None:
             return None
+        # kappa = v*^2 = beta v^(1/5): the paper's law.
         numbers = {"v_star": v_star, "epsilon": ball_of(self.epsilon), "one_minus_epsilon": ball_of(1 - self.epsilon)}
         return numbers if self.speed is None else {**numbers, "beta": v_star**2 / ball_of(self.speed).root(5)}
 
@@ -810,7 +811,11 @@ def _accuracy(digits: int) -> int:
 
 
 def _enclosed(problem: _Problem, branches: tuple[Branch, Branch], digits: int, accuracy: int) -> Collision | None:
-    """Enclose a problem's collision from branches at a k nearby; None if that does not determine all digits."""
+    """Enclose a problem's collision from branches at a k nearby; None if that does not determine all digits.
+
+    `accuracy` is the bits of the branches.
+    """
+    # A failed proof is an ArithmeticError, an undetermined decimal a ValueError: both call for more bits.
     with working(accuracy + GUARD_BITS):
         try:
             return Collision(
@@ -880,7 +885,7 @@ def _collision_at_k(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Bra
         with working(accuracy + GUARD_BITS):
             try:
                 return _AtK.enclosed(branches, law), branches
-            except ArithmeticError:
+            except ArithmeticError:  # the proof fails, by an unknown number of bits: twice as many
                 accuracy *= 2
     raise ArithmeticError("the end was not enclosed")
 
@@ -891,7 +896,7 @@ def _rough_collision_at_k(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tup
     `accuracy` is in bits, `law` that of contact. Times are not needed, and 0. With attraction p at the end
     may have far fewer bits than asked for: then only the proof tells how many there are.
     """
-    forth, back = _branches(k, accuracy, law)
+    forth, back = _branches(k, accuracy, law)  # loading and unloading
     if back.motion.attractive:
         return _collision_at_k(k, accuracy, law)
     with working(accuracy + GUARD_BITS):

@@ -292,6 +292,7 @@ def _is_before(f: _Functions, z: arb, k: arb, eta: arb, residual: arb) -> bool:
         return False
     if not (k < 0 and f.motion.delayed):
         return True
+    # g; the factors 2 and 8 are those of (5).
     disturbance = residual / (2 * f.h)
     return bool(f.elastic(z) >= -k * p * (1 + 2 * eta) + 2 * (8 * f.h - k) * disturbance)
 

@@ -24,7 +24,7 @@ from viscopade.theory.law import VISCOELASTIC, Law
 
 EARTH = 9.81
 """Default acceleration of a body that falls, in m/s^2."""
-# G t_c/v from which on texts warn: the loss is then larger by about 2 per cent (times `loss_slope`); a choice.
+# Texts warn from this g t_c/v on: the loss is then larger by about 2 per cent (times `loss_slope`); a choice.
 COUNTS = 0.02
 
 
@@ -40,6 +40,7 @@ def loss_slope(law: Law) -> float:
 
 def rule(laws: Iterable[Law]) -> str:
     """Return the rule of thumb for laws of contact as a sentence, without its full stop."""
+    # Each law once, with three digits: the rule is good to a per cent or so at best.
     slopes = dict.fromkeys(f"{loss_slope(law):.3f} (law {law})" for law in laws)
     return (
         "without weight: for a body that falls on a plane the loss 1 - eps is larger by a factor of about "
@@ -133,6 +134,7 @@ class FallingContact:
 
         These are `slowest` and `fastest`. `units` is the unit of speeds; with "^2" appended, "m/s" is that of g.
         """
+        # Two digits of g t_c/v; the factor is 1 + s g t_c/v of `loss_slope`. A load that is carried does not press.
         speeds = [fastest, slowest] if slowest < fastest else [fastest]
         shares, speeds_text = _and(map(self.share, speeds), ".2g"), " and ".join(f"{v:.4g}" for v in speeds)
         note = f"weight: g t_c/v = {shares} at {speeds_text} {units} with g = {self.gravity:.4g} {units}^2"

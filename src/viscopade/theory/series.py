@@ -347,7 +347,7 @@ def _g(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
         return tuple(fixed_point(value, error, effort.bits) for value, error in values)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=16)  # a choice
 def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tuple[int, int], ...]:
     """Return G_0 … G_order as (value, error) in units of 2^-bits of an effort, from the hierarchy (`symbolic`).
 
@@ -488,7 +488,7 @@ def _padded(power_series: arb_series, length: int) -> list[arb]:
 # --- step 4: the end of contact ---------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # a choice
 def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
     """Return H_0 … H_order of a law, the rational coefficients of H(delta); 1, 0, 0, … if nothing is delayed.
 

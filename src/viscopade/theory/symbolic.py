@@ -153,7 +153,7 @@ def delayed_recovery_series(order: SupportsIndex, law: Law | str = VISCOELASTIC)
     return _end_series(arguments.order(order), law_of(law))
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # a choice
 def _end_series(order: int, law: Law) -> tuple[Fraction, ...]:
     """Return H_0 … H_order of a law from H = sum delta^j h_j(H^(1/d)) (`delayed_recovery_series`)."""
     if not law.delayed:
