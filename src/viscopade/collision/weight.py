@@ -40,7 +40,7 @@ def loss_slope(law: Law) -> float:
 
 def rule(laws: Iterable[Law]) -> str:
     """Return the rule of thumb for laws of contact as a sentence, without its full stop."""
-    # Each law once, with three digits: the rule is good to a per cent or so at best.
+    # Each law once, and three decimals of s, more than a rule of thumb needs.
     slopes = dict.fromkeys(f"{loss_slope(law):.3f} (law {law})" for law in laws)
     return (
         "without weight: for a body that falls on a plane the loss 1 - eps is larger by a factor of about "
