@@ -347,10 +347,11 @@ def collide(k: Dyadic, speed: Dyadic, accuracy: int) -> tuple[Branch, Branch]:
         turning = _turning(pieces[-1])
         r_t = 1 - _poly(pieces[-1].u, steps.bits)(turning).mid()
         stretch = r_t * r_t.sqrt()
-        k = Dyadic.nearest(k.ball() * r_t.sqrt(), accuracy + 32)
+        k = Dyadic.nearest(k.ball() * r_t.sqrt(), accuracy + 32)  # 32: so that rounding is not the largest error of k
         unloading = integrate(Dyadic(-k.mantissa, k.exponent), accuracy)
 
-        # Its first piece also reaches back to before the turning point. Cut the pieces from first contact off there.
+        # Its first piece, with s and the odd coefficients reversed, reaches back to before the turning point. Cut the
+        # pieces from first contact off there: z is the place of its end in the last of them, or in one before.
         first = unloading.pieces[0]
         around = Piece([-c if j % 2 else c for j, c in enumerate(first.u)], first.h)
         z = turning - around.h.ball() / (stretch * pieces[-1].h.ball())
@@ -552,7 +553,7 @@ def _doubled(u: list[int], elastic: Dyadic, viscous: Dyadic, bits: int, terms: i
     The correction e solves the linearised flow. With Y = u', which solves it too, w = Y e' - Y' e obeys
     w' = h k r^(n_b-1) w + Y (u'' - S V), and e = Y integral of w/Y^2. The weight is Y exp(-integral of h k r^(n_b-1)).
     """
-    # The residual S V - u'' of the polynomial u: it begins with z^(old - 2), below which u'' = S V holds.
+    # The residual S V - u'' of the polynomial u. Below z^(old - 2) it is 0, and from there on u'' has no coefficients.
     old, new, length = len(u), terms - len(u), terms - 2
     r, y = (1 << bits) - fmpz_poly(u), fmpz_poly(u).derivative()
     powers = {power: _cut_power(r, power, bits, length) for power in {*motion.factors, motion.n_b - 1}}
