@@ -40,7 +40,7 @@ ULP = {"epsilon": 1.0, "one_minus_epsilon": 3.0, "x_max": 1.0, "tau_c": 2.5, "v_
 
 
 _EPSILON, _LOSS, _X_MAX, _TAU_C = range(len(NAMES))  # the functions, in the order of the table
-_POWERS = (-10, 0, -4, -4)  # of 2 in each function for each fold, as above; 1 - eps does not fold (`_by_numpy`)
+_POWERS = (-10, 0, -4, -4)  # of 2 in each function for each fold, as above; 1 - eps does not fold (`_in_numpy`)
 
 _LOG_PERIOD = 40 / 9 * math.log(8)  # L of tau_c
 # Values at once, so that all that belongs to them stays in the cache: measured for `epsilon` without the extension, 24
@@ -75,17 +75,17 @@ def epsilon(v_star: Values) -> Values:
     ValueError
         If a v* is negative or NaN.
     """
-    return _of_v_star(_EPSILON, v_star)
+    return _function_of_v_star(_EPSILON, v_star)
 
 
 def one_minus_epsilon(v_star: Values) -> Values:
     """Return 1 - eps(v*), without the cancellation at small v*; arguments and errors as for `epsilon`."""
-    return _of_v_star(_LOSS, v_star)
+    return _function_of_v_star(_LOSS, v_star)
 
 
 def x_max(v_star: Values) -> Values:
     """Return the maximal compression in units of `Pair.length_scale`; arguments and errors as for `epsilon`."""
-    return _of_v_star(_X_MAX, v_star)
+    return _function_of_v_star(_X_MAX, v_star)
 
 
 def tau_c(v_star: Values) -> Values:
@@ -93,7 +93,7 @@ def tau_c(v_star: Values) -> Values:
 
     The contact ends where the force vanishes (eq:tEndAdvanced).
     """
-    return _of_v_star(_TAU_C, v_star)
+    return _function_of_v_star(_TAU_C, v_star)
 
 
 def slope(v_star: Values) -> Values:
@@ -191,10 +191,10 @@ def _expansion(row: IntArray, place: Place) -> _Expansion:
     return _Expansion(high[row], low[row] + z * p, (p + z * dp) * (place.s / HALF_WIDTHS[place.panel]))
 
 
-def _of_v_star(function: int, v_star: Values) -> Values:
+def _function_of_v_star(function: int, v_star: Values) -> Values:
     """Evaluate a function of the table: by the extension or by NumPy, which operate in the same order."""
     if extension is None:
-        return _elementwise(lambda v: _by_numpy(function, v), "v_star", v_star, _SPEEDS)
+        return _elementwise(lambda v: _in_numpy(function, v), "v_star", v_star, _SPEEDS)
     return checked.elementwise(lambda v: _compiled(function, v), "v_star", v_star, _SPEEDS)
 
 
@@ -205,7 +205,7 @@ def _compiled(function: int, v_star: FloatArray) -> FloatArray:
     return result
 
 
-def _by_numpy(function: int, v_star: FloatArray) -> FloatArray:
+def _in_numpy(function: int, v_star: FloatArray) -> FloatArray:
     """Return a function of the table at v*, by NumPy."""
     # 1 - eps is 1 to double precision from 2^FOLD on: there eps is below 2^-66.
     place = place_of(np.minimum(v_star, 2.0**FOLD) if function == _LOSS else v_star)

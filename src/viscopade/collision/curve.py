@@ -126,19 +126,19 @@ class Curve:
 
     def epsilon(self, kappa: Values) -> Values:
         """Return the coefficient of restitution at kappa >= 0."""
-        return self._of_kappa(lambda s: 1 / (1 + np.exp(self._log_odds(s))), kappa, self.kappa_max)
+        return self._function_of_kappa(lambda s: 1 / (1 + np.exp(self._log_odds(s))), kappa, self.kappa_max)
 
     def one_minus_epsilon(self, kappa: Values) -> Values:
         """Return 1 - eps, without cancellation at small kappa."""
-        return self._of_kappa(lambda s: 1 / (1 + np.exp(-self._log_odds(s))), kappa, self.kappa_max)
+        return self._function_of_kappa(lambda s: 1 / (1 + np.exp(-self._log_odds(s))), kappa, self.kappa_max)
 
     def x_max(self, kappa: Values) -> Values:
         """Return the maximal compression in units of `Law.length_scale`."""
-        return self._of_kappa(lambda s: np.exp(self._tables.of_s(1, s)), kappa, self.kappa_max_of_course)
+        return self._function_of_kappa(lambda s: np.exp(self._tables.of_s(1, s)), kappa, self.kappa_max_of_course)
 
     def tau_c(self, kappa: Values) -> Values:
         """Return the contact's duration in units of `Law.time_scale`."""
-        return self._of_kappa(self._tau_c, kappa, self.kappa_max_of_course)
+        return self._function_of_kappa(self._tau_c, kappa, self.kappa_max_of_course)
 
     def kappa_from(self, epsilon: Values | None = None, *, one_minus_epsilon: Values | None = None) -> Values:
         """Return the kappa whose coefficient of restitution is `epsilon`, or one minus `one_minus_epsilon`.
@@ -168,7 +168,7 @@ class Curve:
             return Accepted(f"a number >= 0 and <= {1 - least}", lambda x: (x >= 0) & (x <= 1 - least))
         return Accepted(f"a number >= {least} and <= 1", lambda x: (x >= least) & (x <= 1))
 
-    def _of_kappa(self, function: Callable[[FloatArray], FloatArray], kappa: Values, largest: float) -> Values:
+    def _function_of_kappa(self, function: Callable[[FloatArray], FloatArray], kappa: Values, largest: float) -> Values:
         """Return a function of s = ln kappa at kappa from 0 to `largest`."""
         accepted = Accepted(
             "a number >= 0, or inf"
@@ -195,8 +195,8 @@ class Curve:
 
     def _tau_c(self, s: FloatArray) -> FloatArray:
         """Return tau_c = x_max T at s = ln kappa; its limit for infinite kappa is 0."""
-        of_s = self._tables.of_s
-        return np.where(s == np.inf, 0.0, np.exp(of_s(1, s)) * of_s(2, s))
+        table = self._tables.of_s  # L, ln x_max and tau_c/x_max
+        return np.where(s == np.inf, 0.0, np.exp(table(1, s)) * table(2, s))
 
     def _kappa(self, loss: FloatArray, epsilon: FloatArray) -> FloatArray:
         """Return kappa from `loss` = 1 - eps and `epsilon`, of which the smaller one must be accurate."""
@@ -244,29 +244,29 @@ def curve_tables(law: Law) -> Tables:
     # At ln k: ln(kappa/k), L, ln x_max and tau_c/x_max. From them ln kappa and ln((1 - eps)/eps), which grow with ln k.
     power = 1 / float(law.damping + 1)
     span = np.array(_ends_of_k(law))
-    of_k = interpolant(lambda log_k: np.array([exact.at_k(x, law) for x in log_k]).T, span)
+    functions_of_k = interpolant(lambda log_k: np.array([exact.at_k(x, law) for x in log_k]).T, span)
 
     def log_kappa(log_k: FloatArray) -> FloatArray:
         """Return ln kappa."""
-        return log_k + of_k(0, log_k)
+        return log_k + functions_of_k(0, log_k)
 
     def log_odds(log_k: FloatArray) -> FloatArray:
         """Return ln((1 - eps)/eps) = ln kappa + L."""
-        return log_kappa(log_k) + of_k(1, log_k)
+        return log_kappa(log_k) + functions_of_k(1, log_k)
 
-    def of_s(s: FloatArray) -> FloatArray:
+    def functions_of_s(s: FloatArray) -> FloatArray:
         """Return L, X and T at s = ln kappa, the functions 1 to 3 of `at_k`."""
         log_k = _solved(log_kappa, s, span)
-        return np.array([of_k(i, log_k) for i in (1, 2, 3)])
+        return np.array([functions_of_k(i, log_k) for i in (1, 2, 3)])
 
-    def of_odds(odds: FloatArray) -> FloatArray:
-        """Return -L at ln((1 - eps)/eps)."""
-        return -of_k(1, _solved(log_odds, odds, span))[None]
+    def minus_l_of_odds(odds: FloatArray) -> FloatArray:
+        """Return -L at ln((1 - eps)/eps), as an array of one function."""
+        return -functions_of_k(1, _solved(log_odds, odds, span))[None]
 
     # For large kappa ln x_max falls like -power ln kappa, power = 1/(b+1), and tau_c/x_max grows by 2 nu power for each
     # ln kappa (the time of creep); L is not used there (`Curve._log_odds`).
-    from_s = interpolant(of_s, log_kappa(span), (0.0, -power, 2 * float(law.nu) * power))
-    return Tables(from_s, interpolant(of_odds, log_odds(span)))
+    table_of_s = interpolant(functions_of_s, log_kappa(span), (0.0, -power, 2 * float(law.nu) * power))
+    return Tables(table_of_s, interpolant(minus_l_of_odds, log_odds(span)))
 
 
 def _ends_of_k(law: Law) -> tuple[float, float]:

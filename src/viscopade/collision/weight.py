@@ -31,8 +31,8 @@ COUNTS = 0.02
 def loss_slope(law: Law) -> float:
     """Return s of the factor 1 + s g t_c/v by which weight multiplies a small loss; t_c is without damping."""
     # With G the load, lambda(G) = 2 times the integral of x^b |x'| dx over loading, x'^2 = 1 + 2 G x - 2 x^(a+1)/(a+1).
-    # With u = x^(a+1)/((a+1)/2): lambda(0) ~ B((b+1)/(a+1), 3/2), lambda'(0) ~ B((b+2)/(a+1), 1/2)
-    # (derivations/16_load.py).
+    # With x = ((a+1) u/2)^(1/(a+1)): lambda(0) ~ B((b+1)/(a+1), 3/2), and lambda'(0) ~ B((b+2)/(a+1), 1/2), whose
+    # integrand has one x more (derivations/16_load.py).
     a, b = float(law.elastic), float(law.damping)
     with_load, without = _beta((b + 2) / (a + 1), 0.5), _beta((b + 1) / (a + 1), 1.5)
     return float(((a + 1) / 2) ** (1 / (a + 1)) * with_load / without / law.contact_time)
