@@ -226,7 +226,7 @@ def check_that_backends_agree(seed: int, number: int) -> None:
     speeds = np.concatenate([HARD, [-0.0, math.inf], beside(EDGES), any_bits, log_uniform(1e-3, 1e9, number)])
     speeds = speeds[speeds >= 0]
     for function in range(len(NAMES)):
-        assert same_bits(double._compiled(function, speeds), double._by_numpy(function, speeds))
+        assert same_bits(double._compiled(function, speeds), double._in_numpy(function, speeds))
     portions = np.concatenate([[0, 5e-324, 0.5], any_bits[any_bits <= 0.5], generator.uniform(0, 0.5, number)])
     elastic = generator.integers(0, 2, portions.size) == 1
     found = double._inverse(portions, elastic)
