@@ -357,7 +357,7 @@ def elastic_error() -> PanelBounds:
         # The largest z, v* = z (half width), which has the largest error.
         z = arb(ELASTIC.numerator) / ELASTIC.denominator / _ball(HALF_WIDTHS[0])
         v_star = z * _ball(HALF_WIDTHS[0])
-        beyond = 8 * v_star**2  # section 8: |(1 - eps)/(lambda_1 kappa) - 1| <= 8 kappa for kappa <= 2^-20
+        beyond = 8 * v_star**2  # step 8: |(1 - eps)/(lambda_1 kappa) - 1| <= 8 kappa for kappa <= 2^-20
         # The row over lambda_1 v*^2 = first z^2 is z^-2 (loss_2 z^2 + loss_3 z^3 + …) with loss_2 nearly 1. The true
         # function over the same is 1 ± beyond.
         first = lambda_1_ball() * _ball(HALF_WIDTHS[0]) ** 2
@@ -386,7 +386,7 @@ def asymptotic_factor() -> arb:
 
 
 def tail(v_star: arb) -> arb:
-    """Bound |ln(eps v*^(10/3)) - ln limit| for all larger v* (section 8). To be called within `working`.
+    """Bound |ln(eps v*^(10/3)) - ln limit| for all larger v* (step 8). To be called within `working`.
 
     Raises
     ------
@@ -395,8 +395,9 @@ def tail(v_star: arb) -> arb:
     """
     if not v_star >= 4:
         raise ValueError(f"v_star is {v_star}: expected 4 or more")
-    # k >= (96 v*^10/(10/9))^(1/6): v*^10 = k^5 F/16 and F = (k/6) (1 + at most 1/9). The bound is (21 ln k + 8)/k^2;
-    # both need k >= 20, and v* < 3.9 there.
+    # With L = ln k, F is k/6 times 1 to 1 + (12 L + 6)/k^2, and k m is 1 down to 1 - (8 L + 1)/k^2. So ln F and ln(k m)
+    # are off by (12 L + 6)/k^2 and 1.067 (8 L + 1)/k^2 at most, in all by less than (21 L + 8)/k^2, which falls with k.
+    # And v*^10 = k^5 F/16 <= (10/9) k^6/96 gives the least k. All this holds for k >= 20, and v* < 3.9 at k = 20.
     k = (96 * v_star**10 / (arb(10) / 9)).root(6)
     return ((21 * k.log() + 8) / k**2).abs_upper()
 
