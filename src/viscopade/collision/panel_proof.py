@@ -33,15 +33,16 @@ from viscopade.collision.parametric_flow import ParametricBranch, Scaled, integr
 # ACCURACY, DEGREE and PARTS are choices: with smaller numbers the bounds are larger, but no less proven.
 ACCURACY = 150  # bits of the collisions: a row has 39 digits, 130 bits
 DEGREE = 50  # of polynomials in z
-ELASTIC = Fraction(1, 2**36)  # below, v* is so small that the first term of the series is enough for doubles
+# Below, v* is so small that the first term of the series is enough for doubles: it is right to 8 v*^2 = 2^-69 (step 8).
+ELASTIC = Fraction(1, 2**36)
 # Bits for the panel that begins there: 1 - eps is about v*^2 = 2^-72, so as many bits of it are lost.
 ELASTIC_ACCURACY = 220
 ELASTIC_DEGREE = 60
 PARTS = 64  # of a panel, on each of which a difference is bounded: its bound is a few per cent above the maximum
 EXACT = "data/exact.txt"
-EXACT_BITS = 160  # bounds in this table are in units of 2^-160
+EXACT_BITS = 160  # bounds in this table are in units of 2^-160; they are about 2^-130, so that 30 bits of them remain
 RECORD = "data/proven.txt"
-RECORD_BITS = 80  # recorded bounds are in units of 2^-80
+RECORD_BITS = 80  # recorded bounds are in units of 2^-80; they are below 2^-61
 
 END = Fraction(float(CENTRES[-1] + HALF_WIDTHS[-1]))
 """Where the panels end; beyond, see `tail`."""
