@@ -361,7 +361,7 @@ def _absolute(branch: Branch, functions: list[_Functions], residuals: list[arb],
             least_square = least_square.min(f.p(arb(0)).lower() ** 2)
     least_square = least_square.min(functions[-1].p(z).lower() ** 2)
     # Relative to the least p^2. The true p^2 is smaller by at most `error`: 1/(1 - 1/8) < 2, so 2 eta bounds the error
-    # relative to it.
+    # relative to it. In the first piece step 2 gives 2 first, as long as that is below 1/4.
     eta = (error / least_square).abs_upper()
     k, start = branch.k.ball(), functions[0]
     first = _first_piece(branch, start) * residuals[0]
