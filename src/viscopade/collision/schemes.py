@@ -27,13 +27,14 @@ Acceleration = Callable[[FloatArray, FloatArray], FloatArray]
 Touching = NDArray[np.bool_]
 State = tuple[FloatArray, FloatArray, FloatArray]
 
-# Largest number of secants that solve an implicit step (a few do; more where the force has a kink), and its error,
-# about 20 roundings of a speed.
+# Largest number of secants that solve an implicit step, and its error, about 20 roundings of a speed. Measured for
+# three contacts with short and long steps: 3 secants, or an error of 4e-14, give the same eps to 12 digits. 60 are for
+# steep forces, where a secant gains less.
 _SECANTS, _SOLVED = 60, 4e-15
-_NEARBY = 1e-6  # length of the first secant
+_NEARBY = 1e-6  # length of the first secant, over 1 + speed; measured: 1e-8 to 1e-4 give the same eps
 _TURNS = 3  # a body that turns more often stays; one turn back before x = 0 may be due to the scheme's errors
-_CREEP = 1e-10  # share of the speed of impact: a body that is slower in two steps stays
-_FEWEST_STEPS = 100  # after which a body may be said to stay, however long a step is
+_CREEP = 1e-10  # share of the speed of impact: a body that is slower in two steps stays; a choice
+_FEWEST_STEPS = 100  # after which a body may be said to stay, however long a step is; a choice
 _PATH = np.linspace(0, 1, 65)  # parts of the way back to x = 0 at which the force is looked at; 65 is a choice
 
 
