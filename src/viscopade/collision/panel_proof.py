@@ -406,7 +406,7 @@ def tail(v_star: arb) -> arb:
 @lru_cache(maxsize=1)
 def steepest() -> Fraction:
     """Return a bound of |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| of all rows, and beyond the last row."""
-    with working(128):
+    with working(128):  # a choice: more than a double has
         # Beyond, eps = (3/2)^(2/3) v*^(-10/3), of slope -10/3.
         slopes = [_slope(index, name) for index in range(PANELS) for name in ("epsilon", "one_minus_epsilon")]
         return max(exact_middle(max(slopes)), Fraction(10, 3))

@@ -396,7 +396,7 @@ def parametric_ends(branch: ParametricBranch, origin: bool = False) -> Parametri
     ArithmeticError
         If the polynomials are too far from a solution for the theorem to apply.
     """
-    with working(branch.bits + 64):
+    with working(branch.bits + 64):  # 64 bits (a machine word) more, so that rounding adds nothing to the bounds
         return _Proof(branch, origin).ends()
 
 
