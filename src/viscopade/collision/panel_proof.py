@@ -216,8 +216,10 @@ class PanelProof:
     def _integrated(self, unloading: bool) -> ParametricBranch:
         """Return loading or unloading, up to where r is 2^-gap larger than at the end."""
         # What is left makes p^2 grow (step 4): in unloading by r D^2 with D about 2^-gap, so that half of the bits do,
-        # and more for large k, because D counts against 1/k^2; in loading by about r^3, so that a third does, and 4
-        # more. On panel 0 the 6 are by hand: measured, 0 gives the same bound, and 12 one that is 7 bits worse.
+        # and more for large k, because D counts against 1/k^2; in loading by about r^3, so that a third does. The 4
+        # and, on panel 0, the 6 are by hand. Measured: larger gaps gain nothing, loading's without the 4 neither, and
+        # 10 less lose 10 bits of the bound; a third in unloading leaves 2^-98; on panel 0, 0 is as good as 6, and 12
+        # loses 7 bits.
         size = max(self.k.value(0).size, 0)
         gap = self.accuracy // 2 - 6 * self.panel.power + size if unloading else self.accuracy // 3 + 4
         return integrated(self.k, unloading, self.accuracy, self.degree, gap)
