@@ -181,6 +181,7 @@ class _Tabulated(Collision):
         OSError
             If it does not: a row is wrong.
         """
+        # v*, eps and 1 - eps, the first three names, are in the table, too.
         integrated = _determined(self.problem, self.digits)
         if not all(getattr(integrated, name).overlaps(vars(self)[name]) for name in NAMES[:3]):
             raise OSError(f"{EXACT} does not agree with an integration: run python -m tools.exact_table")

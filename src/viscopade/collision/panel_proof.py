@@ -217,8 +217,8 @@ class PanelProof:
         """Return loading or unloading, up to where r is 2^-gap larger than at the end."""
         # What is left makes p^2 grow (step 4): in unloading by r D^2 with D about 2^-gap, so that half of the bits do,
         # and more for large k, because D counts against 1/k^2; in loading by about r^3, so that a third does. The 4
-        # and, on panel 0, the 6 are by hand. Measured: larger gaps gain nothing, loading's without the 4 neither, and
-        # 10 less lose 10 bits of the bound; a third in unloading leaves 2^-98; on panel 0, 0 is as good as 6, and 12
+        # and, on panel 0, the 6 are by hand. Measured: the bound is the same without the 4, loses 10 bits with 10 less,
+        # and gains nothing by larger gaps; a third in unloading leaves 2^-98; on panel 0, 0 is as good as 6, and 12
         # loses 7 bits.
         size = max(self.k.value(0).size, 0)
         gap = self.accuracy // 2 - 6 * self.panel.power + size if unloading else self.accuracy // 3 + 4
@@ -379,7 +379,7 @@ def elastic_error() -> PanelBounds:
 
 def lambda_1_ball() -> arb:
     """Return lambda_1; 1 - eps = lambda_1 v*^2 + … . To be called within `working`."""
-    # sqrt(pi) Gamma(3/5)/(5^(2/5) 2^(1/5) Gamma(21/10)) = 1.153…, the paper's C_1.
+    # B(3/5, 3/2) (4/5)^(2/5) = sqrt(pi) Gamma(3/5)/(5^(2/5) 2^(1/5) Gamma(21/10)) = 1.153…, the paper's C_1.
     return arb.pi().sqrt() * (arb(3) / 5).gamma() / (arb(5) ** (arb(2) / 5) * arb(2).root(5) * (arb(21) / 10).gamma())
 
 
