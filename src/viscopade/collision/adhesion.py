@@ -66,7 +66,7 @@ class JKR(NamedTuple):
 
     @property
     def pull_off_force(self) -> float:
-        """The largest pull, (3/2) pi w R."""
+        """The largest pull, (3/2) pi w R: -F at z^3 = 3/4, 4 E a_0^3/(3 R) (9/8 - 9/16)."""
         return 1.5 * math.pi * self.work * self.radius
 
     @property
