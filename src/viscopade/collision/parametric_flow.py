@@ -541,7 +541,9 @@ class _Proof:
             raise ArithmeticError("the end lies before the last piece")
         if not self.branch.unloading:
             return
-        # (5) times 2 h: 2 h (r^2 - k p) >= 2 eta k u_y + 2 (k + 8 h) max|R|.
+        # (5) of step 4, times 2 h: 2 h (r^2 - k p) >= 2 eta k u_y + 2 (k + 8 h) max|R|. Behind the end r^2 - k p is at
+        # most (4/3) eta k (p + g) + (k + 8 h) g with g = max|R|/(2 h), by which the residual can change p: r then
+        # changes by 2 g h, and r^2 by 2 g h 2 r <= 8 g h. 2 instead of 4/3 and 1 covers the rest.
         force = self._force(piece, r, slope)
         slope_most = arb(slope.bound) * self.unit
         needed = 2 * eta * self.k_most * slope_most + 2 * (self.k_most + 8 * self._most_step(piece)) * residual

@@ -286,7 +286,8 @@ def _is_before(f: _Functions, z: arb, k: arb, eta: arb, residual: arb) -> bool:
     be behind the end. `eta` bounds the error of p^2, `residual` bounds |R|.
     """
     # (5) of docs/theory/exact-function.md: r^d - |k| p >= 2 eta |k| p + 2 (|k| + 8 h) g, with g = max|R|/(2 h), which
-    # bounds the integral of |rho| ds over the piece. r <= 2 limits what the residual can do to r^2: 8 h g.
+    # bounds the integral of |rho| ds over the piece. Behind the end r^d - |k| p is at most (4/3) eta |k| (p + g) + (|k|
+    # + 8 h) g: the residual can change p by g, so r by 2 g h, and r^2 by 2 g h 2 r <= 8 g h. 2 covers 4/3 and 1.
     p = f.p(z)
     if not (0 <= f.r(z) <= 2 and p > 0):
         return False
