@@ -228,8 +228,9 @@ def _shares(branch: Branch, functions: list[_Functions], residuals: list[arb]) -
         # 1/8.
         if not slope > 100 * unit:
             raise ArithmeticError("too few bits for the speed")
-        # |rho|/p^2 du = |R|/(2 h^2) 4 h^2/Y^2 |Y| dz <= 2 |R|/|Y(start)|, as p grows. A jump d of Y changes the
-        # relative error of p^2 by at most (5/4) 3 d/|Y| for d <= |Y|/24 (a larger one makes eta too large).
+        # |rho|/p^2 du = |R|/(2 h^2) 4 h^2/Y^2 |Y| dz <= 2 |R|/|Y(start)|, as p grows. A jump d of Y, x = d/|Y|, changes
+        # the relative error of p^2 by at most (5/4) (2 + x) x/(1 - x)^2 <= (5/4) 3 x for x <= 1/24; a larger one makes
+        # eta too large.
         shares.append((2 * residual + 3 * jump * unit) / slope)
     return shares
 
@@ -239,7 +240,8 @@ def _first_piece(branch: Branch, f: _Functions) -> arb:
 
     In unloading it is twice that: at most 2.12 times (step 2), and 2.12 < 2 * 5/4, the factor that `_ends` adds.
     """
-    # |rho| = |R|/(2 h^2), and r >= 1 - max|u| on |z| <= 1.
+    # 2.12 = 1/0.472: while the error e <= 1/4, q = p/p_true <= sqrt(5/4), so that q/(1 + q) < 0.528 of the damping,
+    # which the force exceeds, counts against it. |rho| = |R|/(2 h^2), and r >= 1 - max|u| on |z| <= 1.
     least_r = 1 - (1 - f.r)(arb(0, 1)).abs_upper()
     if not least_r > 0:
         raise ArithmeticError("the first piece is too long")
