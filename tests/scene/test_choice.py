@@ -18,7 +18,7 @@ from viscopade.scene import candidate
 from viscopade.scene.candidate import AS_CHEAP, constant, in_format, interval, uncovered
 from viscopade.scene.choice import Choice, choose
 from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, Speeds, Tolerance
-from viscopade.scene.encounter import encounters
+from viscopade.scene.encounter import scene_encounters
 from viscopade.scene.tolerance import failing
 from viscopade.scene.units import Scale
 
@@ -27,7 +27,9 @@ SIZE = Sizes(0.01, 0.01, 0.01)
 
 def material(v_star: float) -> Material:
     """Return one with which v* of equal spheres at 1 m/s is given."""
-    pair = encounters(_scene([(1.0, 1.0)], Tolerance(epsilon=0.1), Code(), [Material(1e9, 0.3, 1000.0, 1e-6)]))[0].pair
+    pair = scene_encounters(_scene([(1.0, 1.0)], Tolerance(epsilon=0.1), Code(), [Material(1e9, 0.3, 1000.0, 1e-6)]))[
+        0
+    ].pair
     return Material(1e9, 0.3, 1000.0, 1e-6 * v_star**2 / float(pair.beta))
 
 
@@ -71,7 +73,7 @@ def is_sound_or_refused(asked: Scene) -> None:
     except ValueError as refused:
         if not re.fullmatch(r"s\.toml: .*expected.*", str(refused)):
             raise
-        assert all(failing(c.errors, asked.tolerance) for c in candidate.candidates(asked, encounters(asked)))
+        assert all(failing(c.errors, asked.tolerance) for c in candidate.candidates(asked, scene_encounters(asked)))
 
 
 # --- the cheapest -----------------------------------------------------------------------------------------------------
@@ -137,7 +139,7 @@ def test_tables_that_are_too_large_are_not_offered() -> None:
 def test_a_quotient_goes_on_beyond_the_scene(ends: tuple[float, float]) -> None:
     """20 % in speed are 1.8 % in v*."""
     asked = scene(ends, code=ready(argument="v_star"), dissipation=2e-5)
-    (met,) = encounters(asked)
+    (met,) = scene_encounters(asked)
     found = candidate.best_quotient(asked, [met])
     assert found is not None
     for beyond in (met.v_star[0] / Fraction("1.018"), met.v_star[1] * Fraction("1.018")):
@@ -146,7 +148,7 @@ def test_a_quotient_goes_on_beyond_the_scene(ends: tuple[float, float]) -> None:
 
 
 def test_ranges_of_type_float_are_wider_and_those_of_quotients_hold_them() -> None:
-    (met,) = encounters(scene((0.9999999, 1.9999999), epsilon=1e-3))
+    (met,) = scene_encounters(scene((0.9999999, 1.9999999), epsilon=1e-3))
     narrow, wide = in_format(met, ready()), in_format(met, ready(form="float"))
     assert narrow == (met.v_star, met.epsilon)
     assert wide[0][0] < narrow[0][0] < narrow[0][1] < wide[0][1]
@@ -161,7 +163,7 @@ def test_ranges_of_type_float_are_wider_and_those_of_quotients_hold_them() -> No
 
 
 def decimals(asked: Scene) -> tuple[float, ...]:
-    return constant(asked, encounters(asked)).kernel.lists[candidate.VALUES]
+    return constant(asked, scene_encounters(asked)).kernel.lists[candidate.VALUES]
 
 
 @pytest.mark.parametrize("form", ["double", "float"])
@@ -170,7 +172,7 @@ def test_constants_are_rounded_to_the_format(form: str) -> None:
     kind, unit = (np.float32, 2.0**-24) if form == "float" else (np.float64, 2.0**-53)
     for name, size in (("epsilon", unit / 8), ("epsilon", 1e-3), ("absolute", 1e-6), ("dissipation", 1e-2)):
         asked = scene((0.7, 0.7), code=ready("cuda", form), **{name: size})
-        (met,) = encounters(asked)
+        (met,) = scene_encounters(asked)
         value, errors = Fraction(float(kind(decimals(asked)[0]))), constant(asked, [met]).errors
         for eps in met.epsilon:
             assert abs(value - eps) / eps <= errors["epsilon"]
@@ -183,7 +185,7 @@ def test_constants_are_rounded_to_the_format(form: str) -> None:
 @pytest.mark.parametrize("ranges", [(0.5, 0.5), (3.0, 30.0)])
 @pytest.mark.parametrize("name", ["epsilon", "dissipation", "absolute"])
 def test_a_constant_is_found_as_soon_as_there_is_one(ranges: tuple[float, float], name: str) -> None:
-    low, high = encounters(scene(ranges, epsilon=0.5))[0].epsilon
+    low, high = scene_encounters(scene(ranges, epsilon=0.5))[0].epsilon
     # The least tolerance that a constant can have.
     least = {
         "epsilon": (high - low) / (high + low),
@@ -194,7 +196,7 @@ def test_a_constant_is_found_as_soon_as_there_is_one(ranges: tuple[float, float]
         limit = float(least * share) + 1e-14 * (not fails)
         asked = scene(ranges, code=ready("cuda"), **{name: limit})
         if limit > 1e-9 or not fails:
-            assert bool(failing(constant(asked, encounters(asked)).errors, asked.tolerance)) == fails
+            assert bool(failing(constant(asked, scene_encounters(asked)).errors, asked.tolerance)) == fails
 
 
 # --- extremes ---------------------------------------------------------------------------------------------------------
@@ -217,7 +219,7 @@ def test_tables_compute_dissipation_of_nearly_elastic_collisions() -> None:
 @pytest.mark.parametrize("language", ["cuda", "rust"])
 def test_compact_kernels_of_type_float_are_not_offered_beyond_their_domain(ends, language: str) -> None:
     asked = scene(ends, code=ready(language, "float"), dissipation=1e-5, epsilon=1e-4)
-    assert all(c.is_constant or c.degrees for c in candidate.candidates(asked, encounters(asked)))
+    assert all(c.is_constant or c.degrees for c in candidate.candidates(asked, scene_encounters(asked)))
     with pytest.raises(
         ValueError, match=r"s\.toml: a constant does not meet the tolerance, and v\* ranges from .*: expected"
     ):
@@ -226,10 +228,10 @@ def test_compact_kernels_of_type_float_are_not_offered_beyond_their_domain(ends,
 
 def test_compact_kernels_need_a_beta_whose_fifth_power_is_normal() -> None:
     asked = scene((0.5, 1.0), code=ready("rust", "float"), epsilon=1e-3)
-    assert uncovered(asked, encounters(asked)) is None
+    assert uncovered(asked, scene_encounters(asked)) is None
     units = replace(asked, scale=Scale(time=1e45))
-    assert "beta in (s/m)^(1/5) ranges from" in str(uncovered(units, encounters(units)))
-    assert uncovered(replace(units, code=ready()), encounters(units)) is None
+    assert "beta in (s/m)^(1/5) ranges from" in str(uncovered(units, scene_encounters(units)))
+    assert uncovered(replace(units, code=ready()), scene_encounters(units)) is None
 
 
 @pytest.mark.parametrize(
@@ -287,7 +289,7 @@ def test_quotients_that_rounding_alone_makes_too_rough_are_not_made(monkeypatch:
 
 def test_costs_are_counts_of_operations() -> None:
     asked = scene((0.3, 0.9), epsilon=1e-3)
-    (met,) = encounters(asked)
+    (met,) = scene_encounters(asked)
     kernel = quotient.pade_quotient(1, 4)
     by_horner = 2 * (1 + 4) + candidate.DIVISION
     assert candidate.weighted_operations(kernel, "epsilon", met) == by_horner
@@ -300,7 +302,7 @@ def test_costs_are_counts_of_operations() -> None:
 def test_beyond_a_table_the_kernel_of_v_star_counts_and_what_makes_v_star() -> None:
     kernel, costs = catalogue.kernel("speed 1e-5"), []
     for ends in ((0.3, 0.9), (20.0, 30.0)):  # the table ends at v* = 2^3.2
-        (met,) = encounters(scene(ends, epsilon=1e-3))
+        (met,) = scene_encounters(scene(ends, epsilon=1e-3))
         costs.append(candidate.weighted_operations(kernel, "restitution", met))
     of_v_star = candidate.weighted_operations(compact.half_line("1e-5"), "epsilon", met)
     assert costs == [14, of_v_star + candidate.POWER + candidate.DIVISION + 1]

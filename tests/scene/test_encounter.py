@@ -36,7 +36,7 @@ def scene_of(first, second=None, speeds=None, *, sizes=((1e-3, 2e-3, 4e-3), (1e-
 
 
 def met(scene):
-    (found,) = encounter.encounters(scene)
+    (found,) = encounter.scene_encounters(scene)
     return found
 
 
@@ -134,12 +134,12 @@ def test_tails_of_a_temperature(tail):
 def test_v_star_beyond_all_reason_is_refused():
     strange = replace(GLASS, dissipative_constant=1e70)
     with pytest.raises(ValueError, match=r"s\.toml: v\* of one-one ranges from .* expected 1e-30 to 1e30"):
-        encounter.encounters(scene_of(strange))
+        encounter.scene_encounters(scene_of(strange))
 
 
 def test_extreme_radii_that_cannot_be_are_refused_with_the_files_name():
     with pytest.raises(ValueError, match=r"^s\.toml: one-one: mass is .* expected"):
-        encounter.encounters(scene_of(GLASS, sizes=((1e-150, 1e-3, 2e-3),)))
+        encounter.scene_encounters(scene_of(GLASS, sizes=((1e-150, 1e-3, 2e-3),)))
 
 
 # --- duration, depth, mean free time, yield ---------------------------------------------------------------------------
@@ -326,7 +326,7 @@ def test_the_typical_speed_is_that_at_which_eps_is_known(known, typical):
 
 
 def met_in(path):
-    return encounter.encounters(read.from_toml(path.read_bytes(), path.name))
+    return encounter.scene_encounters(read.from_toml(path.read_bytes(), path.name))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -18,7 +18,7 @@ from viscopade.kernels.write.file import HEAD
 from viscopade.kernels.write.languages import NAMES, language
 from viscopade.scene import candidate, read
 from viscopade.scene.choice import Choice
-from viscopade.scene.encounter import encounters
+from viscopade.scene.encounter import scene_encounters
 from viscopade.scene.render import beta_call, calls, file_name, render
 from viscopade.scene.units import Scale
 
@@ -84,7 +84,7 @@ def scene(name, form=None, bodies=SPREAD, top="", code="", slowest="0.1 m/s", to
 
 def of_kind(made, kind):
     """Take a kernel of a kind, without asking whether it is the cheapest; None: there is none."""
-    met = encounters(made)
+    met = scene_encounters(made)
     makers = {
         "ready": lambda: next(candidate._ready(made, met), None),
         "table": lambda: next((c for c in candidate._ready(made, met) if c.kernel.bytes), None),

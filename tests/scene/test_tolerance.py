@@ -23,7 +23,7 @@ from viscopade.scene.tolerance import (
     errors_on,
     excess,
     failing,
-    last_of_product,
+    product_rounding,
     worst_errors,
 )
 
@@ -62,7 +62,7 @@ def attained(of: ErrorBound, low: Fraction, high: Fraction) -> dict[str, Fractio
     share, relative = (of.formula, of.last) if of.relative_to == "smaller" else (0, of.formula + of.last)
     for eps, signs in product(values, product((-1, 0, 1), repeat=3)):
         computed = eps + signs[0] * share * min(eps, 1 - eps) + signs[1] * relative * eps
-        lost = (1 - computed**2) * (1 + signs[2] * last_of_product(of.arithmetic))
+        lost = (1 - computed**2) * (1 + signs[2] * product_rounding(of.arithmetic))
         off = abs(computed - eps)
         found.append(
             {"epsilon": off / eps, "dissipation": abs(lost - 1 + eps**2) / (1 - eps**2), "absolute": off}

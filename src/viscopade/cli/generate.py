@@ -193,7 +193,7 @@ def scene_command(
     for line in tables.sentences(kernel_choice):
         say(line)
     if verdict is not None:
-        say(tables.checked(verdict))
+        say(tables.check_sentence(verdict))
     if out is not None:
         say(f"wrote {render.file_name(scene)} to {out}")
 

@@ -216,7 +216,7 @@ class Header(NamedTuple):
     error_of: str | None = None
 
 
-# Rows of many sheets are tried as headers, and repeat each other: 4096 texts are more than the first rows of a file.
+# Rows of many sheets are tried as headers, and repeat each other: 4096 texts are more than its first rows have.
 @lru_cache(maxsize=4096)
 def header(text: str) -> Header:
     """Return a header, taken apart: the unit is in brackets, or after /, a comma, "in", a blank or _.

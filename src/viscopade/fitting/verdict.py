@@ -265,7 +265,7 @@ def deciding_ratio(main: LawFit, other: Model) -> float | None:
     error = max(1 / math.sqrt(float(np.mean(1 / main.standard_errors**2))), 1e-10)
 
     def excess(log_ratio: float) -> float:
-        """Return chi^2 of the other law, fitted to the true one on speeds of ratio exp(log_ratio), less the limit."""
+        """Return chi^2 of the other law, fitted to the true one for the ratio exp(log_ratio), less what decides."""
         # ln v from -1/2 to 1/2 of ln(ratio) around the mean
         speed = main.middle * np.exp(np.linspace(-0.5, 0.5, n) * log_ratio)
         truth = main.epsilon(speed)

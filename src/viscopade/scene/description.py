@@ -18,7 +18,10 @@ FormatName = Literal["double", "float"]
 Use = Literal["scalar", "batch"]
 Argument = Literal["speed", "v_star"]
 MOST_TYPES = 64
-"""Bodies and classes of sizes; the number of contacts, each with numbers of its own, grows with the square."""
+"""Bodies and classes of sizes, at most; the number of contacts, each with numbers of its own, grows with the square.
+
+64 types have 2080 contacts, which a file of a simulator still lists in some 100 KB. Chosen by hand.
+"""
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ class Sizes:
         """Whether the radii differ."""
         return self.least < self.largest
 
-    def divided(self) -> list[Sizes]:
+    def split_classes(self) -> list[Sizes]:
         """Return the classes of sizes, from the smallest on; one class has all sizes.
 
         The ends of all classes have one ratio q, and the geometric mean of its ends is typical of a class. A program
@@ -74,8 +77,9 @@ class Sizes:
         """
         if self.classes == 1:
             return [self]
-        shares = (i / self.classes for i in range(1, self.classes))
-        ends = [self.least, *(self.least ** (1 - t) * self.largest**t for t in shares), self.largest]
+        # The ends R_i = R_least^(1 - t) R_largest^t with t = i/classes: ln R is divided evenly.
+        exponents = (i / self.classes for i in range(1, self.classes))
+        ends = [self.least, *(self.least ** (1 - t) * self.largest**t for t in exponents), self.largest]
         return [Sizes(low, geometric_mean(low, high), high) for low, high in pairwise(ends)]
 
 
@@ -120,7 +124,9 @@ class Speeds:
 
     @classmethod
     def thermal(cls, temperature: float, tail: float, wall: bool) -> Speeds:
-        """Return the speeds in a gas in equilibrium, except for the slowest and fastest impacts, `tail` of all each.
+        """Return the speeds in a gas in equilibrium, except for the slowest and fastest impacts, a share `tail` each.
+
+        `temperature` is the granular temperature T, and `wall` whether the spheres hit a wall.
 
         The normal component of the impact velocity has the density v exp(-v^2/(2 s^2)), because faster pairs collide
         more often. s^2 is the variance of a component of the relative velocity.
@@ -129,7 +135,8 @@ class Speeds:
         # impact faster than v is exp(-v^2/(2 s^2)): 1 - tail at the slowest, tail at the fastest. The mean is
         # s sqrt(pi/2).
         s = math.sqrt(temperature * (1 if wall else 2))
-        slowest, fastest = (s * math.sqrt(-2 * x) for x in (math.log1p(-tail), math.log(tail)))
+        # v = s (-2 ln P)^(1/2), with the probability P of a faster impact
+        slowest, fastest = (s * math.sqrt(-2 * log_p) for log_p in (math.log1p(-tail), math.log(tail)))
         return cls(slowest, s * math.sqrt(math.pi / 2), fastest, temperature)
 
 
@@ -260,7 +267,8 @@ class Scene:
     scale: Scale = field(default_factory=Scale)
 
     def sphere(self, name: str, radius: float | None = None) -> Sphere:
-        """Return a body; a sphere without a given radius has its typical one."""
+        """Return the body of this name; a sphere has its typical radius, or the one that is given."""
+        # A material without damping has A = 0 at first; a wall needs no density, and has no radius.
         body = self.bodies[name]
         material = self.materials[body.material]
         law = {
@@ -281,32 +289,32 @@ class Scene:
 
     def by_classes(self) -> Scene:
         """Return the scene with a body, NAME_1 and so on, for each class of sizes, and with a meeting of each pair."""
-        # The bodies by classes, by the name of the whole body; their names must be free.
-        parts: dict[str, dict[str, Body]] = {}
+        # Name of a body -> its classes, by their names; these must be new.
+        classes: dict[str, dict[str, Body]] = {}
         for name, body in self.bodies.items():
             if body.sizes is None or body.sizes.classes == 1:
-                parts[name] = {name: body}
+                classes[name] = {name: body}
             else:
-                classes = enumerate(body.sizes.divided(), 1)
-                parts[name] = {f"{name}_{number}": Body(body.material, sizes) for number, sizes in classes}
-                for taken in parts[name].keys() & self.bodies.keys():
+                numbered = enumerate(body.sizes.split_classes(), 1)
+                classes[name] = {f"{name}_{number}": Body(body.material, sizes) for number, sizes in numbered}
+                for taken in classes[name].keys() & self.bodies.keys():
                     raise ValueError(
                         f"{self.source}: body.{taken} has the name of a class of body.{name}: expected another name"
                     )
-        bodies = {name: body for part in parts.values() for name, body in part.items()}
+        bodies = {name: body for classes_of_body in classes.values() for name, body in classes_of_body.items()}
         if len(bodies) > max(MOST_TYPES, len(self.bodies)):
             raise ValueError(f"{self.source}: classes make {len(bodies)} types: expected at most {MOST_TYPES}")
 
         # Two bodies of one kind meet in each pair of classes once. A of a contact is that of all its classes.
         meetings = []
         for meeting in self.meetings:
-            first, second = parts[meeting.first], parts[meeting.second]
+            first, second = classes[meeting.first], classes[meeting.second]
             pairs = combinations_with_replacement(first, 2) if first is second else product(first, second)
             meetings += [replace(meeting, first=a, second=b) for a, b in pairs]
         return replace(self, bodies=bodies, meetings=tuple(meetings))
 
     def relative_error(self, meeting: Meeting) -> float | None:
-        """Return the relative standard error of a pair's A, or None if none is known.
+        """Return the relative standard error of a pair's A, or None if none is known; the pair is that of a `meeting`.
 
         A of a pair is the mean of A of both materials, weighted with their compliances; errors of different materials
         are independent.

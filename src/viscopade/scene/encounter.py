@@ -16,10 +16,10 @@ from viscopade.collision.spheres import Pair
 from viscopade.scene.description import Meeting, Scene, Speeds
 from viscopade.simulators.setup import NamedContact
 
-DIGITS = 20  # of the ends of the range of eps: more than a double has, a choice
-# More than the relative error of beta and v* in double precision.
+DIGITS = 20  # of the ends of the range of eps: three more than a double has; more only cost time
+# More than the relative error of beta and v* in double precision: some ten roundings and powers, 1e-15 each.
 _PADDING = Fraction(1, 10**12)
-# More than the relative error of a decimal of this many digits.
+# More than the relative error of a decimal of this many significant digits, 10^-19 of a number from 1 to 10.
 _LAST_DIGIT = Fraction(1, 10 ** (DIGITS - 2))
 
 Interval = tuple[Fraction, Fraction]
@@ -94,7 +94,7 @@ class Encounter:
         return limits.overlap(self.pair, self.speeds.fastest)
 
     def contact(self) -> NamedContact:
-        """Return the contact for simulators."""
+        """Return the contact for simulators: the pair, its speeds, and the pairs of other sizes."""
         slowest, fastest = self.speeds.slowest, self.speeds.fastest
         extremes = () if len(self.sizes) == 1 else self.sizes
         # The typical speed is that of the measured eps, moved into the range of the scene.
@@ -110,8 +110,8 @@ def proven_epsilon(v_star: Fraction) -> Interval:
     return value * (1 - _LAST_DIGIT), min(value * (1 + _LAST_DIGIT), Fraction(1))
 
 
-def encounters(scene: Scene) -> list[Encounter]:
-    """Return the encounters of all pairs that meet.
+def scene_encounters(scene: Scene) -> list[Encounter]:
+    """Return the encounters of all pairs that meet in a scene.
 
     Raises
     ------
@@ -122,12 +122,16 @@ def encounters(scene: Scene) -> list[Encounter]:
 
 
 def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
+    """Return the encounter of a meeting; ValueError names it if its numbers are out of range."""
+    # The pairs with extreme radii, in the order of beta, and so of v*; mass and radius order pairs of equal beta.
     try:
         pair = scene.pair(meeting)
         pairs = {scene.pair(meeting, radii) for radii in _extreme_radii(scene, meeting)}
     except ValueError as error:
         raise ValueError(f"{scene.source}: {meeting.name}: {error}") from None
     encounter = Encounter(meeting, pair, tuple(sorted(pairs, key=lambda p: (p.beta, p.m_eff, p.first.radius))))
+    # Ice in Saturn's rings has v* from 0.03 to 2; beyond 30 powers of ten a unit is wrong. Up to there v*^10, which
+    # speed tables use, is a double.
     low, high = encounter.v_star
     if not 1e-30 <= low <= high <= 1e30:
         raise ValueError(
@@ -138,7 +142,7 @@ def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
 
 
 def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, float | None]]:
-    """Yield radii that include those of the smallest and the largest beta.
+    """Yield radii of the two bodies of a meeting, among them those of the smallest and the largest beta.
 
     beta^(5/2) is proportional to sqrt(R_eff)/m_eff. As one radius grows and the other is fixed, it falls and then
     rises. So it is largest at a corner of both ranges. If both radii grow by the same factor it falls. So it is
@@ -151,7 +155,8 @@ def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, floa
         yield from ((radius, None) for radius in first.sizes.ends)
         return
     yield from ((a, b) for a in first.sizes.ends for b in second.sizes.ends)
-    # The radius at which the derivative vanishes, if the other body has its largest one.
+    # The radius at which the derivative vanishes, if the other body has its largest one: R = R_fixed/s. The ratio of
+    # densities is that of the other body to this one.
     density = [scene.sphere(name).density for name in (meeting.first, meeting.second)]
     a = second.sizes.largest / _stationary(density[1] / density[0])
     b = first.sizes.largest / _stationary(density[0] / density[1])
@@ -163,7 +168,9 @@ def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, floa
 
 def _stationary(density_ratio: float) -> float:
     """Return s = R_fixed/R at which d ln(sqrt(R_eff)/m_eff)/d ln R = 0: 1/2 = c s^2 (3 + 5/2 s), c = density_ratio."""
-    # 5/2 c s^3 + 3 c s^2 - 1/2 = 0 has one positive root. A computed root counts as real up to 1e-9, a choice.
+    # R_eff = R R_f/(R + R_f) and 1/m_eff ~ 1/R^3 + 1/(c R_f^3) give this equation. 5/2 c s^3 + 3 c s^2 - 1/2 = 0 has
+    # one positive root; the others are negative or complex. A computed root counts as real if its imaginary part is
+    # below 1e-9 of it: round-off is 1e-16.
     c = density_ratio
     roots = np.roots([2.5 * c, 3 * c, 0, -0.5])
     return float(max(root.real for root in roots if abs(root.imag) < 1e-9 * abs(root)))
@@ -172,13 +179,15 @@ def _stationary(density_ratio: float) -> float:
 def mean_free_time(scene: Scene, encounter: Encounter) -> float | None:
     """Return the mean free time in a gas of these spheres (Enskog), or None without a volume fraction or at a wall.
 
-    With the granular temperature T it is 1/(4 n d^2 g sqrt(pi T)), and else 1/(n pi d^2 g v) with the fastest speed v.
-    g is Carnahan and Starling's pair correlation at contact.
+    The gas is that of the scene, and its spheres are those of the encounter. With the granular temperature T it is
+    1/(4 n d^2 g sqrt(pi T)), and else 1/(n pi d^2 g v) with the fastest speed v. g is Carnahan and Starling's pair
+    correlation at contact.
     """
     phi = scene.volume_fraction
     if phi is None or encounter.pair.second.is_wall:
         return None
-    radius = encounter.pair.R_eff * 2  # of equal spheres with this distance at contact, or about it
+    # The radius r of equal spheres with this R_eff = r/2: the harmonic mean of both radii.
+    radius = encounter.pair.R_eff * 2
     # g = (1 - phi/2)/(1 - phi)^3, and the volume for each sphere is 1/n = (4/3) pi r^3/phi.
     g = (1 - phi / 2) / (1 - phi) ** 3
     volume = 4 / 3 * math.pi * radius**3 / phi

@@ -4,28 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 from viscopade.collision import limits
 from viscopade.collision.spheres import restitution_error
 from viscopade.collision.weight import COUNTS, EARTH
 from viscopade.quantity import uncertain
 from viscopade.scene.description import Scene
-from viscopade.scene.encounter import Encounter, encounters, mean_free_time
+from viscopade.scene.encounter import Encounter, mean_free_time, scene_encounters
 from viscopade.scene.tolerance import in_eps
 from viscopade.simulators.setup import Setup
 
-# Contact time over mean free time, up to which collisions count as instantaneous; a choice, of a few per cent.
+# Contact time over mean free time, up to which collisions count as instantaneous. The share is about the probability
+# that a third body arrives during a contact; 5 % of them were chosen by hand.
 LONGEST_CONTACT = 0.05
-NEEDLESS = 0.1  # error of a kernel over the standard error of eps, below which it does not matter; a choice
+# Error of a kernel over the standard error of eps, below which it does not matter: errors add in squares, and a tenth
+# makes the error of eps 0.5 % larger.
+NEEDLESS = 0.1
+
+
+class WeightEffect(NamedTuple):
+    """A note on the weight of a body that falls on a wall, and a warning if it matters."""
+
+    note: str
+    warning: str | None
 
 
 def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
-    """Yield a sentence for each assumption of the model that the scene violates."""
+    """Yield a sentence for each assumption of the model that the scene violates for the bodies of an encounter."""
+    # The lower of the two yield strengths; below None stands for none that is known.
     bodies = (scene.bodies[name] for name in (encounter.meeting.first, encounter.meeting.second))
     strengths = (scene.materials[body.material].yield_strength for body in bodies)
     yield_strength = min((strength for strength in strengths if strength is not None), default=None)
     pair, fastest = encounter.pair, encounter.speeds.fastest
-    # Assumptions on the two bodies alone, then on the third one that may arrive during a contact.
+    # Assumptions on the two bodies alone; before them, the one on a third body that may arrive during a contact.
     texts = [*limits.violations(pair, fastest, strongest=encounter.strongest, yield_strength=yield_strength)]
     free = mean_free_time(scene, encounter)
     if free is not None and (share := encounter.contact_time / free) > LONGEST_CONTACT:
@@ -38,22 +50,22 @@ def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
 
 
 def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
-    """Yield sentences on the uncertainty of eps, if that of A is known, and on a needlessly small tolerance."""
+    """Yield sentences on the uncertainty of eps of an encounter, if that of A is known, and on a needless tolerance."""
     relative = scene.relative_error(encounter.meeting)
     if relative is None:
         return
+    # eps of the typical pair at the typical speed, and its standard error |d eps/d ln A| sigma_A/A
     speed = encounter.contact().typical
-    value, error = (
-        float(encounter.pair.epsilon(speed)),
-        restitution_error(float(encounter.pair.v_star(speed)), relative),
-    )
+    epsilon = float(encounter.pair.epsilon(speed))
+    error = restitution_error(float(encounter.pair.v_star(speed)), relative)
+    percent = 100 * relative
     yield (
-        f"{encounter.name}: eps at {speed:.3g} m/s is {uncertain(value, error)} (standard "
-        f"error), because A is known to {100 * relative:.2g} %"
+        f"{encounter.name}: eps at {speed:.3g} m/s is {uncertain(epsilon, error)} (standard "
+        f"error), because A is known to {percent:.2g} %"
     )
-    # The tolerance that allows the smallest error of eps. The sentence comes only below half of what is enough.
-    tightest = min(scene.tolerance.limits().items(), key=lambda limit: limit[1] * in_eps(limit[0], value, 1 - value))
-    allowed = tightest[1] * in_eps(tightest[0], value, 1 - value)
+    # The smallest error of eps that a tolerance allows. The sentence comes only below half of what is enough, so that
+    # whoever follows it does not read it again after rounding.
+    allowed = min(limit * in_eps(measure, epsilon, 1 - epsilon) for measure, limit in scene.tolerance.limits().items())
     if 0 < allowed < NEEDLESS * error / 2:
         yield (
             f"{encounter.name}: the tolerance is needlessly small: it allows an error of eps of {allowed:.2g}, but the "
@@ -61,15 +73,16 @@ def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
         )
 
 
-def weight(encounter: Encounter) -> tuple[str, str | None] | None:
-    """Return a note on the weight of a body that falls on a wall, and a warning if it matters; None for two spheres."""
+def weight(encounter: Encounter) -> WeightEffect | None:
+    """Return what the weight of a body that falls on a wall does; None for two spheres."""
+    # It matters if g t_c/v at the slowest impact is COUNTS or more.
     contact = encounter.contact()
     if not contact.falls:
         return None
     share, slowest = contact.falling.share(contact.slowest), contact.slowest
     note, matters = contact.falling.note(slowest, contact.fastest), f"g t_c/v is {share:.2g} at {slowest:.4g} m/s"
     warning = f"a body that falls on a plane gets a lower eps, as {matters}: `viscopade table` with --gravity prints it"
-    return f"{encounter.name}: {note}", f"{encounter.name}: {warning}" if share >= COUNTS else None
+    return WeightEffect(f"{encounter.name}: {note}", f"{encounter.name}: {warning}" if share >= COUNTS else None)
 
 
 def setup(scene: Scene, gravity: float | None = None, *, classes: bool = False) -> Setup:
@@ -83,9 +96,10 @@ def setup(scene: Scene, gravity: float | None = None, *, classes: bool = False) 
     classes : bool
         Whether each class of sizes becomes a body. Warnings and notes are those of all sizes together in any case.
     """
-    met, scale, g = encounters(scene), scene.scale, EARTH if gravity is None else gravity
+    encounters, scale, g = scene_encounters(scene), scene.scale, EARTH if gravity is None else gravity
+    # Bodies of simulators are types: with classes, each class is a type of its own, and a note says what it is.
     typed = scene.by_classes() if classes else scene
-    divisions = (
+    class_notes = (
         f"{name}_1 to {name}_{body.sizes.classes} are the classes of sizes of {name}: the ends of each have one ratio, "
         "and R is their geometric mean"
         for name, body in scene.bodies.items()
@@ -95,10 +109,10 @@ def setup(scene: Scene, gravity: float | None = None, *, classes: bool = False) 
     return Setup(
         scene.title,
         {name: scale.sphere(typed.sphere(name)) for name in typed.bodies},
-        tuple(scale.contact(replace(encounter.contact(), gravity=g)) for encounter in encounters(typed)),
+        tuple(scale.contact(replace(encounter.contact(), gravity=g)) for encounter in scene_encounters(typed)),
         scene.units,
-        tuple(text for encounter in met for text in warnings(scene, encounter)),
-        (*(text for encounter in met for text in notes(scene, encounter)), *divisions),
+        tuple(text for encounter in encounters for text in warnings(scene, encounter)),
+        (*(text for encounter in encounters for text in notes(scene, encounter)), *class_notes),
         gravity is not None,
         {name: (size.least / scale.length, size.largest / scale.length) for name, size in sizes.items()},
     )

@@ -20,7 +20,8 @@ KERNELS = ("kernel", "cost", "table (bytes)", "of eps", "of 1 - eps^2", "absolut
 
 
 def pairs(choice: Choice) -> Iterator[tuple[str, ...]]:
-    """Yield a row for each pair of bodies."""
+    """Yield a row for each pair of bodies, with the columns of `PAIRS`, in SI units."""
+    # Four digits of A and of ranges; fewer of the contact time and the overlap, which are estimates.
     for encounter in choice.encounters:
         yield (
             encounter.name,
@@ -35,6 +36,7 @@ def pairs(choice: Choice) -> Iterator[tuple[str, ...]]:
 
 
 def _span(low: float, high: float) -> str:
+    """Return a range as a text, or one number if both ends agree in four digits."""
     return f"{low:.4g}" if f"{low:.4g}" == f"{high:.4g}" else f"{low:.4g} … {high:.4g}"
 
 
@@ -55,7 +57,8 @@ def summary(choice: Choice) -> str:
 
 
 def sentences(choice: Choice) -> Iterator[str]:
-    """Yield the sentences of the answer."""
+    """Yield the sentences of the answer of a choice: the question, the kernel, the cheaper ones, notes and warnings."""
+    # The mean free time of each pair only in a gas.
     yield tolerance_sentence(choice.scene)
     yield f"Costs are {COSTS}."
     yield from error_sentences(choice)
@@ -68,8 +71,9 @@ def sentences(choice: Choice) -> Iterator[str]:
     yield from (f"Warning: {text}." for text in choice.warnings)
 
 
-def checked(check: SceneCheck) -> str:
-    """Return the sentence on the check's result."""
+def check_sentence(check: SceneCheck) -> str:
+    """Return the sentence on the result of a check: why it was not run, or its largest errors."""
+    # Errors are sampled, and have three digits.
     if check.reason:
         how = f" ({check.how})" if check.how else ""
         return f"The file was {check.reason}{how}."
@@ -78,7 +82,11 @@ def checked(check: SceneCheck) -> str:
 
 
 def to_json(choice: Choice, check: SceneCheck | None) -> dict[str, Any]:
-    """Return the whole answer as JSON-able data."""
+    """Return the whole answer of a choice and of its check (None if it was not run) as JSON-able data.
+
+    Errors are decimals that are rounded up, by the names of the tolerance.
+    """
+    # The keys are an interface (docs/reference/stability.md).
     scene, chosen = choice.scene, choice.chosen
     return {
         "scene": scene.name,
@@ -107,6 +115,8 @@ def to_json(choice: Choice, check: SceneCheck | None) -> dict[str, Any]:
 
 
 def _pair(choice: Choice, encounter: Encounter) -> dict[str, Any]:
+    """Return a pair as JSON-able data, in SI units: for beta and speeds the smallest, a typical and the largest one."""
+    # v* and eps have only ends.
     speeds = encounter.speeds
     return {
         "pair": encounter.name,

@@ -1,4 +1,7 @@
-"""Conversion from SI units to the units of a scene, for simulators and generated files."""
+"""Conversion from SI units to the units of a scene, for simulators and generated files.
+
+A quantity of the dimension length^a mass^b time^c is divided by the units' product of these powers.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +27,12 @@ class Scale:
         return self.length / self.time
 
     def beta(self, beta: float) -> float:
-        """Return a beta, from SI units: it is a (time/length)^(1/5)."""
+        """Return a beta, from SI units: its dimension is (time/length)^(1/5), so it grows with the unit of speed."""
         return beta * math.pow(self.speed, 0.2)
 
     def sphere(self, sphere: Sphere) -> Sphere:
-        """Return a body, from SI units."""
+        """Return a body in the scene's units, from SI units; A is a time."""
+        # A mass instead of a density: it needs no power of the unit of length.
         return Sphere(
             radius=sphere.radius / self.length,
             mass=sphere.mass / self.mass,
@@ -38,7 +42,8 @@ class Scale:
         )
 
     def _pressure(self, pressure: float) -> float:
-        """Return a pressure, from SI units; only the result may overflow or underflow."""
+        """Return a pressure, from SI units, mass/(length time^2); only the result may overflow or underflow."""
+        # Fractions are exact in between, where a factor alone, such as time^2, may be out of the range of doubles.
         p, length, mass, time = map(Fraction, (pressure, self.length, self.mass, self.time))
         try:
             return float(p * length * time**2 / mass)
@@ -50,7 +55,8 @@ class Scale:
         return Pair(self.sphere(pair.first), self.sphere(pair.second))
 
     def contact(self, contact: NamedContact) -> NamedContact:
-        """Return a contact, from SI units."""
+        """Return a contact for simulators, from SI units: pairs, speeds and gravity, length/time^2."""
+        # `extremes` are pairs of other radii.
         return replace(
             contact,
             pair=self.pair(contact.pair),
