@@ -88,19 +88,24 @@ def audible_bounces(instants: FloatArray, sigma: float = HEARING) -> tuple[list[
     n, r = len(instants), _RATIOS
     if n < 3:  # an eps needs two flights, which are three bounces
         return [], []
-    # Before the first sound and after the last one there are none: there, costs are NaN, which fmin and nanmin skip.
+    # Before the first sound and after the last one there are none: there, costs are NaN, which fmin and nanmin skip. An
+    # interval has up to two steps, so two instants are added at each end, and `padded[j + 2]` is that of sound j.
     padded = np.concatenate([[math.nan] * 2, instants, [math.nan] * 2])
     # An interval with a missed bounce has the flights T and r T: the last is r/(1 + r) of it, the first 1/(1 + r).
     last_share, first_share = (np.where(_MISSED, flight / (1 + r), 1.0) for flight in (r, np.ones_like(r)))
     kinds = np.arange(4)  # of intervals, as `_STEP` has them
 
     def pair_costs(j: int) -> FloatArray:
-        """Return the costs at sound j by the kind of interval before it, the kind after it, and r."""
+        """Return the costs of the two flights next to sound j, (ln(T_2/(r T_1))/s)^2.
+
+        The axes are the kind of interval before it, the kind after it, and r.
+        """
         # 1/T_1 and 1/T_2, of the flights next to the sound
         rate_before = 1 / ((padded[j + 2] - padded[j + 2 - _STEP])[:, None] * last_share)[:, None]
         rate_after = 1 / ((padded[j + 2 + _STEP] - padded[j + 2])[:, None] * first_share)
         with np.errstate(over="ignore"):
-            # s^2 = 0.04^2 + sigma^2 (1/T_1^2 + 1/T_2^2 + (1/T_1 + 1/T_2)^2)
+            # s^2 = 0.04^2 + sigma^2 (1/T_1^2 + 1/T_2^2 + (1/T_1 + 1/T_2)^2): ln T_2 - ln T_1 changes by -1/T_1 - 1/T_2
+            # with the instant between the flights, and by 1/T_1 and 1/T_2 with the other two.
             variance = (
                 _VARIATION**2
                 + np.square(sigma * rate_before)
@@ -110,7 +115,8 @@ def audible_bounces(instants: FloatArray, sigma: float = HEARING) -> tuple[list[
         # (ln(T_2/(r T_1))/s)^2
         return np.asarray(np.log(rate_before / (rate_after * r)) ** 2 / variance)
 
-    # Forward: the least cost of all sounds before, if the sound is a bounce.
+    # Forward: the least cost of all sounds before, if the sound is a bounce. It adds up along the shortest path: the cost
+    # up to this bounce, that of its pair of flights, and that of the interval after it. The first sound is a bounce.
     cost_to = np.full((n + 2, 4, len(r)), math.inf)  # least cost up to a sound, by the kind of interval before it
     cost_to[_STEP, kinds] = _COST
     for j in range(1, n - 1):

@@ -110,6 +110,7 @@ class Empirical:
             constants |= {"factor": self.factor, "exponent": -self.power}
             value = (Statement("eps", Name("factor") * Call("pow", (v, Name("exponent")))),)
             branches = [CodeBranch(None, value, {"eps": Select(eps > ONE, ONE, eps)})]
+        # eps for speeds >= 0, else NaN: from the speed cut to the range, by the first branch whose condition holds
         function = Function(
             "epsilon", ("speed",), "eps at a speed in m/s, EMPIRICAL", speed >= ZERO, (Statement("v", cut),),
             tuple(branches), "eps",

@@ -77,7 +77,7 @@ def weight_in_contacts(recorded: Recording, pair: Pair | None, gravity: float) -
     if not falls and not on_wall:
         return None
     if not points.weight_speed and pair is None:
-        # g t_c/v = COUNTS, the share from which on weight matters, gives t_c; in ms
+        # g t_c/v = COUNTS = 0.02, from which on weight matters (it then increases the loss by 1 %), gives t_c; in ms
         milliseconds = 1000 * COUNTS * ends[1] / gravity
         text = (
             f"it matters if the contact of the slowest bounce lasts {milliseconds:.2g} ms or more "

@@ -533,7 +533,7 @@ class _Reader:
         self._refuse_second_reading()
         self._refuse_missing_units()
         points = _POINTS[form.kind](self)
-        # The flights of a track tell whether its units are right.
+        # A unit in an option, or the flights of a track, tell that fast speeds are meant.
         fastest = FASTEST if {*options.units} & {*form.needed} or form.kind == "positions" else FAST
         for k, (speed, error) in enumerate(zip(points.speed, points.standard_errors, strict=True)):
             if not SLOWEST <= speed <= fastest:

@@ -1,4 +1,9 @@
-"""Candidates for a scene: kernels with their costs and their proven errors there."""
+"""Candidates for a scene: kernels with their costs and their proven errors there.
+
+Names in all functions: a `Scene` has the question, with its `code` (language, format, argument) and `tolerance`. Its
+`encounters` are the pairs of bodies that collide, with their ranges of beta, v* and eps. A `Kernel` is a set of
+functions as expressions, which may be evaluated, counted, proven and written.
+"""
 
 from __future__ import annotations
 
@@ -247,7 +252,7 @@ def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
     code, arithmetic = scene.code, scene.code.number.arithmetics[-1]
     compact = catalogue.group("compact")[0].kernel.bound("restitution", arithmetic.place, code.format)[-1]
     # beta^2, beta^4 and beta^5 must be normal numbers: with the largest exponent E of the format, beta^5 is at most
-    # 2^(E - 2), and at least the inverse of this.
+    # 2^(E - 2), a quarter of the largest number, which is more than roundings need; and at least the inverse of this.
     largest = 2.0 ** ((FORMATS[code.format].largest - 2) / 5)
     v_star = hull(span.v_star for span in ranges(scene, encounters))
     beta = hull((encounter.weakest.beta, encounter.strongest.beta) for encounter in encounters)
@@ -271,7 +276,8 @@ def constant(scene: Scene, encounters: Sequence[Encounter]) -> Candidate:
     # A decimal for the range of eps of each encounter
     code, eps_ranges = scene.code, [span.epsilon for span in ranges(scene, encounters)]
     values = [_constant_for(eps_range, scene.tolerance, code) for eps_range in eps_ranges]
-    # The kernel reads it in a list by the number of the pair: 0 operations, no table of functions.
+    # The kernel reads it in a list by the number of the pair: a cost of 0. Its fields are name, label, argument, formula,
+    # source and domain in words, functions, constants by format (none), and lists.
     kernel = Kernel(
         "constant", "a constant", "pair", "eps is a number", "the scene", "the pairs of the scene",
         (value_of_pair("epsilon", VALUES, "eps of a pair"),), {form: {} for form in FORMATS},
@@ -286,6 +292,7 @@ def constant(scene: Scene, encounters: Sequence[Encounter]) -> Candidate:
 
 def value_of_pair(name: str, values: str, meaning: str) -> Function:
     """Return the function that reads a list of values by the number of a pair."""
+    # No condition on its argument, no statements before the only branch, and none in it: the result is an item.
     return Function(name, ("pair",), meaning, None, (), (CodeBranch(None, (), {name: Item(values, "pair")}),), name)
 
 
@@ -330,7 +337,8 @@ def _constant_for(epsilon: Interval, limits: Tolerance, code: Code) -> float:
         return max(lower for lower, _ in bounds), min(upper for _, upper in bounds)
 
     # If no constant is within the tolerance, bisect the logarithm of the smallest multiple of it that one is within: up
-    # to 1e30, to 1e-4 (both are a choice).
+    # to 1e30, which any range of eps in double needs at most for a tolerance above 1e-30, and to 1e-4, because only the
+    # three digits of its error are shown.
     scale, largest = 1.0, 1e30
     if not operator.le(*ends(scale)):
         while largest > 1.0001 * scale:

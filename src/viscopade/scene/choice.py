@@ -1,4 +1,8 @@
-"""Choice of the cheapest kernel that meets a scene's tolerance, with the reasons against cheaper ones."""
+"""Choice of the cheapest kernel that meets a scene's tolerance, with the reasons against cheaper ones.
+
+Names in all functions: a `Scene` has the question, its `encounters` are the pairs of bodies that collide, with their
+ranges of v* and eps, and `offers` are the candidates: kernels with their cost and their errors on these ranges.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """The generated file of a scene: the question and the answer, the kernel under the scene's name, and the pairs.
 
 A Kernel is a set of functions of named arguments and constants, as expressions (`Name`, `Select`, `Item`), which
-`file.file_text` writes in a language.
+`file.file_text` writes in a language. A Choice has the scene, its encounters (pairs of bodies with their ranges of
+beta, v* and eps), and the chosen kernel with its errors there.
 """
 
 from __future__ import annotations
@@ -144,6 +145,7 @@ def _pair_kernel(choice: Choice, name: str) -> Kernel:
             "walls": tuple(pair.of_wall for pair in numbers),
             "quotients": tuple(pair.densities for pair in numbers),
         }
+    # Name, label, argument, formula, source and domain in words, functions, constants by format (none), and lists
     return Kernel(
         name, "beta", "pair", "", "the scene", "the pairs of the scene", tuple(functions), {scene.code.format: {}},
         lists=lists,

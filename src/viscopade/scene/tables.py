@@ -1,4 +1,8 @@
-"""The answer for a scene as tables, sentences and JSON."""
+"""The answer for a scene as tables, sentences and JSON.
+
+A Choice has the scene, its encounters (pairs of bodies with their ranges of beta, v* and eps), all kernels with their
+costs and errors there as `offers`, and the chosen one.
+"""
 
 from __future__ import annotations
 
