@@ -137,13 +137,16 @@ _ERROR_WORD = re.compile(
 )
 """Words for a standard error, alone beside a quantity or with its name; d, u and s only before its name."""
 
+# Words between those for an error and for its quantity: "standard error of the height"
 _FILLER = re.compile("of|in|on|the|der|des|von|de|di|standard|estandar|type|mean|bars?")
 _MARKS = str.maketrans(
     {"ε": " epsilon ", "σ": " sigma ", "Δ": " delta ", "δ": " delta ", "∆": " delta ", "±": " ± ", "ϵ": " epsilon "}
 )
 # "Latest: Time (s)" of Logger Pro, "Time (s) Run #1" of Capstone.
 _DATA_SET = re.compile(r"^[^:]*:|(?<=.)\s+Run\s*#?[0-9]+$")
+# "v (m/s)", "v [m/s]": the name, and the text in brackets at the end
 _BRACKETS = re.compile(r"(.+?)[\s/_,]*[(\[]([^()\[\]]*)[)\]]")
+# Signs and blanks before a unit that is not in brackets
 _SEPARATOR = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_]+")
 # Units that may follow a name after a blank or _; other ends, such as c and a, may mean something else.
 _COMMON_UNIT = re.compile(

@@ -46,6 +46,7 @@ _SAME_INSTANT = 6  # decimals, in seconds, to which equal instants in two sheets
 _ROWS_OF_UNITS = 5
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]+)?")
 _DATA = re.compile(r"^[+-]?[.]?[0-9]|(?<![\w^⁻-])[0-9]|^nan$", re.IGNORECASE)  # in a cell: it is no unit
+# "1,234": a comma that may separate thousands, or be a decimal sign
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
 
 

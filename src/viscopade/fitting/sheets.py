@@ -27,11 +27,14 @@ from viscopade.fitting import spreadsheet
 from viscopade.fitting.forms import SheetLayout
 from viscopade.quantity import unit_in_si
 
+# A cell between blanks: a text in quotes, or a word with a unit in brackets behind it.
 _BLANK_SEPARATED = re.compile(r'"[^"]*"|[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?')
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:e[-+]?[0-9]+)?|nan", re.IGNORECASE)
 _VALUE = re.compile(r"\W*[0-9][0-9.,:]*(?:e[-+]?[0-9]+)?|nan", re.IGNORECASE)  # the beginning of a measured value
+# A line whose commas may be decimal signs
 _WHOLE_NUMBERS = re.compile(r"[0-9,\s+-]*")
 _CSV_NAME = re.compile(r"(?i)[^/]*\.csv")
+# First bytes of an XLS (a compound file of OLE), and of a ZIP archive, which XLSX and ODS are, too
 _XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
 # Number of rows that are searched for a header, and the largest number of characters of one. Chosen by hand: programs
 # write some ten lines above a table, and each row that is tried as a header takes time.

@@ -276,8 +276,8 @@ def constant(scene: Scene, encounters: Sequence[Encounter]) -> Candidate:
     # A decimal for the range of eps of each encounter
     code, eps_ranges = scene.code, [span.epsilon for span in ranges(scene, encounters)]
     values = [_constant_for(eps_range, scene.tolerance, code) for eps_range in eps_ranges]
-    # The kernel reads it in a list by the number of the pair: a cost of 0. Its fields are name, label, argument, formula,
-    # source and domain in words, functions, constants by format (none), and lists.
+    # The kernel reads it in a list by the number of the pair: a cost of 0. Its fields are name, label, argument,
+    # formula, source and domain in words, functions, constants by format (none), and lists.
     kernel = Kernel(
         "constant", "a constant", "pair", "eps is a number", "the scene", "the pairs of the scene",
         (value_of_pair("epsilon", VALUES, "eps of a pair"),), {form: {} for form in FORMATS},

@@ -20,7 +20,7 @@ Argument = Literal["speed", "v_star"]
 MOST_TYPES = 64
 """Bodies and classes of sizes, at most; the number of contacts, each with numbers of its own, grows with the square.
 
-64 types have 2080 contacts, which a file of a simulator still lists in some 100 KB. Chosen by hand.
+64 types have 2080 contacts. Chosen by hand.
 """
 
 

@@ -83,6 +83,7 @@ def _dissipation_errors(kernel: Kernel, arithmetic: Arithmetic, where: Range) ->
         # The largest 1 - eps^2, or 1 - eps
         largest = 1 - low ** (1 + (result == "dissipation"))
         for bound in _bounds_on(kernel, result, arithmetic, where):
+            # The relative error is that of the smallest value, which is at least the smallest 1 - eps.
             terms = _bound_terms(bound, (smallest_loss * one_plus_eps, largest))
             error = terms.of_smaller + terms.relative + terms.absolute / smallest_loss
             # A bound of 1 - eps^2, or of l = 1 - eps. The second becomes 1 - eps^2 by l (2 - l), whose relative error
