@@ -42,10 +42,10 @@ def weight_speed(contact: ContactTime | FloatArray, gravity: float, speed: Float
         falls = contact.first.is_wall or contact.second.is_wall
         # G(v) = g T/v with the time scale T ~ v^(-1/5), so G = (v_G/v)^(6/5) and v_G = G(1)^(5/6).
         return float((gravity * contact.time_scale(1.0)) ** (5 / 6)) if falls else 0.0
-    seen = np.broadcast_to(contact, speed.shape) > 0
-    if not seen.any():
+    is_measured = np.broadcast_to(contact, speed.shape) > 0
+    if not is_measured.any():
         return 0.0
-    times, v, e = np.broadcast_to(contact, speed.shape)[seen], speed[seen], epsilon[seen]
+    times, v, e = np.broadcast_to(contact, speed.shape)[is_measured], speed[is_measured], epsilon[is_measured]
     # A measured duration ends where the force vanishes; a time between flights, where the body is back at its height.
     scaled_time = weight_table.duration if np.ndim(contact) else weight_table.return_time
     # The first guess is the scaled contact time without damping and weight, 3.218.

@@ -286,8 +286,8 @@ def _error_of(name: str) -> str | None:
     # The words that are left name the quantity; they are between the first and the last of them.
     inner = [k for k, key in enumerate(keys) if not (is_error[k] or _FILLER.fullmatch(key))]
     if not inner:  # d, u and s need a name
-        alone = any(error and (len(key) > 1 or key == "±") for error, key in zip(is_error, keys, strict=True))
-        return "" if alone else None
+        stands_alone = any(error and (len(key) > 1 or key == "±") for error, key in zip(is_error, keys, strict=True))
+        return "" if stands_alone else None
     quantity_name = " ".join(words[inner[0] : inner[-1] + 1])
     is_error_outside = is_error[: inner[0]] + is_error[inner[-1] + 1 :]
     return quantity_name if any(is_error_outside) and quantities(quantity_name) else None
@@ -342,22 +342,22 @@ class SheetLayout:
         error_columns = {i: j for i, name in values.items() for j in chosen.get(name, ())}
         # Options decide on the errors of their quantities; headers on those of the others.
         undecided = {i: name for i, name in values.items() if name not in chosen}
-        by_option, read = len(undecided) < len(values), {i for indices in self.places.values() for i in indices}
-        heads = {j: head for j, head in enumerate(self.headers) if j not in read and "sigma" not in self.places}
+        by_option, read_columns = len(undecided) < len(values), {i for indices in self.places.values() for i in indices}
+        heads = {j: head for j, head in enumerate(self.headers) if j not in read_columns and "sigma" not in self.places}
         for j, head in heads.items():
             targets = [i for i in self._columns_meant(head.error_of) if i in undecided] if head.error_of else []
             names = {undecided[i] for i in targets}
             self._assign_errors(j, targets, error_columns, names if len(names) > 1 else ())
         # One column of errors beside one quantity, or a column of errors to the right of each.
-        alone = [*self.places.get("sigma", ()), *(j for j, head in heads.items() if head.error_of == "")]
-        for j in alone:
+        unnamed = [*self.places.get("sigma", ()), *(j for j, head in heads.items() if head.error_of == "")]
+        for j in unnamed:
             # ± belongs to the column on its left; if this is not read, it may be of another quantity, or unknown.
             is_plus_minus = "±" in self.headers[j].name
             left = self.headers[j - 1] if j in heads and j > 0 and j - 1 not in values else Header("")
             is_of_another, is_unknown = bool(left.quantities), bool(left.name) and is_plus_minus
-            if len(self.form.measured) == len(alone) == 1 and not (is_of_another or is_unknown):
+            if len(self.form.measured) == len(unnamed) == 1 and not (is_of_another or is_unknown):
                 error_columns = dict.fromkeys(undecided, j) | error_columns
-            elif j - 1 in values and (len(alone) > 1 or is_plus_minus):
+            elif j - 1 in values and (len(unnamed) > 1 or is_plus_minus):
                 self._assign_errors(j, [j - 1] if j - 1 in undecided else [], error_columns)
             elif not (by_option or is_of_another):
                 self._assign_errors(j, [], error_columns, self.form.measured)
@@ -448,8 +448,8 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
     # The other columns have the quantities that their headers may stand for.
     places: dict[str, tuple[int, ...]] = {}
     for i, head in enumerate(headers):
-        taken = omitted & {*head.quantities} or any(i in indices for indices in chosen.values())
-        places |= {name: (*places.get(name, ()), i) for name in (() if taken else head.quantities)}
+        is_taken = omitted & {*head.quantities} or any(i in indices for indices in chosen.values())
+        places |= {name: (*places.get(name, ()), i) for name in (() if is_taken else head.quantities)}
     # Columns of a series in the order of their numbers: h0, h1, …
     for series in SERIES:
         members = sorted(
@@ -466,7 +466,7 @@ def layout(cells: Sequence[str], columns: Mapping[str, str]) -> SheetLayout | No
             (*others, last) = form.needed
             starts_at_0 = last in SERIES and headers[form_places[last][0]].quantities[0].endswith(" 0")
             if last not in SERIES or (len(form_places[last]) > 1 - len(others) and not (others and starts_at_0)):
-                used = {name: indices for name, indices in form_places.items() if name in form.names()}
-                used |= {name: () for name in omitted & form.names() if name.startswith("sigma")}
-                return SheetLayout(form, tuple(cell.strip() for cell in cells), headers, used)
+                places_of_form = {name: indices for name, indices in form_places.items() if name in form.names()}
+                places_of_form |= {name: () for name in omitted & form.names() if name.startswith("sigma")}
+                return SheetLayout(form, tuple(cell.strip() for cell in cells), headers, places_of_form)
     return None

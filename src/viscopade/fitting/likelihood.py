@@ -352,18 +352,18 @@ class LawFit:
         """Return sum rho(z^2) for a value of one parameter, minimised over the other one, with C of the fit."""
         if len(self.parameters) == 1:
             return self._misfit(np.array([value]))
-        other = 1 - parameter
+        other_parameter = 1 - parameter
 
         def residuals(other_value: FloatArray) -> FloatArray:
             """Return z = L^-1 r."""
             parameters = np.empty(2)
-            parameters[parameter], parameters[other] = value, other_value[0]
+            parameters[parameter], parameters[other_parameter] = value, other_value[0]
             return _whiten(self._factor, self.points.epsilon - self.epsilon(self.points.speed, parameters))
 
         minimum = optimize.least_squares(
             residuals,
-            self.parameters[[other]],
-            bounds=([_EXPONENTS[0]], [_EXPONENTS[1]]) if other else ([0], [np.inf]),  # of p, or of b
+            self.parameters[[other_parameter]],
+            bounds=([_EXPONENTS[0]], [_EXPONENTS[1]]) if other_parameter else ([0], [np.inf]),  # of p, or of b
             loss=_student if self.robust else "linear",
             x_scale="jac",
         )

@@ -4,8 +4,8 @@
     50.0,   32.1,   0.2,     first ball
     50.0,   31.8,   0.2,
 
-Here `H` and `h` are a drop and its rebound, `sigma_h` has the standard errors of `h` in its unit, and `remark` is not
-used. Values become SI units, a row a point, and each refusal names the file, the line, the value and the expected one.
+Here H and h are a drop and its rebound, sigma_h has the standard errors of h in its unit, and the remark is not used.
+Values become SI units, a row a point, and each refusal names the file, the line, the value and the expected one.
 """
 
 from __future__ import annotations
@@ -339,16 +339,20 @@ class _Reader:
         self.warnings: list[str] = []
         self.flights: list[tracks.FreeFlight] = []
         self.doubtful_scale = False
-        used = [i for name, places in layout.places.items() if name != "drop" for i in places]
-        filled_rows = [k for k, row in enumerate(sheet.rows) if any(cell_of(row, i) != "" for i in used)]
+        read_columns = [i for name, places in layout.places.items() if name != "drop" for i in places]
+        filled_rows = [k for k, row in enumerate(sheet.rows) if any(cell_of(row, i) != "" for i in read_columns)]
         # Rows without a digit between the header and the first number have units, or nothing.
         self._units_below: dict[int, str] = {}  # index of a column -> text
         rows_of_units = 0
         for k in filled_rows[:_ROWS_OF_UNITS]:
-            texts = {i: str(cell_of(sheet.rows[k], i)).strip("()[] ") for i in {*used, *range(len(sheet.header))}}
+            texts = {
+                i: str(cell_of(sheet.rows[k], i)).strip("()[] ") for i in {*read_columns, *range(len(sheet.header))}
+            }
             # Beside a unit, 1 is the unit of a plain number.
-            has_unit = any(unit_in_si(texts[i], dimension) for i in used for dimension in ("speed", "length", "time"))
-            if any(_DATA.search(texts[i]) and not (has_unit and texts[i] == "1") for i in used):
+            has_unit = any(
+                unit_in_si(texts[i], dimension) for i in read_columns for dimension in ("speed", "length", "time")
+            )
+            if any(_DATA.search(texts[i]) and not (has_unit and texts[i] == "1") for i in read_columns):
                 break
             self._units_below |= {i: text for i, text in texts.items() if any(c.isalpha() or c == "%" for c in text)}
             rows_of_units += 1
@@ -438,11 +442,14 @@ class _Reader:
     @cached_property
     def _decimal_comma(self) -> bool:
         """Whether the decimal sign is a comma, by all texts that are read."""
-        used = {i for name, indices in self.layout.places.items() if name != "drop" for i in indices} | {
+        read_columns = {i for name, indices in self.layout.places.items() if name != "drop" for i in indices} | {
             *self.errors.values()
         }
         texts = [
-            (k, str(cell)) for k, row in enumerate(self.rows) for i in used if isinstance(cell := cell_of(row, i), str)
+            (k, str(cell))
+            for k, row in enumerate(self.rows)
+            for i in read_columns
+            if isinstance(cell := cell_of(row, i), str)
         ]
         commas, points = ([(k, text) for k, text in texts if sign in text] for sign in ",.")
         # A comma before three digits may separate thousands. But programs separate cells by ; because numbers have
@@ -450,14 +457,16 @@ class _Reader:
         thousands = self.sheet.separator != ";" and all(_THOUSANDS.fullmatch(text) for _, text in commas)
         if commas and (points or thousands):
             k, text = commas[0]
-            other = (
+            contradiction = (
                 f"{self.labels[points[0][0]]} has {points[0][1]!r}" if points else f"it may be {text.replace(',', '')}"
             )
-            raise ValueError(f"{self.labels[k]}: {text!r} has a comma, {other}: expected no thousands separators")
+            raise ValueError(
+                f"{self.labels[k]}: {text!r} has a comma, {contradiction}: expected no thousands separators"
+            )
         if ambiguous := [(k, text) for k, text in commas if _THOUSANDS.fullmatch(text) and self.sheet.separator != ";"]:
             k, text = ambiguous[0]
-            read = f"{text!r} is read as {text.replace(',', '.')}, as other numbers have decimal commas"
-            self.warnings.append(f"{self.labels[k]}: {read}")
+            reading = f"{text!r} is read as {text.replace(',', '.')}, as other numbers have decimal commas"
+            self.warnings.append(f"{self.labels[k]}: {reading}")
         return bool(commas)
 
     def _unit(self, i: int, name: str) -> _Unit | None:
@@ -496,10 +505,10 @@ class _Reader:
     def columns_read(self) -> dict[str, Any]:
         """Return what was read from which column, for `Recording.read`."""
         facts: dict[str, Any] = {}
-        cells, used = self.layout.cells, {*self.errors.values()}
+        cells, read_columns = self.layout.cells, {*self.errors.values()}
         for name in (*self.form.needed, *self.form.optional):
             if places := self.layout.places.get(name, ()):
-                used |= {*places}
+                read_columns |= {*places}
                 # The headers of the values, and those of their errors, each once: a text, a list for a series, or None.
                 headers = [cells[i] for i in places], [*{cells[self.errors[i]]: 0 for i in places if i in self.errors}]
                 column, error = (texts if len(texts) > 1 else texts[0] if texts else None for texts in headers)
@@ -508,7 +517,7 @@ class _Reader:
                 units, origins = [c.unit for c in columns], dict.fromkeys(c.origin for c in columns)
                 unit = units if len({*units}) > 1 else "".join(units[:1])
                 facts[name] = {"column": column, "unit": unit, "unit_from": " and ".join(origins), "error": error}
-        unused = [cell for i, cell in enumerate(cells) if cell and i not in used]
+        unused = [cell for i, cell in enumerate(cells) if cell and i not in read_columns]
         rows = {"rows": len(self.lines), "lines": [self.lines[0], self.lines[-1]], "unused": unused}
         return {"sheet": self.sheet.name, **facts, **rows}
 
@@ -557,9 +566,9 @@ class _Reader:
 
     def _refuse_second_reading(self) -> None:
         """Raise ValueError if a column beside a list of heights or instants may give them another meaning."""
-        name, read = self.form.needed[0], {i for places in self.layout.places.values() for i in places}
-        alone = self.form.needed in (("height",), ("time",), ("interval",)) and name not in self.options.columns
-        for i, head in enumerate(self.layout.headers if alone else ()):
+        name, read_columns = self.form.needed[0], {i for places in self.layout.places.values() for i in places}
+        is_alone = self.form.needed in (("height",), ("time",), ("interval",)) and name not in self.options.columns
+        for i, head in enumerate(self.layout.headers if is_alone else ()):
             # Any other measured quantity may tell that the list is something else, such as independent falls.
             rivals = {*head.quantities} & {"speed", "speed_out", "epsilon", "e", "energy"}
             if name == "height":  # of several falls, perhaps, if anything else was measured beside it
@@ -571,7 +580,7 @@ class _Reader:
                 }
             eps = ["epsilon"] if {"e", "energy"} & {*head.quantities} else []
             omitted = any(self.options.columns.get(meaning) == "-" for meaning in (*head.quantities, *eps))
-            if rivals and i not in read and not omitted and head.error_of is None:
+            if rivals and i not in read_columns and not omitted and head.error_of is None:
                 cell, list_header = self.layout.cells[i], self.layout.cells[self.layout.places[name][0]]
                 may_be_epsilon = rivals <= {"epsilon", "e", "energy"}
                 how = "a column speed, if it is eps" if may_be_epsilon else f"--column NAME={i + 1} with its quantity"
@@ -591,7 +600,7 @@ class _Reader:
 
     def warn_of_unused(self) -> None:
         """Add a warning for each column of numbers that is not read, if it may have errors."""
-        used = {i for places in self.layout.places.values() for i in places} | {*self.errors.values()}
+        read_columns = {i for places in self.layout.places.values() for i in places} | {*self.errors.values()}
         bare = [
             name for name in self.form.measured
             if f"sigma_{name}" not in self.layout.places and self.layout.places[name][0] not in self.errors
@@ -600,7 +609,13 @@ class _Reader:
             # All cells are numbers, and they do not just count the rows.
             values = np.array([self._number(cell) for row in self.rows if (cell := cell_of(row, i)) != ""])
             counts = len(values) > 1 and (np.diff(values) == 1).all()  # numbers of rows
-            if i not in used and not head.quantities and len(values) and np.isfinite(values).all() and not counts:
+            if (
+                i not in read_columns
+                and not head.quantities
+                and len(values)
+                and np.isfinite(values).all()
+                and not counts
+            ):
                 cell = self.layout.cells[i]
                 column = repr(cell) if cell and self.layout.cells.count(cell) == 1 else f"{i + 1}"
                 option = f"--column sigma_{bare[-1]}={column} if it is an error"
@@ -668,11 +683,11 @@ def _points_of_speeds(reader: _Reader) -> Points:
         errors = {"sigma": speed.sigma, "sigma_after": after.sigma}
         return bounces.of_speeds(speed.values, after.values, **errors, labels=reader.labels)
     # A column E is eps only if its numbers can be that; e beside evenly spaced times may be anything.
-    if reader.form.epsilon == "energy" and (off := ~((after.values > 0) & (after.values <= 1))).any():
-        k = int(np.argmax(off))
+    if reader.form.epsilon == "energy" and (out_of_range := ~((after.values > 0) & (after.values <= 1))).any():
+        k = int(np.argmax(out_of_range))
         raise ValueError(f"{reader.labels[k]}: 'E' is {after.values[k]:g}: expected 0 to 1, or --column epsilon=E")
-    beside = [i for i, head in enumerate(reader.layout.headers) if "time" in head.quantities]
-    if reader.form.epsilon == "e" and any(bounces.evenly_spaced(reader._numbers(i, "time")) for i in beside):
+    time_columns = [i for i, head in enumerate(reader.layout.headers) if "time" in head.quantities]
+    if reader.form.epsilon == "e" and any(bounces.evenly_spaced(reader._numbers(i, "time")) for i in time_columns):
         raise ValueError("the times are evenly spaced, as in a recording: expected --column epsilon=e if 'e' is eps")
     return Points.measured(
         speed.values, after.values, sigma_speed=speed.sigma, contact_time=reader.durations(),

@@ -237,8 +237,8 @@ def frame_times(time: FloatArray, labels: Sequence[str], digit: float) -> FloatA
     # Spans between successive frames are whole multiples of the usual one, up to the last digit.
     spans, reason = np.diff(time), f"there are {len(time)} frames"
     frame = float(np.median(spans)) if len(spans) else 0.0
-    off = np.abs(spans - frame * np.maximum(np.round(spans / frame), 1)) if frame > 0 else np.ones_like(spans)
-    if (uneven := off > digit + _JITTER * frame).any():
+    misfits = np.abs(spans - frame * np.maximum(np.round(spans / frame), 1)) if frame > 0 else np.ones_like(spans)
+    if (uneven := misfits > digit + _JITTER * frame).any():
         k = int(np.argmax(uneven))
         reason = f"{labels[k + 1]} is {spans[k]:.3g} s after the one before, usually it is {frame:.3g} s"
     if len(time) < 2 * FEWEST or uneven.any():
@@ -350,11 +350,11 @@ def of_track(
     # First axis: speed and eps; then the contact, the flight before or after it, and the flight's independent errors.
     slopes, changes = np.empty((2, len(pairs), 2, 2)), np.empty((2, len(pairs)))
     for i, (k, contact) in enumerate(pairs):
-        both = [curve for curve in curves[k : k + 2] if curve]
+        flight_curves = [curve for curve in curves[k : k + 2] if curve]
         # The covariance V = L L^T of a and h stands for two independent errors, the columns of L.
-        for j, curve in enumerate(both):
+        for j, curve in enumerate(flight_curves):
             slopes[:, i, j] = contact.slopes[:, j] @ np.linalg.cholesky(curve.covariance) * error
-        before, after = (_fit_curve(time, height, shifted_flight, curve.frames, curve) for curve in both)
+        before, after = (_fit_curve(time, height, shifted_flight, curve.frames, curve) for curve in flight_curves)
         shifted = _collision(before, after, contact.time, contact_time, unit_load_speed)
         changes[:, i] = (shifted.speed - contact.speed, shifted.epsilon - contact.epsilon) if gravity_ratio > 1 else 0.0
     # Columns of the Jacobian matrices: two errors of each flight, so that contact k has 2 k to 2 k + 3, four in all.
@@ -402,10 +402,12 @@ def _parabolic_runs(time: FloatArray, height: FloatArray, noise: float) -> list[
         # error of the fitted parabola is still a few times that of a frame.
         while (j := run.frames.stop) < len(time):
             ahead = slice(j, j + max((j - i) // 2, 1))
-            good = run.is_near(time[ahead], height[ahead], noise)
-            if not good[0]:
+            is_near = run.is_near(time[ahead], height[ahead], noise)
+            if not is_near[0]:
                 break
-            run = _Parabola.fit(time, height, slice(i, j + (len(good) if good.all() else int(np.argmin(good)))))
+            run = _Parabola.fit(
+                time, height, slice(i, j + (len(is_near) if is_near.all() else int(np.argmin(is_near))))
+            )
         runs.append(run)
         i = run.frames.stop - 1  # the frame of a contact may belong to both flights
     return runs
@@ -526,11 +528,11 @@ def _grow_curve(
     i, j, curve = max(inner.start, low), min(inner.stop, high), None
     while j - i > 2:  # a curve has two constants, a and h: two frames are on every curve
         curve = _fit_curve(time, height, flight, slice(i, j), curve)
-        off, variance = curve.residuals(time[low:high], height[low:high])
-        good = np.abs(off) <= _OFF * noise * np.sqrt(np.maximum(variance, 1.0))
+        residuals, variance = curve.residuals(time[low:high], height[low:high])
+        is_near = np.abs(residuals) <= _OFF * noise * np.sqrt(np.maximum(variance, 1.0))
         # It grows by half its length at a time, as far as the fit predicts well, and by two frames at least.
         step = max((j - i) // 2, 2)
-        before, after = good[: max(i - low, 0)][::-1], good[max(j - low, 0) :]
+        before, after = is_near[: max(i - low, 0)][::-1], is_near[max(j - low, 0) :]
         left, right = (min(step, len(side) if side.all() else int(np.argmin(side))) for side in (before, after))
         if not left and not right:
             return curve
@@ -580,10 +582,10 @@ def _accelerations(
             distance, speed, _ = curve.flight.fall(t - a)
             slopes = np.stack([s * speed, np.ones_like(t), -distance])
             covariance = np.linalg.pinv(slopes @ slopes.T)
-            off = y - h + s * distance
-            a, h, s = np.array([a, h, s]) + covariance @ slopes @ off
+            residuals = y - h + s * distance
+            a, h, s = np.array([a, h, s]) + covariance @ slopes @ residuals
         # Each flight takes three degrees of freedom from its frames: a, h and s.
-        squares, degrees = squares + float(off @ off), degrees + len(t) - 3
+        squares, degrees = squares + float(residuals @ residuals), degrees + len(t) - 3
         ends = labels[curve.frames.start], labels[curve.frames.stop - 1]
         g = curve.flight.gravity
         flights.append(FreeFlight(*ends, float(s * g), g * math.sqrt(covariance[2, 2])))
@@ -654,8 +656,11 @@ def _without_epsilon(
             "after": any(abs(time[frames.start] - time[m]) <= gap for frames in flights),
         }
         if height[m] <= level or any(sides.values()):
-            missing = " and ".join(side for side, has_flight in sides.items() if not has_flight)
+            sides_without_flight = " and ".join(side for side, has_flight in sides.items() if not has_flight)
             left_out.append(
-                (labels[m], f"no free flight of {FEWEST} frames or more {missing or 'that meets another'} it")
+                (
+                    labels[m],
+                    f"no free flight of {FEWEST} frames or more {sides_without_flight or 'that meets another'} it",
+                )
             )
     return left_out

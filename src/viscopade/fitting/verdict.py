@@ -131,8 +131,8 @@ def judge(fits: Sequence[LawFit]) -> Verdict:
     constant eps and nu = 1 are worse by `CLEAR` or more. If eps scatters more than its standard errors under every
     law, the laws are compared with this scatter. `fits` are those of `compare_laws`.
     """
-    main, others = fits[0], {fit.model.name: fit for fit in fits[1:]}
-    number, free = len(main.points), others.get("free exponent")
+    main, fits_by_name = fits[0], {fit.model.name: fit for fit in fits[1:]}
+    number, free_exponent = len(main.points), fits_by_name.get("free exponent")
     # Complete errors that no law explains: judge again with a scatter besides them.
     # chdtrc(d, x): the probability that chi^2 with d degrees of freedom exceeds x.
     if main.points.errors_complete and all(special.chdtrc(fit.degrees, fit.chi2) < _POOR for fit in fits):
@@ -145,20 +145,20 @@ def judge(fits: Sequence[LawFit]) -> Verdict:
         word: Word = "holds with a limit" if with_scatter.word == "holds" else with_scatter.word
         return replace(with_scatter, word=word, reasons=(text, *with_scatter.reasons))
     # Whether the interval of p (parameter 1) reaches the theory's 1/5: if so, the free exponent is no rival.
-    low, high = (THEORY, THEORY) if free is None else free.interval(_LEVEL, 1)
+    low, high = (THEORY, THEORY) if free_exponent is None else free_exponent.interval(_LEVEL, 1)
     agrees_with_theory = low - _SLACK <= THEORY <= high + _SLACK
     trend: tuple[str, ...] = ()
-    if free is not None:
+    if free_exponent is not None:
         # Two digits: the interval is rarely narrower than 0.01. _LEVEL in per cent.
-        span = f"p = {free.exponent:.2g}, from {low:.2g} to {high:.2g} ({100 * _LEVEL:.0f} %)"
+        span = f"p = {free_exponent.exponent:.2g}, from {low:.2g} to {high:.2g} ({100 * _LEVEL:.0f} %)"
         trend = (f"1 - eps ~ v^p at small v with {span}; theory: {THEORY:g}",)
-    best = min((fit for fit in fits if fit is not free or not agrees_with_theory), key=lambda fit: fit.aic)
+    best = min((fit for fit in fits if fit is not free_exponent or not agrees_with_theory), key=lambda fit: fit.aic)
     # Akaike's criteria: a better law refutes this one.
     ahead = main.aic - best.aic
     if ahead > CLEAR:
         return Verdict("does not hold", (f"{_law_in_words(best)} fits better: its AIC is less by {ahead:.1f}", *trend))
     # It holds if both named rivals are worse by `CLEAR`.
-    rivals = [fit for name, fit in others.items() if name in ("constant", "hunt-crossley")]
+    rivals = [fit for name, fit in fits_by_name.items() if name in ("constant", "hunt-crossley")]
     not_excluded = [fit for fit in rivals if not fit.aic - main.aic >= CLEAR]
     if number >= FEWEST and not not_excluded:
         if agrees_with_theory:

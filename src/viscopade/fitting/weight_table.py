@@ -71,10 +71,10 @@ def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
 
     Beyond the table weight is assumed to change eps by the same factor as at its largest kappa.
     """
-    k, place, stays = _place(kappa, load)
+    k, place, stays_down = _place(kappa, load)
     # eps^2 = 1 - kappa D, with the D of the nearest kappa k in the table
     squares = 1 - np.minimum(kappa, k) * np.exp(_table().loss(np.log(k), place))
-    rebound = np.sqrt(np.where(stays, 0.0, np.maximum(squares, 0.0)))
+    rebound = np.sqrt(np.where(stays_down, 0.0, np.maximum(squares, 0.0)))
     # Beyond: eps(kappa, G) = eps(k, G) eps(kappa, 0)/eps(k, 0), without weight at v* = kappa^(1/2)
     beyond = kappa > k
     return (
@@ -117,9 +117,9 @@ def kappa_from(target: FloatArray, load: FloatArray) -> FloatArray:
         # A new point between a and b; the root then lies between the new a and b, and c is the point given up.
         x = a + t * (b - a)
         fx = epsilon(x, load) - target
-        same = (fx > 0) == (fa > 0)
-        c, fc = np.where(same, (a, fa), (b, fb))
-        b, fb = np.where(same, (b, fb), (a, fa))
+        same_sign = (fx > 0) == (fa > 0)
+        c, fc = np.where(same_sign, (a, fa), (b, fb))
+        b, fb = np.where(same_sign, (b, fb), (a, fa))
         a, fa = x, fx
         with np.errstate(all="ignore"):
             # The relative tolerance of a, as a share of the interval; 1/2 if the interval is as small.

@@ -129,15 +129,15 @@ class Candidate:
             # The error of eps that is certain: the rounding of the exact eps is taken off.
             eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
             eps_of_kernel = self.epsilon(pair, v_star)
-            off = np.maximum(np.abs(eps_of_kernel - eps) - NOISE * eps, 0.0)
+            deviations = np.maximum(np.abs(eps_of_kernel - eps) - NOISE * eps, 0.0)
             # The error of eps that makes 1 in this measure.
             scale = tolerance.in_eps(measure, eps, loss)
             if measure == "dissipation":
                 # |eps_k^2 - eps^2|/(1 - eps^2) = |eps_k - eps| (eps_k + eps)/((1 - eps) (1 + eps)): not to first order,
                 # as the errors of constants are large.
                 scale = loss * (1 + eps) / (eps_of_kernel + eps)
-            i = int(np.argmax(off / scale))
-            return float(off[i] / scale[i]), float(v_star[i]), encounter.name
+            i = int(np.argmax(deviations / scale))
+            return float(deviations[i] / scale[i]), float(v_star[i]), encounter.name
 
         return max(largest_error(i, encounter) for i, encounter in enumerate(encounters))
 
@@ -202,13 +202,13 @@ def weighted_operations(kernel: Kernel, result: str, encounter: Encounter) -> in
     # The branch that a typical impact takes: beta = v*^2 at the speed 1.
     function, v_star = kernel.function(result), float(encounter.pair.v_star(encounter.speeds.typical))
     inputs = {"v_star": v_star, "speed": 1.0, "beta": v_star**2}
-    taken = taken_branch(kernel, result, *(inputs[name] for name in function.arguments))
+    branch_number = taken_branch(kernel, result, *(inputs[name] for name in function.arguments))
     # Operations of this branch with their costs; a sum or a product, whose name is its sign, costs 1.
-    branch = function.branches[taken]
+    branch = function.branches[branch_number]
     counts = expressions.operations((*function.start, *branch.program), branch.results[function.result])
     count = sum(number * _COSTS.get(name, not name.isidentifier()) for name, number in counts.items())
     # Outside its first branch a kernel of the speed may call another one.
-    called = kernel.fallback if taken > 0 else None
+    called = kernel.elsewhere if branch_number > 0 else None
     return count + (0 if called is None else weighted_operations(called, "epsilon", encounter))
 
 
@@ -371,8 +371,8 @@ def too_rough(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
         tolerance.errors_of(last_division, span.epsilon) for span in ranges(scene, encounters)
     )
     for name in tolerance.failing(errors, scene.tolerance):
-        off = at_most(errors[name]) if errors[name] < tolerance.HOPELESS else "any size"
-        error = f"{tolerance.MEASURES[name]} of {off}, more than {scene.tolerance.limits()[name]:g}"
+        size = at_most(errors[name]) if errors[name] < tolerance.HOPELESS else "any size"
+        error = f"{tolerance.MEASURES[name]} of {size}, more than {scene.tolerance.limits()[name]:g}"
         return f"quotients: one division in {arithmetic.form.name} may already cause a {error}"
     return None
 

@@ -134,7 +134,7 @@ def _sample_pair(choice: Choice, pair: int, size: int) -> tuple[Array, Array]:
     The first two collisions are those at the ends of both ranges.
     """
     encounter, scale = choice.encounters[pair], choice.scene.scale
-    kind = np.float32 if choice.scene.code.format == "float" else np.float64
+    number_type = np.float32 if choice.scene.code.format == "float" else np.float64
     random = np.random.default_rng((_SEED, pair)).random((2, size))
     random[:, :2] = [0, 1], [0, 1]  # the smallest speed and beta, and the largest
     # From the weakest to the strongest pair beta grows; both ends of both ranges are among the samples.
@@ -142,7 +142,7 @@ def _sample_pair(choice: Choice, pair: int, size: int) -> tuple[Array, Array]:
     betas = scale.beta(encounter.weakest.beta), scale.beta(encounter.strongest.beta)
     # Numbers whose logarithms are uniform; clip undoes the rounding of powers at the ends.
     speed, beta = (
-        np.clip(low * (high / low) ** x, low, high).astype(kind)
+        np.clip(low * (high / low) ** x, low, high).astype(number_type)
         for (low, high), x in zip((speeds, betas), random, strict=True)
     )
     return speed, beta
@@ -158,8 +158,12 @@ def _compare(choice: Choice, sample: Collisions, how: str, results: FloatArray) 
     """
     # 1 - eps^2 = (1 - eps) (1 + eps), which does not cancel.
     eps, dissipation = sample.eps, sample.loss * (1 + sample.eps)
-    off = np.abs(results[0] - eps)
-    deviations = {"epsilon": off / eps, "dissipation": np.abs(results[1] - dissipation) / dissipation, "absolute": off}
+    deviation = np.abs(results[0] - eps)
+    deviations = {
+        "epsilon": deviation / eps,
+        "dissipation": np.abs(results[1] - dissipation) / dissipation,
+        "absolute": deviation,
+    }
     errors = {name: float(np.nan_to_num(values, nan=np.inf).max()) for name, values in deviations.items()}
     limits, proven = choice.scene.tolerance.limits(), choice.chosen.errors
     # The other errors must meet twice the file's bounds, because mathematical libraries may round differently from what

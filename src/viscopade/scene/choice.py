@@ -78,12 +78,12 @@ def choose(scene: Scene) -> Choice:
     for i in track(range(len(encounters)), "pairs"):
         encounters[i].epsilon  # noqa: B018  computed here, with a progress bar, and cached
     offers = sorted(candidates(scene, encounters), key=lambda offer: offer.rank)
-    enough = [offer for offer in offers if not offer.failing]
-    if not enough:
+    within_tolerance = [offer for offer in offers if not offer.failing]
+    if not within_tolerance:
         raise _no_kernel(scene, encounters, offers)
     # Of the kernels within the tolerance, those that cost hardly more than the cheapest count as equal. Of these the
     # one with the smallest table wins, then one for all speeds, which is no quotient for the scene, then the cheapest.
-    as_cheap = [offer for offer in enough if offer.cost <= AS_CHEAP * enough[0].cost]
+    as_cheap = [offer for offer in within_tolerance if offer.cost <= AS_CHEAP * within_tolerance[0].cost]
     chosen = min(as_cheap, key=lambda offer: (offer.kernel.bytes, offer.degrees is not None, offer.rank))
     # What the answer says besides: limits of the model, uncertainty, weight, and a smaller table if this one is large.
     warnings = [text for encounter in encounters for text in model_limits.warnings(scene, encounter)]
@@ -91,7 +91,7 @@ def choose(scene: Scene) -> Choice:
     for effect in filter(None, map(model_limits.weight, encounters)):
         notes.append(effect.note)
         warnings += [] if effect.warning is None else [effect.warning]
-    smaller = [offer for offer in enough if offer.kernel.bytes < chosen.kernel.bytes]
+    smaller = [offer for offer in within_tolerance if offer.kernel.bytes < chosen.kernel.bytes]
     if chosen.kernel.bytes > LARGE and smaller:
         size, cost = smaller[0].kernel.bytes, smaller[0].cost
         # The scene's key admits integers from 1 on.
@@ -131,8 +131,8 @@ def _reasons(
     if chosen.degrees is not None:
         fit = fewer_operations(chosen)
         if fit is not None:
-            off = f"{fit.error:.3g} min(eps, 1 - eps)"
-            texts.append(f"the best quotient with fewer operations, {fit.label}, has an error of {off} (sampled)")
+            error = f"{fit.error:.3g} min(eps, 1 - eps)"
+            texts.append(f"the best quotient with fewer operations, {fit.label}, has an error of {error} (sampled)")
     # Cheaper kernels, by cost and then by size (the first two of a rank), that fail and that meet the tolerance
     cheaper = [offer for offer in offers if offer.rank[:2] < chosen.rank[:2]]
     failing, meeting = ([offer for offer in cheaper if bool(offer.failing) == fails] for fails in (True, False))
@@ -159,8 +159,8 @@ def _failure(scene: Scene, encounters: Sequence[Encounter], candidate: Candidate
     """
     name = excess(candidate.errors, scene.tolerance)[1]
     limit = scene.tolerance.limits()[name]
-    off, v_star, pair = candidate.sampled(encounters, name)
-    if off > limit:
-        return f"{candidate.label}: {MEASURES[name]} {off:.3g} at v* = {v_star:.4g} ({pair}), more than {limit:g}"
+    error, v_star, pair = candidate.sampled(encounters, name)
+    if error > limit:
+        return f"{candidate.label}: {MEASURES[name]} {error:.3g} at v* = {v_star:.4g} ({pair}), more than {limit:g}"
     bound = at_most(candidate.errors[name])
     return f"{candidate.label}: {MEASURES[name]} is proven to be at most {bound}, which is more than {limit:g}"

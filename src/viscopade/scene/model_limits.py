@@ -39,11 +39,11 @@ def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
     pair, fastest = encounter.pair, encounter.speeds.fastest
     # Assumptions on the two bodies alone; before them, the one on a third body that may arrive during a contact.
     texts = [*limits.violations(pair, fastest, strongest=encounter.strongest, yield_strength=yield_strength)]
-    free = mean_free_time(scene, encounter)
-    if free is not None and (share := encounter.contact_time / free) > LONGEST_CONTACT:
+    free_time = mean_free_time(scene, encounter)
+    if free_time is not None and (share := encounter.contact_time / free_time) > LONGEST_CONTACT:
         texts.insert(
             0,
-            f"contacts last {share:.2g} of the mean free time ({free:.2g} s), more than {LONGEST_CONTACT:g}: "
+            f"contacts last {share:.2g} of the mean free time ({free_time:.2g} s), more than {LONGEST_CONTACT:g}: "
             "instantaneous collisions of two bodies are not a good model",
         )
     yield from (f"{encounter.name}: {text}" for text in texts)

@@ -502,6 +502,6 @@ def _units(node: Node | None) -> tuple[Units, Scale]:
     """Return the units of generated files, [units], and their sizes in SI units; those that are not there are SI."""
     # Name of a unit's dimension (length, mass, time) -> the unit's name and its size
     si = vars(Units())
-    parts = {} if node is None else dict(node.only(*si).parts())
-    units = {name: factor(parts[name], name) if name in parts else (unit, 1.0) for name, unit in si.items()}
+    unit_nodes = {} if node is None else dict(node.only(*si).parts())
+    units = {name: factor(unit_nodes[name], name) if name in unit_nodes else (unit, 1.0) for name, unit in si.items()}
     return Units(*(name for name, _ in units.values())), Scale(*(size for _, size in units.values()))

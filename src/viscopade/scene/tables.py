@@ -68,9 +68,9 @@ def sentences(choice: Choice) -> Iterator[str]:
     yield from error_sentences(choice)
     yield choice.against_cheaper
     for encounter in choice.encounters:
-        free = mean_free_time(choice.scene, encounter)
-        if free is not None:
-            yield f"{encounter.name}: the mean free time is about {free:.3g} s."
+        free_time = mean_free_time(choice.scene, encounter)
+        if free_time is not None:
+            yield f"{encounter.name}: the mean free time is about {free_time:.3g} s."
     yield from (f"{text}." for text in choice.notes)
     yield from (f"Warning: {text}." for text in choice.warnings)
 
