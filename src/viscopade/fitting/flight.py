@@ -95,7 +95,8 @@ class Flight:
         if self.terminal_speed < math.inf:
             arsinh_bound = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 300.0)
             speed = np.maximum(speed, self.terminal_speed * np.sinh(arsinh_bound))
-        # The duration is a concave function of the speed: Newton's method rises to the root, and ends at round-off.
+        # The duration is a concave function of the speed: Newton's method rises to the root, and ends at
+        # round-off: 1e-15 is nine times 2^-53.
         for _ in range(_STEPS):
             last_speed, speed = speed, speed + (duration - self.duration(speed)) * self.launch_slope(speed)
             if np.all(np.abs(speed - last_speed) <= 1e-15 * speed):

@@ -111,7 +111,7 @@ class Model:
         return 1 if self.exponent is not None else 2
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=16)  # laws: a fit compares four, and those that the user adds
 def _shape(law: Law) -> Shape:
     """Return the function eps = E(kappa) of a law without load."""
     if law == VISCOELASTIC:

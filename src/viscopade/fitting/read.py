@@ -740,6 +740,7 @@ def _successive(reader: _Reader) -> list[Sequel]:
 
 def _points_of_heights(reader: _Reader) -> Points:
     """Return the points of drops and rebounds, after checks that heights fall, as those of one body do."""
+    # A column of heights may be of independent drops; several columns may be in another order.
     drops = _successive(reader)
     advice = bounces.INDEPENDENT if reader.form.needed == ("height",) else bounces.ORDER
     for drop in drops:

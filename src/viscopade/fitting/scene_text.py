@@ -47,7 +47,7 @@ def scene_text(fit: DampingFit, sphere: Sphere, wall: bool, command: str, title:
             f"beta is {fit.beta:.3g} +- {fit.beta_standard_error:.2g}, eps is {epsilon:.6g} +- {error:.2g}: "
             "expected beta > 0 and a standard error of eps < 1, for a scene"
         )
-    # A small 1 - eps keeps its digits only if it is written as such.
+    # A small 1 - eps keeps its digits only if it is written as such, a small eps only as eps: write the smaller one.
     measured_value = f"epsilon = {epsilon!r}" if epsilon <= 0.5 else f"one_minus_epsilon = {loss!r}"
     partner = ', partner = "wall"' if wall else ""
     # One digit of a tolerance is enough; below 1e-12 no kernel in double precision meets it.

@@ -108,7 +108,7 @@ def kappa_from(target: FloatArray, load: FloatArray) -> FloatArray:
     """Return the kappa that gives each eps (`target`) at each load; 0 for an eps of 1 or more, and infinite for 0."""
     # The root lies between a and b. Weight increases the loss, so kappa is at most the one without weight, v*^2 (1 %
     # more, against its round-off). Below the table 1 - eps^2 = kappa D with D <= 1/LEAST, so kappa >= (1 - eps^2) LEAST
-    # (and half of it). Between, Chandrupatla's method (1997; Scherer, Computational Physics, section 6.1.7).
+    # (and half of it). Between, Chandrupatla's method (1997).
     inside = np.clip(target, 1e-300, 1.0)  # an eps of 0 has no finite v*; the last line gives it infinity
     a, b = (1 - inside**2) * LEAST / 2, 1.01 * np.asarray(double.v_star_from(inside)) ** 2
     fa, fb, t = epsilon(a, load) - target, epsilon(b, load) - target, np.full_like(b, 0.5)  # t: first a bisection

@@ -157,6 +157,7 @@ def _failure(scene: Scene, encounters: Sequence[Encounter], candidate: Candidate
 
     It names an impact at which a sample exceeds the tolerance, or else the proven bound.
     """
+    # The measure in which the tolerance is exceeded most
     name = excess(candidate.errors, scene.tolerance)[1]
     limit = scene.tolerance.limits()[name]
     error, v_star, pair = candidate.sampled(encounters, name)
