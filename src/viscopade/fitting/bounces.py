@@ -32,7 +32,7 @@ _SETTLED = 1e-12  # relative change that ends an iteration: a few thousand round
 _LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
 
 HEARING = 1e-3
-"""Standard error in seconds that `audible_bounces` assumes for instants: a detector's window is about as long."""
+"""Standard error in seconds that `audible_bounces` assumes for instants, chosen by hand for recorded sounds."""
 # Costs are squares of deviations in standard errors, as chi^2 is. The four numbers were chosen together by hand, with
 # simulated series of eight bounces: with them 95 % of the eps between three recorded bounces are found, and at most 1 %
 # of the series have a wrong eps for eps of 0.8 and 0.9, 3 % for 0.7 (tests/fitting/test_bounces.py).

@@ -156,7 +156,7 @@ _COMMON_UNIT = re.compile(
 _SEPARATORS = re.compile(r"\s*[/,]\s*|\s+in\s+|[\s_.]+")  # also "v..cm.s." of R
 _JOINED = re.compile(r"^(d|u(?![hy])|s(?![hy]|e(?![a-z])))(v|e|eps|cor|h|y)(?![^\W_])", re.I)  # dv is of v, se of any
 # Characters and words of a header that is taken apart, at most: a longer text is a sentence, and each end of it is
-# tried as a unit. Chosen by hand: "standard deviation of the velocity before impact (cm/s)" has 56 characters.
+# tried as a unit. Chosen by hand: "standard deviation of the velocity before impact (cm/s)" has 55 characters.
 _LONGEST, _MOST_WORDS = 80, 12
 _LONG_WORD = 4  # characters of a unit without a sign in it, at most: "measured" is no unit, "cms" and "inch" are
 

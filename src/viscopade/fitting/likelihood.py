@@ -234,9 +234,9 @@ class LawFit:
         """
         if self.points.errors_complete or not self._measured.any():
             return None
-        # Values of s around the root mean square of residuals and errors. Below a thousandth of it a scatter changes no
-        # error by more than 1e-6, and 0 stands for them all; at 30 times of it the likelihood of three points is 30^-2
-        # of the largest. Within these two bounds the limits are chosen by hand.
+        # Values of s around the root mean square of residuals and errors. Below a thousandth of it a scatter changes an
+        # error of this size by less than 1e-6, and 0 stands for them all. At 30 times of it the likelihood of three
+        # points is 30^-2 of the largest. Within these bounds the limits are chosen by hand.
         root = math.sqrt(float(np.mean(self.residuals**2)) + float(np.mean(self._measured[0])))
         grid = np.concatenate([[0.0], root * np.geomspace(1e-3, 30, _GRID)])
         fits = [self._refit_at_scatter(s) for s in grid.tolist()]
@@ -399,7 +399,7 @@ def fit_law(points: Points, model: Model, *, robust: bool = False) -> LawFit:
     ValueError
         If there are not more points than parameters, or all speeds are equal.
     """
-    # Two parameters at most, the law's and the scatter or p: three points leave one degree of freedom.
+    # A law has one or two parameters besides the scatter: three points leave a degree of freedom.
     if len(points) < 3:
         raise ValueError(f"there are {len(points)} points with a speed and an eps: expected 3 or more")
     # Speeds that agree to nine digits are one speed with round-off of its units: they tell nothing about a trend.

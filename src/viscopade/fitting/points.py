@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
-# Limits of standard errors of eps. Below 1e-10, round-off of eps is no longer negligible, and the covariance is nearly
-# singular. Above 1000 an error tells nothing: eps is 0 to 1. Both powers of ten were chosen by hand.
+# Limits of standard errors of eps. Below 1e-10, the fit itself, which is good to about 1e-12, is not much more
+# accurate. Above 1000 an error tells nothing: eps is 0 to 1. Both powers of ten were chosen by hand.
 _SIGMA = Accepted("a number from 1e-10 to 1000", lambda x: (x >= 1e-10) & (x <= 1000))
 _SIGMA_OR_0 = Accepted("0, or a number from 1e-10 to 1000", lambda x: (x == 0) | ((x >= 1e-10) & (x <= 1000)))
 _FINITE = Accepted("a finite number", np.isfinite)

@@ -46,7 +46,8 @@ _DIFFERENT = 3.0  # standard errors by which the acceleration differs from g bec
 # Least rise after a contact, in standard errors and as a fraction of the range of positions: less is noise, or the end
 # of a series of bounces, in which nothing can be measured.
 _CLEAR_ERRORS, _CLEAR_FRACTION = 8.0, 0.01
-# A contact may take 3.5 frames (one that lasts, and a blurred frame on each side), or 0.1 of the shorter flight.
+# The last frame of a flight and the first of the next are at most three frames apart, so that two lie between them
+# (3.5, for jitter), and besides that 0.1 of the shorter flight, for contacts that last.
 _GAP_FRAMES, _GAP_FRACTION = 3.5, 0.1
 _JITTER = 0.1  # of the time from frame to frame, besides its last digit: cameras are steadier, missing frames are whole
 _USUAL_EPSILON = 0.8  # a guess; contact times depend on it weakly, and shorter than a frame they matter little
