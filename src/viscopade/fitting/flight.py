@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,14 @@ _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
 _POSITIVE_OR_INFINITE = Accepted("a number > 0, or inf", lambda x: x > 0)
 _STEPS = 60  # of Newton's method, at most: a guard, because it needs up to five for any duration (measured)
 _STEEPEST = 1.55  # g t/v_t, at most, of a rising body: tan is infinite at pi/2 = 1.571, and 48 v_t are faster than any
+
+
+class Fall(NamedTuple):
+    """The distance from the apex of a flight, the speed and the acceleration, both downward."""
+
+    distance: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
 
 
 @dataclass(frozen=True)
@@ -140,14 +149,14 @@ class Flight:
         growth = np.exp(self._fallen(height))
         return np.asarray(self.gravity * growth / self.launch_to(height))
 
-    def fall(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the distance from the apex, the speed downward and the acceleration downward at times since the apex.
+    def fall(self, time: FloatArray) -> Fall:
+        """Return the distance from the apex, the speed and the acceleration at times since the apex.
 
         Before it, times and speeds are negative.
         """
         g, v = self.gravity, self.terminal_speed
         if v == math.inf:
-            return g * time**2 / 2, g * time, np.full_like(time, g)
+            return Fall(g * time**2 / 2, g * time, np.full_like(time, g))
         # With s = g t/v_t, in units of v_t^2/g and v_t: rising, the distance is -ln cos s, the speed tan s; falling,
         # ln cosh s, tanh s. ln cosh s = ln(exp(s) + exp(-s)) - ln 2 does not overflow as logaddexp.
         s = np.maximum(g * time / v, -_STEEPEST)
@@ -155,7 +164,7 @@ class Flight:
         distance = np.where(s < 0, -np.log(np.cos(rising)), np.logaddexp(s, -s) - math.log(2))
         speed = np.where(s < 0, np.tan(rising), np.tanh(s))
         # a = g (1 - v |v|/v_t^2)
-        return v * v / g * distance, v * speed, g * (1 - speed * np.abs(speed))
+        return Fall(v * v / g * distance, v * speed, g * (1 - speed * np.abs(speed)))
 
     def _fallen(self, height: FloatArray) -> FloatArray:
         """Return 2 g h/v_t^2, at most 600: from this height on, a body lands at v_t to the last digit.

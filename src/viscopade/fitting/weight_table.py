@@ -71,10 +71,11 @@ def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
 
     Beyond the table weight is assumed to change eps by the same factor as at its largest kappa.
     """
-    k, place, stays_down = _place(kappa, load)
+    place = _place(kappa, load)
+    k = place.kappa
     # eps^2 = 1 - kappa D, with the D of the nearest kappa k in the table
-    squares = 1 - np.minimum(kappa, k) * np.exp(_table().loss(np.log(k), place))
-    rebound = np.sqrt(np.where(stays_down, 0.0, np.maximum(squares, 0.0)))
+    squares = 1 - np.minimum(kappa, k) * np.exp(_table().loss(np.log(k), place.arcsine))
+    rebound = np.sqrt(np.where(place.stays_down, 0.0, np.maximum(squares, 0.0)))
     # Beyond: eps(kappa, G) = eps(k, G) eps(kappa, 0)/eps(k, 0), without weight at v* = kappa^(1/2)
     beyond = kappa > k
     return (
@@ -86,8 +87,8 @@ def epsilon(kappa: FloatArray, load: FloatArray) -> FloatArray:
 
 def duration(kappa: FloatArray, load: FloatArray) -> FloatArray:
     """Return the scaled time tau_c during which the force acts; for a sphere that stays down, its value at G_s."""
-    k, place, _ = _place(kappa, load)
-    return _table().duration(np.log(k), place)
+    place = _place(kappa, load)
+    return _table().duration(np.log(place.kappa), place.arcsine)
 
 
 def return_time(kappa: FloatArray, load: FloatArray) -> FloatArray:
@@ -137,15 +138,23 @@ def kappa_from(target: FloatArray, load: FloatArray) -> FloatArray:
     return np.where(target <= 0, math.inf, a)
 
 
-def _place(kappa: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
-    """Return the kappa in the table, arcsin (G/G_s)^(1/2), and whether the sphere stays down, G >= G_s.
+class _Place(NamedTuple):
+    """A place in the table: kappa, arcsin (G/G_s)^(1/2), and whether the sphere stays down, G >= G_s."""
+
+    kappa: FloatArray
+    arcsine: FloatArray
+    stays_down: npt.NDArray[np.bool_]
+
+
+def _place(kappa: FloatArray, load: FloatArray) -> _Place:
+    """Return the place in the table of each kappa, or of the nearest one in it, and each load G.
 
     Equally spaced nodes of this arcsine are dense near both ends, G = 0 and G = G_s, as Chebyshev's are: splines of
     high degree are good there, too.
     """
     k, load = np.broadcast_arrays(np.clip(kappa, LEAST, LARGEST), load)
     load_over_sticking = load / np.exp(_table().sticking(np.log(k)))
-    return k, np.arcsin(np.sqrt(np.minimum(load_over_sticking, 1.0))), load_over_sticking >= 1
+    return _Place(k, np.arcsin(np.sqrt(np.minimum(load_over_sticking, 1.0))), load_over_sticking >= 1)
 
 
 @cache
@@ -238,16 +247,16 @@ def _series(state: FloatArray, kappa: FloatArray, load: FloatArray) -> FloatArra
     `state` has the rows p, v, t and L at the start of the step, and `load` is G.
     """
     # Seven series: the four of the state, and the products p^2, p^4 and p^2 v.
-    p, v, t, lost, p2, p4, p2v = np.zeros((7, _ORDER + 1, len(kappa)))
-    p[0], v[0], t[0], lost[0] = state
+    p, v, t, loss, p2, p4, p2v = np.zeros((7, _ORDER + 1, len(kappa)))
+    p[0], v[0], t[0], loss[0] = state
     for i in range(_ORDER):
         # Orders i + 1 from the orders up to i: p' = v, t' = 2 p, L' = 4 p^2 v^2, v' = 2 (p (G - p^3) - kappa p^2 v).
         # The coefficient of order i + 1 is that of the derivative, of order i, over i + 1.
         p2[i] = _product_term(p, p, i)
         p4[i], p2v[i] = _product_term(p2, p2, i), _product_term(p2, v, i)
-        p[i + 1], t[i + 1], lost[i + 1] = v[i] / (i + 1), 2 * p[i] / (i + 1), 4 * _product_term(p2v, v, i) / (i + 1)
+        p[i + 1], t[i + 1], loss[i + 1] = v[i] / (i + 1), 2 * p[i] / (i + 1), 4 * _product_term(p2v, v, i) / (i + 1)
         v[i + 1] = 2 * (load * p[i] - p4[i] - kappa * p2v[i]) / (i + 1)
-    return np.swapaxes([p, v, t, lost], 0, 1)
+    return np.swapaxes([p, v, t, loss], 0, 1)
 
 
 def _product_term(f: FloatArray, g: FloatArray, i: int) -> FloatArray:
