@@ -59,7 +59,7 @@ SIMULATORS: Mapping[str, tuple[str, ...]] = {
 }
 """Names, which are those of the modules except for `SEVERAL`, and the targets for which `viscopade simulators` writes
 each one's text."""
-TARGETS = tuple(target for own in SIMULATORS.values() for target in own)
+TARGETS = tuple(target for targets in SIMULATORS.values() for target in targets)
 SEVERAL = {
     **dict.fromkeys(("physx", "bullet", "jolt", "box2d"), "impulse"),
     **dict.fromkeys(("ode", "gazebo", "bepu"), "soft"),
@@ -88,7 +88,7 @@ TYPED = ("lammps", "liggghts", "yade", "mercurydpm")
 
 
 def simulator_of(name: str) -> Simulator:
-    """Return the simulator of a name.
+    """Return the simulator called `name`, a key of `SIMULATORS`; its module is imported here.
 
     Raises
     ------
@@ -97,16 +97,17 @@ def simulator_of(name: str) -> Simulator:
     """
     if name not in SIMULATORS:
         raise ValueError(f"program is {name!r}: expected {', '.join(SIMULATORS)}")
+    # A module of several simulators has them by name in SIMULATORS; any other has its one in SIMULATOR.
     module = import_module(f"{__name__}.{SEVERAL.get(name, name)}")
-    found: Simulator = module.SIMULATORS[name] if name in SEVERAL else module.SIMULATOR
-    return found
+    simulator: Simulator = module.SIMULATORS[name] if name in SEVERAL else module.SIMULATOR
+    return simulator
 
 
 def simulators() -> tuple[Simulator, ...]:
-    """Return all simulators."""
+    """Return all simulators, in the order of `SIMULATORS`."""
     return tuple(map(simulator_of, SIMULATORS))
 
 
 def simulator_with(target: str) -> Simulator:
-    """Return the simulator that has a target."""
-    return simulator_of(next(name for name, own in SIMULATORS.items() if target in own))
+    """Return the simulator that has the target, such as "rebound-c" for REBOUND."""
+    return simulator_of(next(name for name, targets in SIMULATORS.items() if target in targets))

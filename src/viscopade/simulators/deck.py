@@ -31,6 +31,7 @@ class Size(NamedTuple):
     mass: float
 
 
+# A mark of contacts with a plane that gravity does not meet along its normal.
 INCLINED = "on an inclined plane only the part of the weight along its normal presses"
 
 
@@ -59,7 +60,7 @@ class DeckContact:
     marks : tuple of str
         What a reader of the row has to know, such as "mixed from the lines of each type" or "geom on a jointed body".
     lines_with : callable
-        From texts of parameters, by name, to the lines of this file that give them.
+        From texts of parameters, by name, to the lines of this file that have them.
     """
 
     name: str
@@ -124,7 +125,7 @@ class Deck:
 
 @dataclass(frozen=True)
 class DeckOptions:
-    """What options say of a deck, beside its file.
+    """What the command line says of a deck, beside its file.
 
     Attributes
     ----------

@@ -21,11 +21,12 @@ class Answer(NamedTuple):
     Attributes
     ----------
     collision : SampledCollision or None
-        That without weight, with its range over the phases of a time step; None if `reason` says why there is none.
+        The collision without weight, with its range over the phases of a time step; None if `reason` says why not.
     falling : SampledCollision or None
-        That with weight; None for bodies that both fall, or without gravity.
+        The collision with weight; None for bodies that both fall, or without gravity.
     contact_time : float or None
-        That of the undamped contact; None for an impulse, or if the bodies do not part without damping.
+        Duration of the undamped contact, in the unit of the file; None for an impulse, or if the bodies do not part
+        without damping.
     sticking_speed : float or None
         Speed below which adhering bodies stay together.
     depth : float
@@ -90,10 +91,12 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
     speed : float
         Impact speed, in the units of the file.
     epsilon : float, optional
-        The wanted eps, > 0 and < 1.
+        The eps for which each row says what to write instead, > 0 and < 1.
     """
     native, units = deck.program.native, deck.units
     assert native is not None
+    # A unit of the file is `units.metres` metres long. So the SI unit is 1/`units.metres` units of the file, and
+    # `to_si` makes SI numbers of those of the file.
     to_si = FileUnits(metres=1 / units.metres, kilograms=1 / units.kilograms, seconds=1 / units.seconds)
 
     # Types, sizes and runs of a file have many equal collisions: each is computed once.
@@ -106,18 +109,21 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
 
     @cache
     def answer(settings: tuple[tuple[str, str], ...], impact: Impact) -> Answer:
-        whole = delivery(native, dict(settings), impact.in_units(to_si), epsilon, weight_is_known=True)
-        collision, falling = whole.collision, None
+        """Return what the settings of a contact, names and texts, give for an impact in the units of the file."""
+        result = delivery(native, dict(settings), impact.in_units(to_si), epsilon, weight_is_known=True)
+        collision, falling = result.collision, None
+        # With gravity the collision is that of a body that falls; without it, it is computed once more.
         if impact.gravity:
             light = replace(impact, gravity=0.0).in_units(to_si)
             falling, collision = collision, delivery(native, dict(settings), light, weight_is_known=True).collision
-        # LIGGGHTS's parameters are in SI units, whatever the units of its file are.
-        time = None if whole.contact_time is None else whole.contact_time * whole.units.seconds / units.seconds
-        sticking_speed = whole.sticking and whole.sticking.speed
-        depth = whole.collision.depth * whole.units.metres / units.metres
-        return Answer(collision, falling, time, sticking_speed, depth, whole.instead, whole.warnings)
+        # Results are in the units of the program's parameters. Those of LIGGGHTS are SI units, whatever the units of
+        # its file are.
+        time = None if result.contact_time is None else result.contact_time * result.units.seconds / units.seconds
+        sticking_speed = result.sticking and result.sticking.speed
+        depth = result.collision.depth * result.units.metres / units.metres
+        return Answer(collision, falling, time, sticking_speed, depth, result.instead, result.warnings)
 
-    # A contact without a number, or without sizes, has one row.
+    # A contact without a number, or without sizes, has one row, with two bodies of which nothing is known.
     unknown: tuple[tuple[Size | None, Size | None], ...] = ((None, None),)
     pairs = [
         (i, contact, sizes)
@@ -125,6 +131,7 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
         for contact in run.contacts
         for sizes in (unknown if contact.reason else contact.sizes or unknown)
     ]
+    # Of each run: its rows by all that decides them.
     tables: list[dict[object, DeckRow]] = [{} for _ in deck.runs]
     for number in track(range(len(pairs)), "contacts"):
         i, contact, sizes = pairs[number]
@@ -139,20 +146,21 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
             result = answer(settings, impact)
         except ValueError as error:
             impact, result = Impact(speed), Answer(reason=str(error))
-        # The radii of bodies say their masses, too.
+        # Spheres that overlap by more than the smaller radius have no contact in the sense of any law.
         sphere_radii = [size.radius for size in bodies if size.radius is not None]
         if sphere_radii and result.depth > min(sphere_radii):
             result = result._replace(warnings=(*result.warnings, TOO_DEEP))
+        # The radii of bodies say their masses, too: they name the row if eps depends on either.
         radii = () if impact.mass is impact.radius is None else (*sphere_radii,)
         # Sizes on which eps does not depend make one row.
         key = (contact.name, settings, radii, impact, result.reason)
         tables[i].setdefault(key, DeckRow(run, contact, radii, impact, result))
 
     # The first run has all rows, and a later one those that the run before it does not have.
-    runs_before = [{}, *tables[:-1]]
+    previous_tables = [{}, *tables[:-1]]
     return [
         row
-        for table, before in zip(tables, runs_before, strict=True)
+        for table, previous in zip(tables, previous_tables, strict=True)
         for key, row in table.items()
-        if key not in before
+        if key not in previous
     ]

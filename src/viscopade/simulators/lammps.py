@@ -64,7 +64,6 @@ from viscopade.simulators.formula import (
     viscoelastic_formula,
 )
 from viscopade.simulators.input_file import (
-    LONG,
     WAY_OUT,
     Row,
     damping_per_mass,
@@ -84,6 +83,9 @@ _LAW = f"{_FRICTIONLESS} damping viscoelastic limit_damping"
 STYLE = f"hertz/material {{E}} {{eta_n0}} {{nu}} {_LAW}"
 """The words after the types in pair_coeff, and after `granular` in fix wall/gran, with `HertzMaterial` in braces."""
 _WALL = f'fix wall all wall/gran granular {STYLE} zplane 0.0 NULL  # for "zplane 0.0 NULL" put your wall'
+# Times the stated time step, of which 100 are in a contact. If LAMMPS's own default step is longer, less than 10 are in
+# a contact, and the text warns.
+_TOO_LONG = 10
 DEFAULT_STEPS = {"lj": 0.005, "si": 1e-8, "cgs": 1e-8, "micro": 2.0, "nano": 0.00045}
 """Time steps of scripts without `timestep`, by units (the manual's page on timestep; the tests ask the program)."""
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
@@ -204,7 +206,7 @@ def _values(setup: Setup) -> dict[str, Any]:
         **steps,
         **lines,
         "default": f"{default:g}",
-        "is_long": default > LONG * float(steps["timestep"]),
+        "is_long": default > _TOO_LONG * float(steps["timestep"]),
         "contacts": [
             template_contact(
                 contact,

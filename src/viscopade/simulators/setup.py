@@ -30,7 +30,8 @@ class Units:
         return f"({self.time}/{self.length})^(1/5)"
 
     def time_text(self, time: float) -> str:
-        """Return a time as an option has it; in seconds with a prefix, "2 ms" instead of "0.002 s"."""
+        """Return a time, in this unit of time, as an option has it: "2 ms" instead of "0.002 s", "0.5 tau" as it is."""
+        # Six digits; of seconds the largest prefix that leaves a number >= 1, and ns for shorter times.
         if self.time != "s":
             return f"{time:.6g} {self.time}"
         name, unit = next((prefix for prefix in _PREFIXES if time >= prefix[1]), _PREFIXES[-1])
@@ -38,7 +39,7 @@ class Units:
 
 
 SI = Units()
-_PREFIXES = (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))
+_PREFIXES = (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))  # units of time, from the longest on, in seconds
 NO_WEIGHT = "Weight does not change eps when both bodies fall"
 
 
@@ -75,6 +76,8 @@ class NamedContact:
     gravity: float = EARTH
 
     def __post_init__(self) -> None:
+        """Refuse speeds that are not in order, and a wall as the first body."""
+        # NaN fails the comparison, too.
         if not 0 < self.slowest <= self.typical <= self.fastest < math.inf:
             raise ValueError(
                 f"speeds of {self.name} are {self.slowest!r}, {self.typical!r} and {self.fastest!r}: "
@@ -118,7 +121,7 @@ class Setup:
     notes : tuple of str
         Sentences on the uncertainty of the damping and on classes of sizes, without their full stops.
     weighty : bool
-        Whether gravity was asked for: then eps at the typical speed is that of a body that falls.
+        Whether the user has set gravity: then eps at the typical speed is that of a body that falls.
     radii : mapping of str to pair of float
         The least and the largest radius of bodies whose sizes are distributed.
 
@@ -138,6 +141,8 @@ class Setup:
     radii: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        """Refuse a setup without a contact, or with one of a body that is missing."""
+        # `bodies` has a Sphere, or a wall, by its name; each contact names two of them.
         if not self.contacts:
             raise ValueError("contacts is empty: expected at least one")
         for contact in self.contacts:
@@ -162,18 +167,23 @@ class Setup:
     @property
     def opening(self) -> list[str]:
         """The heading, and what weight does in the viscoelastic contact on which it acts most."""
-        falls = [contact for contact in self.contacts if contact.falls]
-        if not falls:
+        falling_contacts = [contact for contact in self.contacts if contact.falls]
+        if not falling_contacts:
             return [*self.heading, f"{NO_WEIGHT}."]
-        contact = max(falls, key=lambda contact: contact.falling.share(contact.slowest))
+        # `share` is g t_c/v, the part of the impact speed that gravity adds in an undamped contact; it falls with v.
+        contact = max(falling_contacts, key=lambda contact: contact.falling.share(contact.slowest))
+        # A note on what weight does at these speeds, and a sentence with eps, None where weight does not count.
         speeds = contact.slowest, contact.fastest
         note, fall = contact.falling.sentences(*speeds, self.units.speed, self.weighty)
-        name = f"{contact.name}, on which weight acts most" if len(falls) > 1 else contact.name
+        name = f"{contact.name}, on which weight acts most" if len(falling_contacts) > 1 else contact.name
         warning = "" if self.weighty else "Warning: "
         return [*self.heading, f"{name}: {note}.", *([] if fall is None else [f"{warning}{contact.name}: {fall}."])]
 
     def pairs(self) -> dict[frozenset[str], Pair]:
-        """Return the pair of every two bodies that can meet, by their names; of contacts those that they have."""
+        """Return the pair of every two bodies that can meet, a sphere and a sphere or wall, by the set of their names.
+
+        The pair of a contact, which may have a damping of its own, replaces that of its bodies.
+        """
         made = {frozenset((a, b)): Pair(self.bodies[a], self.bodies[b]) for a in self.spheres for b in self.bodies}
         return made | {frozenset((contact.first, contact.second)): contact.pair for contact in self.contacts}
 
@@ -190,7 +200,22 @@ def pair_setup(
     warnings: tuple[str, ...] = (),
     gravity: float | None = None,
 ) -> Setup:
-    """Return the setup of one pair at one speed, or over the speeds from a slowest to a fastest one, in SI units."""
+    """Return the setup of one pair of bodies, in SI units.
+
+    Parameters
+    ----------
+    pair : Pair
+        Two spheres, or a sphere and a wall.
+    speed : float
+        Typical impact speed, in m/s.
+    speeds : tuple of float, optional
+        Slowest and fastest impact, in m/s; `speed` alone by default.
+    warnings : tuple of str
+        Sentences on assumptions of the model that the contact violates.
+    gravity : float, optional
+        Acceleration of a body that falls, in m/s^2, if the user has set it; else sentences on weight take 9.81.
+    """
+    # Two equal spheres are one type of bodies.
     if pair.second.is_wall:
         bodies = {"ball": pair.first, "wall": pair.second}
     elif pair.first == pair.second:

@@ -25,9 +25,10 @@ class InputFile:
     code : str
         What follows the comment at the beginning.
     values : callable
-        From a `Setup` and options to what both templates have: "contacts", which are `input_file.template_contact`, and
-        other values. Besides these they have `setup`, `units`, `command` and the function `number`. A "setup" among the
-        values is that of the program, where its contacts are not those of the bodies. "types" are the rows of a table.
+        From a `Setup` and options to the values that both templates have, by name: "contacts", a list of dicts of
+        `input_file.template_contact`, "types", the rows of a table, and the program's own. Besides these the templates
+        have `setup`, `units`, `command` and the function `number`. A "setup" among the values is that of the program,
+        where its contacts are not those of the bodies.
     way_out : str
         What to do if eps is off for some sizes.
     """
@@ -55,9 +56,9 @@ class OwnLaw:
     per_speed : bool
         Whether the number is the parameter over the impact speed.
     per_mass : bool
-        Whether the stiffness is one over a mass, and the number is the parameter times the root of it.
+        Whether the stiffness is one over a mass, in 1/time^2, and the number is the parameter times its root.
     carried : float
-        The part of a weight that the contacts carry without a penetration.
+        The part of a weight, from 0 to 1, that the contacts carry without a penetration.
     """
 
     formula: str
@@ -83,11 +84,12 @@ class Simulator:
     version : str
         Version or commit of which the source was read.
     formulas : tuple of DampingFormula
-        From a wanted eps to its damping: rows of the audit.
+        The program's ways from a wanted eps to its damping: rows of the audit.
     texts : mapping
         Its text by target (`viscopade simulators`).
     lines : mapping
-        What the calculator writes: for a "pair" of like spheres, for a "wall", or for "any" bodies with this eps.
+        The line that the calculator writes, by "pair" (of like spheres), "wall" or "any" (bodies with this eps).
+        Numbers stand in braces.
     walls : bool
         Whether it has walls.
     native : Native or None
@@ -107,6 +109,7 @@ class Simulator:
     default_step: float | None = None
 
     def __post_init__(self) -> None:
+        """Refuse two formulas with one name."""
         if len({formula.name for formula in self.formulas}) < len(self.formulas):
             raise ValueError(f"two formulas of {self.title} have one name")
 
