@@ -30,7 +30,7 @@ from viscopade.simulators import lammps, lammps_spheres, liggghts
 from viscopade.simulators.deck import INCLINED, Deck, DeckContact, DeckOptions, DeckRun, Line, Size
 from viscopade.simulators.lammps import GranularLine, OtherModel, granular_line, type_range
 from viscopade.simulators.lammps_spheres import UNKNOWN, Spheres
-from viscopade.simulators.lammps_variables import Unsaid, Variables, commands
+from viscopade.simulators.lammps_variables import MissingValue, Variables, commands
 from viscopade.simulators.liggghts import MaterialLine, ModelLine, model_line
 
 _MOST_TYPES = 100  # with spheres
@@ -140,9 +140,11 @@ def line_settings(text: str) -> dict[str, str]:
     variables = Variables({})
     words = variables.words(command)
     try:
-        variables.require_said(*words)
-    except Unsaid as unsaid:
-        raise ValueError(f"{unsaid.args[0].partition(' (')[0]} is missing: expected a line without variables") from None
+        variables.require_values(*words)
+    except MissingValue as missing:
+        # The text ends with the option that says the value, in parentheses; here there is no such option.
+        name = missing.args[0].partition(" (")[0]
+        raise ValueError(f"{name} is missing: expected a line without variables") from None
     return contact_line(tuple(words)).settings
 
 
@@ -242,8 +244,8 @@ class _Reader:
         line = self.line
         try:
             yield
-        except Unsaid as unsaid:
-            self.missing.update(dict.fromkeys(unsaid.args))
+        except MissingValue as missing:
+            self.missing.update(dict.fromkeys(missing.args))
         except IndexError:
             raise ValueError(f"{line.file.name}:{line.number}: {name} has too few words") from None
         except (ValueError, ArithmeticError) as error:
@@ -255,7 +257,7 @@ class _Reader:
         self.variables.define(words[1], words[2], "".join(words[3:4]), self.line.number)
 
     def do_include(self, words: list[str]) -> None:
-        self.variables.require_said(words[1])
+        self.variables.require_values(words[1])
         self.read(self.file.parent / words[1])
 
     def do_label(self, words: list[str]) -> None:
@@ -336,7 +338,7 @@ class _Reader:
 
     def contact(self, words: Sequence[str]) -> AnyLine:
         """Return what the words of a line say of a contact; where a wall stands does not matter."""
-        self.variables.require_said(*itertools.takewhile(lambda word: word not in lammps.WALL_SHAPES, words))
+        self.variables.require_values(*itertools.takewhile(lambda word: word not in lammps.WALL_SHAPES, words))
         return contact_line(tuple(words))
 
     def do_pair_style(self, words: list[str]) -> None:
@@ -409,7 +411,7 @@ class _Reader:
         self.state.spheres.add(0)
 
     def do_read_data(self, words: list[str]) -> None:
-        self.variables.require_said(words[1])
+        self.variables.require_values(words[1])
         spheres, path = self.state.spheres, self.file.parent / words[1]
         text = files.content(path, "data of LAMMPS").decode("utf-8-sig", "replace") if path.exists() else ""
         if not text:
@@ -430,7 +432,7 @@ class _Reader:
         for keyword, word in itertools.pairwise(words[3:]):
             if keyword in lammps_spheres.SETTABLE:
                 value = None  # unless all atoms have one number
-                with suppress(Unsaid):
+                with suppress(MissingValue):
                     value = self.number(word)
                 spheres.set(keyword, value, types, (style, name), keeps_density=self.is_liggghts)
 
