@@ -1,4 +1,11 @@
-"""LAMMPS: an include file for `pair_style granular`.
+"""LAMMPS: an include file for `pair_style granular`, and the contacts of its input lines.
+
+    pair_style granular
+    pair_coeff 1 2 hertz/material 1e7 50 0.3 tangential linear_nohistory 0 0 damping viscoelastic limit_damping
+    fix floor all wall/gran granular hertz 1e6 20 tangential linear_nohistory 0 0 zplane 0 NULL
+
+The numbers after hertz/material are E (a pressure), the damping coefficient eta_n0 (1/(length time)) and nu; those
+after hertz are k_n = 4/3 E_eff (a pressure) and eta_n0.
 
 The correspondence, from the source of LAMMPS (src/GRANULAR of lammps/lammps, commits 58ee392 and 07b704c, which agree
 in this; the tests run the release of 22 Jul 2025). With the compression d, its rate d' and the contact radius
@@ -112,6 +119,7 @@ class HertzMaterial:
     @property
     def k_n(self) -> float:
         """The stiffness with which `hertz k_n eta_n0` is the same law, a pressure: 4/3 E_eff."""
+        # E_eff = E/(2 (1 - nu^2)) of two bodies of one material (and LAMMPS has the same for a wall)
         return self.E / (2 * (1 - self.nu) * (1 + self.nu)) * (4 / 3)
 
     @property
@@ -141,6 +149,7 @@ def hertz_material(pair: Pair) -> HertzMaterial:
     >>> hertz_material(Pair(Sphere(radius=1e-3, **glass), Sphere(radius=2e-3, **glass))).style.split()[:4]
     ['hertz/material', '70000000000', '80214091.3183153', '0.25']
     """
+    # E = 2 (1 - nu^2) E_eff: from E and nu LAMMPS makes the pair's E_eff again.
     nu = _common_poisson_ratio(pair.first, pair.second)
     return HertzMaterial(E=2 * (1 - nu) * (1 + nu) * pair.E_eff, eta_n0=damping_per_mass(pair), nu=nu)
 
@@ -153,14 +162,19 @@ def _common_poisson_ratio(first: Sphere, second: Sphere) -> float:
     """
     if first.poisson_ratio == second.poisson_ratio:
         return first.poisson_ratio
-    share = 1 / (1 + first.plane_strain_modulus / second.plane_strain_modulus)  # the first one's of D_1 + D_2
+    # The weight D_1/(D_1 + D_2); `plane_strain_modulus` is Y/(1 - nu^2) = 1/D.
+    share = 1 / (1 + first.plane_strain_modulus / second.plane_strain_modulus)
     return 1 - 1 / (share / (1 - first.poisson_ratio) + (1 - share) / (1 - second.poisson_ratio))
 
 
 def _constant_restitution(contact: NamedContact, setup: Setup) -> Row:
-    """Return the column with the number of `damping coeff_restitution`, which has one eps for all sizes and speeds."""
-    formula = SIMULATOR.formula("hertz, coeff_restitution, limit_damping")
-    wanted = Goal.from_contact(contact, setup.weighty)
+    """Return a column of the table of contacts: the number of `damping coeff_restitution` that gives a contact its eps.
+
+    It has one eps for all sizes and speeds. `contact` is one of `setup`. rho is the factor of d^(3/2) in Hertz' force,
+    4/3 E_eff sqrt(R_eff).
+    """
+    # `Wanted` is the eps that the contact must have, with weight if the user has set gravity.
+    formula, wanted = SIMULATOR.formula("hertz, coeff_restitution, limit_damping"), Wanted.of(contact, setup.weighty)
     try:
         constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
     except ValueError:
@@ -174,15 +188,18 @@ def _number(x: float) -> str:
 
 
 def _values(setup: Setup) -> dict[str, Any]:
-    """Return what the templates have; spheres become atom types in their order.
+    """Return the values of the templates, by name; the spheres of `setup` become atom types in their order.
 
     Pairs that are not among the contacts get their lines, too, from the bodies' own numbers.
     """
+    # A wall has a variable of LAMMPS, whose name has letters, digits and underscores only.
     spheres, walls = setup.spheres, [name for name, body in setup.bodies.items() if body.is_wall]
     variables = {wall: f"wall{number}_" + re.sub(r"[^A-Za-z0-9]", "_", wall) for number, wall in enumerate(walls, 1)}
     types, pairs = {name: number for number, name in enumerate(spheres, 1)}, setup.pairs()
 
     def line(first: str, second: str) -> str:
+        """Return the command for a sphere, `first`, and a sphere or wall, `second`, by their names."""
+        # A wall acts on one type alone: with several types each has a fix and a group of its own.
         style = hertz_material(pairs[frozenset((first, second))]).style
         if second in types:
             command = f"pair_coeff {types[first]} {types[second]} {style}"
@@ -200,6 +217,7 @@ def _values(setup: Setup) -> dict[str, Any]:
     for name, bodies in (("lines", type_pairs), ("wall_lines", wall_pairs)):
         lines[name] = [line(*pair) for pair in bodies if frozenset(pair) in meant]
         lines[f"other_{name}"] = [line(*pair) for pair in bodies if frozenset(pair) not in meant]
+    # The stated time step, and the default of scripts without one, in the units style that has these units.
     steps, style = time_step(setup), _STYLES.get((setup.units.length, setup.units.mass, setup.units.time))
     default = DEFAULT_STEPS[style or "lj"]
     return {
@@ -289,16 +307,18 @@ group viscopade_type{{ number }} type {{ number }}
 
 _SOURCE = "src/GRANULAR/gran_sub_mod_damping.cpp"
 _EPSILON, _E = ("1e-6", "1"), "coefficient of restitution"
-_POLYNOMIAL = ("4.8218", "-18.022", "27.467", "-22.348", "11.087", "-4.2783", "1.2728")
+# Marshall (2009), J. Comput. Phys. 228, 1541: alpha(e), coefficients of e^6, …, e^0, as in
+# `GranSubModDampingTsuji::init`.
+_MARSHALL = ("4.8218", "-18.022", "27.467", "-22.348", "11.087", "-4.2783", "1.2728")
 
 
 def marshall(e: Any) -> Any:
-    """Return Marshall's fit of Tsuji's alpha(e)."""
-    return mp.polyval([mp.mpf(c) for c in _POLYNOMIAL], e)
+    """Return Marshall's fit of Tsuji's alpha for eps = `e`: kappa if alpha is taken with the effective mass."""
+    return mp.polyval([mp.mpf(c) for c in _MARSHALL], e)
 
 
 def tsuji_fit(e: Any) -> Any:
-    """Return kappa by Marshall's fit, with Tsuji's mass."""
+    """Return kappa by Marshall's fit for eps = `e`: Tsuji's mass is not m_eff, which makes the factor sqrt(2)."""
     return mp.sqrt(2) * marshall(e)
 
 
@@ -311,7 +331,7 @@ UNITS = {
     "micro": native.FileUnits("um", "pg", "us", 1e-6, 1e-15, 1e-6),
     "nano": native.FileUnits("nm", "ag", "ns", 1e-9, 1e-21, 1e-9),
 }
-_OF_EPSILON: Mapping[str, tuple[Callable[[Any], Any], ...]] = {
+_KAPPA_FROM_EPSILON: Mapping[str, tuple[Callable[[Any], Any], ...]] = {
     "tsuji": (tsuji_fit,) * 2,
     "tsuji (22 Jul 2025)": (marshall,) * 2,
     "coeff_restitution": (linear_kappa, tsuji_kappa),
@@ -319,39 +339,46 @@ _OF_EPSILON: Mapping[str, tuple[Callable[[Any], Any], ...]] = {
 """Dampings that take an eps, and their kappa for hooke and hertz."""
 
 
-_OF_MATERIALS = ("hertz/material", *LAMMPS_NORMALS)
+_MATERIAL_MODELS = ("hertz/material", *LAMMPS_NORMALS)
 """Normal models with a modulus and a Poisson ratio."""
 
 
 def mixed_coefficients(normal: str, first: Sequence[float], second: Sequence[float]) -> tuple[float, ...]:
     """Return the coefficients of a normal model that LAMMPS makes of those of two types (`GranSubMod::mix_coeffs`).
 
-    They are the geometric means. Only the stiffness of hertz/material, dmt and jkr comes from both materials: E and nu
-    here are those of one material which is as stiff as the two together.
+    `first` and `second` are the coefficients of both types, in the order of the line: for hertz/material E, eta_n0, nu.
+    They become geometric means. Only the stiffness of hertz/material, dmt and jkr comes from both materials: the E and
+    nu that are returned are those of one material which is as stiff as the two together.
     """
-    means = [math.sqrt(one * other) for one, other in zip(first, second, strict=True)]
-    if normal in _OF_MATERIALS:
-        # 1/E_eff is the sum of (1 - nu^2)/E, and E = 2 (1 - nu^2) E_eff of equal materials.
+    means = [math.sqrt(x * y) for x, y in zip(first, second, strict=True)]
+    if normal in _MATERIAL_MODELS:
+        # 1/E_eff is the sum of (1 - nu^2)/E, and E = 2 (1 - nu^2) E_eff of equal materials; means[2] is their nu.
         E_eff = 1 / sum((1 - nu**2) / E for E, _, nu, *_ in (first, second))
         means[0] = 2 * (1 - means[2] ** 2) * E_eff
     return tuple(means)
 
 
 def _coefficients(values: native.Values) -> tuple[float, ...]:
-    """Return the coefficients of the contact of two types."""
+    """Return the coefficients of the normal model in the contact of two types, those of each mixed by LAMMPS's rule.
+
+    `values` are those of the user's file. They remember the mixture, for a sentence on it.
+    """
+    # `values["coefficients"]` has a tuple of numbers for each body.
     first, second = values["coefficients"]
     if first == second:
         return tuple(first)
     if len(first) != len(second):
         raise ValueError(f"coefficients is {len(first)} numbers and {len(second)}: expected as many for both types")
     mixed = mixed_coefficients(values["normal"], first, second)
-    rule = "the mixture" if values["normal"] in _OF_MATERIALS else "the geometric mean"
+    rule = "the mixture" if values["normal"] in _MATERIAL_MODELS else "the geometric mean"
     values.mixed["coefficients"] = native.Mixed(mixed, rule, "", (first, second), "GranSubMod::mix_coeffs")
     return mixed
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power | Contact:
-    """Return the force of a line of pair_coeff.
+    """Return the force of a line of pair_coeff: a `Power`, k d^a + c d^b d' of the compression d, or one with adhesion.
+
+    `values` are those of the user's file, `impact` has effective mass and radius in its units.
 
     Raises
     ------
@@ -359,42 +386,62 @@ def _force(values: native.Values, impact: native.Impact) -> native.Power | Conta
         If there are other coefficients than the normal model has, or one is not accepted.
     """
     normal, damping, numbers = values["normal"], values["damping"], _coefficients(values)
+    # The numbers that the normal model has, in words: hooke and hertz have two.
     words = {"hertz/material": "E, damping coefficient and nu"}.get(normal, "k_n and damping coefficient")
     if normal in LAMMPS_NORMALS:
         words = "E, damping coefficient, nu and gamma"
+    # "E, damping coefficient and nu" has one comma and three numbers.
     if len(numbers) != words.count(",") + 2:
         raise ValueError(f"coefficients is {len(numbers)} numbers: expected for {normal} {words}")
+    # A stiffness k > 0, nu up to 1/2 where there is one (the third number), and an eps from 0 to 1. A tuple without a
+    # third number is empty, and not larger than (0.5,).
     k, coefficient = numbers[:2]
     if (
         k <= 0
         or numbers[2:3] > (0.5,)
-        or (normal not in LAMMPS_NORMALS and damping in _OF_EPSILON and not 0 < coefficient <= 1)
+        or (normal not in LAMMPS_NORMALS and damping in _KAPPA_FROM_EPSILON and not 0 < coefficient <= 1)
     ):
         accepted = "a stiffness > 0, a nu up to 1/2 and for tsuji and coeff_restitution an eps > 0 and <= 1"
         raise ValueError(f"coefficients is {' '.join(f'{x:g}' for x in numbers)}: expected {accepted}")
+    # With adhesion: E_eff from k_n = 4/3 E_eff.
     if normal in LAMMPS_NORMALS:
         E_eff = HertzMaterial(k, coefficient, numbers[2]).k_n * (3 / 4)
         return lammps_contact(values, E_eff, coefficient, numbers[3], impact)
+    # The elastic force: k_n d of hooke, and k_n sqrt(R_eff) d^(3/2) of hertz with k_n = 4/3 E_eff of hertz/material.
     mass, hertz = impact.effective_mass, normal != "hooke"
     if normal == "hertz/material":
         k = HertzMaterial(k, coefficient, numbers[2]).k_n
     if hertz:
         k *= math.sqrt(impact.effective_radius)
-    if damping in _OF_EPSILON:
-        b, c = Fraction(int(hertz), 4), float(_OF_EPSILON[damping][hertz](mp.mpf(coefficient))) * math.sqrt(mass * k)
+    # The damping c d^b d'.
+    if damping in _KAPPA_FROM_EPSILON:
+        # c = kappa sqrt(m k) with b = 0 of the linear spring and b = 1/4 of Hertz': both have kappa = c/sqrt(m k).
+        b, c = (
+            Fraction(int(hertz), 4),
+            float(_KAPPA_FROM_EPSILON[damping][hertz](mp.mpf(coefficient))) * math.sqrt(mass * k),
+        )
     elif damping == "viscoelastic":
+        # eta_n0 m_eff sqrt(R_eff d) d'
         b, c = Fraction(1, 2), coefficient * mass * math.sqrt(impact.effective_radius)
     else:
+        # mass_velocity: eta_n0 m_eff d'; velocity: eta_n0 d'
         b, c = Fraction(0), coefficient * (mass if damping == "mass_velocity" else 1)
     law = Law(Fraction(3, 2) if hertz else 1, b, "force" if values["limit_damping"] == "yes" else "return")
     return native.Power(law, k, c)
 
 
 def _damped(values: native.Values, damping: float, impact: native.Impact) -> dict[str, tuple[tuple[float, ...], ...]]:
-    """Return the coefficients with another damping: an eps, or what makes kappa of the law; without adhesion."""
+    """Return the "coefficients" of both bodies whose damping is the number `damping`, as `Native.with_damping`.
+
+    It is -ln eps if the second coefficient is an eps, else kappa of the contact without adhesion. `values` are those of
+    the user's file; `impact` is in its units.
+    """
+    # Only the second coefficient changes: an eps > 1e-6, the least that the audit accepts, ...
     first, _, *rest = _coefficients(values)
-    if values["damping"] in _OF_EPSILON:
+    if values["damping"] in _KAPPA_FROM_EPSILON:
         return {"coefficients": ((first, max(math.exp(-damping), float(_EPSILON[0])), *rest),) * 2}
+    # ... or a damping coefficient, to which kappa is in proportion: so the contact with the coefficient 1 says which
+    # one.
     normal = "hertz/material" if values["normal"] in LAMMPS_NORMALS else values["normal"]
     one = _force(native.Values({**values, "normal": normal, "coefficients": ((first, 1.0, *rest[:1]),) * 2}), impact)
     assert isinstance(one, native.Power)
@@ -408,6 +455,7 @@ def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
 
 # Lines of an input: the words of a contact, and how LAMMPS mixes those of two types.
 
+# How many numbers each normal model has.
 _COEFFICIENTS = {"hooke": 2, "hertz": 2, "hertz/material": 3, "dmt": 4, "jkr": 4, "mdr": 6}
 _CLASSIC = {
     "hooke": ("hooke", "mass_velocity"),
@@ -425,14 +473,16 @@ _SUBMODELS: Mapping[str, Mapping[str, int]] = {
     "twisting": {"none": 0, "marshall": 0, "sds": 3},
     "heat": {"none": 0, "radius": 1, "area": 1},
 }
-"""Models by keyword, and how many coefficients each has."""
-_OF_NOW = "  # later spheres are not in it, and fall through: pour them into it"
+"""Models by keyword, and how many coefficients each has (`num_coeffs` in the constructors of src/GRANULAR)."""
+_LATER_SPHERES = "  # later spheres are not in it, and fall through: pour them into it"
+# Words from which on a line says where a wall is.
 WALL_SHAPES = ("xplane", "yplane", "zplane", "zcylinder", "region")
 
 
 # Names of commands, and beginnings of the names of fixes.
 
 _SIZES = ("units", "atom_style", "dimension", "create_box", "create_atoms", "read_data", "read_restart", "set", "clear")
+# Commands that decide a contact, its sizes, the time step or gravity; and beginnings of the names of such fixes.
 DECIDING = frozenset((*_SIZES, "timestep", "pair_style", "pair_coeff", "unfix", "run", "minimize"))
 DECIDING_FIXES = (
     *("gravity", "wall/gran", "mesh/surface", "mesh/gran", "property/global", "pour", "deposit", "insert/"),
@@ -448,6 +498,7 @@ WARNED_FIXES = {
     "multicontact": "it changes the force of a contact by those of its neighbours",
     "bond": "bonds add forces",
 }
+# Fixes and commands that change no eps: a reader of a deck says nothing of them.
 SILENT_FIXES = ("nve", "ave/", "print", "balance", "enforce2d", "property/atom", "heat/", "check/timestep", "halt")
 SILENT = frozenset(
     (
@@ -471,13 +522,15 @@ SILENT = frozenset(
 
 
 def decides(words: Sequence[str]) -> bool:
-    """Return whether a command decides a contact, its sizes, the time step or gravity."""
+    """Return whether a command, by its words, decides a contact, its sizes, the time step or gravity."""
+    # "fix ID GROUP STYLE …": the style is the fourth word.
     is_fix = words[0] == "fix" and len(words) > 3
     return words[0] in DECIDING or (is_fix and words[3].startswith(DECIDING_FIXES))
 
 
 def type_range(word: str) -> range:
     """Return the types that a word such as 1, *, 2* or 1*3 says."""
+    # Nine digits at most: 10^9, the end of a range without one, is above all of them.
     if not re.fullmatch(r"[0-9]{1,9}|[0-9]{0,9}[*][0-9]{0,9}", word):
         raise ValueError(f"the type is {word!r}: expected a number, or a range such as 1*3")
     low, star, high = word.partition("*")
@@ -511,24 +564,26 @@ class GranularLine(NamedTuple):
     @property
     def classic(self) -> tuple[str, str] | None:
         """Normal model and damping of a style gran/…; None for granular."""
+        # A style gran/… has its name and six numbers: kn kt gamman gammat xmu dampflag.
         normal = self.models["normal"]
         return _CLASSIC.get(normal[0].removeprefix("gran/")) if len(normal) == 7 else None
 
     @property
     def coefficients(self) -> tuple[str, ...]:
-        """The coefficients of the normal model."""
+        """The coefficients of the normal model; of a style gran/… they are kn and gamman, the first and the third."""
         numbers = self.models["normal"][1:]
         return (numbers[0], numbers[2]) if self.classic else numbers
 
     @property
     def settings(self) -> dict[str, str]:
-        """The parameters of the contact, but for the units.
+        """The texts of the parameters of `_NATIVE`, by name, except for the units.
 
         Raises
         ------
         OtherModel
             If it is not computed here.
         """
+        # A line without `damping` has viscoelastic damping (the manual's page on pair_style granular).
         normal = self.models["normal"][0]
         normal, damping = self.classic or (normal, self.models.get("damping", ("viscoelastic",))[0])
         for name, model in (("normal", normal), ("damping", damping)):
@@ -546,21 +601,24 @@ class GranularLine(NamedTuple):
         return tuple(itertools.dropwhile(lambda word: word not in WALL_SHAPES, self.tail))
 
     def between(self, first: int, second: int) -> GranularLine:
-        """Return a line pair_coeff of two types in place of one of a range of types."""
+        """Return the line pair_coeff of two types, words 1 and 2, in place of one of a range of types."""
         return self._replace(head=("pair_coeff", str(first), str(second), *self.head[3:]))
 
     def at_wall(self, number: int) -> GranularLine:
-        """Return a line fix wall/gran for one of several types, which needs a name and a group of its own."""
+        """Return the line fix wall/gran for the type `number` of several, which needs a name and a group of its own."""
+        # "fix NAME GROUP STYLE …"
         group, (_, name, _, *style) = f"viscopade_type{number}", self.head
         return self._replace(
-            head=("fix", f"{name}_type{number}", group, *style), before=(f"group {group} type {number}{_OF_NOW}",)
+            head=("fix", f"{name}_type{number}", group, *style),
+            before=(f"group {group} type {number}{_LATER_SPHERES}",),
         )
 
     def lines_with(self, settings: Mapping[str, str]) -> tuple[str, ...]:
-        """Return the line with other coefficients of the normal model; nothing without any."""
+        """Return the lines with other coefficients, a text in `settings`; none without such a text."""
         if "coefficients" not in settings:
             return ()
         normal, numbers = [*self.models["normal"]], settings["coefficients"].split()
+        # Word 0 is the name of the model. A style gran/… has kn and gamman in words 1 and 3.
         places = (1, 3) if self.classic else range(1, 1 + len(numbers))
         for place, number in zip(places, numbers, strict=True):
             normal[place] = number
@@ -569,23 +627,28 @@ class GranularLine(NamedTuple):
 
 
 def granular_line(words: Sequence[str], first: int) -> GranularLine:
-    """Return what the words of a line say, with the normal model, or the style gran/…, at the place `first`.
+    """Return what the words of a line say, with the normal model, or the style gran/…, at the index `first`.
 
     Raises
     ------
     ValueError
         If a word is not accepted.
     """
+    # The normal model, or an old style with the same name, which has six numbers: kn kt gamman gammat xmu dampflag.
     rest = [*words[first:]]
     name = rest[0].removeprefix("gran/") if rest else ""
     is_classic = name in _CLASSIC and words[first - 1] != "granular" and words[0] != "pair_coeff"
     count = 6 if is_classic else _COEFFICIENTS.get(name)
     if count is None:
         raise ValueError(f"{name!r} is no normal model: expected {', '.join(_COEFFICIENTS)}")
+    # Its numbers end at the next keyword.
     keywords = {*_SUBMODELS, *WALL_SHAPES, "limit_damping", "cutoff"}
     numbers = [*itertools.takewhile(lambda word: word not in keywords, rest[1 : count + 1])]
     if len(numbers) < count:
         raise ValueError(f"{name} has {len(numbers)} numbers: expected {count}")
+
+    # Then sub-models by keyword, each with as many words as `_SUBMODELS` says, and other words, up to the shape of a
+    # wall.
     models, tail = {"normal": tuple(rest[: count + 1])}, []
     rest = rest[count + 1 :]
     while rest and rest[0] not in WALL_SHAPES:
@@ -604,6 +667,8 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
         else:
             accepted = "limit_damping" if is_classic else f"{', '.join(_SUBMODELS)}, limit_damping, cutoff"
             raise ValueError(f"{keyword!r} is not known after {name}: expected {accepted}, {', '.join(WALL_SHAPES)}")
+
+    # Coefficients below 1e300: their products are doubles, as a rule.
     line = GranularLine(tuple(words[:first]), models, (*tail, *rest))
     for number in line.coefficients:
         arguments.exact_number(f"a coefficient of {name}", number, "a number >= 0", lambda x: 0 <= x < 10**300)
@@ -613,6 +678,7 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
 def mixture(first: GranularLine, second: GranularLine, types: tuple[int, int]) -> GranularLine:
     """Return the line that LAMMPS makes for two types that have none (`PairGranular::init_one`).
 
+    `first` and `second` are the lines of each type with itself, and `types` are their numbers.
     Those of the normal model are `mixed_coefficients`; all others are geometric means.
 
     Raises
@@ -620,19 +686,21 @@ def mixture(first: GranularLine, second: GranularLine, types: tuple[int, int]) -
     OtherModel
         If their models differ: LAMMPS does not start.
     """
+    # Sub-model by sub-model. Its first word is the name; NULL stands for a number that LAMMPS computes.
     models = {}
     for keyword in ("normal", "tangential", "damping", "rolling", "twisting", "heat"):
         default = ("viscoelastic" if keyword == "damping" else "none",)
-        one, other = first.models.get(keyword, default), second.models.get(keyword, default)
-        if one[0] != other[0]:
-            refusal = f"LAMMPS does not mix {one[0]} with {other[0]}"
+        first_words, second_words = first.models.get(keyword, default), second.models.get(keyword, default)
+        if first_words[0] != second_words[0]:
+            refusal = f"LAMMPS does not mix {first_words[0]} with {second_words[0]}"
             raise OtherModel(f"{refusal}: expected a line pair_coeff {types[0]} {types[1]}")
-        pairs = zip(one[1:], other[1:], strict=True)
+        pairs = zip(first_words[1:], second_words[1:], strict=True)
         means = ("NULL" if "NULL" in pair else _number(math.sqrt(float(pair[0]) * float(pair[1]))) for pair in pairs)
-        if one != ("none",):
-            models[keyword] = (one[0], *means)
+        if first_words != ("none",):
+            models[keyword] = (first_words[0], *means)
+    # A stiffness of hertz/material, dmt and jkr comes from both materials.
     name = models["normal"][0]
-    if name in _OF_MATERIALS:
+    if name in _MATERIAL_MODELS:
         numbers = mixed_coefficients(name, *(tuple(map(float, line.coefficients)) for line in (first, second)))
         models["normal"] = (name, *map(_number, numbers))
     limit = ("limit_damping",) if "limit_damping" in first.tail + second.tail else ()
@@ -640,12 +708,19 @@ def mixture(first: GranularLine, second: GranularLine, types: tuple[int, int]) -
 
 
 def gravity_direction(words: Sequence[str], number: Callable[[str], float], dimension: str) -> tuple[float, ...]:
-    """Return the direction of a line `fix … gravity G vector|chute|spherical …` (`FixGravity`)."""
+    """Return the direction of gravity, x y z of any length, of a line `fix … gravity G vector|chute|spherical …`.
+
+    `words` are those of the line, `number` returns the number that a word says, and `dimension` is "2" or "3".
+    """
+    # "fix ID GROUP gravity G STYLE ARGUMENTS": x y z of vector, one angle of chute, phi and theta of spherical, in
+    # degrees.
     style, *angles = words[5:9]
     if style == "vector":
         return tuple(map(number, angles))
+    # `FixGravity`: a chute at an angle is spherical with phi = 0 and theta = 180 - angle, so at 0 it points down (-z).
     phi, theta = (0.0, 180 - number(angles[0])) if style == "chute" else (number(angles[0]), number(angles[1]))
     phi, theta = math.radians(phi), math.radians(theta)
+    # In two dimensions y takes the place of z (`FixGravity::set_acceleration`).
     if dimension == "2":
         return math.sin(theta), math.cos(theta), 0.0
     return math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)
@@ -654,7 +729,12 @@ def gravity_direction(words: Sequence[str], number: Callable[[str], float], dime
 def wall_normal(
     words: Sequence[str], regions: Mapping[str, Sequence[str]], number: Callable[[str], float]
 ) -> tuple[float, ...] | None:
-    """Return the normal of the plane wall in the words of a line; None for other walls."""
+    """Return the normal of the plane wall in the words of a line, x y z of any length; None for other walls.
+
+    `regions` has the words of each region from its style on, and `number` returns the number that a word says.
+    """
+    # A shape such as zplane has the axis as its first letter. A region "plane PX PY PZ NX NY NZ" has its normal in the
+    # words 4 to 6.
     for shape, name in itertools.pairwise(words):
         if shape in ("xplane", "yplane", "zplane"):
             return tuple(float(shape[0] == axis) for axis in "xyz")
@@ -682,11 +762,14 @@ def wall_curvature(
         Whether there is a lattice, which scales regions without `units box`.
     """
     curved = "R_eff is that of the curved wall"
+    # zcylinder R: the particles are inside.
     if shape[0] == "zcylinder":
         return -2 * number(shape[1]), curved
     words = regions.get(shape[1], ("",)) if shape[0] == "region" else ("plane",)
     if words[0] in ("block", "plane", "prism"):
         return (0.0,)
+    # "cylinder AXIS C1 C2 R LO HI" and "sphere X Y Z R": the radius is word 4. The wall of a cylinder is curved in one
+    # direction only, so that LAMMPS doubles its radius.
     factor = {"cylinder": 2, "sphere": 1}.get(words[0])
     if factor is None or (is_scaled and "box" not in words):
         return 0.0, "R_eff is that of a plane, as the curvature of the wall is not computed"
@@ -705,7 +788,7 @@ _NATIVE = native.Native(
             per_body=True,
         ),
         native.Parameter(
-            "damping", default="viscoelastic", words=("velocity", "mass_velocity", "viscoelastic", *_OF_EPSILON)
+            "damping", default="viscoelastic", words=("velocity", "mass_velocity", "viscoelastic", *_KAPPA_FROM_EPSILON)
         ),
         native.Parameter("limit_damping", default="no", words=("no", "yes")),
         native.Parameter("units", default="lj", words=tuple(UNITS)),
