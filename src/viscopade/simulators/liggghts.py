@@ -1,5 +1,9 @@
 """LIGGGHTS: the exact viscoelastic law by `hertz/stiffness`, or a constant eps by `hertz`.
 
+    fix e all property/global coefficientRestitution peratomtypepair 2 0.9 0.5 0.5 0.3
+    pair_style gran model hertz tangential history limitForce on
+    fix floor all wall/gran model hertz tangential history primitive type 2 zplane 0 limitForce on
+
 Read in src of LIGGGHTS-PUBLIC 3.8.0 (CFDEMproject/LIGGGHTS-PUBLIC at commit 25fc396), with d the overlap, v_n the
 speed of compression, and E_eff, R_eff, m_eff as in `Pair` (at a wall R_eff and m_eff are the sphere's:
 `pair_gran_base.h`, `fix_wall_gran_base.h`):
@@ -58,50 +62,58 @@ from viscopade.simulators.own_law import Goal, OwnLawContact, Softness, best_row
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.simulator import InputFile, Simulator
 
-_LEAST_COEFFICIENT = "0.05"
+_LEAST_COEFFICIENT = "0.05"  # of coefficientRestitution, not accepted itself (`createCoeffRest`)
 
 
 def _shear_modulus(pair: Pair) -> float:
-    """Return Mindlin's effective shear modulus, a pressure."""
+    """Return Mindlin's effective shear modulus G_eff of a pair, a pressure."""
+    # 1/G_eff is the sum of (2 - nu)/G = 2 (2 - nu) (1 + nu)/Y, as G = Y/(2 (1 + nu))
     softness = (2 * (2 - body.poisson_ratio) * (1 + body.poisson_ratio) for body in (pair.first, pair.second))
     return 1 / sum(s / body.young_modulus for s, body in zip(softness, (pair.first, pair.second), strict=True))
 
 
 def _values(setup: Setup) -> dict[str, Any]:
-    """Return what the templates have; bodies become types in their order, walls too."""
+    """Return the values of the templates, by name; the bodies of `setup` become types in their order, walls too."""
     names = list(setup.bodies)
 
-    def matrix(of: Callable[[Pair], float]) -> str:
-        """Return a number for all ordered pairs of types, as `peratomtypepair` wants them; two walls have 0."""
-        values = {types: of(pair) for types, pair in setup.pairs().items()}
+    def matrix(number: Callable[[Pair], float]) -> str:
+        """Return the numbers of all ordered pairs of types, as `peratomtypepair` wants them; two walls have 0."""
+        values = {names_of_pair: number(pair) for names_of_pair, pair in setup.pairs().items()}
+        # First the number of types, then one row for each type.
         rows = (" ".join(program_number(values.get(frozenset((a, b)), 0)) for b in names) for a in names)
         return " &\n    ".join([str(len(names)), *rows])
 
-    switch, usual = _usual_law(setup)
+    # A sentence on the usual law, hertz, and its columns of the table of contacts.
+    usual_sentence, usual_columns = _usual_law(setup)
     return {
         **time_step(setup),
         "contacts": [
             template_contact(contact, setup, size_errors(contact, same_damping_per_mass(contact.pair)), row)
-            for contact, row in zip(setup.contacts, usual, strict=True)
+            for contact, row in zip(setup.contacts, usual_columns, strict=True)
         ],
         "types": type_rows(setup, "type", {name: f"{number} {name}" for number, name in enumerate(names, 1)}),
+        # n types have n (n + 1)/2 pairs.
         "all_meet": len(setup.contacts) == len(names) * (len(names) + 1) // 2,
+        # F = sqrt(R_eff d) (kn d + m_eff gamman v_n) with kn = 4/3 E_eff and gamman = 2 A E_eff/m_eff; kt is Mindlin's
+        # 8 G_eff. No friction is damped.
         "properties": {
             "kn": matrix(lambda pair: 4 / 3 * pair.E_eff),
             "gamman": matrix(damping_per_mass),
             "kt": matrix(lambda pair: 8 * _shear_modulus(pair)),
             "gammat": matrix(lambda pair: 0),
         },
-        "usual": switch,
+        "usual": usual_sentence,
     }
 
 
 def _usual_law(setup: Setup) -> tuple[str, list[Row]]:
-    """Return a sentence on the model `hertz` and a column of each contact.
+    """Return a sentence on the model `hertz`, with one eps for all speeds, and columns for each contact of `setup`.
 
     All contacts share the switch `limitForce`. It is off if one of them cannot have its eps with it.
     """
     weight = " (without weight)" if setup.weighty else ""
+    # `Wanted` is the eps that a contact must have, with weight if the user has set gravity. rho is the factor of
+    # d^(3/2) in Hertz' force. A contact that cannot have its eps raises a ValueError.
     for name, switch in (("hertz, limitForce on", "on"), ("hertz", "off")):
         try:
             contacts = [
@@ -158,21 +170,29 @@ _HERTZ, _HOOKE, _STIFFNESS = (f"src/normal_model_{name}.h" for name in ("hertz",
 
 
 def _force(values: native.Values, impact: native.Impact) -> native.Power:
-    """Return the force of a normal model."""
+    """Return the force k d^a + c d^b v_n of a normal model, with the overlap d and its rate v_n.
+
+    `values` are those of the user's file, `impact` has effective mass and radius, all in SI units.
+    """
     model, mass, radius = values["model"], impact.effective_mass, impact.effective_radius
     formula = SIMULATOR.formula(f"{model}, limitForce on" if values["limitForce"] == "on" else model)
+    # normal_model_hertz_stiffness.h: kn sqrt(R_eff) d^(3/2) + gamman m_eff sqrt(R_eff d) v_n
     if model == "hertz/stiffness":
         return native.Power(formula.law, values["kn"] * radius**0.5, values["gamman"] * mass * radius**0.5)
+    # Hertz: k d^(3/2) with k = 4/3 E_eff sqrt(R_eff)
     modulus = native.effective_modulus(values, values["youngsModulus"], values["poissonsRatio"], "createYeff")
     if model == "hertz":
         k = 4 / 3 * modulus * radius**0.5
     else:
-        whole = 16 / 15 * modulus * radius**0.5
-        k = whole * (mass * values["characteristicVelocity"] ** 2 / whole) ** 0.2
+        # hooke: k d with k = s (m V^2/s)^(1/5), s = 16/15 E_eff sqrt(R_eff) and the characteristic velocity V. At the
+        # speed V the spring stores as much energy at its largest overlap as Hertz' force at the same overlap.
+        s = 16 / 15 * modulus * radius**0.5
+        k = s * (mass * values["characteristicVelocity"] ** 2 / s) ** 0.2
+    # The damping is that of coefficientRestitution (see the head of this module).
     return native.power_force(formula, values[_E], k, mass)
 
 
-ONLY_THERE = re.compile(
+LIGGGHTS_COMMANDS = re.compile(
     r"^[ \t]*(?:pair_style\s+(?:hybrid\s.*)?gran\s|soft_particles\s"
     r"|fix\s.*\s(?:property/global|particletemplate/|insert/|mesh/|wall/gran\s+model|wall/gran/h))",
     re.MULTILINE,
@@ -202,13 +222,14 @@ class ModelLine(NamedTuple):
 
     @property
     def settings(self) -> dict[str, str]:
-        """The parameters that the line says; those of the materials stand in other lines.
+        """The texts of "model" and "limitForce"; the properties of the materials stand in other lines.
 
         Raises
         ------
         OtherModel
             If the contact is not computed here.
         """
+        # Options that change no eps have one of these words; the first one is the default.
         others = [f"model {self.model}"] if self.model not in PROPERTIES else []
         harmless_words = {"cohesion": ("off",), "surface": ("default",), "viscous": ("off",)}
         for name, words in harmless_words.items():
@@ -219,16 +240,15 @@ class ModelLine(NamedTuple):
 
 
 def model_line(words: Sequence[str], first: int) -> ModelLine:
-    """Return what a line says, with "model" at the place `first`, or an old style such as gran/hertz/history.
-
-    Numbers of an old style say whether there is damping along the surface, and whether there is cohesion.
-    """
+    """Return what the words of a line say; word `first` is "model", or a style such as gran/hertz/history."""
+    # Two numbers after such an old style say, by 0 or 1, whether there is damping along the surface, and cohesion.
     if words[first] != "model":
         model = words[first].removeprefix("wall/").removeprefix("gran/").removesuffix("/history")
         cohesive = [*words[first + 2 : first + 3]] == ["1"]
         return ModelLine(model, {"cohesion": "sjkr" if cohesive else "off"})
     if len(words) < first + 2:
         raise ValueError(f"the model is missing: expected {', '.join(PROPERTIES)}")
+    # "model NAME OPTION WORD OPTION WORD …", for a wall with other words between.
     names = "tangential", "cohesion", "surface", "rolling_friction", "limitForce", "viscous"
     rest = words[first + 2 :]
     return ModelLine(words[first + 1], {name: rest[i + 1] for i, name in enumerate(rest[:-1]) if name in names})
@@ -255,7 +275,10 @@ class MaterialLine(NamedTuple):
 
     @property
     def settings(self) -> dict[str, str]:
-        """The parameters of the contact; OtherModel if it is not computed here, or LIGGGHTS does not start."""
+        """The texts of the parameters of `_NATIVE`, in SI units; OtherModel if the contact is not computed here.
+
+        It is also raised if a property of the types is missing, with which LIGGGHTS does not start.
+        """
         settings = self.line.settings
         for name in PROPERTIES[self.line.model]:
             words = self.properties.get(name, ())
@@ -268,17 +291,18 @@ class MaterialLine(NamedTuple):
         return settings
 
     def lines_with(self, settings: Mapping[str, str]) -> tuple[str, ...]:
-        """Return the lines of properties with other numbers for both types, in both orders."""
+        """Return the lines of properties with other numbers of both types: `settings`, texts by name in SI units."""
         lines = []
         for name, text in settings.items():
             words = [*self.properties.get(name, ())]
+            # A matrix has the number of the types i and j twice, as i j and j i. Eight digits, as in other files.
             for place in (*_places(words, self.types), *_places(words, self.types[::-1])) if words else ():
                 words[place] = f"{float(text) / self._unit(name):.8g}"
             lines += [" ".join(words)] if words else []
         return tuple(lines)
 
     def _unit(self, name: str) -> float:
-        """Return the SI size of the unit that a property has in the file."""
+        """Return the size of the unit of a property in the file, in SI units: kg/(m s^2) of a modulus, for example."""
         metres, kilograms, seconds = self.units.metres, self.units.kilograms, self.units.seconds
         if name in ("youngsModulus", "kn"):
             return kilograms / metres / seconds**2
@@ -286,7 +310,10 @@ class MaterialLine(NamedTuple):
 
 
 def _places(words: Sequence[str], types: tuple[int, int]) -> list[int]:
-    """Return where a property has the numbers of two types: one number of the pair, or one of each."""
+    """Return the indices of the words of a property that are numbers of two types: one of the pair, or one of each."""
+    # fix ID GROUP property/global NAME peratomtype X1 X2 …        the number of type i is word 5 + i
+    # fix ID GROUP property/global NAME peratomtypepair N X11 …    that of i and j is word 6 + N (i - 1) + j
+    # fix ID GROUP property/global NAME scalar X                   one for all is word 6
     kind = words[5].removeprefix("per")
     if kind == "atomtype":
         return [5 + number for number in types]
@@ -299,14 +326,18 @@ def surfaces(words: Sequence[str], fixes: Mapping[str, Sequence[str]]) -> dict[s
     Parameters
     ----------
     words : sequence of str
+        Those of the line, from "fix" on.
     fixes : mapping of str to sequence of str
         Words of all fixes by name.
     """
+    # "primitive type N zplane …"
     if "primitive" in words:
         return {words[1]: int(words[words.index("primitive") + 2])}
     start = next((i for i, word in enumerate(words) if word in ("meshes", "mesh/gran")), None)
     if start is None:  # as of old
         return {words[1]: int(words[-1])}
+    # "mesh n_meshes M meshes NAME …" names fixes "fix NAME GROUP mesh/surface file FILE type N …". Of an old style
+    # "fix NAME GROUP mesh/gran FILE N …" the type N is word 5.
     meshes = {name: fixes[name] for name in words[start:] if name in fixes and fixes[name][3].startswith("mesh/")}
     return {name: int(mesh[mesh.index("type") + 1 if "type" in mesh else 5]) for name, mesh in meshes.items()}
 
