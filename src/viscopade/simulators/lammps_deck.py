@@ -33,8 +33,10 @@ from viscopade.simulators.lammps_spheres import UNKNOWN, Spheres
 from viscopade.simulators.lammps_variables import MissingValue, Variables, commands
 from viscopade.simulators.liggghts import MaterialLine, ModelLine, model_line
 
-_MOST_TYPES = 100  # with spheres
-_MOST_RUNS = 1000  # that differ
+# Limits, chosen by hand, for files that are hostile: types with spheres, of which 5050 pairs touch, and runs that
+# differ.
+_MOST_TYPES = 100
+_MOST_RUNS = 1000
 
 _ACCELERATED = re.compile("/(gpu|intel|kk|omp|opt)$")  # in names of styles, which compute the same
 _NO_STYLES = ("NULL", "limit_damping")  # words of a pair_style hybrid that are no names of sub-styles
@@ -51,6 +53,8 @@ class _Coefficients(NamedTuple):
 
 
 class _Fix(NamedTuple):
+    """A command fix: its line and words, and the contact with a wall; None if the fix is no wall."""
+
     line: Line
     words: list[str]
     contact: AnyLine | None
@@ -58,7 +62,12 @@ class _Fix(NamedTuple):
 
 @dataclass
 class _State:
-    """What the program has after a line; the command `clear` makes a new one."""
+    """What the program has after a line; the command `clear` makes a new one.
+
+    `styles` are the contacts of a pair_style by its name, or by the names of its sub-styles; None for one that is no
+    contact of spheres. `coefficients` are lines by the types of both bodies, and by the style for hybrid/overlay. A
+    group is the types that it has, or None if they are not known. A region is the words of its line from its style on.
+    """
 
     units: str = "lj"
     step: float | None = None
@@ -80,14 +89,15 @@ class _State:
         return {name: fix.words for name, fix in self.fixes.items()}
 
 
-def read_input(path: Path, said: DeckOptions) -> Deck:
+def read_input(path: Path, options: DeckOptions) -> Deck:
     """Return what an input of LAMMPS or LIGGGHTS says of its contacts.
 
     Parameters
     ----------
     path : Path
-    said : DeckOptions
-        A variable of it replaces all definitions in the file, and a radius or density all those of its type.
+    options : DeckOptions
+        What the command line says. A variable of it replaces all definitions in the file, and a radius or density all
+        those of its type.
 
     Raises
     ------
@@ -95,19 +105,23 @@ def read_input(path: Path, said: DeckOptions) -> Deck:
         If the file cannot be read, has a word or number that is not accepted, has no contact, or if what decides a
         contact depends on a command that is not run here. One line with file and number.
     """
-    reader = _Reader(path, said)
+    # Read all commands. A file without a run has its contacts at its end.
+    reader = _Reader(path, options)
     reader.read(path)
     types = dict[str, int]()
-    with reader.noting("run"):
+    with reader.errors_with_place("run"):
         if not reader.runs:
             reader.take_run(None)
-        types = {str(number): number for number in reader.numbers()}
+        types = {str(number): number for number in reader.types_with_spheres()}
         if reader.missing:  # a variable: with the sizes that are missing, too, the message has all
             for number in types.values():
                 reader.sizes(number)
-    names = ("variable", said.variables, reader.variables.names), ("type", {**said.radii, **said.densities}, types)
-    for kind, options, present in names:
-        for name in options:
+
+    # Options must be of variables and types that the file has; a message names at most ten of these.
+    type_names = {**options.radii, **options.densities}
+    names = ("variable", options.variables, reader.variables.names), ("type", type_names, types)
+    for kind, option_names, present in names:
+        for name in option_names:
             if name not in present:
                 raise ValueError(f"{path} has no {kind} {name}: expected {', '.join(sorted(present)[:10]) or 'none'}")
     if not reader.missing and not reader.runs:
@@ -118,11 +132,11 @@ def read_input(path: Path, said: DeckOptions) -> Deck:
 
 
 def line_settings(text: str) -> dict[str, str]:
-    """Return the parameters of the program's `Native` that one line of an input says, but for its units.
+    """Return the texts of parameters, by name, that the one line `text` of an input says, except for its units.
 
-    Lines of LAMMPS are `pair_coeff` and `fix … wall/gran granular …` of granular contacts, and `pair_style gran/…` and
-    `fix … wall/gran` with a style such as `hertz/history`; those of LIGGGHTS are `pair_style gran model …` and
-    `fix … wall/gran model …`, whose materials stand in other lines.
+    They are those of the `Native` of LAMMPS or LIGGGHTS. Lines of LAMMPS are `pair_coeff` and `fix … wall/gran granular
+    …` of granular contacts, and `pair_style gran/…` and `fix … wall/gran` with a style such as `hertz/history`; those
+    of LIGGGHTS are `pair_style gran model …` and `fix … wall/gran model …`, whose materials stand in other lines.
 
     Raises
     ------
@@ -148,6 +162,7 @@ def line_settings(text: str) -> dict[str, str]:
     return contact_line(tuple(words)).settings
 
 
+# Lines of one text are read once, such as in several runs of a file. 1000 is chosen by hand.
 @lru_cache(maxsize=1000)
 def contact_line(words: Sequence[str]) -> AnyLine:
     """Return what the words of a line say of a contact.
@@ -157,15 +172,20 @@ def contact_line(words: Sequence[str]) -> AnyLine:
     ValueError
         If it is no line that says what a contact is.
     """
+    # The functions take the index of the word at which the model begins. Styles "model …" and such as hertz/history
+    # with two numbers are those of LIGGGHTS.
     command = words[0] if words else ""
+    # "pair_coeff I J MODEL …"
     if command == "pair_coeff" and len(words) > 3:
         # A hybrid style has the name of its sub-style before the coefficients.
         return granular_line(words, 4 if words[3] == "granular" else 3)
     if command == "pair_style" and len(words) > 2 and words[1] == "gran":
         return model_line(words, 2)
     if command == "pair_style" and len(words) > 1 and words[1].startswith("gran/"):
-        # LIGGGHTS has one or two numbers here, LAMMPS six.
+        # "pair_style STYLE NUMBERS": LIGGGHTS has one or two numbers here, LAMMPS six, so more than seven words.
         return granular_line(words, 1) if len(words) > 7 else model_line(words, 1)
+    # "fix NAME GROUP wall/gran granular MODEL …" or "… wall/gran STYLE …"; LIGGGHTS has the style in the name of the
+    # fix, wall/gran/hertz/history, or the word model.
     if command == "fix" and len(words) > 4 and words[3].startswith("wall/gran"):
         if words[3] not in ("wall/gran", "wall/gran/region"):
             return model_line(words, 3)
@@ -175,33 +195,35 @@ def contact_line(words: Sequence[str]) -> AnyLine:
 
 
 class _Reader:
-    """The commands of a file: a method `do_…` takes the words of each."""
+    """The reader of a file: a method `do_…` takes the words of a command, its name among them, as word 0."""
 
-    def __init__(self, file: Path, said: DeckOptions) -> None:
-        self.file, self.said, self.state = file, said, _State()
-        self.variables = Variables(said.variables)
+    def __init__(self, file: Path, options: DeckOptions) -> None:
+        """Begin before the first line of `file`; `options` are those of the command line."""
+        self.file, self.options, self.state = file, options, _State()
+        self.variables = Variables(options.variables)
         self.number = self.variables.number
         self.line = Line(file, 0, "")
         self.open_files: list[Path] = []
         self.is_liggghts = self.has_ended = False
-        self.deciding: dict[str, str] = {}  # by variables: the line of a command that decides a contact
+        self.lines_by_variable: dict[str, str] = {}  # "line 5" of a command that decides a contact, by its variables
         self.labels: set[str] = set()
         self.jump: tuple[str, str] | None = None  # a label that is not passed yet, and where the jump stands
-        self.missing: dict[str, None] = {}
+        self.missing: dict[str, None] = {}  # what the file does not say, in words, each once
         self.warnings: dict[str, None] = {}
-        self.unread: dict[str, Line] = {}
-        self.changed = True  # since the last run
+        self.unread: dict[str, Line] = {}  # the first line of each kind of commands that are not read
+        self.contacts_changed = True  # since the last run
         self.gravity: list[_Fix] = []
-        self.last: object = None  # what the last run has
+        self.last_run: object = None  # time step, gravity and contacts of the last run
         self.runs: list[DeckRun] = []
 
     def read(self, path: Path) -> None:
-        """Read the commands of a file."""
+        """Read the commands of the file `path`, an included one too."""
         if path in self.open_files:
             raise ValueError(f"{path.name} includes itself")
         self.open_files.append(path)
         text = files.content(path, "an input of LAMMPS or LIGGGHTS").decode("utf-8-sig", "replace")
-        self.is_liggghts = self.is_liggghts or liggghts.ONLY_THERE.search(text) is not None
+        # One command that LAMMPS does not have makes it a file of LIGGGHTS.
+        self.is_liggghts = self.is_liggghts or liggghts.LIGGGHTS_COMMANDS.search(text) is not None
         for number, command in commands(text):
             self.line = Line(path, number, command)
             self.execute(command)
@@ -215,32 +237,36 @@ class _Reader:
         return f"{self.line.file.name}:{self.line.number}"
 
     def execute(self, text: str) -> None:
-        """Take a command."""
+        """Take the command `text`, which stands in `self.line`: call its method, or note that it is not read."""
+        # The first word decides; a line of no words is a comment.
         line, (name, *_) = self.line, text.split(None, 1) or ("#",)
         if name.startswith("#"):
             return
-        with self.noting(name):
+        with self.errors_with_place(name):
             name = self.variables.words(name)[0] if "$" in name else name
             method = getattr(self, f"do_{name}", None)
             if method is None:
                 if name not in lammps.SILENT:
                     self.unread.setdefault(name, line)
                 return
+            # Only the words of commands that are read are computed: others may have anything in them.
             words = self.variables.words(text)
             if name in ("pair_style", "pair_coeff", "fix"):
                 words = [_ACCELERATED.sub("", word) for word in words]
+            # The mark of a variable that nothing says (NUL) is printed as a question mark.
             self.line = line = line._replace(text=" ".join(words).replace("\0", "?"))
             decides = lammps.decides(words)
             if decides and self.jump is not None:
                 raise ValueError(f"the jump in {self.jump[1]}, which is not done here, decides whether {name} is read")
             method(words)
             if decides:
-                self.changed = self.changed or name not in ("run", "minimize")
-                self.deciding.update(dict.fromkeys(self.variables.used, f"line {line.number}"))
+                self.contacts_changed = self.contacts_changed or name not in ("run", "minimize")
+                self.lines_by_variable.update(dict.fromkeys(self.variables.used, f"line {line.number}"))
 
     @contextmanager
-    def noting(self, name: str) -> Iterator[None]:
-        """Note what a command needs and the file does not say; give errors the place of the command."""
+    def errors_with_place(self, name: str) -> Iterator[None]:
+        """Note what the command `name` needs and the file does not say; begin errors with the place of the command."""
+        # Methods take words by their index: one that is not there is too few words.
         line = self.line
         try:
             yield
@@ -272,13 +298,18 @@ class _Reader:
             self.jump = words[-1], self.place
 
     def do_next(self, words: list[str]) -> None:
+        """Forget the values of variables, which change here; refuse one that has decided a contact before."""
+        # "next NAME NAME …"; an option of the command line says a value for all of the file.
         self.unread.setdefault("next", self.line)
         for name in words[1:]:
-            if name in self.deciding and name not in self.said.variables:
-                raise ValueError(f"next changes {name} of {self.deciding[name]}: expected --variable {name}=VALUE")
+            if name in self.lines_by_variable and name not in self.options.variables:
+                place = self.lines_by_variable[name]
+                raise ValueError(f"next changes {name} of {place}: expected --variable {name}=VALUE")
             self.variables.define(name, "next", "", self.line.number)
 
     def do_if(self, words: list[str]) -> None:
+        """Take an if that is not computed: its variables have no value, and it must not decide a contact."""
+        # if "CONDITION" then "COMMAND" … else "COMMAND" …: each command is one word.
         self.unread.setdefault("if", self.line)
         for command in map(str.split, words[words.index("then") + 1 :]):
             if len(command) > 2 and command[0] == "variable":
@@ -324,9 +355,10 @@ class _Reader:
 
     def do_region(self, words: list[str]) -> None:
         self.state.regions[words[1]] = words[2:]
-        self.changed = True  # a wall may be there
+        self.contacts_changed = True  # a wall may be there
 
     def do_group(self, words: list[str]) -> None:
+        """Take `group NAME STYLE …`: the types that a group has, or None if the file does not say them."""
         name, style, rest = words[1], words[2], words[3:]
         # A second command adds to a group; None is a group of which nothing is known.
         before, types = self.state.groups.get(name, ()), None
@@ -342,6 +374,8 @@ class _Reader:
         return contact_line(tuple(words))
 
     def do_pair_style(self, words: list[str]) -> None:
+        """Take `pair_style STYLE …`: the contact that the style says itself, or those of its sub-styles."""
+        # The same style again keeps the lines pair_coeff (`Input::pair_style`); another one, or a hybrid one, does not.
         state, style = self.state, words[1]
         if style != state.pair_style or style.startswith("hybrid"):
             state.coefficients.clear()
@@ -352,6 +386,8 @@ class _Reader:
             names = (i for i in range(2, len(words)) if words[i][0].isalpha() and words[i] not in _NO_STYLES)
             starts = [i for i in names if "gran" not in words[2:i]]
         styles = [words[start] for start in starts]
+        # Each sub-style has the words from its start to the next one. The contact keeps those before and after it, so
+        # that the whole line can be written anew.
         for i, (start, end) in enumerate(zip(starts, [*starts[1:], len(words)], strict=False)):
             contact, name = None, words[start]
             if name.startswith("gran") and name != "granular":
@@ -362,11 +398,14 @@ class _Reader:
             state.styles[f"{name} {styles[: i + 1].count(name)}" if styles.count(name) > 1 else name] = contact
 
     def do_pair_coeff(self, words: list[str]) -> None:
+        """Take `pair_coeff I J …`: the contact of all types in the ranges I and J."""
+        # A hybrid style has the name of its sub-style in word 3, and its number in word 4 if there are several.
         state, first, second = self.state, type_range(words[1]), type_range(words[2])
         style = words[3] if state.pair_style.startswith("hybrid") else state.pair_style or "granular"
         style = " ".join(words[3:5]) if " ".join(words[3:5]) in state.styles else style
         if first.start > second.start and len(first) == len(second) == 1:
             first, second = second, first
+        # A number of a type says that there are as many types; an open range, or a hostile number, says nothing.
         for types in (first, second):
             state.spheres.types = max(state.spheres.types, types.stop - 1 if types.stop <= _MOST_TYPES else 0)
         contact = self.contact(words) if style == "granular" else state.styles.get(style)
@@ -375,6 +414,8 @@ class _Reader:
         state.coefficients[key] = _Coefficients(style, self.line, contact)
 
     def do_fix(self, words: list[str]) -> None:
+        """Take `fix NAME GROUP STYLE …`: gravity, walls, properties, and spheres that are inserted."""
+        # A fix replaces one of its name.
         name, style = words[1], words[3]
         self.state.fixes.pop(name, None)
         warning = next((text for beginning, text in lammps.WARNED_FIXES.items() if style.startswith(beginning)), None)
@@ -385,8 +426,9 @@ class _Reader:
             if style == "wall/gran" and words[4][0] in "0123456789." and self.state.pair_style.startswith("gran/"):
                 words = [*words[:4], self.state.pair_style.removeprefix("gran/"), *words[4:]]
             contact = self.contact(words) if style.startswith("wall/gran") else None
+            # "fix ID GROUP property/global NAME KIND NUMBERS": words that are no numbers are refused.
             for word in words[6:] if style == "property/global" else ():
-                self.number(word)  # refuses other words
+                self.number(word)
             self.state.fixes[name] = _Fix(self.line, words, contact)
             if style.startswith(("pour", "deposit", "insert/")):
                 for number, grain in lammps_spheres.inserted_grains(words, self.state.fix_words, self.number):
@@ -411,24 +453,29 @@ class _Reader:
         self.state.spheres.add(0)
 
     def do_read_data(self, words: list[str]) -> None:
+        """Take `read_data FILE …`: the number of types and the sizes of the spheres in a file beside the input."""
         self.variables.require_values(words[1])
         spheres, path = self.state.spheres, self.file.parent / words[1]
         text = files.content(path, "data of LAMMPS").decode("utf-8-sig", "replace") if path.exists() else ""
         if not text:
             self.warnings[f"read_data ({self.place}): there is no file {words[1]}"] = None
-        # Other styles have other columns.
+        # Atoms of other styles have other columns: then only the lines before them are read.
         is_sphere = self.state.atom_style in ("sphere", "granular")
         types, grains = lammps_spheres.data_grains(text if is_sphere else text.partition("Atoms")[0])
         spheres.types = max(spheres.types, types)
+        # Without sizes, all types have spheres of which nothing is known (type 0).
         for number in grains or (0,):
             spheres.add(number, *grains.get(number, ()))
 
     def do_set(self, words: list[str]) -> None:
+        """Take `set STYLE NAME KEYWORD VALUE …`: another radius, density or type of a type, a group or other atoms."""
+        # None: the types of the selection are not known.
         style, name = words[1:3]
         types = (type_range(name),) if style == "type" else self.state.groups.get(name) if style == "group" else None
         spheres = self.state.spheres
         if not spheres.grains:
             spheres.add(0)
+        # Keywords take different numbers of words: each word that is a keyword is read with the one after it.
         for keyword, word in itertools.pairwise(words[3:]):
             if keyword in lammps_spheres.SETTABLE:
                 value = None  # unless all atoms have one number
@@ -436,8 +483,15 @@ class _Reader:
                     value = self.number(word)
                 spheres.set(keyword, value, types, (style, name), keeps_density=self.is_liggghts)
 
-    def numbers(self) -> list[int]:
-        """Return the types that have spheres; all, but those of walls, if the file has no spheres."""
+    def types_with_spheres(self) -> list[int]:
+        """Return the numbers of types that have spheres; of a file without spheres all, except those of walls.
+
+        Raises
+        ------
+        ValueError
+            If there are more than `_MOST_TYPES`.
+        """
+        # A file that says no number of types has one. One type more than is accepted is enough to refuse a file.
         numbers = {number for number, grains in self.state.spheres.grains.items() if grains}
         if not numbers:
             numbers = {*range(1, min(max(self.state.spheres.types, 1), _MOST_TYPES + 1) + 1)}
@@ -449,36 +503,42 @@ class _Reader:
         return sorted(numbers)
 
     def sizes(self, number: int) -> list[Size]:
-        """Return the sizes of a type; what is missing is noted."""
+        """Return radius and mass of spheres of the type `number`, in units of the file; note what is missing."""
+        # Radius and density of each sphere, None if the file does not say it. Options replace them; they are in SI
+        # units.
         units, name, spheres = lammps.UNITS[self.state.units], str(number), self.state.spheres.sizes(number)
-        if name in self.said.radii:
-            spheres = [(radius / units.metres, spheres[0][1]) for radius in self.said.radii[name]]
-        if name in self.said.densities:
-            density = self.said.densities[name] * units.metres**3 / units.kilograms
+        if name in self.options.radii:
+            spheres = [(radius / units.metres, spheres[0][1]) for radius in self.options.radii[name]]
+        if name in self.options.densities:
+            density = self.options.densities[name] * units.metres**3 / units.kilograms
             spheres = [*dict.fromkeys((radius, density) for radius, _ in spheres)]
         for i, option in enumerate((f"radius {name}=0.5mm", f"density {name}=2500")):
             if any(sphere[i] is None for sphere in spheres):
                 self.missing[f"the {option.split()[0]} of type {name} (--{option})"] = None
+        # The mass is 4/3 pi r^3 rho; in two dimensions LIGGGHTS has discs, pi r^2 rho.
         is_disc = self.state.dimension == "2" and self.is_liggghts
-        whole = [(r, rho) for r, rho in spheres if r is not None and rho is not None]
-        if any(r <= 0 or rho <= 0 for r, rho in whole):
+        complete = [(r, rho) for r, rho in spheres if r is not None and rho is not None]
+        if any(r <= 0 or rho <= 0 for r, rho in complete):
             raise ValueError(f"a sphere of type {name} has no size or no mass: expected a radius and a density > 0")
-        return [Size(r, math.pi * r**2 * (1 if is_disc else 4 / 3 * r) * rho) for r, rho in whole]
+        return [Size(r, math.pi * r**2 * (1 if is_disc else 4 / 3 * r) * rho) for r, rho in complete]
 
     # Runs.
 
     def take_run(self, line: Line | None) -> None:
-        """Note what a run has, if it differs from the one before."""
-        if not self.changed and line is not None:
+        """Add the run of the command `line`, or None at the end of a file without runs, if its contacts are new."""
+        # Nothing that decides a contact, the time step or gravity stands between this run and the one before.
+        if not self.contacts_changed and line is not None:
             return
-        self.changed, state = False, self.state
+        self.contacts_changed, state = False, self.state
+        # Time step and gravity: "fix ID GROUP gravity G …", of which the last counts.
         step = lammps.DEFAULT_STEPS[state.units] if state.step is None else state.step
         self.gravity = [fix for fix in state.fixes.values() if fix.words[3].startswith("gravity")]
         acceleration = abs(self.number(self.gravity[-1].words[4])) if self.gravity else 0.0
-        contacts = self.grouped(self.contacts())
+        # The contacts. A run that has what the one before has is none of its own.
+        contacts = self.merge_walls(self.contacts())
         facts = [(c.name, tuple(c.settings.items()), c.sizes, c.falls, c.reason, c.marks) for c in contacts]
-        if contacts and (step, acceleration, facts) != self.last:
-            self.last = step, acceleration, facts
+        if contacts and (step, acceleration, facts) != self.last_run:
+            self.last_run = step, acceleration, facts
             self.runs.append(DeckRun(line, step, acceleration, contacts))
         if len(self.runs) > _MOST_RUNS:
             raise ValueError(f"more than {_MOST_RUNS} runs differ: expected fewer")
@@ -488,12 +548,17 @@ class _Reader:
             self.warnings[f"of {len(self.gravity)} fixes gravity the last counts"] = None
 
     def contacts(self) -> Iterator[tuple[tuple[int, int], DeckContact]]:
-        """Yield the contacts of two types, and of a type and a wall, each with the types of both bodies."""
-        state, numbers = self.state, self.numbers()
+        """Yield the contacts of two types, and of a type and a wall, each with the types of both bodies.
+
+        The type of a wall of LAMMPS is 0.
+        """
+        # Sphere with sphere.
+        state, numbers = self.state, self.types_with_spheres()
         for i, j in itertools.combinations_with_replacement(numbers, 2):
-            line, contact, reason, *marks = self.pair(i, j)
+            line, contact, reason, *marks = self.pair_line(i, j)
             if line is not None:
                 yield (i, j), self.deck_contact(f"type {i} - type {j}", line, contact, (i, j), marks, reason)
+        # Sphere with wall: a fix acts on a group, whose types it touches; all, if its types are not known.
         for name, fix in state.fixes.items():
             ranges = state.groups.get(fix.words[2]) or (type_range("*"),)
             touching = [number for number in numbers if any(number in types for types in ranges)]
@@ -508,8 +573,12 @@ class _Reader:
                 yield types, self.deck_contact(f"type {number} - wall {wall}", fix.line, contact, types, [])
 
     @staticmethod
-    def grouped(contacts: Iterable[tuple[tuple[int, int], DeckContact]]) -> tuple[DeckContact, ...]:
-        """Return contacts, those of a type with like walls of one type as one: a box has six."""
+    def merge_walls(contacts: Iterable[tuple[tuple[int, int], DeckContact]]) -> tuple[DeckContact, ...]:
+        """Return the contacts, those of a type with like walls as one: a box has six walls.
+
+        `contacts` are pairs of the types of both bodies and their contact.
+        """
+        # Contacts with walls are alike if the types and all that decides eps are. Others stand alone, by their names.
         groups: dict[object, list[DeckContact]] = {}
         for types, contact in contacts:
             _, is_wall, _ = contact.name.partition(" - wall ")
@@ -517,6 +586,7 @@ class _Reader:
             groups.setdefault((types, facts) if is_wall else contact.name, []).append(contact)
 
         def lines_with(walls: list[DeckContact], settings: Mapping[str, str]) -> tuple[str, ...]:
+            """Return the lines of all walls with other parameters, each line once."""
             return tuple(dict.fromkeys(line for wall in walls for line in wall.lines_with(settings)))
 
         return tuple(
@@ -531,14 +601,19 @@ class _Reader:
             for first, *others in groups.values()
         )
 
-    def pair(self, i: int, j: int) -> tuple[Line | None, AnyLine | None, str, *tuple[str, ...]]:
-        """Return the line and the contact of two types, the reason why there is none, and marks."""
+    def pair_line(self, i: int, j: int) -> tuple[Line | None, AnyLine | None, str, *tuple[str, ...]]:
+        """Return the line that decides the contact of the types i and j, the contact, why it has no number, and marks.
+
+        The line is None if the types have no contact.
+        """
+        # A style such as gran/hertz/history says the contact of all types itself.
         style = self.state.styles.get(self.state.pair_style)
         if style is not None:
             return self.state.style_line, style, ""
-        first, second, lines = (self.coefficients(*types) for types in ((i, i), (j, j), (i, j)))
+        first, second, lines = (self.pair_coefficients(*types) for types in ((i, i), (j, j), (i, j)))
         if len(lines) > 1:
             return lines[0].line, None, f"{' and '.join(line.style for line in lines)} add their forces"
+        # A line of its own.
         if lines:
             name, line, contact = lines[0]
             if isinstance(contact, GranularLine) and name == "granular":
@@ -546,18 +621,19 @@ class _Reader:
             reason = "" if contact else f"{name} is no contact of spheres"
             return (None, None, "") if name == "none" else (line, contact, reason)
         # Two types without a line have a mixture of those of each.
-        one, other = (line[0].contact if line else None for line in (first, second))
-        if not isinstance(one, GranularLine) or not isinstance(other, GranularLine):
+        line_i, line_j = (line[0].contact if line else None for line in (first, second))
+        if not isinstance(line_i, GranularLine) or not isinstance(line_j, GranularLine):
             return self.state.style_line, None, "it has no pair_coeff"
-        if one == other:  # both have the line of a style gran/…
-            return second[0].line, one, ""
+        if line_i == line_j:  # both have the line of a style gran/…
+            return second[0].line, line_i, ""
         try:
-            return second[0].line, lammps.mixture(one, other, (i, j)), "", "mixed from the lines of each type"
+            return second[0].line, lammps.mixture(line_i, line_j, (i, j)), "", "mixed from the lines of each type"
         except OtherModel as error:
             return second[0].line, None, str(error)
 
-    def coefficients(self, i: int, j: int) -> list[_Coefficients]:
-        """Return the newest lines pair_coeff of two types: one, or of hybrid/overlay one of each style."""
+    def pair_coefficients(self, i: int, j: int) -> list[_Coefficients]:
+        """Return the newest lines pair_coeff of the types i and j: one, or of hybrid/overlay one of each style."""
+        # The newest lines stand last; of each style (one, "", without hybrid/overlay) the first one seen counts.
         lines: dict[str, _Coefficients] = {}
         for (first, second, style), line in reversed(self.state.coefficients.items()):
             if i in first and j in second:
@@ -567,30 +643,51 @@ class _Reader:
     def deck_contact(
         self, name: str, line: Line, contact: AnyLine | None, types: tuple[int, int], marks: list[str], reason: str = ""
     ) -> DeckContact:
-        """Return a contact, or the reason why it has no number; its types are those of both bodies."""
+        """Return the contact called `name`, or the reason why it has no number.
+
+        Parameters
+        ----------
+        name : str
+            "type 1 - type 2", or "type 1 - wall floor".
+        line : Line
+            The command that decides the contact.
+        contact : GranularLine, ModelLine or None
+            What its words say.
+        types : tuple of int
+            Those of both bodies.
+        marks : list of str
+            What a reader of the row has to know; others are added.
+        reason : str
+            Why there is no number, if this is known before.
+        """
+        # The parameters of the contact: those of a line of LIGGGHTS stand in other lines, of materials.
         state, (first, second), settings = self.state, types, dict[str, str]()
         is_wall = " - wall " in name
         falls = float(is_wall)
-        whole: GranularLine | MaterialLine | None = contact if isinstance(contact, GranularLine) else None
+        full_line: GranularLine | MaterialLine | None = contact if isinstance(contact, GranularLine) else None
         if isinstance(contact, ModelLine):
             fixes = (words for words in state.fix_words.values() if words[3] == "property/global")
-            whole = MaterialLine(contact, types, {words[4]: words for words in fixes}, lammps.UNITS[state.units])
+            full_line = MaterialLine(contact, types, {words[4]: words for words in fixes}, lammps.UNITS[state.units])
         try:
-            settings = whole.settings if whole else {}
-            if isinstance(whole, GranularLine):
+            settings = full_line.settings if full_line else {}
+            if isinstance(full_line, GranularLine):
                 settings["units"] = state.units
                 if self.is_liggghts:
                     raise OtherModel("its style is one of LAMMPS")
         except OtherModel as error:
             reason = str(error)
+
+        # The pairs of sizes: of one type each size with each, once.
         spheres = [] if reason else self.sizes(first)
         sizes: Iterable[tuple[Size, Size | None]] = itertools.combinations_with_replacement(spheres, 2)
         if is_wall:
+            # The radius of the wall, 0 for a plane, and marks.
             curvature = 0.0
             if isinstance(contact, GranularLine):
                 curvature, *more = lammps.wall_curvature(contact.shape, state.regions, self.number, state.has_lattice)
                 marks += ["the line of the wall alone decides", *more]
-            # On a plane the part of the weight along its normal presses: its cosine, which is right to 1e-9.
+            # On a plane the part of the weight along its normal presses: the cosine of the angle between gravity and
+            # normal. Nine decimals remove the round-off of the two roots, so that a vertical normal has 1 and no mark.
             normal = lammps.wall_normal(line.text.split(), state.regions, self.number)
             if normal and self.gravity:
                 down = lammps.gravity_direction(self.gravity[-1].words, self.number, state.dimension)
@@ -600,7 +697,8 @@ class _Reader:
             # R_eff = R R_wall/(R + R_wall)
             radii = [r * curvature / (r + curvature) if curvature and r else r for r, _ in spheres]
             sizes = ((Size(r, size.mass), None) for r, size in zip(radii, spheres, strict=True))
+        # Of two types each size with each; equal sizes of both types make a pair once.
         elif first != second and not reason:
             sizes = {frozenset(pair): pair for pair in itertools.product(spheres, self.sizes(second))}.values()
-        lines_with = whole.lines_with if whole else lambda texts: ()
+        lines_with = full_line.lines_with if full_line else lambda texts: ()
         return DeckContact(name, line, settings, tuple(sizes), falls, 1, reason, tuple(marks), lines_with)
