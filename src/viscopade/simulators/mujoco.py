@@ -1,5 +1,9 @@
 """MuJoCo: `solref` of contacts, in both forms.
 
+    <geom solref="0.02 1" solimp="0.9 0.95 0.001 0.5 2" priority="1"/>     timeconst in s, dampratio
+    <geom solref="-2500 -100" solimp="0.9 0.9 0.001"/>                     -stiffness in 1/s^2, -damping in 1/s
+    <option timestep="0.002" cone="pyramidal" integrator="Euler"/>
+
 Read in src/engine of MuJoCo 3.12.1 (google-deepmind/mujoco at commit a725507):
 
 - `mj_referenceConstraint` and `mj_makeImpedance` of engine_core_constraint.c, at penetration r, with d = d(r) of
@@ -50,27 +54,35 @@ _SOURCE = "src/engine/engine_core_constraint.c"
 
 
 def _direct(name: str, scheme: Scheme) -> DampingFormula:
-    """Return the formula of a negative solref."""
+    """Return the formula called `name` of a negative solref: people take exp(-pi zeta/w) for its eps."""
+    # kappa of x'' + damping x' + stiffness x = 0 is the parameter itself. eps -> kappa^-2 is 1e-6 at the largest one.
     parameter, accepted = "damping/sqrt(stiffness)", ("0", "1e3")
     return DampingFormula(name, LINEAR, parameter, mp.mpf, accepted, "other end", _SOURCE, linear_kappa, scheme=scheme)
 
 
-_LONGEST = 10.0  # timeconst, in s, that is meant as one
+# Longest timeconst, in s, of which no warning says that stiffness and damping need minus signs; chosen by hand between
+# time constants of contacts, below 1 s, and stiffnesses, such as 2500.
+_LONGEST = 10.0
 _LEAST, _LARGEST = 1e-4, 0.9999  # impedance, and its midpoint: mjMINIMP and mjMAXIMP
 _LEAST_FRICTION = 1e-5  # mjMINMU
 _LEAST_SOLMIX = 1e-15  # mjMINVAL
 
 
 def impedance(solimp: tuple[float, ...], x: FloatArray) -> FloatArray:
-    """Return d(r) of `solimp` = d_0 d_width width midpoint power, as `getimpedance` does."""
-    first, last, width, midpoint, power = solimp
-    first, last, midpoint = (min(max(part, _LEAST), _LARGEST) for part in (first, last, midpoint))
-    if first == last or width <= 0:
-        return np.full_like(x, (first + last) / 2)
-    power, part = max(power, 1), np.minimum(x / width, 1)
-    rising = part**power / midpoint ** (power - 1)
-    falling = 1 - (1 - part) ** power / (1 - midpoint) ** (power - 1)
-    return np.asarray(first + (last - first) * np.where(part <= midpoint, rising, falling))
+    """Return the impedance d at penetrations `x`, a length, as `getimpedance` does; it has no unit.
+
+    `solimp` is d_0 d_width width midpoint power: d rises from d_0 at x = 0 to d_width at the width.
+    """
+    d_0, d_width, width, midpoint, power = solimp
+    d_0, d_width, midpoint = (min(max(number, _LEAST), _LARGEST) for number in (d_0, d_width, midpoint))
+    if d_0 == d_width or width <= 0:
+        return np.full_like(x, (d_0 + d_width) / 2)
+    # With s = x/width, the midpoint m and the power p: (d - d_0)/(d_width - d_0) is s^p/m^(p-1) for s <= m, and
+    # 1 - (1 - s)^p/(1 - m)^(p-1) above.
+    power, s = max(power, 1), np.minimum(x / width, 1)
+    below_midpoint = s**power / midpoint ** (power - 1)
+    above_midpoint = 1 - (1 - s) ** power / (1 - midpoint) ** (power - 1)
+    return np.asarray(d_0 + (d_width - d_0) * np.where(s <= midpoint, below_midpoint, above_midpoint))
 
 
 class Surface(NamedTuple):
@@ -85,31 +97,35 @@ class Surface(NamedTuple):
 
 
 def rules(first: Surface, second: Surface) -> dict[str, Rule]:
-    """Return the rule of each number that a contact has of both geoms (`mj_contactParam`)."""
+    """Return the rules, by the name of a number, by which a contact has it of two geoms (`mj_contactParam`)."""
+    # A geom with a higher priority decides all.
     if first.priority != second.priority:
-        decides = first.priority > second.priority
-        higher = Rule("that of the higher priority", lambda one, other: one if decides else other)
+        first_decides = first.priority > second.priority
+        higher = Rule("that of the higher priority", lambda x, y: x if first_decides else y)
         return dict.fromkeys(("condim", "solref", "solimp", "friction"), higher)
     # The weights are solmix, and equal if both are 0.
     weights = [solmix if solmix >= _LEAST_SOLMIX else 0.0 for solmix in (first.solmix, second.solmix)]
     mean = weighted_mean((weights[0], weights[1]), "solmix") if any(weights) else MEAN
-    # Stiffness and damping, which are negative in the file, have no mean: the larger one of each counts.
+    # Stiffness and damping, which are negative in the file, have no mean: the larger one of each counts, which is the
+    # smaller number. Times, of which both are > 0, have one.
     times = first.solref[0] > 0 and second.solref[0] > 0
     return {"condim": LARGER, "solref": mean if times else SMALLER, "solimp": mean, "friction": LARGER}
 
 
 def mixed_surface(first: Surface, second: Surface) -> tuple[Surface, str]:
-    """Return what a contact has of both geoms, and in words the rules of numbers that differ."""
+    """Return the surface of the contact of two geoms, and in words the rules of the numbers that differ."""
     numbers, words = {}, []
     for name, rule in rules(first, second).items():
-        one, other = getattr(first, name), getattr(second, name)
-        numbers[name] = rule.mix(one, other)
-        words += [f"{name} is {rule.words.removesuffix(',')}"] if one != other else []
+        first_value, second_value = getattr(first, name), getattr(second, name)
+        numbers[name] = rule.mix(first_value, second_value)
+        words += [f"{name} is {rule.words.removesuffix(',')}"] if first_value != second_value else []
+    # The priority has no rule: the higher one is that of the contact.
     return first._replace(priority=max(first.priority, second.priority), **numbers), ", ".join(words)
 
 
 def _surface(values: Values) -> Surface:
-    """Return what a contact has of both geoms."""
+    """Return the surface of the contact of both geoms of a user's file, whose `values` remember the rules."""
+    # Each parameter has a value for each geom, 0 and 1.
     first, second = (Surface(*(values[name][geom] for name in Surface._fields)) for geom in (0, 1))
     return first._replace(
         **{name: values.mix(name, rule, "mj_contactParam") for name, rule in rules(first, second).items()}
@@ -117,34 +133,50 @@ def _surface(values: Values) -> Surface:
 
 
 def stiffness_and_damping(solref: tuple[float, ...], values: Values, impact: Impact) -> tuple[float, float]:
-    """Return stiffness and damping of the `solref` of a contact, per mass, in either form."""
-    one, other = solref
-    if one <= 0:
-        return -one, -other
+    """Return stiffness (1/s^2) and damping (1/s) per effective mass of the `solref` of a contact, in either form.
+
+    `values` are those of the user's file; of `impact` the time step counts, in s.
+    """
+    # -stiffness -damping
+    if solref[0] <= 0:
+        return -solref[0], -solref[1]
+    # timeconst dampratio; with refsafe timeconst counts as two time steps at least (`mj_referenceConstraint`).
+    timeconst, dampratio = solref
     if values["refsafe"] == "enable" and impact.step is not None:
-        one = max(one, 2 * impact.step)
-    return 1 / (one * other) ** 2, 2 / one
+        timeconst = max(timeconst, 2 * impact.step)
+    return 1 / (timeconst * dampratio) ** 2, 2 / timeconst
 
 
 def _contact(values: Values, impact: Impact) -> Contact:
-    """Return the contact per effective mass."""
+    """Return the contact per effective mass: d' (g + B x' + d K x) at the penetration x, with the load g of weight.
+
+    `values` are those of the user's file, and `impact` has gravity and time step, in SI units.
+    """
     surface, g = _surface(values), impact.gravity
     stiffness, damping = stiffness_and_damping(surface.solref, values, impact)
-    width, edges = min(max(surface.solimp[1], _LEAST), _LARGEST), int(surface.condim) - 1
+    # d_width, the second number of solimp, and the number of directions in which a contact of this condim has friction.
+    d_width, friction_directions = min(max(surface.solimp[1], _LEAST), _LARGEST), int(surface.condim) - 1
+    # In the pyramidal cone q = mu^2 (1 + mu^2)/(impratio (condim - 1)), else 1 (see the head of this module).
     mu, q = max(surface.friction[0], _LEAST_FRICTION), 1.0
-    if edges and values["cone"] == "pyramidal":
-        q = mu**2 * (1 + mu**2) / (values["impratio"] * edges)
+    if friction_directions and values["cone"] == "pyramidal":
+        q = mu**2 * (1 + mu**2) / (values["impratio"] * friction_directions)
 
     def force(x: FloatArray, v: FloatArray) -> FloatArray:
+        # (1 - d')/d' = q (1 - d)/d, solved for d'; B = damping/d_width, K = stiffness/d_width^2
         d = impedance(surface.solimp, x)
-        shared = d / (d + q * (1 - d))
-        return np.asarray(shared * (g + damping / width * v + d * stiffness / width**2 * x))
+        d_of_cone = d / (d + q * (1 - d))
+        return np.asarray(d_of_cone * (g + damping / d_width * v + d * stiffness / d_width**2 * x))
 
     return Contact(force, 1.0, g)
 
 
 def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
-    """Return the `solref` of both geoms, of the same stiffness with the damping c sqrt(stiffness)."""
+    """Return the `solref` of both geoms, of the same stiffness with the damping c sqrt(stiffness), where c has no unit.
+
+    `values` are those of the user's file; of `impact` the time step counts, in s.
+    """
+    # With root = sqrt(stiffness): damping = 2/timeconst = c root, and stiffness = 1/(timeconst dampratio)^2 gives
+    # dampratio = c/2.
     solref = _surface(values).solref
     root = math.sqrt(stiffness_and_damping(solref, values, impact)[0])
     solref = (2 / (c * root), c / 2) if solref[0] > 0 else (-(root**2), -c * root)
@@ -152,6 +184,8 @@ def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
 
 
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
+    """Yield warnings about a `solref` that lacks its minus signs, or whose timeconst is below two time steps."""
+    # Of the negative form both conditions are false.
     timeconst, ratio = _surface(values).solref
     if timeconst > _LONGEST:
         yield (
@@ -230,8 +264,8 @@ SIMULATOR = Simulator(
             "solref = timeconst dampratio",
             LINEAR,
             "dampratio",
-            lambda ratio: 2 * ratio,
-            ("1e-9", "1e3"),
+            lambda ratio: 2 * ratio,  # kappa of the linear spring is 2 zeta
+            ("1e-9", "1e3"),  # dampratio is > 0, and at 1e3 eps, which tends to kappa^-2, is 2.5e-7
             "other end",
             _SOURCE,
             usual_parameter=ratio_for_return,
@@ -245,5 +279,5 @@ SIMULATOR = Simulator(
     },
     lines={"any": '<geom solref="-{stiffness} -{parameter}" solimp="0.9 0.9 0.001"/>'},
     native=NATIVE,
-    default_step=0.002,
+    default_step=0.002,  # in s: `mj_defaultOption`
 )
