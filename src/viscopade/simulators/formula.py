@@ -329,13 +329,13 @@ def kappa_in_steps(
     scheme: Scheme,
     load: float = 0.0,
     carried: float = 0.0,
-    near: float | None = None,
+    start: float | None = None,
 ) -> float:
     """Return the kappa with which the mean eps of a law in a program's time steps, or with a load, is `epsilon`.
 
     The mean is taken over the phases, which are the parts of a step at which contact begins. `step`, `scheme`, `load`
     and `carried` are those of `stepped_collision`; a step of None is infinitely short. The search begins at the kappa
-    `near`, by default at the kappa that gives `epsilon` without a time step and a load.
+    `start`, by default at the kappa that gives `epsilon` without a time step and a load.
 
     Raises
     ------
@@ -344,8 +344,8 @@ def kappa_in_steps(
     ValueError
         If none does with this load.
     """
-    near = float(kappa_for_epsilon(law, repr(epsilon))) if near is None else near
-    if near == 0:
+    start = float(kappa_for_epsilon(law, repr(epsilon))) if start is None else start
+    if start == 0:
         return 0.0  # without damping no step changes eps
     # The scaled equation has its own unit of time, in which its undamped contact lasts `law.contact_time`.
     scaled_step = None if step is None else step * law.contact_time
@@ -359,7 +359,7 @@ def kappa_in_steps(
             undamped = scaled_contact(0.0).collide(step=scaled_step, scheme=scheme, phases=PHASES)
             if undamped.epsilon < epsilon:
                 raise ValueError
-        return damping_factor(scaled_contact, epsilon, near, step=scaled_step, scheme=scheme)
+        return damping_factor(scaled_contact, epsilon, start, step=scaled_step, scheme=scheme)
     except ValueError as error:
         if step is None:
             raise ValueError(f"with weight {error}") from None

@@ -120,7 +120,7 @@ def input_text(
     tables : sequence of str
         Lines at the end of the comment that are not wrapped.
     """
-    before, mark, after = _FRAMES[file.comment]
+    opening_mark, line_mark, closing_mark = _FRAMES[file.comment]
     use, code = (written_template(text).render(values, number=program_number) for text in (file.use, file.code))
     if file.comment == "<!--":  # sentences name an option without its hyphens, which a comment of XML cannot have
         use, *facts = (_OPTION.sub("the option ", text) for text in (use, *facts))
@@ -131,15 +131,15 @@ def input_text(
         [*(line for text in facts for line in _wrapped(text)), *tables],
     ]
     if file.comment == "<!--":  # a comment of XML has no "--", but a processing instruction may
-        before = f"<?{harmless(command).replace('?>', '? >')}?>\n{before}"
+        opening_mark = f"<?{harmless(command).replace('?>', '? >')}?>\n{opening_mark}"
         command = "the command is in the first line"
     lines = [*marker_lines(command), *(line for block in blocks for line in ["", *block])]
     # `harmless` escapes what a program would obey in a comment, and `xml_comment` what XML would take for its end.
     lines = [harmless(line) for line in lines]
     if file.comment == "<!--":
         lines = [xml_comment(line) for line in lines]
-    head = "".join(f"{mark}{line}".rstrip() + "\n" for line in lines)
-    return f"{before}{head}{after}{code}"
+    head = "".join(f"{line_mark}{line}".rstrip() + "\n" for line in lines)
+    return f"{opening_mark}{head}{closing_mark}{code}"
 
 
 def _wrapped(text: str) -> list[str]:

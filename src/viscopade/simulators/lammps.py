@@ -173,10 +173,11 @@ def _constant_restitution(contact: NamedContact, setup: Setup) -> Row:
     It has one eps for all sizes and speeds. `contact` is one of `setup`. rho is the factor of d^(3/2) in Hertz' force,
     4/3 E_eff sqrt(R_eff).
     """
-    # `Wanted` is the eps that the contact must have, with weight if the user has set gravity.
-    formula, wanted = SIMULATOR.formula("hertz, coeff_restitution, limit_damping"), Wanted.of(contact, setup.weighty)
+    # `Wanted`: the eps that the contact must have at its speeds, with weight if the user has set gravity.
+    formula = SIMULATOR.formula("hertz, coeff_restitution, limit_damping")
+    collisions = Wanted.of(contact, setup.weighty)
     try:
-        constant = OwnLawContact(formula, wanted, Softness(contact.pair.rho), units=setup.units)
+        constant = OwnLawContact(formula, collisions, Softness(contact.pair.rho), units=setup.units)
     except ValueError:
         return {("coeff_restitution", ""): "none has this eps"}
     return constant_row(constant, "coeff_restitution")
@@ -436,16 +437,17 @@ def _damped(values: native.Values, damping: float, impact: native.Impact) -> dic
     It is -ln eps if the second coefficient is an eps, else kappa of the contact without adhesion. `values` are those of
     the user's file; `impact` is in its units.
     """
-    # Only the second coefficient changes: an eps > 1e-6, the least that the audit accepts, ...
-    first, _, *rest = _coefficients(values)
+    # Only the second coefficient changes. An eps is 1e-6 at least, as in the formulas of the audit.
+    stiffness, _, *rest = _coefficients(values)
     if values["damping"] in _KAPPA_FROM_EPSILON:
-        return {"coefficients": ((first, max(math.exp(-damping), float(_EPSILON[0])), *rest),) * 2}
-    # ... or a damping coefficient, to which kappa is in proportion: so the contact with the coefficient 1 says which
-    # one.
+        return {"coefficients": ((stiffness, max(math.exp(-damping), float(_EPSILON[0])), *rest),) * 2}
+    # kappa is in proportion to a damping coefficient: so the contact with the coefficient 1 says which one gives it.
     normal = "hertz/material" if values["normal"] in LAMMPS_NORMALS else values["normal"]
-    one = _force(native.Values({**values, "normal": normal, "coefficients": ((first, 1.0, *rest[:1]),) * 2}), impact)
-    assert isinstance(one, native.Power)
-    return {"coefficients": ((first, one.damping_number(damping, impact), *rest),) * 2}
+    unit_force = _force(
+        native.Values({**values, "normal": normal, "coefficients": ((stiffness, 1.0, *rest[:1]),) * 2}), impact
+    )
+    assert isinstance(unit_force, native.Power)
+    return {"coefficients": ((stiffness, unit_force.damping_number(damping, impact), *rest),) * 2}
 
 
 def _warnings(values: native.Values, _: native.Impact) -> Iterator[str]:
@@ -552,14 +554,14 @@ class GranularLine(NamedTuple):
         The words of each sub-model by its keyword; those of "normal", or of the style gran/…, come first.
     tail : tuple of str
         Other words, such as limit_damping and the shape of a wall.
-    before : tuple of str
+    lines_before : tuple of str
         Lines that the line needs before it.
     """
 
     head: tuple[str, ...]
     models: Mapping[str, tuple[str, ...]]
     tail: tuple[str, ...]
-    before: tuple[str, ...] = ()
+    lines_before: tuple[str, ...] = ()
 
     @property
     def classic(self) -> tuple[str, str] | None:
@@ -610,7 +612,7 @@ class GranularLine(NamedTuple):
         group, (_, name, _, *style) = f"viscopade_type{number}", self.head
         return self._replace(
             head=("fix", f"{name}_type{number}", group, *style),
-            before=(f"group {group} type {number}{_LATER_SPHERES}",),
+            lines_before=(f"group {group} type {number}{_LATER_SPHERES}",),
         )
 
     def lines_with(self, settings: Mapping[str, str]) -> tuple[str, ...]:
@@ -623,7 +625,7 @@ class GranularLine(NamedTuple):
         for place, number in zip(places, numbers, strict=True):
             normal[place] = number
         others = (word for name, words in self.models.items() if name != "normal" for word in (name, *words))
-        return (*self.before, " ".join((*self.head, *normal, *others, *self.tail)))
+        return (*self.lines_before, " ".join((*self.head, *normal, *others, *self.tail)))
 
 
 def granular_line(words: Sequence[str], first: int) -> GranularLine:

@@ -361,9 +361,9 @@ class _Reader:
         """Take `group NAME STYLE …`: the types that a group has, or None if the file does not say them."""
         name, style, rest = words[1], words[2], words[3:]
         # A second command adds to a group; None is a group of which nothing is known.
-        before, types = self.state.groups.get(name, ()), None
-        if before is not None and style == "type" and re.fullmatch(r"[0-9* ]+", " ".join(rest)):
-            types = (*before, *map(type_range, rest))
+        old_types, types = self.state.groups.get(name, ()), None
+        if old_types is not None and style == "type" and re.fullmatch(r"[0-9* ]+", " ".join(rest)):
+            types = (*old_types, *map(type_range, rest))
         self.state.groups[name] = types
 
     # Contacts.

@@ -633,24 +633,24 @@ def names_without_effect(native: Native, settings: Mapping[str, str], impact: Im
     # count.
     values = native.values(settings)
     values.read.clear()
-    hit = impact.in_units(native.units(values))
+    file_impact = impact.in_units(native.units(values))
 
-    def collision(hit: Impact) -> SampledCollision | None:
+    def collision(file_impact: Impact) -> SampledCollision | None:
         """Return the collision; None if it is not accepted, for instance because a mass is missing."""
         try:
-            return program_collision(native, values, hit)
+            return program_collision(native, values, file_impact)
         except ValueError:
             return None
 
-    hit, _ = _in_steps(native, values, hit)
-    reference = collision(hit)
+    file_impact, _ = _in_steps(native, values, file_impact)
+    reference = collision(file_impact)
     if reference is None:
         return ()
     # The mass or the radius has no effect if the collision without it is the same.
-    impacts_without = {"mass": replace(hit, mass=None), "radius": replace(hit, radius=None)}
+    impacts_without = {"mass": replace(file_impact, mass=None), "radius": replace(file_impact, radius=None)}
     if not (reference.parts or reference.depth):
         impacts_without.clear()
-    bodies = [name for name, less in impacts_without.items() if less != hit and collision(less) == reference]
+    bodies = [name for name, less in impacts_without.items() if less != file_impact and collision(less) == reference]
     return (*bodies, *(name for name in settings if name not in values.read))
 
 
@@ -724,27 +724,27 @@ def delivery(
     values = native.values(settings)
     values.read.clear()
     units = native.units(values)
-    hit, name = impact.in_units(units), values[native.integrator]
-    if native.schemes[name] is None and hit.step is not None:
+    file_impact, name = impact.in_units(units), values[native.integrator]
+    if native.schemes[name] is None and file_impact.step is not None:
         fixed_step_names = [integrator for integrator, scheme in native.schemes.items() if scheme is not None]
         others = f"; expected with one --scheme {', '.join(fixed_step_names)}" if fixed_step_names else ""
         raise ValueError(f"time-step is given: {name} chooses its own steps{others}")
 
     # With very many time steps in a contact the step is left out; with very few a warning says so.
-    hit, step_warnings = _in_steps(native, values, hit)
-    warnings = [*native.warnings(values, hit), *step_warnings]
+    file_impact, step_warnings = _in_steps(native, values, file_impact)
+    warnings = [*native.warnings(values, file_impact), *step_warnings]
 
     # Both numbers, with and without weight, are those of the program: in its time steps, if there are some.
-    collision, falling = program_collision(native, values, hit), None
-    duration = contact_time(native, values, hit)
+    collision, falling = program_collision(native, values, file_impact), None
+    duration = contact_time(native, values, file_impact)
 
     # Weight counts from g t_c/v = 0.02 (`COUNTS`) on: then eps of a body that falls on a plane is computed, too. In
     # units of unknown size, such as LAMMPS's lj, g = 9.81 m/s^2 is no number.
     gravity = 0.0 if units.unsized else EARTH * units.seconds**2 / units.metres
-    ratio = gravity * (duration or 0.0) / hit.speed
-    if not (hit.gravity or weight_is_known) and ratio >= COUNTS:
+    ratio = gravity * (duration or 0.0) / file_impact.speed
+    if not (file_impact.gravity or weight_is_known) and ratio >= COUNTS:
         with suppress(ValueError):  # too strong a damping
-            heavy = program_collision(native, values, replace(hit, gravity=gravity))
+            heavy = program_collision(native, values, replace(file_impact, gravity=gravity))
             # Weight alone costs nothing: without damping eps is 1 with it, too.
             falling = heavy if abs(heavy.epsilon - collision.epsilon) > _SAME else None
         if falling is not None:
@@ -759,13 +759,17 @@ def delivery(
     elif epsilon is not None:
 
         def contact_with_damping(c: float) -> Any:
-            return native.contact(Values({**values, **native.with_damping(values, c, hit)}), hit)
+            return native.contact(Values({**values, **native.with_damping(values, c, file_impact)}), file_impact)
 
-        stepping: Any = {"speed": hit.speed, "step": hit.step, "scheme": native.schemes[name] or SEMI_IMPLICIT}
+        stepping: Any = {
+            "speed": file_impact.speed,
+            "step": file_impact.step,
+            "scheme": native.schemes[name] or SEMI_IMPLICIT,
+        }
         # The contact time with which eps depends little on where in a step contact begins. The search for c starts at
         # 1, which is of the order of eps = 0.5.
         longer = ""
-        if hit.step is not None and duration is not None and duration < _RESOLVED * hit.step:
+        if file_impact.step is not None and duration is not None and duration < _RESOLVED * file_impact.step:
             factor = resolving_factor(contact_with_damping, epsilon, 1.0, SPREAD, **stepping)
             if factor is not None and factor > 1:
                 longer = (
@@ -774,13 +778,13 @@ def delivery(
                 )
         try:
             c = damping_factor(contact_with_damping, epsilon, 1.0, **stepping)
-            instead = native.texts(native.with_damping(values, c, hit))
+            instead = native.texts(native.with_damping(values, c, file_impact))
             # A program that finds its damping by some steps of a method jumps over an eps. The digits that are written
             # decide on which side of the jump it is.
             written = {
                 parameter: native.parameters_by_name[parameter].value(text) for parameter, text in instead.items()
             }
-            reached = native.contact(Values({**values, **written}), hit).collide(**stepping)
+            reached = native.contact(Values({**values, **written}), file_impact).collide(**stepping)
             if abs(reached.epsilon - epsilon) > _SAME:
                 warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
             if longer:
@@ -791,52 +795,54 @@ def delivery(
 
     # The speed below which bodies stay together; an impulse has no neck, whose energy is 0.
     def contact_of_speed(speed: float) -> Any:
-        return native.contact(values, replace(hit, speed=speed))
+        return native.contact(values, replace(file_impact, speed=speed))
 
-    if isinstance(contact := contact_of_speed(hit.speed), Impulse):
+    if isinstance(contact := contact_of_speed(file_impact.speed), Impulse):
         sticking_speed = contact.sticking_speed()
         sticking = None if sticking_speed is None else Sticking(sticking_speed, 0.0)
     else:
-        sticking = adhesion.sticking(contact_of_speed, hit.speed)
-    stepped = hit.step is not None
+        sticking = adhesion.sticking(contact_of_speed, file_impact.speed)
+    stepped = file_impact.step is not None
     return Delivery(values, name, collision, instead, tuple(warnings), units, falling, stepped, duration, sticking)
 
 
-def _in_steps(native: Native, values: Values, hit: Impact) -> tuple[Impact, list[str]]:
+def _in_steps(native: Native, values: Values, file_impact: Impact) -> tuple[Impact, list[str]]:
     """Return the impact, without its time step if a contact has very many, and warnings of very many or few steps.
 
-    `values` are those of the user's file, and `hit` is the impact in the file's units.
+    `values` are those of the user's file, and `file_impact` is the impact in the file's units.
     """
     # The undamped contact time is that which the parameters say; in its steps a program may soften the contact.
-    duration = contact_time(native, values, replace(hit, step=None))
-    if hit.step is None or duration is None:
-        return hit, []
-    steps = duration / hit.step
+    duration = contact_time(native, values, replace(file_impact, step=None))
+    if file_impact.step is None or duration is None:
+        return file_impact, []
+    steps = duration / file_impact.step
     # More than 5000 steps are computed as infinitely many; from 2 on there is nothing to say.
     if steps > _MOST_STEPS:
-        return replace(hit, step=None), [f"A contact has {steps:.2g} time steps: this is eps with infinitely many"]
+        return replace(file_impact, step=None), [
+            f"A contact has {steps:.2g} time steps: this is eps with infinitely many"
+        ]
     if steps >= _FEW_STEPS:
-        return hit, []
+        return file_impact, []
     few = f"A contact has {steps:.2g} time steps only"
     long = f"A time step is {1 / steps:.2g} contacts long"
-    return hit, [f"{few if steps >= 1 else long}: eps depends on where in a step contact begins"]
+    return file_impact, [f"{few if steps >= 1 else long}: eps depends on where in a step contact begins"]
 
 
-def program_collision(native: Native, values: Values, hit: Impact) -> SampledCollision:
-    """Return the collision that a program makes of the values of a file, with the weight and time step of `hit`."""
+def program_collision(native: Native, values: Values, file_impact: Impact) -> SampledCollision:
+    """Return the collision that a program makes of a file, with the weight and time step of `file_impact`."""
     scheme = native.schemes[values[native.integrator]] or SEMI_IMPLICIT
-    return native.contact(values, hit).collide(hit.speed, step=hit.step, scheme=scheme)
+    return native.contact(values, file_impact).collide(file_impact.speed, step=file_impact.step, scheme=scheme)
 
 
-def contact_time(native: Native, values: Values, hit: Impact) -> float | None:
+def contact_time(native: Native, values: Values, file_impact: Impact) -> float | None:
     """Return the contact time without damping and weight, in the unit of the file.
 
     None for an impulse, or if the bodies do not part without damping.
     """
-    contact = native.contact(values, replace(hit, gravity=0.0))
+    contact = native.contact(values, replace(file_impact, gravity=0.0))
     try:
         # An impulse has no duration: infinity stands for none, as of bodies that do not part.
-        duration = math.inf if isinstance(contact, Impulse) else contact.contact_time(hit.speed)
+        duration = math.inf if isinstance(contact, Impulse) else contact.contact_time(file_impact.speed)
     except ValueError:
         return None
     return duration if duration < math.inf else None
