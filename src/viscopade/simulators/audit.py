@@ -82,7 +82,7 @@ class Audit:
     def resolving_steps(self) -> int | None:
         """The number of time steps in an undamped contact from which on eps depends little on the phase.
 
-        The phase is the part of a step at which contact begins. Over it eps differs by at most `SPREAD`, and the
+        The phase is the part of a step at which contact begins. Over it eps differs by at most `SPREAD` = 0.02, and the
         damping gives the wanted eps on average. None without a time step or damping, or if the time step is short
         enough.
         """

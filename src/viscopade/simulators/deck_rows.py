@@ -110,6 +110,8 @@ def contact_rows(deck: Deck, speed: float, epsilon: float | None = None) -> list
     @cache
     def answer(settings: tuple[tuple[str, str], ...], impact: Impact) -> Answer:
         """Return what the settings of a contact, names and texts, give for an impact in the units of the file."""
+        # What the program makes of the settings, and what to write instead. The file says whether there is weight:
+        # without gravity both bodies fall, and no warning says what weight would do.
         result = delivery(native, dict(settings), impact.in_units(to_si), epsilon, weight_is_known=True)
         collision, falling = result.collision, None
         # With gravity the collision is that of a body that falls; without it, it is computed once more.

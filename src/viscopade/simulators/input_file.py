@@ -26,7 +26,8 @@ from viscopade.theory.law import VISCOELASTIC
 STEPS = 100
 """Time steps in the shortest contact, chosen by hand; the texts state the error of eps that they leave."""
 PHASES = (0.0, 0.25, 0.5, 0.75)
-"""Where in a step contact begins, as a part of it: errors of time steps are the largest over these."""
+"""Where in a step contact begins, as a part of it: errors of time steps are the largest over these. With 100 steps in a
+contact, 64 parts find errors that are at most 5 % larger (measured for eps from 0.07 to 0.999)."""
 WAY_OUT = "`classes = N` in the radius of the scene makes N types and divides the error by about N"
 """What to do in programs whose types have one size."""
 SPEEDS = 13
@@ -41,7 +42,8 @@ _LEGEND = (
 
 Row = Mapping[tuple[str, str], str]
 """A row of a table: texts by the name and the unit of their columns, the row's own name first."""
-# Most time steps in a contact in `timestep_error`. More would take longer for an error that is smaller still.
+# Most time steps in a contact in `timestep_error`. More would take longer, and with 2000 the error is below 1e-3
+# already (measured for eps from 0.07 to 0.999).
 _MOST_STEPS = 2000
 # A collision that lasts 20 times as long as the exact contact does not end. 10 and 40 give the same errors (measured
 # for eps from 0.07 to 0.999).
@@ -84,7 +86,7 @@ def render(target: str, setup: Setup, command: str, **options: str) -> str:
                     f"{contact.name}: eps is too small for double precision at the fastest impact, with v* = "
                     f"{float(pair.v_star(contact.fastest)):.3g}: expected less damping, or slower impacts"
                 )
-    # The program's own numbers: `file.values` is a function of its module.
+    # The program's own numbers: `file.values` is a function of its module, which may replace the setup.
     file = simulator_with(target).texts[target]
     assert isinstance(file, InputFile)
     values = {"setup": setup, "units": setup.units, "command": command, **file.values(setup, **options)}

@@ -760,6 +760,7 @@ def wall_curvature(
     regions : mapping of str to sequence of str
         Words of each region from its style on.
     number : callable
+        From a word to its number.
     is_scaled : bool
         Whether there is a lattice, which scales regions without `units box`.
     """
@@ -771,7 +772,7 @@ def wall_curvature(
     if words[0] in ("block", "plane", "prism"):
         return (0.0,)
     # "cylinder AXIS C1 C2 R LO HI" and "sphere X Y Z R": the radius is word 4. The wall of a cylinder is curved in one
-    # direction only, so that LAMMPS doubles its radius.
+    # direction only: LAMMPS doubles its radius.
     factor = {"cylinder": 2, "sphere": 1}.get(words[0])
     if factor is None or (is_scaled and "box" not in words):
         return 0.0, "R_eff is that of a plane, as the curvature of the wall is not computed"

@@ -150,6 +150,7 @@ def line_settings(text: str) -> dict[str, str]:
     >>> line_settings("pair_coeff 1 1 hertz/material 1e6 0.8 0.4 tangential mindlin NULL 1 0.5 damping tsuji")
     {'normal': 'hertz/material', 'coefficients': '1e6 0.8 0.4', 'damping': 'tsuji', 'limit_damping': 'no'}
     """
+    # `commands` yields line numbers and commands: the first command is read.
     ((_, command), *_) = commands(text.strip())
     variables = Variables({})
     words = variables.words(command)
@@ -491,7 +492,8 @@ class _Reader:
         ValueError
             If there are more than `_MOST_TYPES`.
         """
-        # A file that says no number of types has one. One type more than is accepted is enough to refuse a file.
+        # A file that says no number of types has one. Where it says a very large one, the first 101 are enough to
+        # refuse it.
         numbers = {number for number, grains in self.state.spheres.grains.items() if grains}
         if not numbers:
             numbers = {*range(1, min(max(self.state.spheres.types, 1), _MOST_TYPES + 1) + 1)}
@@ -578,7 +580,8 @@ class _Reader:
 
         `contacts` are pairs of the types of both bodies and their contact.
         """
-        # Contacts with walls are alike if the types and all that decides eps are. Others stand alone, by their names.
+        # Names are "type 1 - type 2" and "type 1 - wall floor". Contacts with walls are alike if the types and all that
+        # decides eps are; other contacts stand alone.
         groups: dict[object, list[DeckContact]] = {}
         for types, contact in contacts:
             _, is_wall, _ = contact.name.partition(" - wall ")

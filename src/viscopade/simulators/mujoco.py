@@ -184,7 +184,10 @@ def _damped(values: Values, c: float, impact: Impact) -> dict[str, Any]:
 
 
 def _warnings(values: Values, impact: Impact) -> Iterator[str]:
-    """Yield warnings about a `solref` that lacks its minus signs, or whose timeconst is below two time steps."""
+    """Yield warnings about a `solref` that lacks its minus signs, or whose timeconst is below two time steps.
+
+    `values` are those of the user's file; of `impact` the time step counts, in s.
+    """
     # Of the negative form both conditions are false.
     timeconst, ratio = _surface(values).solref
     if timeconst > _LONGEST:

@@ -566,13 +566,13 @@ class Native:
         name = self.damping if isinstance(self.damping, str) else self.damping(values)
         parameter = self.parameters_by_name[name]
         if parameter.least_epsilon is not None:
-            # eps = exp(-c), but for what the program does not accept
+            # eps = exp(-c), or the least eps that the program accepts
             number = max(math.exp(-c), parameter.least_epsilon)
         else:
             # The damping constant is in proportion to the number: kappa of the number 1 says which one gives c.
-            one = self.force(Values({**values, name: (1.0, 1.0) if parameter.per_body else 1.0}), impact)
-            assert isinstance(one, Power)
-            number = one.damping_number(c, impact)
+            unit_force = self.force(Values({**values, name: (1.0, 1.0) if parameter.per_body else 1.0}), impact)
+            assert isinstance(unit_force, Power)
+            number = unit_force.damping_number(c, impact)
         return {name: (number, number) if parameter.per_body else number}
 
     @property
