@@ -745,7 +745,7 @@ def wall_normal(
     return None
 
 
-def wall_curvature(
+def wall_radius(
     shape: Sequence[str], regions: Mapping[str, Sequence[str]], number: Callable[[str], float], is_scaled: bool
 ) -> tuple[float, *tuple[str, ...]]:
     """Return the radius of a wall, < 0 if it is hollow, 0 for a plane; and what a reader of its row has to know.

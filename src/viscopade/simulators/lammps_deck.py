@@ -416,14 +416,14 @@ class _Reader:
 
     def do_fix(self, words: list[str]) -> None:
         """Take `fix NAME GROUP STYLE …`: gravity, walls, properties, and spheres that are inserted."""
-        # A fix replaces one of its name.
+        # A fix replaces one of its name. A fix that changes eps in a way that is not computed makes a warning.
         name, style = words[1], words[3]
         self.state.fixes.pop(name, None)
         warning = next((text for beginning, text in lammps.WARNED_FIXES.items() if style.startswith(beginning)), None)
         if warning is not None:
             self.warnings[f"fix {style} ({self.place}): {warning}"] = None
         elif style.startswith(lammps.DECIDING_FIXES):
-            # An old wall has the style of its pairs.
+            # Of an old wall the word after wall/gran is a number: it has the style of its pairs.
             if style == "wall/gran" and words[4][0] in "0123456789." and self.state.pair_style.startswith("gran/"):
                 words = [*words[:4], self.state.pair_style.removeprefix("gran/"), *words[4:]]
             contact = self.contact(words) if style.startswith("wall/gran") else None
@@ -685,9 +685,9 @@ class _Reader:
         sizes: Iterable[tuple[Size, Size | None]] = itertools.combinations_with_replacement(spheres, 2)
         if is_wall:
             # The radius of the wall, 0 for a plane, and marks.
-            curvature = 0.0
+            R_wall = 0.0
             if isinstance(contact, GranularLine):
-                curvature, *more = lammps.wall_curvature(contact.shape, state.regions, self.number, state.has_lattice)
+                R_wall, *more = lammps.wall_radius(contact.shape, state.regions, self.number, state.has_lattice)
                 marks += ["the line of the wall alone decides", *more]
             # On a plane the part of the weight along its normal presses: the cosine of the angle between gravity and
             # normal. Nine decimals remove the round-off of the two roots, so that a vertical normal has 1 and no mark.
@@ -698,7 +698,7 @@ class _Reader:
                 falls = round(abs(product) / math.hypot(*normal) / math.hypot(*down), 9)
                 marks += [INCLINED] * (0 < falls < 1)
             # R_eff = R R_wall/(R + R_wall)
-            radii = [r * curvature / (r + curvature) if curvature and r else r for r, _ in spheres]
+            radii = [r * R_wall / (r + R_wall) if R_wall and r else r for r, _ in spheres]
             sizes = ((Size(r, size.mass), None) for r, size in zip(radii, spheres, strict=True))
         # Of two types each size with each; equal sizes of both types make a pair once.
         elif first != second and not reason:

@@ -73,6 +73,8 @@ def impedance(solimp: tuple[float, ...], x: FloatArray) -> FloatArray:
 
     `solimp` is d_0 d_width width midpoint power: d rises from d_0 at x = 0 to d_width at the width.
     """
+    # mjMINIMP = 1e-4 and mjMAXIMP = 0.9999 limit both impedances and the midpoint. Equal impedances, or no width, make
+    # d constant.
     d_0, d_width, width, midpoint, power = solimp
     d_0, d_width, midpoint = (min(max(number, _LEAST), _LARGEST) for number in (d_0, d_width, midpoint))
     if d_0 == d_width or width <= 0:

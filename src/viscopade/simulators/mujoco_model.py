@@ -29,6 +29,7 @@ import json
 import sys
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import astuple, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -100,6 +101,39 @@ class State(NamedTuple):
     element: str
 
 
+@dataclass
+class GeomRow:
+    """Pairs of geoms whose contacts are equal.
+
+    Attributes
+    ----------
+    state : State
+    name : str
+        Both geoms of the first pair, "ball - table".
+    tag : str
+        "geom" or "pair", of the element that says the contact.
+    number : int
+        The line of that element; 0 if MuJoCo does not say it.
+    masses : tuple of float, and float or None
+        Masses of the bodies of both geoms, in kg. The first one moves; None if the second does not.
+    rule : str
+        How numbers are mixed, in words.
+    count : int
+        How many pairs there are.
+    elements : list of str
+        Elements of the model to write instead, without solref and their end.
+    """
+
+    state: State
+    name: str
+    tag: str
+    number: int
+    masses: tuple[float, float | None]
+    rule: str
+    count: int = 0
+    elements: list[str] = field(default_factory=list)
+
+
 def read_model(path: Path, options: DeckOptions) -> Deck:
     """Return the contacts of a model.
 
@@ -127,17 +161,20 @@ def read_model(path: Path, options: DeckOptions) -> Deck:
         raise ValueError(f"MuJoCo cannot read {path}: {error}") from None
     facts = json.loads(next(line for line in printed.splitlines() if line.startswith(b"{")))
 
-    # Each row is a state, a name, the tag and line of its geom or pair, two masses (None: does not move), the rule of
-    # mixed numbers, the number of pairs of geoms, and the elements to write instead.
     contacts = []
-    for (settings, falls, marks, reason, _), name, (tag, number), (mass, mass_2), rule, count, lines in facts["rows"]:
+    for row in (GeomRow(State(*state), *others) for state, *others in facts["rows"]):
         # A geom of an included file has no line, or one of that file.
-        source = text[number - 1] if 0 < number <= len(text) else ""
-        line = Line(path, number, source.strip()[:_LONGEST_LINE]) if f"<{tag}" in source else Line(path, 0, f"<{tag}>")
-        sizes = ((Size(None, mass), Size(None, mass_2) if mass_2 else None),)
-        marks = tuple(filter(None, (rule, *marks)))
-        write = partial(_elements_with, lines, facts["prefix"])
-        contacts.append(DeckContact(name, line, dict(settings), sizes, falls, count, reason, marks, write))
+        source = text[row.number - 1] if 0 < row.number <= len(text) else ""
+        line = Line(path, 0, f"<{row.tag}>")
+        if f"<{row.tag}" in source:
+            line = Line(path, row.number, source.strip()[:_LONGEST_LINE])
+        # The first geom moves; a body without a radius, as eps depends on no size.
+        first_mass, second_mass = row.masses
+        sizes = ((Size(None, first_mass), Size(None, second_mass) if second_mass else None),)
+        marks = tuple(filter(None, (row.rule, *row.state.marks)))
+        write = partial(_elements_with, row.elements, facts["prefix"])
+        settings, falls, _, reason, _ = row.state
+        contacts.append(DeckContact(row.name, line, dict(settings), sizes, falls, row.count, reason, marks, write))
     run = DeckRun(None, facts["step"], facts["gravity"], tuple(contacts))
     unread = tuple(Line(path, number, tag) for tag, number in facts["unread"].items())
     return Deck(SIMULATOR, path, FileUnits(), (run,), (), unread, tuple(facts["warnings"]))
@@ -156,8 +193,8 @@ def _elements_with(elements: Sequence[str], prefix: str, instead: Mapping[str, s
 def model_facts(file: str) -> dict[str, Any]:
     """Return what MuJoCo makes of the model in `file`, as JSON has it.
 
-    The keys are "rows", of contacts; "prefix" of attributes; "step" and "gravity", in the units of the model; "unread",
-    the line of the first element of each tag that is not read; and "warnings", sentences.
+    The keys are "rows", each a list of the fields of a `GeomRow`; "prefix" of attributes; "step" and "gravity", in the
+    units of the model; "unread", the line of the first element of each tag that is not read; and "warnings", sentences.
     """
     import mujoco
 
@@ -186,25 +223,27 @@ def model_facts(file: str) -> dict[str, Any]:
     # hangs on it.
     kinds = [_geom_kind(model, data, gravity, geom) for geom in range(model.ngeom)]
     mass = model.body_subtreemass[model.body_weldid[model.geom_bodyid]]
-    rows: dict[State, list[Any]] = {}
+    rows: dict[State, GeomRow] = {}
     for i, partners, k in _touching_geoms(model, flags, kinds):
         state, rule = _row_state(model, flags, kinds[i], kinds[partners[0]], k)
         # The first geom of both moves.
         pairs = [(i, j) if kinds[i].moves else (j, i) for j in partners]
-        place = ("geom", numbers["geom"][pairs[0][0]]) if k is None else ("pair", numbers["pair"][k])
-        masses = [float(mass[geom]) if kinds[geom].moves else None for geom in pairs[0]]
+        tag, number = ("geom", numbers["geom"][pairs[0][0]]) if k is None else ("pair", numbers["pair"][k])
+        first, second = pairs[0]
+        masses = float(mass[first]), float(mass[second]) if kinds[second].moves else None
         name = " - ".join(model.geom(geom).name or f"geom {geom}" for geom in pairs[0])
-        # The last two items of a row count its pairs, and collect elements: at most 50, and one more as a sign of more.
-        row = rows.setdefault(state, [state, name, place, masses, rule, 0, []])
-        row[-2] += len(pairs)
-        for names in ([model.geom(geom).name for geom in pair] for pair in pairs[: _MOST_LINES + 1 - len(row[-1])]):
-            first, second = map(quoteattr, names)
-            row[-1].append(f"<pair geom1={first} geom2={second} {state.element}" if all(names) else "<geom")
+        row = rows.setdefault(state, GeomRow(state, name, tag, number, masses, rule))
+        row.count += len(pairs)
+        # At most 50 elements, and one more as a sign of more.
+        for pair in pairs[: _MOST_LINES + 1 - len(row.elements)]:
+            names = [model.geom(geom).name for geom in pair]
+            geom1, geom2 = map(quoteattr, names)
+            row.elements.append(f"<pair geom1={geom1} geom2={geom2} {state.element}" if all(names) else "<geom")
     # One line for all pairs: with the flag override, for a geom without a name, which no <pair> can name, or many
     # pairs.
     for row in rows.values():
-        if override or "<geom" in row[-1] or len(row[-1]) > _MOST_LINES:
-            row[-1] = ["<option" if override else "<geom"]
+        if override or "<geom" in row.elements or len(row.elements) > _MOST_LINES:
+            row.elements = ["<option" if override else "<geom"]
     warnings = {
         "Equality constraints tie bodies together, which changes eps": model.neq,
         "Density and viscosity of the medium change eps": option.density or option.viscosity,
@@ -212,7 +251,7 @@ def model_facts(file: str) -> dict[str, Any]:
         "Speculative contacts change eps if a body moves by its size in a step": "mjENBL_SPECULATIVE" in flags,
     }
     return {
-        "rows": [*rows.values()],
+        "rows": [astuple(row) for row in rows.values()],
         "prefix": "o_" if override else "",
         "step": option.timestep,
         "gravity": float(np.linalg.norm(gravity)),

@@ -752,46 +752,13 @@ def delivery(
             words = f"A body that falls on a plane has g t_c/v = {ratio:.2g}, and eps = {result}"
             warnings.append(f"Without weight. {words}: --gravity 9.81")
 
-    # What to write instead: the damping c with which the mean eps of the program is the wanted one.
+    # What to write instead: the damping with which the mean eps of the program is the wanted one.
     instead = None
     if epsilon is not None and not native.damping and native.damped_values is None:
         warnings.append("No parameter is a damping: there is nothing to write instead")
     elif epsilon is not None:
-
-        def contact_with_damping(c: float) -> Any:
-            return native.contact(Values({**values, **native.with_damping(values, c, file_impact)}), file_impact)
-
-        stepping: Any = {
-            "speed": file_impact.speed,
-            "step": file_impact.step,
-            "scheme": native.schemes[name] or SEMI_IMPLICIT,
-        }
-        # The contact time with which eps depends little on where in a step contact begins. The search for c starts at
-        # 1, which is of the order of eps = 0.5.
-        longer = ""
-        if file_impact.step is not None and duration is not None and duration < _RESOLVED * file_impact.step:
-            factor = resolving_factor(contact_with_damping, epsilon, 1.0, SPREAD, **stepping)
-            if factor is not None and factor > 1:
-                longer = (
-                    f"; if contacts last {factor * duration:.2g} {units.time} without damping, and not {duration:.2g} "
-                    f"{units.time}, its range is below {SPREAD:g}"
-                )
-        try:
-            c = damping_factor(contact_with_damping, epsilon, 1.0, **stepping)
-            instead = native.texts(native.with_damping(values, c, file_impact))
-            # A program that finds its damping by some steps of a method jumps over an eps. The digits that are written
-            # decide on which side of the jump it is.
-            written = {
-                parameter: native.parameters_by_name[parameter].value(text) for parameter, text in instead.items()
-            }
-            reached = native.contact(Values({**values, **written}), file_impact).collide(**stepping)
-            if abs(reached.epsilon - epsilon) > _SAME:
-                warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
-            if longer:
-                range_text = f"{reached.least:.4f} to {reached.largest:.4f}"
-                warnings.append(f"With {epsilon:g} on average, eps is {range_text}{longer}")
-        except ValueError as error:
-            warnings.append(f"No damping gives {epsilon:g}: {error}{longer}")
+        instead, damping_warnings = _texts_instead(native, values, file_impact, epsilon, duration)
+        warnings += damping_warnings
 
     # The speed below which bodies stay together; an impulse has no neck, whose energy is 0.
     def contact_of_speed(speed: float) -> Any:
@@ -804,6 +771,49 @@ def delivery(
         sticking = adhesion.sticking(contact_of_speed, file_impact.speed)
     stepped = file_impact.step is not None
     return Delivery(values, name, collision, instead, tuple(warnings), units, falling, stepped, duration, sticking)
+
+
+def _texts_instead(
+    native: Native, values: Values, file_impact: Impact, epsilon: float, duration: float | None
+) -> tuple[dict[str, str] | None, list[str]]:
+    """Return what to write for the mean eps `epsilon`, text by parameter, or None if nothing gives it; and warnings.
+
+    `values` are those of the user's file, `file_impact` is the impact in the file's units, and `duration` is the
+    undamped contact time, None if there is none.
+    """
+    units, scheme = native.units(values), native.schemes[values[native.integrator]] or SEMI_IMPLICIT
+    stepping: Any = {"speed": file_impact.speed, "step": file_impact.step, "scheme": scheme}
+    instead, warnings = None, list[str]()
+
+    def contact_with_damping(c: float) -> Any:
+        return native.contact(Values({**values, **native.with_damping(values, c, file_impact)}), file_impact)
+
+    # The contact time with which eps depends little on where in a step contact begins. Searches for the damping c start
+    # at 1, which is of the order of eps = 0.5.
+    longer_contact = ""
+    if file_impact.step is not None and duration is not None and duration < _RESOLVED * file_impact.step:
+        factor = resolving_factor(contact_with_damping, epsilon, 1.0, SPREAD, **stepping)
+        if factor is not None and factor > 1:
+            longer_contact = (
+                f"; if contacts last {factor * duration:.2g} {units.time} without damping, and not {duration:.2g} "
+                f"{units.time}, its range is below {SPREAD:g}"
+            )
+
+    try:
+        c = damping_factor(contact_with_damping, epsilon, 1.0, **stepping)
+        instead = native.texts(native.with_damping(values, c, file_impact))
+        # A program that finds its damping by some steps of a method jumps over an eps. The digits that are written
+        # decide on which side of the jump it is: so the eps of the texts themselves is computed.
+        written = {name: native.parameters_by_name[name].value(text) for name, text in instead.items()}
+        reached = native.contact(Values({**values, **written}), file_impact).collide(**stepping)
+        if abs(reached.epsilon - epsilon) > _SAME:
+            warnings.append(f"No number gives {epsilon:g}: the one to write gives {reached.epsilon:.4f}")
+        if longer_contact:
+            range_text = f"{reached.least:.4f} to {reached.largest:.4f}"
+            warnings.append(f"With {epsilon:g} on average, eps is {range_text}{longer_contact}")
+    except ValueError as error:
+        warnings.append(f"No damping gives {epsilon:g}: {error}{longer_contact}")
+    return instead, warnings
 
 
 def _in_steps(native: Native, values: Values, file_impact: Impact) -> tuple[Impact, list[str]]:
