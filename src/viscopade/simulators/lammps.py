@@ -670,7 +670,7 @@ def granular_line(words: Sequence[str], first: int) -> GranularLine:
             accepted = "limit_damping" if is_classic else f"{', '.join(_SUBMODELS)}, limit_damping, cutoff"
             raise ValueError(f"{keyword!r} is not known after {name}: expected {accepted}, {', '.join(WALL_SHAPES)}")
 
-    # Coefficients below 1e300: their products are doubles, as a rule.
+    # Coefficients below 1e300, which is below the largest double, 1.8e308.
     line = GranularLine(tuple(words[:first]), models, (*tail, *rest))
     for number in line.coefficients:
         arguments.exact_number(f"a coefficient of {name}", number, "a number >= 0", lambda x: 0 <= x < 10**300)

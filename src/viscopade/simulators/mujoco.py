@@ -105,7 +105,7 @@ def rules(first: Surface, second: Surface) -> dict[str, Rule]:
         first_decides = first.priority > second.priority
         higher = Rule("that of the higher priority", lambda x, y: x if first_decides else y)
         return dict.fromkeys(("condim", "solref", "solimp", "friction"), higher)
-    # The weights are solmix, and equal if both are 0.
+    # The weights are solmix, which counts as 0 below mjMINVAL = 1e-15, and equal if both are 0.
     weights = [solmix if solmix >= _LEAST_SOLMIX else 0.0 for solmix in (first.solmix, second.solmix)]
     mean = weighted_mean((weights[0], weights[1]), "solmix") if any(weights) else MEAN
     # Stiffness and damping, which are negative in the file, have no mean: the larger one of each counts, which is the

@@ -167,7 +167,7 @@ class Parameter:
 def _plain(text: str) -> Decimal | None:
     """Return the double nearest to a number without a unit; None if the text is no number below 1e300."""
     try:
-        # Below 1e300 a product with another number of a contact is still a double, as a rule.
+        # 1e300 is below the largest double, 1.8e308.
         number = arguments.exact_number("", text, "", lambda x: abs(x) < 10**300)
     except ValueError:
         return None
