@@ -55,7 +55,7 @@ _FRAMES: Mapping[Comment, tuple[str, str, str]] = {
     "<!--": ("<!--\n", "    ", "-->\n"),
 }
 """Before a comment of several lines, before each line, and after the comment."""
-_OPTION = re.compile(r"(?<!\S)--(?=[a-z])")
+_OPTION = re.compile(r"(?<!\S)--(?=[a-z])")  # the hyphens of an option such as --gravity
 
 
 def render(target: str, setup: Setup, command: str, **options: str) -> str:

@@ -95,6 +95,7 @@ _WALL = f'fix wall all wall/gran granular {STYLE} zplane 0.0 NULL  # for "zplane
 _TOO_LONG = 10
 DEFAULT_STEPS = {"lj": 0.005, "si": 1e-8, "cgs": 1e-8, "micro": 2.0, "nano": 0.00045}
 """Time steps of scripts without `timestep`, by units (the manual's page on timestep; the tests ask the program)."""
+# The units style whose units of length, mass and time these are.
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
 
 
@@ -307,6 +308,7 @@ group viscopade_type{{ number }} type {{ number }}
 """
 
 _SOURCE = "src/GRANULAR/gran_sub_mod_damping.cpp"
+# Range of the number of coeff_restitution in the audit, whose logarithm must be finite, and its name.
 _EPSILON, _E = ("1e-6", "1"), "coefficient of restitution"
 # Marshall (2009), J. Comput. Phys. 228, 1541: alpha(e), coefficients of e^6, …, e^0, as in
 # `GranSubModDampingTsuji::init`.
@@ -325,6 +327,7 @@ def tsuji_fit(e: Any) -> Any:
 
 _SCALED_ETA = "eta_n0 (m_eff/k_n)^(3/5) (R_eff v)^(1/5)"
 _WRITTEN = "`k_n` is `4/3 E_eff` for hertz/material. `eta_n0` is as `viscopade simulators lammps` writes it"
+# The units of each style: names of length, mass and time, and their sizes in m, kg and s; those of lj have none.
 UNITS = {
     "lj": native.FileUnits("sigma", "m", "tau", unsized="units is lj: expected a plain number, or --set units=si"),
     "si": native.FileUnits(),
@@ -835,7 +838,7 @@ SIMULATOR = Simulator(
         ),
         *formulas(
             "eta_n0 sqrt(m_eff/k)",
-            ("0", "100"),
+            ("0", "100"),  # kappa itself; eps, which tends to kappa^-2 if contact ends at zero force, is 1e-4 at 100
             _SOURCE,
             ("hooke, mass_velocity", LINEAR_RETURN, mp.mpf, "exact"),
             ("hooke, mass_velocity, limit_damping", LINEAR, mp.mpf, "other end"),

@@ -26,7 +26,7 @@ class Units:
 
     @property
     def beta(self) -> str:
-        """Unit of beta."""
+        """Unit of beta: v*^2 = beta v^(1/5) has none."""
         return f"({self.time}/{self.length})^(1/5)"
 
     def time_text(self, time: float) -> str:
