@@ -77,6 +77,7 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
+    """Return a public name, a module or an object in one; it is imported now, and kept for the next use."""
     if name in _MODULES:
         value: Any = import_module(_MODULES[name])
     elif name in _HOME:

@@ -4,7 +4,8 @@ import sys
 
 
 def main() -> None:
-    """Run the command line."""
+    """Run the command line; an interruption exits with status 130 (128 and the number of SIGINT, 2)."""
+    # The import takes a part of a second, during which Ctrl-C would print a traceback.
     try:
         from viscopade.cli import main
     except KeyboardInterrupt:

@@ -15,11 +15,12 @@ from difflib import get_close_matches
 from fractions import Fraction
 from typing import Any, SupportsIndex
 
-MAX_ORDER = 1000
-MAX_DIGITS = 5000
+# Largest requests. They are chosen by hand, so that a typing error is refused and not computed for hours.
+MAX_ORDER = 1000  # highest power of v* in a series
+MAX_DIGITS = 5000  # significant decimal digits
 MAX_DEGREE = 200  # of numerator and denominator
-MAX_CHARACTERS = 20_000
-MAX_EXPONENT = 100_000
+MAX_CHARACTERS = 20_000  # of a number as text: four times the digits of MAX_DIGITS
+MAX_EXPONENT = 100_000  # decimal; "1e999999999" would become an integer of 10^9 digits
 
 UNITS = {
     "speed": "m/s",
@@ -43,7 +44,7 @@ UNITS = {
 
 _MARKS = ("unit", "units", "dimensionality")  # attributes of quantities: Astropy's have the first, Pint's the others
 _REPR = reprlib.Repr()
-_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60  # characters
+_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60  # characters of a value in a message of one line; a choice
 _DECIMAL = re.compile(r"[+-]?([0-9]+[.]?[0-9]*|[.][0-9]+)([eE][+-]?[0-9]{1,9})?")
 
 
@@ -64,6 +65,7 @@ def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
     TypeError
         If the value has a different dimension, or its unit cannot be converted.
     """
+    # A list of plain numbers has no unit; one of quantities is converted element by element.
     if isinstance(value, list | tuple):
         if all(issubclass(kind, numbers.Number | str) for kind in {*map(type, value)}):
             return value
@@ -74,15 +76,17 @@ def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
         return value.copy(data=without_unit(name, data, unit))
     if isinstance(value, type) or not _is_marked(value):
         return value
-    wanted = UNITS.get(name, "") if unit is None else unit
+    si_unit = UNITS.get(name, "") if unit is None else unit
     attributes = getattr(value, "attrs", None)  # of xarray: a unit is a text among them
-    if isinstance(attributes, dict) and {*map(attributes.get, _MARKS)} <= {None, "", "1", "dimensionless", wanted}:
+    if isinstance(attributes, dict) and {*map(attributes.get, _MARKS)} <= {None, "", "1", "dimensionless", si_unit}:
         bare = value.copy(deep=False)
         bare.attrs = {key: text for key, text in attributes.items() if key not in _MARKS}
         return bare
-    for form in (wanted, ""):
+    # Convert to the SI unit, or else to a plain number, which a dimensionless quantity is. Astropy's result has
+    # `value`, Pint's `magnitude`.
+    for target_unit in (si_unit, ""):
         try:
-            converted = value.to(form)
+            converted = value.to(target_unit)
             number = converted.magnitude if hasattr(converted, "magnitude") else converted.value
         except (AttributeError, TypeError, ValueError, ArithmeticError):  # bases of the packages' own errors
             continue
@@ -91,16 +95,17 @@ def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
 
             return array(number, mask=value.mask)
         return number
-    accepted = f"a quantity in {wanted} or a like unit, or a number" if wanted else "a number without a dimension"
+    accepted = f"a quantity in {si_unit} or a like unit, or a number" if si_unit else "a number without a dimension"
     raise TypeError(refusal(name, value, accepted))
 
 
 def _is_marked(value: object) -> bool:
+    """Return whether a value is a quantity with a unit, of Astropy, Pint or xarray."""
     return any(getattr(value, mark, None) is not None for mark in _MARKS)
 
 
 def refusal(name: str, value: object, accepted: str) -> str:
-    """Return the error message for an argument: one line with its name, its value and the expected ones."""
+    """Return the error message for an argument: one line with its name, its value and the `accepted` ones."""
     try:
         text = " ".join(_REPR.repr(value).split())
     except ValueError:  # an integer with more digits than Python prints
@@ -108,14 +113,15 @@ def refusal(name: str, value: object, accepted: str) -> str:
     return f"{name} is {text}: expected {accepted}"
 
 
-def meant(given: str, known: Iterable[str]) -> str:
-    """Return the names that look like the given one, as the end of a refusal."""
-    near = get_close_matches(given, known, n=3, cutoff=0.6)
+def meant(word: str, names: Iterable[str]) -> str:
+    """Return the names that look like a wrong word, as the end of a refusal; "" if none does."""
+    # Up to three names, whose similarity to the word is 0.6 or more: both are defaults of difflib.
+    near = get_close_matches(word, names, n=3, cutoff=0.6)
     return f": did you mean {' or '.join(near)}?" if near else ""
 
 
 def integer(name: str, value: SupportsIndex, low: int, high: int) -> int:
-    """Return an integer argument within [low, high] as an int.
+    """Return an integer argument, whose `name` is for the message, within [low, high] as an int.
 
     Raises
     ------
@@ -126,6 +132,7 @@ def integer(name: str, value: SupportsIndex, low: int, high: int) -> int:
     """
     accepted = f"an integer from {low} to {high}"
     value = without_unit(name, value)
+    # True is 1 for Python, and an order of True is a mistake.
     number = None if isinstance(value, bool) else _index(value)
     if number is None:
         raise TypeError(refusal(name, value, accepted))
@@ -167,6 +174,7 @@ def exact_number(
     ValueError
         If it is not finite, not a number in a string, or not allowed.
     """
+    # A wrong number is a ValueError, anything that is no number a TypeError.
     value = without_unit(name, value, unit)
     number = _fraction(value)
     if number is None:
@@ -178,7 +186,8 @@ def exact_number(
 
 
 def _fraction(value: Any) -> Fraction | None:
-    """Return a number as a fraction; None if it is not a number, is infinite, or is far too large."""
+    """Return a number `value` as a fraction, exactly; None if it is not a number, is infinite, or is far too large."""
+    # A text of digits becomes a Decimal, which is exact.
     if isinstance(value, str):
         if len(value) > MAX_CHARACTERS or not _DECIMAL.fullmatch(value.strip()):
             return None
@@ -187,11 +196,14 @@ def _fraction(value: Any) -> Fraction | None:
         if not value.is_finite() or abs(value.adjusted()) > MAX_EXPONENT:
             return None
         return Fraction(value)
+    # mpmath: (-1)^sign mantissa 2^exponent. Infinities and NaN have the mantissa 0 and an exponent. A binary exponent
+    # is log2(10) = 3.3 times the decimal one: 4 is enough.
     if _is_mpf(value):
         sign, mantissa, exponent, _ = value._mpf_
         if (not mantissa and exponent) or abs(exponent) > 4 * MAX_EXPONENT:
             return None
         return int(-mantissa if sign else mantissa) * Fraction(2) ** int(exponent)
+    # Integers of any type, then floats, fractions and NumPy's scalars, which know their exact ratio.
     if isinstance(value, bool | type):
         return None
     if (index := _index(value)) is not None:
@@ -213,4 +225,5 @@ def _index(value: Any) -> int | None:
 
 
 def _is_mpf(value: object) -> bool:
+    """Return whether a value is a real number of mpmath, which is not imported for this."""
     return hasattr(value, "_mpf_")

@@ -11,12 +11,12 @@ BACKENDS = ("compiled", "numpy")
 VARIABLE = "VISCOPADE_BACKEND"
 
 
-def chosen(wanted: str | None) -> Any:
+def chosen(backend_name: str | None) -> Any:
     """Return the extension, a module; None if Python and NumPy are to compute.
 
     Parameters
     ----------
-    wanted : str, optional
+    backend_name : str, optional
         "compiled" or "numpy"; by default (and if empty) the compiled one if there is one.
 
     Raises
@@ -26,17 +26,18 @@ def chosen(wanted: str | None) -> Any:
     ImportError
         If the compiled one is asked for and was not built.
     """
-    if wanted not in (*BACKENDS, "", None):
-        raise ValueError(f"{VARIABLE} is {wanted!r}: expected {' or '.join(BACKENDS)}")
-    if wanted == "numpy":
+    if backend_name not in (*BACKENDS, "", None):
+        raise ValueError(f"{VARIABLE} is {backend_name!r}: expected {' or '.join(BACKENDS)}")
+    if backend_name == "numpy":
         return None
+    # Without a name the extension is used if it is there; a missing one is an error only if it is asked for.
     try:
         from viscopade import _native
     except ImportError as error:
-        if wanted:
+        if backend_name:
             raise ImportError(
-                f"{VARIABLE} is {wanted!r}, but the extension could not be loaded ({error}): was there a C compiler "
-                "when viscopade was installed? Expected numpy, too"
+                f"{VARIABLE} is {backend_name!r}, but the extension could not be loaded ({error}): was there a C "
+                "compiler when viscopade was installed? Expected numpy, too"
             ) from error
         return None
     return _native

@@ -42,6 +42,7 @@ def require(user: str, *packages: str) -> None:
     MissingPackage
         If a package cannot be imported; the message has the command that installs all missing ones.
     """
+    # Try all packages, so that one message and one command are enough.
     errors = {}
     for package in packages:
         try:

@@ -20,14 +20,17 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
-LONGEST = 1 << 27  # bytes of a file, and of all members of an archive
-MOST_CELLS = 1 << 23  # cells in all sheets of a file, empty ones included
+# Limits of what is parsed, chosen by hand: a table of millions of rows is read, and a file that would fill the memory
+# of a laptop is refused in one line.
+LONGEST = 1 << 27  # bytes, 134 million, of a file, and of all members of an archive
+MOST_CELLS = 1 << 23  # cells, 8.4 million, in all sheets of a file, empty ones included
 MOST_MEMBERS = 1000  # members of an archive, and sheets of a spreadsheet
-LONGEST_TOML = 1 << 20  # bytes; the parser takes about 1 s for 1 MB
-DEEPEST = 8  # nested tables and lists; parts of a dotted key
+LONGEST_TOML = 1 << 20  # bytes; the parser takes 1 or 2 s for 1 MB
+DEEPEST = 8  # nested tables and lists, and parts of a dotted key: one of many parts filled 5 GB
 
 LIMITED = sys.platform == "linux" and not getattr(sys, "frozen", False)
 """Whether a process has a limit of memory. A frozen program has no process of its own."""
+# The program of `printed_by`: it limits its memory (and writes no image of it after a crash), then runs the module.
 _PROCESS = """
 import json, runpy, sys
 file, request, memory, sys.path[:] = json.loads(sys.argv[1])
@@ -57,7 +60,7 @@ _DOTTED = re.compile(rf"(?<!{_PART})(?:{_PART}++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def content(file: Path, accepted: str) -> bytes:
-    """Return the content of a file.
+    """Return the content of a file; `accepted` says in the message what it should be, such as "a scene in TOML".
 
     Raises
     ------
@@ -68,8 +71,10 @@ def content(file: Path, accepted: str) -> bytes:
         # Nobody may write into a named pipe; one that is open already, as /dev/stdin, has an end.
         if file.is_fifo() and not str(file).startswith("/dev/"):
             raise OSError("it is a pipe (/dev/stdin reads standard input)")
+        # One byte more than allowed shows that a file is too long, without reading the rest.
         with file.open("rb") as stream:
             read = stream.read(LONGEST + 1)
+    # Our pages name examples/…, which is a folder of the package: say where it is.
     except OSError as error:
         shipped = not file.is_absolute() and file.parts[:1] == ("examples",) and isinstance(error, FileNotFoundError)
         copy = "; the folder that `viscopade --examples-dir` prints has the examples" * shipped
@@ -91,7 +96,14 @@ def require_cells(source: str, cells: int) -> None:
 
 
 def members(archive: bytes, source: str) -> dict[str, bytes]:
-    """Return the members of a ZIP archive by name."""
+    """Return the members of a ZIP archive by name; `source` names the file in messages.
+
+    Raises
+    ------
+    ValueError
+        If the archive is damaged, encrypted, or too large, also after it is unpacked.
+    """
+    # The list of members says their sizes: check it before anything is unpacked.
     require_size(source, len(archive))
     try:
         with zipfile.ZipFile(io.BytesIO(archive)) as opened:
@@ -108,12 +120,20 @@ def members(archive: bytes, source: str) -> dict[str, bytes]:
 
 
 def toml(text: bytes | str, source: str) -> dict[str, Any]:
-    """Return the tables in a TOML file."""
+    """Return the tables in the `text` of a TOML file; `source` names the file in messages.
+
+    Raises
+    ------
+    ValueError
+        If it is too long, not TOML in UTF-8, or nested too deeply.
+    """
     require_size(source, len(text), LONGEST_TOML)
     try:
         plain = text if isinstance(text, str) else text.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise ValueError(f"{source}: the file is not text in UTF-8: expected a scene in TOML") from None
+    # Nested lists and long dotted keys would exceed the parser's recursion or fill the memory: look for them in the
+    # text without strings and comments. The depth is the number of brackets that are open.
     code = _STRING_OR_COMMENT.sub("x", plain)
     depths = accumulate((c in "[{") - (c in "]}") for c in code if c in "[]{}")
     if _DOTTED.search(code) or max(depths, default=0) > DEEPEST:
@@ -147,6 +167,7 @@ def printed_by(module: str, request: object, content: bytes, memory: int, second
     ValueError
         If the process exceeds a limit, crashes or fails; with the message of its exception in one line.
     """
+    # -I: Python ignores the user's environment and the folder; the process gets this one's path for imports.
     words = [sys.executable, "-I", "-c", _PROCESS, json.dumps([module, request, memory if LIMITED else None, sys.path])]
     threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")  # each takes address space
     try:
@@ -162,6 +183,7 @@ def printed_by(module: str, request: object, content: bytes, memory: int, second
             )
     except subprocess.TimeoutExpired:
         raise ValueError(f"it takes more than {seconds} s: expected {smaller}") from None
+    # The last line has the exception. A negative status is the signal that killed the process.
     message = run.stderr.decode(errors="replace").strip().rpartition("\n")[2]
     if run.returncode < 0 or "MemoryError" in message or "bad_alloc" in message:
         raise ValueError(f"its parser crashes or needs more than {memory} bytes of memory: expected {smaller}")

@@ -19,7 +19,7 @@ END_CONDITION = (
     "not when the compression x returns to 0"
 )
 
-WIDTH = 100  # columns of generated text
+WIDTH = 100  # columns of generated text; a choice
 
 SPDX = ("SPDX-FileCopyrightText: 2026 viscopade developers", "SPDX-License-Identifier: MIT")
 CITE = (
@@ -53,14 +53,17 @@ def comment(lines: Iterable[str], mark: str) -> str:
     return "\n".join(f"{mark} {harmless(line)}".rstrip() for line in lines)
 
 
+# A blank before an operator of a formula, behind one, or behind <= and >=.
 _BESIDE_AN_OPERATOR = re.compile(r" (?=(?:[-+*/]|[<>]?=) )|(?<= [-+*/=]) |(?<= [<>]=) ")
 
 
 def wrapped(text: str, width: int = WIDTH, indent: str = "", *, whole_words: bool = False) -> list[str]:
     """Return a text in lines, none of which ends within a formula such as 1 - eps^2; all but the first are indented.
 
-    With `whole_words` a line may be longer: no word is broken.
+    `width` is in characters, and `indent` the beginning of all lines but the first. With `whole_words` a line may be
+    longer: no word is broken.
     """
+    # Blanks in formulas become a character at which no line breaks, and blanks again afterwards.
     whole = _BESIDE_AN_OPERATOR.sub("\0", text)
     lines = wrap(
         whole, width, subsequent_indent=indent, break_long_words=not whole_words, break_on_hyphens=not whole_words
@@ -110,20 +113,24 @@ def environment(module: str | None = None) -> Environment:
     """Return the Jinja environment for texts, and for the folder templates/ beside a module (its `__name__`)."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    made = Environment(
+    # An unknown name is an error, and a line that has only a statement leaves no line in the text.
+    jinja = Environment(
         loader=None if module is None else PackageLoader(module.rpartition(".")[0]),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.globals |= {"version": __version__, "version_number": version_number()}
-    made.filters |= {"lines": _lines, "string": string}
-    return made
+    jinja.globals |= {"version": __version__, "version_number": version_number()}
+    jinja.filters |= {"lines": _lines, "string": string}
+    return jinja
 
 
 def _lines(values: Sequence[Any], pattern: str) -> str:
-    """Return a line for each value, tuple, or record with names, by a pattern with braces; no {comma} in the last."""
+    """Return a line for each of the `values`, by a pattern with braces such as "{}, {}{comma}".
+
+    A value fills {}, a tuple several of them, and a dict {name}; {comma} is empty in the last line.
+    """
 
     def line(number: int, value: Any) -> str:
         named = value if isinstance(value, dict) else {}

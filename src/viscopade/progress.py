@@ -26,6 +26,7 @@ def track(steps: Sequence[int], description: str, cost: Cost | None = None) -> I
 @contextmanager
 def shown_by(tracker: Tracker) -> Iterator[None]:
     """Show progress by `tracker` for the duration of a `with` block."""
+    # The token brings back the tracker of the block around this one.
     token = _tracker.set(tracker)
     try:
         yield

@@ -23,9 +23,13 @@ _UNIT = re.compile(rf"{_POWER}(?:(?: ?[*/·] ?| ){_POWER})*")
 _BETA = re.compile(r"([^(]*)\(([^()]*)\) ?(?:\^|\*\*) ?\(1/5\)")
 _SUPERSCRIPTS = str.maketrans({"⁻": "-", "−": "-", "¹": "1", "²": "2", "³": "3", "μ": "µ"})
 _PER_SECOND = re.compile(r"([kcm]?m)[\s_/.·*]?s(?:\^?[({]?-1[)}]?)?")  # m/s, m s^-1, ms-1, m_s, and ms of a speed
-_LONGEST = 60
-_EXACT = 200  # digits: of a product of a short number and a unit
-_SHORT = 8  # characters of a factor that is a round number
+_LONGEST = 60  # characters of a quantity, number and unit; a choice, longer than any that people write
+# Digits that hold a product exactly: a number of 60 characters times a size of a unit, a double of 17 digits, with
+# exponents of 3 digits that only move the point. A quotient, such as 1/60, is rounded to so many digits.
+_EXACT = 200
+# Characters of a size that is a round number, such as 1000.0 or 1e-06: 15 significant digits of any other double make
+# a longer text. A choice.
+_SHORT = 8
 
 DIMENSIONS = {
     "length": ("m", "mm"),
@@ -47,6 +51,7 @@ PIXELS = ("px", "pixel", "pixels")
 
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry[Any]:
+    """Return Pint's units, which take a part of a second to read: once a process, and only if a unit is used."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import pint
@@ -71,6 +76,7 @@ def quantity(node: Node, dimension: str, *, zero: bool = False) -> float:
     ValueError
         One line that names the file, the key and the expected quantity.
     """
+    # None stands for anything that is no such quantity.
     unit = DIMENSIONS[dimension][0]
     value = _in_si(node.value, unit) if isinstance(node.value, str) else _plain(node.value)
     if value is None or not (0 < value < math.inf or (zero and value == 0)):
@@ -79,7 +85,7 @@ def quantity(node: Node, dimension: str, *, zero: bool = False) -> float:
 
 
 def words(dimension: str, *, zero: bool = False) -> str:
-    """Return the expected quantity in words, for a message."""
+    """Return the expected quantity in words, for a message: "a length > 0, such as …"; `zero`: 0 is allowed."""
     unit, example = DIMENSIONS[dimension]
     return f'a {dimension} {">=" if zero else ">"} 0, such as "2.5 {example}", or a number in {unit}'
 
@@ -98,23 +104,33 @@ def beta_decimal(text: str) -> tuple[str, str, str] | None:
     tuple of str
         The number, the unit, and the speed of 1 in that unit's lengths and times, in m/s: 0.01 for (s/cm)^(1/5).
     """
+    # A number without a unit of its own, and in brackets a time over a length, "s/cm".
     match = _BETA.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     number = None if match is None else _NUMBER.fullmatch(match[1])
     slowness = match and [part.strip() for part in match[2].split("/")]
     if match is None or number is None or number[2] or slowness is None or len(slowness) != 2:
         return None
+    # The reciprocal, "cm/s", is a unit of speed, or else this is no beta.
     speed = si_decimal(f"1 {slowness[1]}/{slowness[0]}", "speed")
     return None if speed is None else (number[1], f"({match[2].strip()})^(1/5)", speed)
 
 
 def uncertain(value: float, error: float) -> str:
-    """Return a value and its standard error, both to the second digit of the error, such as "0.873 +- 0.0040"."""
+    """Return a value and its standard error, both to the second digit of the error, such as "0.8730 +- 0.0040".
+
+    Where this would be long, both have one power of ten: "(1.230 +- 0.010)e-07". An error that is 0, infinite or NaN
+    is left out, and the value then has six digits.
+    """
     if not 0 < error < math.inf:
         return f"{value:.6g}"
+    # The second digit of the error is this decimal place; negative for an error of 100 or more.
     decimals = 1 - math.floor(math.log10(error))
     power = math.floor(math.log10(max(abs(value), error)))
+    # A power of ten if there are more than 6 decimals and both numbers are below 0.01, for an error of 1000 or more,
+    # whose digits would not all be known, and from a million on. 6, 0.01 and 1e6 are choices.
     scaled = (decimals > 6 and power < -2) or decimals < -1 or abs(value) >= 1e6
     unit = 10.0**power if scaled else 1.0
+    # A double has no more than 15 decimals behind its first digit.
     places = max(min(decimals + (power if scaled else 0), 15), 0)
     text = f"{value / unit:.{places}f} +- {error / unit:.{places}f}"
     return f"({text})e{power:+03d}" if scaled else text
@@ -123,11 +139,14 @@ def uncertain(value: float, error: float) -> str:
 def factor(node: Node, dimension: str) -> tuple[str, float]:
     """Return a unit's name, and its factor to SI units.
 
+    `node` has the name, such as "cm", and `dimension` is a key of `DIMENSIONS`.
+
     Raises
     ------
     ValueError
         As `quantity` does.
     """
+    # The factor is the size of 1 unit.
     unit, example = DIMENSIONS[dimension]
     name = node.value if isinstance(node.value, str) else ""
     size = _in_si(f"1 {name}", unit)
@@ -139,18 +158,22 @@ def factor(node: Node, dimension: str) -> tuple[str, float]:
 def unit_in_si(unit: str, dimension: str) -> tuple[str, float] | None:
     """Return a unit's name and its size in SI units, from a header: "cm s⁻¹", "ms-1"; None for any other text.
 
-    A plain number, with the dimension "", may be in %.
+    `unit` is the text, and `dimension` a key of `DIMENSIONS`, or "" for a plain number, which may be in % (0.01).
     """
     name = unit.translate(_SUPERSCRIPTS).strip()
     if dimension not in DIMENSIONS:
         return (name, 0.01 if name == "%" else 1.0) if name in ("%", "-", "1") else None
+    # "ms" in a column of speeds is m/s; for Pint it is a millisecond.
     if dimension == "speed" and (match := _PER_SECOND.fullmatch(name)):
         name = f"{match[1]}/s"
-    tried = () if name.lower() in PIXELS else (name, name.lower())
-    return next(((each, size) for each in tried if (size := _in_si(f"1 {each}", DIMENSIONS[dimension][0]))), None)
+    # A pixel has no fixed size. Headers may have "CM" for cm: the first spelling that is a unit of the dimension.
+    spellings = () if name.lower() in PIXELS else (name, name.lower())
+    si_unit = DIMENSIONS[dimension][0]
+    return next(((spelling, size) for spelling in spellings if (size := _in_si(f"1 {spelling}", si_unit))), None)
 
 
 def _plain(value: object) -> float | None:
+    """Return a number of TOML or JSON as a double; None for another value, or an integer beyond the doubles."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:
@@ -166,13 +189,18 @@ def _in_si(text: str, unit: str) -> float | None:
 
 
 def decimal_in(text: str, unit: str | None) -> Decimal | None:
-    """Return a number with a unit in another unit, exactly, or None; without another one in SI base units."""
+    """Return the number of a `text` with a unit in another `unit`, or None; without another one in SI base units.
+
+    It is exact, except for a fraction such as "1/60 s", which has 200 digits.
+    """
+    # A fraction or a number, and behind it the unit: a product of powers, and of nothing that Pint would evaluate.
     match = (_FRACTION.fullmatch(text) or _NUMBER.fullmatch(text)) if len(text) <= _LONGEST else None
     if match is None:
         return None
     number, *denominator, name = match.groups()
     if not _UNIT.fullmatch(name.strip().removeprefix("1/")):  # such as 1/s^2
         return None
+    # "cm3" becomes "cm^3", and the two characters for micro become one.
     try:
         size = _size_of_unit(_BARE_EXPONENT.sub("^", name.strip().replace("μ", "µ")), unit)
     except (ArithmeticError, AttributeError, AssertionError, TypeError, ValueError, KeyError, SyntaxError):
@@ -181,14 +209,16 @@ def decimal_in(text: str, unit: str | None) -> Decimal | None:
         return Decimal(number) * size / Decimal(*denominator or (1,))
 
 
+# 256: more units than a table or a scene has; a choice.
 @lru_cache(maxsize=256)
 def _size_of_unit(name: str, unit: str | None) -> Decimal:
-    """Return a unit in terms of another one, or of SI base units."""
+    """Return the unit `name` in terms of another `unit`, or of SI base units: 0.01 for cm in m."""
     registry = _registry()
     one = registry.Quantity(1.0, registry.Unit(name))
     size = float((one.to_base_units() if unit is None else one.to(unit)).magnitude)
     if not 0 < size < math.inf:
         raise ValueError(f"{name} is not a positive number of {unit}")
-    # Pint multiplies in double precision: 1 g/cm^3 is 1000 kg/m^3, not the neighbour.
+    # Pint multiplies in double precision, and makes 999.9999999999999 kg/m^3 of 1 g/cm^3. 15 digits, which a double
+    # always keeps, give 1000; where they are no round number, as for lb/ft^3, take the double itself.
     short = f"{size:.15g}"
     return Decimal(short if len(short) <= _SHORT else repr(size))

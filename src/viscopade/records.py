@@ -9,7 +9,7 @@ from typing import Self, TypeVar
 
 Word = TypeVar("Word", bound=str)
 
-MOST = 2**53  # largest count
+MOST = 2**53  # largest count: a double holds every integer up to it exactly
 
 
 @dataclass(frozen=True)
@@ -35,10 +35,12 @@ class Node:
         return ValueError(f"{self.source}: {where} {_shown(self.value)}: expected {accepted}")
 
     def _at(self, name: str, value: object) -> Self:
+        """Return the node of a part, whose key is this one's and the part's name: "material.ice"."""
         return type(self)(self.source, f"{self.key}.{name}".removeprefix("."), value)
 
     @property
     def _table(self) -> Mapping[str, object]:
+        """The parts by name, if the value is a table of TOML or an object of JSON."""
         if not isinstance(self.value, Mapping):
             raise self.refuse("an object")
         return self.value
@@ -63,11 +65,14 @@ class Node:
         return isinstance(self.value, Mapping) and name in self.value
 
     def only(self, *names: str, inside: Mapping[str, Sequence[str]] | None = None) -> Self:
-        """Return this node, after a check that its parts have no other names; `inside`: those of parts of its parts."""
+        """Return this node, after a check that its parts have no other names than `names`.
+
+        `inside` has the names of parts of its parts: a name that stands one level too high is told where it belongs.
+        """
         for name in self._table:
             if name not in names:
                 where = f"{self.key}." if self.key else ""
-                near = [f"{part}.{name}" for part, known in (inside or {}).items() if name in known]
+                near = [f"{part}.{name}" for part, inner_names in (inside or {}).items() if name in inner_names]
                 hint = f"did you mean {' or '.join(near)}?" if near else f"expected {', '.join(names)}"
                 raise ValueError(f"{self.source}: {where}{_short(name)} is not known: {hint}")
         return self
@@ -97,7 +102,8 @@ class Node:
         raise self.refuse(", ".join(accepted))
 
     def within(self, accepted: str, holds: Callable[[float], bool]) -> float:
-        """Return a number that meets a condition; `accepted` describes the condition."""
+        """Return a number for which `holds` is true; `accepted` describes this condition in the message."""
+        # True is an integer for Python, and no number here. An integer may be beyond the doubles.
         value = self.value
         if isinstance(value, bool) or not isinstance(value, int | float) or not holds(value):
             raise self.refuse(accepted)
@@ -128,5 +134,6 @@ def _shown(value: object) -> str:
 
 
 def _short(name: object) -> str:
+    """Return a name in one line, with at most 40 characters (a choice): it is a key that the user invented."""
     text = str(name) if str(name).isprintable() else repr(name)
     return text if len(text) <= 40 else text[:40] + "…"

@@ -36,7 +36,8 @@ def example_scenes() -> dict[str, Path]:
 
 
 def _folder(name: str) -> Path:
-    for found in (_PACKAGE / name, _PACKAGE.parents[1] / _IN_A_CHECKOUT[name]):
-        if found.is_dir():
-            return found
+    """Return a folder of the installed package, or the one of the same files in a checkout, src/viscopade/../.."""
+    for folder in (_PACKAGE / name, _PACKAGE.parents[1] / _IN_A_CHECKOUT[name]):
+        if folder.is_dir():
+            return folder
     raise FileNotFoundError(f"viscopade was installed without its folder {name}: expected an installation with pip")

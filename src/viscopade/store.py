@@ -24,47 +24,54 @@ from typing import Any, TypeVar, cast, get_type_hints
 from viscopade.arithmetic.formats import FORMATS, Format
 
 FOLDER = "data/kernels"
-LONGEST_NAME = 80
-_INNERMOST = re.compile(r"\[[^][{}]*\]")
+LONGEST_NAME = 80  # characters of a file's name before its digest; a choice, below the limit of every file system
+_INNERMOST = re.compile(r"\[[^][{}]*\]")  # a list without lists or objects in it
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _anew: dict[str, str] | None = None  # inside `anew`: the records that were made, by file name
-_forget: list[Callable[[], None]] = []
-_named: dict[type, Mapping[str, Any]] = {Format: FORMATS}
+_forget: list[Callable[[], None]] = []  # of each function with records: clears the results in memory
+_named: dict[type, Mapping[str, Any]] = {Format: FORMATS}  # classes whose objects are stored by name, and the objects
 
 
 def recorded(name: str) -> Callable[[Function], Function]:
     """Mark a function of hashable arguments whose results are records of this name, of the annotated type."""
 
     def mark(make: Function) -> Function:
-        form = signature(make)
+        """Return `make` with its results read from records, or kept in memory."""
+        parameters = signature(make)
 
+        # 256 results in memory: more than the package has records; a choice.
         @lru_cache(maxsize=256)
-        def known(*arguments: Any) -> Any:
+        def stored_result(*arguments: Any) -> Any:
             return _result(name, make, arguments)
 
         @wraps(make)
         def read_or_make(*arguments: Any, **named: Any) -> Any:
-            bound = form.bind(*arguments, **named)
+            """Return the result for these arguments, positional or by name."""
+            # One call has one key, however it is written: all arguments by position, without defaults at the end. So
+            # a new parameter with a default changes no key.
+            bound = parameters.bind(*arguments, **named)
             bound.apply_defaults()
-            values = [*zip(bound.args, form.parameters.values(), strict=True)]
-            while values and values[-1][0] == values[-1][1].default:  # the key has no defaults
+            values = [*zip(bound.args, parameters.parameters.values(), strict=True)]
+            while values and values[-1][0] == values[-1][1].default:
                 values.pop()
-            return known(*(value for value, _ in values))
+            return stored_result(*(value for value, _ in values))
 
-        _forget.append(known.cache_clear)
+        _forget.append(stored_result.cache_clear)
         return cast(Function, read_or_make)
 
     return mark
 
 
 def _result(name: str, make: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """Return the result of `make` for these arguments from the record of this name; without one, compute it."""
     key = [name, *_converter().unstructure(arguments)]
     file = _file_name(key)
     record = None if _anew is not None else json.loads(of_package(file) or "null")
     if record is not None and record["key"] == key:  # different keys may have the same file name
         return _converter().structure(record["value"], get_type_hints(make)["return"])
+    # No record, or `anew`, which collects the records that results make.
     made = make(*arguments)
     if _anew is not None:
         _anew[file] = _text({"key": key, "value": _converter().unstructure(made)})
@@ -74,6 +81,7 @@ def _result(name: str, make: Callable[..., Any], arguments: tuple[Any, ...]) -> 
 @contextmanager
 def anew() -> Iterator[dict[str, str]]:
     """Compute all results anew in a `with` block. Yields the records, as texts by file name."""
+    # Results in memory are forgotten at both ends: neither old ones inside nor new ones after the block.
     global _anew
     before, _anew = _anew, {}
     _clear()
@@ -84,9 +92,9 @@ def anew() -> Iterator[dict[str, str]]:
         _clear()
 
 
-def by_name(kind: type, known: Mapping[str, Any]) -> None:
-    """Store objects of a class, which have the attribute `name`, in records by their names."""
-    _named[kind] = known
+def by_name(kind: type, objects: Mapping[str, Any]) -> None:
+    """Store the `objects` of a class, which have the attribute `name`, in records by their names."""
+    _named[kind] = objects
     _converter.cache_clear()
 
 
@@ -108,6 +116,8 @@ def _converter() -> Any:
     """Return the converter between objects and JSON-able data."""
     from cattrs import Converter  # imported here, so that `import viscopade` is fast
 
+    # Numbers as text without rounding: a double in hexadecimal, a fraction as p/q. Fields with their default are left
+    # out. `kind` is a type, and each has a function to text and one from text.
     converter = Converter(detailed_validation=False, omit_if_default=True)
     for kind, write, read_text in (
         (float, float.hex, float.fromhex),
@@ -122,9 +132,10 @@ def _converter() -> Any:
         lambda kind: kind == tuple[tuple[float, ...], ...],
         lambda rows, _: tuple([tuple(map(float.fromhex, row)) for row in rows]),
     )
-    for named, known in _named.items():
+    for named, objects in _named.items():
         converter.register_unstructure_hook(named, attrgetter("name"))
-        converter.register_structure_hook(named, partial(_one_of, known))
+        converter.register_structure_hook(named, partial(_one_of, objects))
+    # Named tuples are objects with their fields; cattrs would make lists of them.
     hints = lru_cache(get_type_hints)
 
     def written(value: Any) -> dict[str, Any]:
@@ -141,12 +152,15 @@ def _converter() -> Any:
     return converter
 
 
-def _one_of(known: Mapping[str, Any], name: str, _: Any) -> Any:
-    return known[name]
+def _one_of(objects: Mapping[str, Any], name: str, _: Any) -> Any:
+    """Return the object of a name; cattrs also passes the type, which is known."""
+    return objects[name]
 
 
 def _file_name(key: list[Any]) -> str:
     """Return the name of a record's file, which is cut and gets a digest if it would be too long."""
+    # Readable names, such as name-3-6-double; 8 hexadecimal digits (32 bits) tell long ones with the same beginning
+    # apart, and the key in the record tells the rest.
     text = json.dumps(key)
     words = re.sub(r"[^A-Za-z0-9_.]+", "-", text).strip("-")
     digest = hashlib.sha256(text.encode()).hexdigest()[:8]
@@ -155,4 +169,4 @@ def _file_name(key: list[Any]) -> str:
 
 def _text(record: dict[str, Any]) -> str:
     """Return a record as JSON, each innermost list on a line of its own."""
-    return _INNERMOST.sub(lambda found: " ".join(found[0].split()), json.dumps(record, indent=1)) + "\n"
+    return _INNERMOST.sub(lambda match: " ".join(match[0].split()), json.dumps(record, indent=1)) + "\n"

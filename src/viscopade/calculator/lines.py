@@ -22,7 +22,7 @@ def programs() -> list[dict[str, Any]]:
     """
     entries = []
     for target in TARGETS:
-        # A target is the name of a program, or of one of its interfaces.
+        # A target is the name of a program, or of one of its interfaces, such as "rebound-c".
         simulator = simulator_with(target)
         interface = target.removeprefix(simulator.name).removeprefix("-")
         program: dict[str, Any] = {

@@ -73,10 +73,12 @@ def functions() -> str:
 
 
 def _parts() -> dict[str, str]:
+    """Return the texts that the template of the page puts together: kernels, facts (JSON), names, languages."""
     # The text stands in a script element, which these two strings would end; the data have no "<".
     text = requests.file(KERNELS_FILE)
     if "</script" in text or "<!--" in text:
         raise ValueError(f"{KERNELS_FILE} cannot be part of a page")
+    # The calculator asks a kernel for eps and 1 - eps by its name, and names the languages that also have it.
     facts = json.dumps(_facts(), ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     names = (f"{kernel.name}: [restitution_{kernel.name}, dissipation_{kernel.name}]" for kernel in _kernels())
     targets = ", ".join(name for name in NAMES if "compact" in language(name).groups)
@@ -89,13 +91,16 @@ def _kernels() -> list[Kernel]:
 
 
 def _bound(kernel: Kernel) -> str:
-    """Return the error of eps relative to the smaller of eps and 1 - eps, without half an ulp or two of eps."""
+    """Return the error of eps relative to the smaller of eps and 1 - eps, without half an ulp or two of eps.
+
+    It is a decimal of three digits, rounded up.
+    """
     bound = min(kernel.bound("restitution", "host", "double"), key=lambda bound: bound.last)
     return at_most(bound.relative, 3)
 
 
 def _facts() -> dict[str, Any]:
-    """Return the data of the page."""
+    """Return the data of the page, as JSON has them; all numbers are in SI units."""
     return {
         "kernels": [{"name": kernel.name, "bound": _bound(kernel)} for kernel in _kernels()],
         "tablesError": tables.ERROR,
@@ -113,11 +118,13 @@ def _facts() -> dict[str, Any]:
         "sentences": limits.SENTENCES,
         "programs": lines.programs(),
         "steps": {"chosen": CHOSEN_STEPS, "fewest": FEWEST_STEPS, "fine": STEPS},
+        # The coefficients of [3/6] as the paper prints them: Yade solves [3/6](v*) = en with these.
         "printedPade": [[float(c) for c in row] for row in TABLE[3, 6]],
     }
 
 
 def _factor(unit: str, dimension: str) -> float:
+    """Return the size of a unit in the SI unit of its dimension: 0.01 for cm."""
     factor = quantity.si_decimal(f"1 {unit}", dimension)
     if factor is None:
         raise ValueError(f"{unit} is no unit of {dimension}")
@@ -125,6 +132,8 @@ def _factor(unit: str, dimension: str) -> float:
 
 
 def _laws() -> list[dict[str, Any]]:
+    """Return the ready laws, each with its facts and with the tables of eps for each end of contact."""
+    # A law with both ends comes twice; its facts are the same.
     entries: dict[str, dict[str, Any]] = {}
     for name, law in tables.laws():
         about = entries.setdefault(name, {"name": name, "title": _TITLES[name], **_about(law), "ends": {}})
@@ -133,6 +142,12 @@ def _laws() -> list[dict[str, Any]]:
 
 
 def _about(law: Law) -> dict[str, Any]:
+    """Return what the page computes with for a law x'' + x^a + kappa x^b x' = 0.
+
+    kappa grows as v^power, v* is kappa^(1/d), nu is (a + 1)/(b + 1), and contactTime is the scaled one without damping.
+    symbol and factor belong to the law's own damping constant, such as A.
+    """
+    # v* = kappa^(1/d): for nu = n_a/n_b > 1 eps is a series in it if contact ends where the force vanishes.
     about: dict[str, Any] = {
         "elastic": str(law.elastic),
         "damping": str(law.damping),
@@ -153,5 +168,6 @@ def _about(law: Law) -> dict[str, Any]:
 
 
 def _pade(m: int, n: int) -> dict[str, Any]:
+    """Return the approximant [m/n]: its name, and its coefficients in ascending powers of v*."""
     a, b = pade(m, n, _PADE_DIGITS).decimals(_PADE_DIGITS)
     return {"name": f"[{m}/{n}]", "a": [float(c) for c in a], "b": [float(c) for c in b]}

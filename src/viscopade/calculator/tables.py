@@ -25,6 +25,7 @@ Table = dict[str, Any]
 
 def laws() -> Iterator[tuple[str, Law]]:
     """Yield names and laws: with both ends of contact, where these differ."""
+    # For nu = (a + 1)/(b + 1) <= 1 the force vanishes only where x = 0 again.
     for name in LAWS:
         for end in ENDS:
             law = law_of(name, end)

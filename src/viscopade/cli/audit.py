@@ -59,6 +59,7 @@ _MEANT = {
     )
 )
 @click.argument("simulator", required=False, type=_SimulatorOrFile(SIMULATORS, _MEANT), metavar="[SIMULATOR|FILE]")
+# The five default eps, from weak to strong damping, are a choice.
 @click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
 @click.option("--time-step", help="Time step: a multiple of the undamped contact time; with --speed or FILE a time.")
 @click.option(

@@ -187,7 +187,9 @@ def _columns(row: Audit, contact_time: float, is_time: bool) -> dict[str, str]:
             f"eps differs by more than {SPREAD:g} over where in a step contact begins, unless an undamped contact "
             f"lasts {steps} time steps{seconds}."
         )
-    # The number to write instead has 10 figures where it is exact, and 6 where it is a mean over sampled collisions.
+    # The number to write instead has 10 figures where it is exact, enough to copy it, and 6 where it is sampled: it
+    # then gives eps on average.
+    instead_figures = 10 if stepped is None else _FIGURES
     return {
         "program": row.program.title,
         "formula": row.formula.name,
@@ -197,7 +199,7 @@ def _columns(row: Audit, contact_time: float, is_time: bool) -> dict[str, str]:
         "with the time step": "" if stepped is None else f"{stepped.epsilon:.{_FIGURES}g}",
         "from": "" if stepped is None else f"{stepped.least:.{_FIGURES}g}",
         "to": "" if stepped is None else f"{stepped.largest:.{_FIGURES}g}",
-        "write instead": "" if row.instead is None else f"{row.instead:.{10 if stepped is None else _FIGURES}g}",
+        "write instead": "" if row.instead is None else f"{row.instead:.{instead_figures}g}",
         "largest time step": "" if advice is None else f"{advice.largest_step * contact_time:.4g}",
         "d eps/d step": "" if advice is None else f"{advice.slope / contact_time:.3g}",
         "why": " ".join(reasons),

@@ -135,6 +135,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 
 
 @click.command(epilog=examples("viscopade coefficients --order 6 --digits 40"))
+# 20: twice the order that [3/6] needs; chosen by hand.
 @click.option("--order", type=ORDER, default=20, show_default=True, help="Highest power of v*.")
 @DIGITS_OPTION
 @click.option("--symbolic", is_flag=True, help="Print the h_k also as polynomials in lambda_1, lambda_3, ….")
@@ -205,6 +206,7 @@ def _say_polynomials(derivation: Derivation) -> None:
 @click.argument("m", type=Degree())
 @click.argument("n", type=Whole(0, arguments.MAX_DEGREE), required=False)
 @DIGITS_OPTION
+# Here and below the numbers in helps are the limits of the functions that are called, and are checked there.
 @click.option(
     "--v-star-max",
     help="State the error for 0 <= v* <= this number (0.001 to 100): proven for the viscoelastic law, else sampled.",
@@ -277,12 +279,13 @@ def pade_command(
         if line:
             say(line)
         say(verdict)
-        # The series of the error begins with this term; 10 digits of it, and of doublets below, are enough to read.
+        # The series of the error begins with this term, of which 10 digits are enough to read.
         say(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
         for line in errors:
             say(line)
         say(f"digits lost by the linear system: {p.digits_lost}; order conditions met within {p.residual:.1e}")
         for d in p.doublets():
+            # A pole and a zero that nearly cancel; 10 digits are enough to read.
             pole, zero = (" + i ".join(root.decimals(min(digits, 10))) for root in (d.pole, d.zero))
             say(f"Froissart doublet: pole {pole}, zero {zero}, relative distance {d.distance:.1e}")
 
@@ -839,6 +842,7 @@ def _in_unit(name: str, text: str, unit: str) -> float:
             name,
             text if in_si is None else in_si,
             accepted,
+            # the largest double is 1.8e308
             lambda x: 0 < x < 10**300 or (x == 0 and name == "damping"),
         )
     )
@@ -891,7 +895,6 @@ def _pade_json(p: Pade) -> dict[str, Any]:
     """Return an approximant as JSON has it: numbers with `p.digits` digits are decimals, as text."""
     from viscopade.arithmetic.balls import known_decimal
 
-    # next_term is the first coefficient of the series of eps - p; 10 digits, as text output has, tell its size.
     a, b = p.decimals()
     return {
         "m": p.m,
@@ -908,6 +911,7 @@ def _pade_json(p: Pade) -> dict[str, Any]:
         "usable": p.usable,
         "verdict": p.verdict,
         "contact_order": p.contact_order,
+        # The first coefficient of the series of eps - p; 10 digits, as the text output has, tell its size.
         "next_term": known_decimal(p.next_term, 10),
         "digits_lost": p.digits_lost,
         "residual": p.residual,

@@ -119,6 +119,7 @@ def export(target: str, order: int, digits: int | None, output: Path | None, **o
 def _refuse_unused(target: str, used: set[str]) -> None:
     """Refuse options that would change nothing in a target's file; `used` has the names of those that do."""
     # Options with a default always have a value: what counts is whether the user typed it.
+    # From an option's name to its flag, such as "--v-star-max".
     context = click.get_current_context()
     flags = {str(option.name): option.opts[-1] for option in context.command.params}
     for name, flag in flags.items():

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -39,11 +39,13 @@ if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
     from viscopade.plots.speeds import SpeedCurve, Weight
 
-_FIGURES = 6  # of a number in a table
-_MOST_ROWS = 10_000
-_INCH, _LETTERS = 0.0254, 7.5  # m; points
-_DRAWN = 160  # points of a curve
-_DRAWN_WITH_WEIGHT = 64  # each takes about 20 ms
+_FIGURES = 6  # of a number in a table; chosen by hand, and JSON has all
+_MOST_ROWS = 10_000  # chosen by hand: more than anybody reads, and few enough for the memory
+_INCH, _LETTERS = 0.0254, 7.5  # m; points, the size of letters in all our pictures (`viscopade.plots.sheet.STYLE`)
+_DRAWN = 160  # points of a curve; chosen by hand: four decades of speeds look smooth
+# A point with weight or adhesion is an integration of about 20 ms, and a curve has fewer of them: 64 take 1.3 s. A
+# table of such points may take up to 2 s a curve. Both are chosen by hand.
+_DRAWN_WITH_WEIGHT = 64
 _MOST_WITH_WEIGHT = 100
 
 
@@ -51,7 +53,7 @@ class _Length(Quantity):
     """Type of an option that takes two lengths: what begins with a minus is the next option."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Parse a length."""
+        """Return a length in m from a typed `value`; Click also passes the option `param` and the command `ctx`."""
         if str(value).startswith("-"):
             raise click.UsageError("--size needs two lengths, such as '8.6 cm' '6 cm'")
         return super().convert(value, param, ctx)
@@ -103,6 +105,7 @@ def plot(
 
     With --adhesion the surfaces of a material, or of a scene, adhere (JKR): eps falls to 0 at the sticking speed.
     """
+    # Refuse at once what would be refused after the work: packages, and names of files.
     require("plot", "matplotlib", *(["scipy"] if data is not None else []))
     kind = picture_kind("--output", output)
     check_targets([output])
@@ -110,9 +113,10 @@ def plot(
 
     from viscopade.plots import sheet, speeds
 
+    # The curves, and measured points (speed, eps) to draw over them.
     page = sheet.Page(title, _inches(size), _points(font_size))
-    curves, ends, pair, of_v_star = _curves(file, **options)
-    if of_v_star and data is not None:
+    curves, ends, pair, over_v_star = _curves(file, **options)
+    if over_v_star and data is not None:
         raise click.UsageError("--data needs spheres: expected a scene, a material, --beta, or --epsilon with --speed")
     points = None
     if data is not None:
@@ -120,9 +124,12 @@ def plot(
         from viscopade.fitting import read
 
         points = read.recording([(files.content(data, "CSV or a spreadsheet"), str(data))]).points
-    over = {"over": sheet.V_STAR} if of_v_star else {}
+
+    # Draw them over v*, or over the impact speed, at points with equal ratios. Then warn where the model's limits are
+    # exceeded at the highest speed.
+    label = {"over": sheet.V_STAR} if over_v_star else {}
     number = _DRAWN if options["gravity"] is options["adhesion"] is None else _DRAWN_WITH_WEIGHT
-    draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, number), points, **over)
+    draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, number), points, **label)
     write_all({output: sheet.picture(draw, "eps against the impact speed", command_line(), kind, page)})
     say(f"wrote {output}")
     for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"], options["adhesion"]):
@@ -130,9 +137,10 @@ def plot(
 
 
 def _inches(size: tuple[float, float] | None) -> tuple[float, float] | None:
-    """Return width and height in inches, each from 2 cm to 2 m."""
+    """Return width and height in inches, from `size` in m: each from 2 cm to 2 m."""
     if size is None:
         return None
+    # Below 2 cm the labels leave no room for the axes, and 2 m is larger than a poster: a unit is missing.
     width, height = map(float, size)
     if not 0.02 <= min(width, height) <= max(width, height) <= 2:
         raise ValueError(f"size is {width:g} m, {height:g} m: expected width and height from 2 cm to 2 m")
@@ -140,7 +148,7 @@ def _inches(size: tuple[float, float] | None) -> tuple[float, float] | None:
 
 
 def _points(font_size: float | None) -> float:
-    """Return the font size in points."""
+    """Return the font size in points; from 3, which can just be read, to 72, an inch (chosen by hand)."""
     if font_size is not None and not 3 <= font_size <= 72:
         raise ValueError(f"font-size is {font_size:g}: expected 3 to 72 points")
     return _LETTERS if font_size is None else font_size
@@ -161,16 +169,20 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
     from viscopade.collision.adhesion import adhesive, sticking
     from viscopade.collision.weight import falling
 
-    curves, ends, pair, of_v_star = _curves(**options)
+    # Speeds with equal ratios, by default three a decade (such as 1, 2.2, 4.6, 10), which is coarse enough to read.
+    curves, ends, pair, over_v_star = _curves(**options)
     work = options["adhesion"]
     if (work is not None or options["gravity"] is not None) and points is not None and points > _MOST_WITH_WEIGHT:
         with_option = "--gravity" if work is None else "--adhesion"
         raise ValueError(f"points is {points}: expected at most {_MOST_WITH_WEIGHT} with {with_option}")
+    # log10 of the ratio of the ends is the number of decades.
     number = max(2, round(3 * float(np.log10(ends[1] / ends[0]))) + 1) if points is None else points
     speeds = np.geomspace(*ends, number)
-    key = "v_star" if of_v_star else "speed"
-    columns: list[tuple[str, Any]] = [("v*" if of_v_star else "speed (m/s)", speeds)]
-    columns += [("eps" if len(curves) == 1 else each.name, each.epsilon(speeds)) for each in curves]
+
+    # A column for each curve. Contact time and compression are those without weight and adhesion.
+    key = "v_star" if over_v_star else "speed"
+    columns: list[tuple[str, Any]] = [("v*" if over_v_star else "speed (m/s)", speeds)]
+    columns += [("eps" if len(curves) == 1 else curve.name, curve.epsilon(speeds)) for curve in curves]
     weight = options["gravity"] and float(options["gravity"])
     is_proven = not weight and work is None
     if pair is not None and is_proven:
@@ -180,12 +192,14 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
     rows = [
         [f"{number:.{_FIGURES}g}" for number in row] for row in zip(*(values for _, values in columns), strict=True)
     ]
+
+    # JSON also has A and beta of a material, and its warnings. NaN, of bodies that do not part (e != e), is null there.
     whole: dict[str, Any] = {
         **({} if pair is None else {"A": pair.A, "beta": pair.beta}),
         key: speeds.tolist(),
         "curves": [
-            {"name": each.name, "epsilon": [e if e == e else None for e in values.tolist()]}
-            for each, (_, values) in zip(curves, columns[1:], strict=False)
+            {"name": curve.name, "epsilon": [e if e == e else None for e in values.tolist()]}
+            for curve, (_, values) in zip(curves, columns[1:], strict=False)
         ],
     }
     if pair is not None:
@@ -193,24 +207,68 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
         if is_proven:
             whole |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
         whole["warnings"] = warnings
-    slowest = None
+
+    # With adhesion, the speed below which the bodies stay together.
+    sticking_speed = None
     if work is not None and pair is not None:
         contact = adhesive(pair, work, weight or 0.0)
         bond = sticking(lambda _: contact, ends[0])
-        slowest = bond and bond.speed
+        sticking_speed = bond and bond.speed
     if not is_proven:
-        whole |= {"gravity": weight, "adhesion": work, "sticking_speed": slowest, "status": "sampled"}
+        whole |= {"gravity": weight, "adhesion": work, "sticking_speed": sticking_speed, "status": "sampled"}
     show(style, [name for name, _ in columns], rows, whole)
     if style == "text":
         if pair is not None:
             say(f"A = {pair.A:.{_FIGURES}g} s, beta = {pair.beta:.{_FIGURES}g} (s/m)^(1/5)")
-        if slowest is not None:
-            say(f"With adhesion (sampled): below {slowest:.4g} m/s the bodies stay together, eps = 0.")
+        if sticking_speed is not None:
+            say(f"With adhesion (sampled): below {sticking_speed:.4g} m/s the bodies stay together, eps = 0.")
         if weight and pair is not None and work is None:
             for sentence in falling(pair, ends[1], weight).sentences(*ends, user_set_gravity=True):
                 say(f"{sentence}.")
         for text in warnings:
             say(f"Warning: {text}.")
+
+
+class _Curves(NamedTuple):
+    """Curves to draw or to print.
+
+    Attributes
+    ----------
+    curves : list of SpeedCurve
+        Each a name and a function from speeds (or v*) to eps.
+    ends : (float, float)
+        Lowest and highest speed in m/s, or v*.
+    pair : Pair or None
+        The bodies, if there is only one pair.
+    over_v_star : bool
+        Whether the axis is v*.
+    """
+
+    curves: list[SpeedCurve]
+    ends: tuple[float, float]
+    pair: Pair | None
+    over_v_star: bool
+
+
+class _Spheres(NamedTuple):
+    """Viscoelastic spheres that the options describe.
+
+    Attributes
+    ----------
+    named : list of (str, float or Pair)
+        A name, and bodies or only their beta in (s/m)^(1/5).
+    pair : Pair or None
+        The bodies, if there is only one pair.
+    ends : (float, float)
+        Lowest and highest speed in m/s.
+    typical_speed : float
+        In m/s, between them.
+    """
+
+    named: list[tuple[str, float | Pair]]
+    pair: Pair | None
+    ends: tuple[float, float]
+    typical_speed: float
 
 
 def _curves(
@@ -226,8 +284,25 @@ def _curves(
     gravity: float | None,
     adhesion: float | None,
     **body: Any,
-) -> tuple[list[SpeedCurve], tuple[float, float], Pair | None, bool]:
-    """Return the curves, the ends of their axis, the pair of a single material, and whether the axis is v*.
+) -> _Curves:
+    """Return the curves that the options describe.
+
+    Parameters
+    ----------
+    file : Path or None
+        A scene.
+    slowest, fastest : float or None
+        Ends of the axis, in m/s (or v*); None for the default.
+    beta : str or None
+        A number, or one with its unit.
+    epsilon, speed : float or None
+        eps at a speed in m/s. At this speed (by default that of a scene) all laws and programs have the same eps.
+    laws, approximants, programs : sequence
+        Further curves: laws of contact, degrees (m, n), and programs of `viscopade audit`.
+    gravity, adhesion : float or None
+        Acceleration in m/s^2, and work of adhesion in J/m^2.
+    **body : Any
+        Options of a material, as for `pair_of`.
 
     Raises
     ------
@@ -238,6 +313,7 @@ def _curves(
 
     from viscopade.plots import speeds
 
+    # No spheres: eps over v*, from 0.01, where 1 - eps is 1e-4, to 10, where eps is 6e-4.
     nothing = file is None and beta is None and epsilon is None and speed is None
     if nothing and all(value in (None, False, ()) for value in body.values()):
         if gravity is not None:
@@ -247,55 +323,65 @@ def _curves(
         if laws or programs:
             raise click.UsageError("--law and --program need spheres: expected --epsilon with --speed, or a material")
         without_spheres = [speeds.over_v_star(), *(speeds.approximant(m, n, None) for m, n in approximants)]
-        return without_spheres, _ends(slowest, fastest, 0.01, 10.0), None, True
-    found, pair, ends = _viscoelastic(file, beta, epsilon, speed, body, gravity)
-    at = ends[2] if speed is None and file is not None else speed
+        return _Curves(without_spheres, _ends(slowest, fastest, 0.01, 10.0), None, True)  # v*, as above
+    spheres = _viscoelastic(file, beta, epsilon, speed, body, gravity)
+
+    # Adhesion is that of one material or of a scene, and has no other law to compare with.
     if adhesion is not None:
         if laws or programs or approximants or epsilon is not None:
             other = "--law" if laws else "--program" if programs else "--pade" if approximants else "--epsilon"
             raise click.UsageError(f"{other} and --adhesion are given: expected one of them")
-        for _, of in found:
-            _weight(gravity, 1.0, of)
-        spheres = [(name, of) for name, of in found if not isinstance(of, float)]
-        if len(spheres) < len(found):
+        for _, bodies in spheres.named:
+            _weight(gravity, 1.0, bodies)  # refuses a gravity without a wall; the speed does not matter
+        pairs = [(name, bodies) for name, bodies in spheres.named if not isinstance(bodies, float)]
+        if len(pairs) < len(spheres.named):
             raise click.UsageError(_NO_SURFACES)
-        curves = [speeds.adhesive_spheres(name, of, adhesion, gravity or 0.0) for name, of in spheres]
-        return curves, _ends(slowest, fastest, *ends[:2]), pair, False
-    if (laws or programs) and at is None:
+        curves = [speeds.adhesive_spheres(name, bodies, adhesion, gravity or 0.0) for name, bodies in pairs]
+        return _Curves(curves, _ends(slowest, fastest, *spheres.ends), spheres.pair, False)
+
+    # The spheres, each with its weight, whose contact time is that at `same_eps_speed` or else at a typical speed.
+    same_eps_speed = spheres.typical_speed if speed is None and file is not None else speed
+    if (laws or programs) and same_eps_speed is None:
         raise click.UsageError("--law and --program need --speed, at which their eps is that of the spheres")
-    typical = ends[2] if at is None else at
-    weights = [_weight(gravity, typical, of) for _, of in found]
-    betas = [of if isinstance(of, float) else float(of.beta) for _, of in found]
-    named = zip(found, betas, weights, strict=True)
-    curves = [speeds.viscoelastic(name, value, weight) for (name, _), value, weight in named]
-    if at is not None:
-        value = float(speeds.viscoelastic("", betas[0]).epsilon(np.array([at]))[0])
-        curves += [speeds.of_law(law, value, at, weights[0]) for law in laws]
+    weight_speed = spheres.typical_speed if same_eps_speed is None else same_eps_speed
+    weights = [_weight(gravity, weight_speed, bodies) for _, bodies in spheres.named]
+    betas = [bodies if isinstance(bodies, float) else float(bodies.beta) for _, bodies in spheres.named]
+    rows = zip(spheres.named, betas, weights, strict=True)
+    curves = [speeds.viscoelastic(name, beta_in_si, weight) for (name, _), beta_in_si, weight in rows]
+
+    # Laws and programs have the eps of the first spheres at that speed.
+    if same_eps_speed is not None:
+        same_eps = float(speeds.viscoelastic("", betas[0]).epsilon(np.array([same_eps_speed]))[0])
+        curves += [speeds.of_law(law, same_eps, same_eps_speed, weights[0]) for law in laws]
         for program in programs:
-            curves += speeds.of_program(program, value, at, weights[0])
+            curves += speeds.of_program(program, same_eps, same_eps_speed, weights[0])
     if approximants and gravity is not None:
         raise click.UsageError("--pade and --gravity are given: expected one of them")
     curves += [speeds.approximant(m, n, betas[0]) for m, n in approximants]
     if len(curves) > speeds.MOST:
         raise ValueError(f"there are {len(curves)} curves: expected up to {speeds.MOST}")
-    return curves, _ends(slowest, fastest, *ends[:2]), pair, False
+    return _Curves(curves, _ends(slowest, fastest, *spheres.ends), spheres.pair, False)
 
 
 _NO_SURFACES = "--adhesion needs surfaces: expected a material with --dissipative-constant, or a scene"
 
 
-def _weight(gravity: float | None, speed: float, of: float | Pair) -> Weight | None:
-    """Return the weight of the sphere of a curve, if it is a pair and not only a beta."""
+def _weight(gravity: float | None, speed: float, bodies: float | Pair) -> Weight | None:
+    """Return the weight of the sphere of a curve: gravity in m/s^2, and the contact time at a speed in m/s.
+
+    None without gravity. Only a sphere at a wall falls: two spheres, and a beta without bodies, are refused.
+    """
     from viscopade.plots.speeds import Weight
 
     if gravity is None:
         return None
-    if isinstance(of, float) or not of.second.is_wall:
+    if isinstance(bodies, float) or not bodies.second.is_wall:
         raise click.UsageError(NO_FALL)
-    return Weight(gravity, speed, float(of.contact_time(speed)))
+    return Weight(gravity, speed, float(bodies.contact_time(speed)))
 
 
 def _ends(slowest: float | None, fastest: float | None, low: float, high: float) -> tuple[float, float]:
+    """Return the typed ends of the axis, in m/s (or v*); `low` and `high` stand for those that are not typed."""
     low = low if slowest is None else slowest
     high = high if fastest is None else fastest
     if not 0 < low < high:
@@ -310,17 +396,38 @@ def _viscoelastic(
     speed: float | None,
     body: dict[str, Any],
     gravity: float | None,
-) -> tuple[list[tuple[str, float | Pair]], Pair | None, tuple[float, float, float]]:
-    """Return names with pairs or betas, the pair of a material, and the lowest, highest and typical speed."""
+) -> _Spheres:
+    """Return the spheres of a scene, a material, a beta, or an eps at a speed.
+
+    Parameters
+    ----------
+    file : Path or None
+        A scene.
+    beta : str or None
+        A number, or one with its unit.
+    epsilon, speed : float or None
+        eps at a speed in m/s.
+    body : dict
+        Options of a material by name, as for `pair_of`, in SI units.
+    gravity : float or None
+        Acceleration in m/s^2.
+
+    Raises
+    ------
+    click.UsageError
+        If the options describe no spheres, or more than one.
+    """
+    # Exactly one of four says the damping, and --speed alone belongs to an eps.
     constant = body.pop("dissipative_constant")
     has_body = bool(body["radii"]) or any(value not in (None, False, ()) for value in body.values())
-    given = (file is not None) + (beta is not None) + (constant is not None) + (epsilon is not None)
-    if given != 1 or (epsilon is None) == (speed is not None and file is None and beta is None and constant is None):
+    count = (file is not None) + (beta is not None) + (constant is not None) + (epsilon is not None)
+    if count != 1 or (epsilon is None) == (speed is not None and file is None and beta is None and constant is None):
         raise click.UsageError(
             "the options do not describe spheres: expected a scene, or --beta, or --epsilon with --speed, or a "
             "material with either --dissipative-constant or --epsilon and --speed"
         )
-    ends = (1e-3, 10.0, 1.0)
+    # Speeds of experiments, from 1 mm/s to 10 m/s (chosen by hand).
+    ends, typical_speed = (1e-3, 10.0), 1.0
     if file is not None:
         if has_body:
             raise click.UsageError("a scene and a material are given: expected one of them")
@@ -328,42 +435,45 @@ def _viscoelastic(
     if beta is not None:
         if has_body:
             raise click.UsageError("--beta and a material are given: expected one of them")
-        return [("viscoelastic", _in_si(beta))], None, ends
+        return _Spheres([("viscoelastic", _in_si(beta))], None, ends, typical_speed)
     if not has_body:
         if epsilon is None:
             raise click.UsageError("--dissipative-constant needs a material: expected its radius, density, …")
         assert speed is not None
         from viscopade.plots import speeds
 
-        return [("viscoelastic", speeds.beta_of(epsilon, speed))], None, ends
+        return _Spheres([("viscoelastic", speeds.beta_of(epsilon, speed))], None, ends, typical_speed)
     pair = pair_with(epsilon, speed or 0.0, gravity, dissipative_constant=constant, **body)
-    return [("viscoelastic", pair)], pair, ends
+    return _Spheres([("viscoelastic", pair)], pair, ends, typical_speed)
 
 
-def _of_scene(
-    file: Path, falling: bool
-) -> tuple[list[tuple[str, float | Pair]], Pair | None, tuple[float, float, float]]:
-    """Return the curves of a scene, or those of spheres that fall on walls."""
+def _of_scene(file: Path, falling: bool) -> _Spheres:
+    """Return the pairs of bodies that meet in the scene of a file; `falling`: those of a sphere and a wall, if any."""
     scene = read_scene(file)
-    met = [(meeting, scene.pair(meeting)) for meeting in scene.meetings]
+    meetings = [(meeting, scene.pair(meeting)) for meeting in scene.meetings]
     if falling:
-        met = [(meeting, pair) for meeting, pair in met if pair.second.is_wall] or met
-    pairs = [pair for _, pair in met]
-    speeds = [meeting.speeds for meeting, _ in met]
-    found: list[tuple[str, float | Pair]] = [(meeting.name, pair) for meeting, pair in met]
+        meetings = [(meeting, pair) for meeting, pair in meetings if pair.second.is_wall] or meetings
+    # The axis has the speeds of all meetings. A scene with one speed gets a decade on either side (by hand).
+    speeds = [meeting.speeds for meeting, _ in meetings]
     slowest, fastest = min(speed.slowest for speed in speeds), max(speed.fastest for speed in speeds)
     if slowest == fastest:
         slowest, fastest = slowest / 10, fastest * 10
-    return found, pairs[0] if len(pairs) == 1 else None, (slowest, fastest, met[0][0].known_at or speeds[0].typical)
+    # The typical speed is that of the first meeting, at which its material's eps is known if the scene says an eps.
+    typical_speed = meetings[0][0].known_at or speeds[0].typical
+    only_pair = meetings[0][1] if len(meetings) == 1 else None
+    return _Spheres([(meeting.name, pair) for meeting, pair in meetings], only_pair, (slowest, fastest), typical_speed)
 
 
 def _in_si(beta: str) -> float:
+    """Return a typed beta in (s/m)^(1/5); a plain number is in this unit."""
     from viscopade import quantity
 
+    # The number, its unit, and the speed of 1 in the unit's lengths and times, in m/s: 0.01 for (s/cm)^(1/5).
     parts = quantity.beta_decimal(beta)
-    if parts is None:
+    if parts is None:  # below 1e300 a number is a finite double
         accepted = 'a number >= 0 in (s/m)^(1/5), or one with its unit, such as "1.3 (s/cm)^(1/5)"'
         return float(arguments.exact_number("beta", beta, accepted, lambda b: 0 <= b < 10**300))
+    # 1 (s/cm)^(1/5) = (0.01 m/s)^(-1/5): the exponent 1/5 is that of beta's unit.
     number, _, scale = parts
     return float(number) / math.pow(float(scale), 0.2)
 

@@ -91,6 +91,7 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
     try:
         for path, content in files.items():
             with _reporting(path):
+                # 8 random bytes, 16 hexadecimal digits
                 staged[path] = temporary = path.with_name(f".viscopade-{secrets.token_hex(8)}.tmp")
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with temporary.open("xb") as file:  # like any new file, with the permissions that the umask leaves

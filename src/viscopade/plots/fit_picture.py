@@ -32,7 +32,7 @@ from viscopade.plots.sheet import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet
 
-MOST_MARKED = 2000  # points that are drawn, with their error bars; a choice, as are the numbers below
+MOST_MARKED = 2000  # points that are drawn, with their error bars; a choice by eye, as are all sizes in this file
 _LEVEL = 0.95  # of the confidence band
 _MARGIN = 0.15  # of the picture's width and height, around the points
 _CURVE = 200  # points of a curve
@@ -47,8 +47,13 @@ _LOOKS = (
 
 
 def draw_fit(damping_fit: DampingFit) -> Sheet:
-    """Draw a fit; the picture is Matplotlib's figure."""
+    """Return a picture, Matplotlib's figure, of a fit: above eps over speed with the laws, below the residuals.
+
+    `damping_fit` has the points (speed in m/s, eps and its errors), the fitted laws, the viscoelastic one (`main`)
+    first, and the verdict.
+    """
     points = damping_fit.points
+    # 4.6 inches high, with room for a legend of several lines; eps has two thirds of the height.
     sheet, (top, bottom) = new_sheet(4.6, (2, 1))
     low, high = points.speed.min(), points.speed.max()
     # The points, with a margin on both sides: equal on the logarithmic axis of speeds, of eps twice as large.
@@ -57,6 +62,7 @@ def draw_fit(damping_fit: DampingFit) -> Sheet:
     speed = np.geomspace(*ends, _CURVE)
     # Standard error of a point, with the scatter of the fit: sigma^2 = sum of squares of its errors + scatter^2.
     errors = np.sqrt(points.epsilon_errors.multiply(points.epsilon_errors).sum(axis=1) + damping_fit.main.scatter**2)
+    # 1e-6: points that all have one eps, without errors, still need an axis with two ends.
     reach = max(float(np.ptp(points.epsilon)), float(errors.max()), 1e-6) * (_MARGIN * 2)
     label_axes(
         top,
@@ -66,6 +72,7 @@ def draw_fit(damping_fit: DampingFit) -> Sheet:
         (points.epsilon.min() - errors.max() - reach, points.epsilon.max() + errors.max() + reach),
         "x",
     )
+    # Residuals of a law that holds lie within 3 standard errors but for one in 370; 4.5 leaves a margin.
     label_axes(bottom, "impact speed in m/s", "residual /\nstandard error", ends, (-4.5, 4.5), "x")
     top.tick_params(labelbottom=False)
     for axes in (top, bottom):
@@ -79,11 +86,12 @@ def draw_fit(damping_fit: DampingFit) -> Sheet:
         name = f"{fit.model.name}, p = {fit.exponent:.2g}" if fit.model.exponent is None else fit.model.name
         draw_look(top, look, speed, fit.epsilon(speed), fit.model.name.replace(" ", "-"))
         names.append((name, look))
-    # Of many points only some are drawn, at equal steps.
+    # Of many points only some are drawn, at equal steps; -(-a // b) is a/b rounded up.
     some = slice(None, None, -(-len(points) // MOST_MARKED))
     marks: Any = {"color": POINT.color, "markersize": POINT_SIZE, "elinewidth": 0.6, "ecolor": _BARS, "zorder": 1}
     top.errorbar(points.speed[some], points.epsilon[some], errors[some], fmt="o", **marks)
     names.append(("measured, standard error", POINT))
+    # The line of no residual is broad and pale, 3.4 points, so that points on it stay visible.
     bottom.axhline(0, color=GREY, linewidth=3.4)
     # Residuals beyond the axis, -4.5 to 4.5, are drawn just within it.
     off = damping_fit.main.residuals / damping_fit.main.standard_errors
@@ -95,6 +103,7 @@ def draw_fit(damping_fit: DampingFit) -> Sheet:
         markersize=POINT_SIZE,
         gid="residuals",
     )
+    # Two columns of the legend fit into the width. The verdict has the size of all letters, 7.5 points.
     key_of(sheet, names, "outside lower center", 2)
     top.set_title(f"viscoelastic law: {damping_fit.verdict.word}", fontsize=7.5, loc="left")
     return sheet

@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet
 
 FORMATS = ("svg", "pdf", "png")
-PNG_DPI = 300
+PNG_DPI = 300  # dots an inch, as journals ask for
 WIDTH = 3.4  # inches: one column of a journal
 
+# Sizes are in points (1/72 inch) and chosen by eye for a picture of one column: letters of 6 to 8.5 points, as in a
+# caption, and thin frames.
 STYLE: Mapping[str, Any] = {
     "svg.hashsalt": "viscopade",  # ids in SVG files would be random otherwise
-    "pdf.fonttype": 42,
+    "pdf.fonttype": 42,  # TrueType: editors can change the text, and journals accept it
     "figure.constrained_layout.use": True,
     "font.size": 7.5,
     "axes.labelsize": 8.5,
@@ -50,13 +52,17 @@ STYLE: Mapping[str, Any] = {
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#BDBDBD"
 
+# Lengths of dashes and gaps in turn, in points.
 DOTTED, DASHED, DASH_DOT = (1.2, 1.2), (4.5, 1.8), (6, 1.6, 1.2, 1.6)
 SHORT, DASH_DOT_DOT, LONG = (2.6, 1.3), (6, 1.4, 1.2, 1.4, 1.2, 1.4), (9, 2)
 
 
 @dataclass(frozen=True)
 class Look:
-    """Style of a curve or a point, and the colour of its name; without dashes the line is solid."""
+    """Style of a curve or a point, and the colour of its name; without dashes the line is solid.
+
+    The width of the line is in points, and `dashes` has lengths of dashes and gaps in turn, in points.
+    """
 
     color: str
     dashes: tuple[float, ...] = ()
@@ -66,7 +72,7 @@ class Look:
 
 
 POINT = Look(BLACK, width=0, marker="o")
-POINT_SIZE = 2.4
+POINT_SIZE = 2.4  # points of diameter; by eye
 
 
 V_STAR = r"$v_\ast$"
@@ -74,7 +80,12 @@ EPSILON = r"$\varepsilon$"
 
 
 def metadata(title: str, command: str, kind: str) -> dict[str, str | None]:
-    """Return the metadata of a figure's file: title, command, licence and citation, and no date."""
+    """Return the metadata of a figure's file: title, command, licence and citation, and no date.
+
+    `kind` is the format of the file, one of `FORMATS`. None takes out what Matplotlib would write: with a date no two
+    runs would give the same bytes.
+    """
+    # Each format has its own name for a description.
     made_by = "\n".join(marker_lines(command))
     origin: dict[str, dict[str, str | None]] = {
         "svg": {"Description": made_by, "Date": None},
@@ -85,7 +96,10 @@ def metadata(title: str, command: str, kind: str) -> dict[str, str | None]:
 
 
 def new_sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, list[Axes]]:
-    """Return a figure of one column's width with axes one below the other, their heights in these ratios."""
+    """Return a figure of one column's width, `height` inches high, with axes one below the other.
+
+    `ratios` are those of the heights of the axes.
+    """
     from matplotlib.figure import Figure as Sheet
 
     sheet = Sheet(figsize=(WIDTH, height))
@@ -95,7 +109,8 @@ def new_sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, lis
 def label_axes(
     axes: Axes, x_label: str, y_label: str, x: tuple[float, float], y: tuple[float, float], scales: str
 ) -> None:
-    """Set labels, limits and scales; `scales` has "x" or "y" for each that is logarithmic."""
+    """Set labels, limits (low, high) and scales of `axes`; `scales` has "x" or "y" for each that is logarithmic."""
+    # Limits come last: a change of the scale would change them.
     axes.set(xlabel=x_label, ylabel=y_label)
     if "x" in scales:
         axes.set_xscale("log")
@@ -105,15 +120,18 @@ def label_axes(
 
 
 def plain_ticks(axes: Axes) -> None:
-    """Write numbers at a logarithmic horizontal axis of less than two decades.
+    """Write numbers at a logarithmic horizontal axis of less than two decades, that of `axes`.
 
-    Powers of ten are too few there, and Matplotlib's labels between them overlap.
+    Powers of ten are too few there, and Matplotlib's labels between them overlap. All numbers are chosen so that three
+    or more labels stand at the axis and none overlap, which a test of the package checks for many ranges.
     """
     from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator
 
+    # Two decades, a ratio of 100, have three powers of ten or two.
     low, high = axes.get_xlim()
     if high >= 100 * low:
         return
+    # For a ratio of the ends above 10: 1, 2 and 5 of each decade; above 5 also 3; below, up to 5 equal steps.
     axis = axes.xaxis
     if high > 5 * low:
         axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high > 10 * low else (1, 2, 3, 5)))
@@ -121,20 +139,25 @@ def plain_ticks(axes: Axes) -> None:
     else:
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10], min_n_ticks=3))
         axis.set_minor_locator(NullLocator())
+    # 10 digits show every such number, and no digit of its rounding error.
     axis.set_major_formatter("{x:.10g}")
 
 
 def draw_look(axes: Axes, look: Look, x: FloatArray, y: FloatArray, gid: str) -> None:
-    """Draw a curve."""
+    """Draw the curve y(x); `gid` names it in an SVG file."""
     (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=gid)
     if look.dashes:
         line.set_dashes(look.dashes)
 
 
 def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, columns: int) -> None:
-    """Draw a legend."""
+    """Draw a legend of `names`, texts with the looks of their curves, into a figure or axes (`where`).
+
+    `place` is a place that Matplotlib knows, and `columns` the number of columns.
+    """
     from matplotlib.lines import Line2D
 
+    # Lines of no length, which only lend their looks: 2.6 letters long, so that two periods of most dashes show.
     lines = [
         Line2D(
             *([], []),
@@ -193,6 +216,7 @@ def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str, page
     ModuleNotFoundError
         Without Matplotlib.
     """
+    # The size and the title of a user's page replace those of the drawing.
     page = page or Page()
     with styled(page.font_size):
         sheet = draw()

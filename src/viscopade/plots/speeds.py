@@ -63,7 +63,10 @@ Restitution = Callable[[FloatArray], FloatArray]
 
 
 class Weight(NamedTuple):
-    """Weight of bodies that fall on a plane; their contact time at a speed is that of the viscoelastic law."""
+    """Weight of bodies that fall on a plane; their contact time at a speed is that of the viscoelastic law.
+
+    `gravity` is in m/s^2, `speed` in m/s, and `contact_time`, without weight, in s.
+    """
 
     gravity: float
     speed: float
@@ -71,6 +74,7 @@ class Weight(NamedTuple):
 
     def epsilon(self, law: Law, kappa: float) -> Restitution:
         """Return eps as a function of the impact speed, for a law with its kappa at `speed`; sampled."""
+        # The unit of time is t_c/tau_c: all laws have the same contact time at this speed.
         tau_c = exact.collision(kappa=repr(kappa), law=law, digits=_DIGITS).floats()["tau_c"]
         return FallingContact(law, kappa, self.contact_time / tau_c, self.speed, self.gravity).epsilon
 
@@ -91,20 +95,25 @@ class SpeedCurve:
 
 
 def viscoelastic(name: str, beta: float, weight: Weight | None = None) -> SpeedCurve:
-    """Return the curve of viscoelastic spheres."""
+    """Return the curve of viscoelastic spheres with a beta in (s/m)^(1/5), and with a weight if there is one."""
+    # kappa = beta v^(1/5), and v* is its root, beta^(1/2) v^(1/10).
     if weight is not None:
         return SpeedCurve(name, weight.epsilon(VISCOELASTIC, beta * weight.speed**0.2))
     return SpeedCurve(name, lambda v: np.asarray(double.epsilon(np.sqrt(beta) * v**0.1)))
 
 
 def adhesive_spheres(name: str, pair: Pair, work: float, gravity: float) -> SpeedCurve:
-    """Return the curve of viscoelastic spheres that adhere, with a weight if gravity is not 0; sampled."""
+    """Return the curve of viscoelastic spheres that adhere, with a weight if gravity (m/s^2) is not 0; sampled.
+
+    `work` is the work of adhesion in J/m^2.
+    """
     contact = adhesive(pair, work, gravity)
     return SpeedCurve(name, lambda v: np.array([contact.collide(speed).epsilon for speed in v.tolist()]))
 
 
 def of_law(law: Law | str, epsilon: float, speed: float, weight: Weight | None = None) -> SpeedCurve:
-    """Return the curve of a law of contact that has, without weight, a known eps at a speed."""
+    """Return the curve of a law of contact that has, without weight, `epsilon` at a speed in m/s."""
+    # kappa at this speed gives eps there; at other speeds kappa grows as v^(2 c), where 2 c = 2/nu - 1.
     contact = law_of(law)
     functions, power = curve(contact), float(2 * contact.c)
     kappa = float(functions.kappa_from(epsilon))
@@ -120,19 +129,23 @@ def over_v_star() -> SpeedCurve:
 
 def approximant(m: int, n: int, beta: float | None) -> SpeedCurve:
     """Return the curve of the approximant [m/n] of viscoelastic spheres; over v* if beta is None."""
+    # v* = beta^(1/2) v^(1/10)
     quotient = pade(m, n, PADE_DIGITS)
     return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(quotient(v if beta is None else np.sqrt(beta) * v**0.1)))
 
 
 def of_program(name: str, epsilon: float, speed: float, weight: Weight | None = None) -> list[SpeedCurve]:
-    """Return the curves of a program's formulas, set to an eps at a speed.
+    """Return the curves of the formulas of the program `name`, set to `epsilon` at a speed in m/s.
 
-    A formula for which this eps is out of range has no curve.
+    Each formula turns eps into a parameter of the program, and so into a damping kappa, as its manual says; the eps
+    that this gives may be another one. With `weight` bodies fall on a plane. A formula for which this eps is out of
+    range has no curve.
     """
     curves = []
     program = simulator_of(name)
     for formula in program.formulas:
         try:
+            # A decimal of 15 digits, all that a double has.
             kappa = formula.damping(f"{epsilon:.15g}")
         except ValueError:
             continue
@@ -143,7 +156,8 @@ def of_program(name: str, epsilon: float, speed: float, weight: Weight | None = 
 
 
 def _of_formula(formula: DampingFormula, kappa: float, speed: float) -> Restitution:
-    # kappa grows as v^(2 c).
+    """Return eps as a function of the impact speed, for a formula's law with the damping `kappa` at a speed in m/s."""
+    # kappa grows as v^(2 c), where 2 c = 2/nu - 1. Bodies that never part have no eps (NaN).
     power = float(2 * formula.law.c)
 
     def epsilon(v: float) -> float:
@@ -161,13 +175,18 @@ def beta_of(epsilon: float, speed: float) -> float:
 def draw_speeds(
     curves: Sequence[SpeedCurve], speeds: FloatArray, data: Points | None = None, *, over: str = "impact speed in m/s"
 ) -> Sheet:
-    """Draw curves, and measured points if there are any; `over` is the label of the horizontal axis."""
+    """Draw curves, and measured points if there are any; `over` is the label of the horizontal axis.
+
+    `speeds` are those at which curves are computed, ascending, in m/s or v*; `data` has measured speeds and eps.
+    """
+    # 2.6 inches, and 0.13 for each curve's line in the legend, whose letters have 6 points (0.083 inches).
     sheet, (axes,) = new_sheet(2.6 + 0.13 * len(curves))
     # The axis of eps: all finite values between 0 and 1, with a margin of 5 % on both sides (a choice).
     values = [speed_curve.epsilon(speeds) for speed_curve in curves]
     shown = np.concatenate([*(v[np.isfinite(v)] for v in values), *([] if data is None else [data.epsilon])])
     shown = np.clip(shown, 0, 1)
     low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 1.0)
+    # Curves that are constant get a range of 1e-3. The axis ends at 0, and at 1.02 so that a line at eps = 1 shows.
     margin = 0.05 * max(high - low, 1e-3)
     label_axes(
         axes,
@@ -189,5 +208,6 @@ def draw_speeds(
     if data is not None:
         axes.plot(data.speed, data.epsilon, "o", color=POINT.color, markersize=POINT_SIZE, gid="data")
         names.append(("measured", POINT))
+    # Two columns of the legend have room for 30 characters each (by eye); longer names stand in one.
     key_of(sheet, names, "outside lower center", 1 if max(len(name) for name, _ in names) > 30 else 2)
     return sheet
