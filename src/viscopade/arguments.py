@@ -45,6 +45,7 @@ UNITS = {
 _MARKS = ("unit", "units", "dimensionality")  # attributes of quantities: Astropy's have the first, Pint's the others
 _REPR = reprlib.Repr()
 _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60  # characters of a value in a message of one line; a choice
+# A decimal number; nine digits of an exponent are read, and refused if they exceed MAX_EXPONENT.
 _DECIMAL = re.compile(r"[+-]?([0-9]+[.]?[0-9]*|[.][0-9]+)([eE][+-]?[0-9]{1,9})?")
 
 

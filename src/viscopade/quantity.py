@@ -118,6 +118,7 @@ def beta_decimal(text: str) -> tuple[str, str, str] | None:
 def uncertain(value: float, error: float) -> str:
     """Return a value and its standard error, both to the second digit of the error, such as "0.8730 +- 0.0040".
 
+    Errors of measured quantities are not known to more than two digits.
     Where this would be long, both have one power of ten: "(1.230 +- 0.010)e-07". An error that is 0, infinite or NaN
     is left out, and the value then has six digits.
     """
@@ -126,11 +127,11 @@ def uncertain(value: float, error: float) -> str:
     # The second digit of the error is this decimal place; negative for an error of 100 or more.
     decimals = 1 - math.floor(math.log10(error))
     power = math.floor(math.log10(max(abs(value), error)))
-    # A power of ten if there are more than 6 decimals and both numbers are below 0.01, for an error of 1000 or more,
-    # whose digits would not all be known, and from a million on. 6, 0.01 and 1e6 are choices.
+    # A power of ten, that of the larger number: if there are more than 6 decimals and both numbers are below 0.01, for
+    # an error of 1000 or more, of which only two digits are known, and from a million on. 6, 0.01 and 1e6 are choices.
     scaled = (decimals > 6 and power < -2) or decimals < -1 or abs(value) >= 1e6
     unit = 10.0**power if scaled else 1.0
-    # A double has no more than 15 decimals behind its first digit.
+    # A double has 15 digits in any case; more decimals would show its rounding.
     places = max(min(decimals + (power if scaled else 0), 15), 0)
     text = f"{value / unit:.{places}f} +- {error / unit:.{places}f}"
     return f"({text})e{power:+03d}" if scaled else text

@@ -1,4 +1,10 @@
-"""The part of `viscopade audit` that prints the eps of all contacts of a file: a deck."""
+"""The part of `viscopade audit` that prints the eps of all contacts of a file: a deck.
+
+    viscopade audit examples/in.hopper --speed 1
+    viscopade audit in.silo --radius 1=0.25mm:1mm --density 1=2500 --epsilon 0.8
+
+Numbers in sentences have 4 to 6 figures (`.4g`), chosen by hand to be read; JSON and CSV have all digits.
+"""
 
 from __future__ import annotations
 
@@ -142,16 +148,20 @@ def _fields(row: DeckRow) -> dict[str, Any]:
     run, contact, answer = row.run, row.contact, row.answer
     collision, instead = answer.collision, answer.instead
     return {
+        # Both bodies, the line that decides their contact, and how many pairs of bodies have it.
         "name": contact.name,
         "line": _line_fields(contact.line),
         "run": run.line and _line_fields(run.line),
         "pairs": contact.count,
+        # Radii of the spheres, and the effective mass m1 m2/(m1 + m2).
         "radius": list(row.radii),
         "mass": row.impact.mass,
+        # eps and its range over where in a step contact begins; with the weight of a body that falls on a plane.
         "delivered": collision and collision.epsilon,
         "least": collision and collision.least,
         "largest": collision and collision.largest,
         "falling": answer.falling and answer.falling.epsilon,
+        # g t_c/v says how much the weight matters; `steps` is the undamped contact time t_c over the time step.
         "gravity": run.gravity,
         "g_t_c_over_v": row.g_t_c_over_v,
         "step": run.step,
@@ -260,7 +270,8 @@ def _position(lines: Sequence[str], line: Line, deck: Deck) -> str:
     command = lines[-1].split()[0]
     if command.startswith("<"):
         return {"<geom": " in both geoms of each pair", "<pair": " in <contact>"}.get(command, "")
-    if "property/global" in lines[-1]:  # the fix of this name, and not the line of the contact
+    # "fix ID all property/global …": the fix of this name, and not the line of the contact.
+    if "property/global" in lines[-1]:
         return f" instead of {' '.join(lines[-1].split()[:2])}"
     # A later pair_coeff replaces an earlier one; a wall would be there twice.
     return f" {'after' if command == 'pair_coeff' else 'instead of'} line {_place(line, deck)}"

@@ -1,4 +1,11 @@
-"""The part of `viscopade audit` that prints what the formulas of programs give for an eps."""
+"""The part of `viscopade audit` that prints what the formulas of programs give for an eps.
+
+    viscopade audit mujoco --epsilon 0.5
+    viscopade audit --epsilon 0.9 --time-step 0.05
+
+Times are in units of the undamped contact time, unless --contact-time says it. Numbers in sentences have 3 to 6 figures
+(`.4g`), chosen by hand to be read; JSON has all digits.
+"""
 
 from __future__ import annotations
 

@@ -160,6 +160,7 @@ class Quantity(_Number):
             in_si = quantity.si_decimal(value, self.dimension)
         if in_si is None or not _CONDITIONS[self.condition](Fraction(in_si)):
             unit, example = quantity.DIMENSIONS[self.dimension]
+            # 2.5 stands for any number.
             article = "an" if self.dimension[0] in "aeiou" else "a"
             expected = f'{article} {self.dimension}{self.condition}, such as "2.5 {example}", or a number in {unit}'
             raise ValueError(f"{name} is {value!r}: expected {expected}")
@@ -304,7 +305,7 @@ def law_words(law: Law) -> tuple[dict[str, Any], str]:
     """Return a law as JSON fields, and as a line if it is not the paper's.
 
     Here kappa, the damping of the scaled equation, grows with the speed as v^(2/nu - 1), and eps is a power series in
-    v* = kappa^(1/d).
+    v* = kappa^(1/d); for the paper's law nu = 5/3 and d = 2.
     """
     fields = {"law": str(law), "end": law.end, "nu": str(law.nu), "d": law.d}
     if law == VISCOELASTIC:

@@ -1,4 +1,11 @@
-"""Commands that print exact numbers: reproduce, coefficients, pade, epsilon, invert."""
+"""Commands that print exact numbers: reproduce, coefficients, pade, epsilon, invert.
+
+The coefficient of restitution eps is a function of v* = beta^(1/2) v^(1/10), or of kappa = v*^2, the damping of the
+scaled equation x'' + x^(3/2) + kappa x^(1/2) x' = 0; v is the impact speed. For other laws of contact, x'' + x^a +
+kappa x^b x' = 0, v* is kappa^(1/d) with an integer d.
+
+Numbers in sentences have 1 to 6 figures (`.6g`), chosen by hand to be read; the tables have the digits that are known.
+"""
 
 from __future__ import annotations
 
@@ -555,7 +562,7 @@ class _Bodies:
             "epsilon_without_adhesion": (without, ""),
         }
         rows = [(name, f"{value:.{_SAMPLED}g}", unit) for name, (value, unit) in numbers.items()]
-        if bond is not None and bond.speed is not None:
+        if bond is not None and bond.speed is not None:  # found with a relative error of 1e-4, so 4 digits
             rows.append(("sticking_speed", f"{bond.speed:.4g}", "m/s"))
         warnings = limits_of(pair, speed, self.strength, work)
         whole = {name: text for name, text, _ in rows} | {
@@ -809,7 +816,7 @@ def invert(
     law, speed, pair = bodies.law, bodies.speed, bodies.pair
     collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law)
 
-    # Numbers in double precision need the damping to more digits than these, and one that compensates the weight.
+    # Numbers in double precision need the damping to 20 digits, and one that compensates the weight.
     precise = collision.floats()
     if digits < _PRECISE:
         precise = exact.invert(epsilon, _PRECISE, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law).floats()

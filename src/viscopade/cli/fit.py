@@ -1,4 +1,12 @@
-"""Command that fits the damping to measured data: fit."""
+"""Command that fits the damping to measured data: fit.
+
+    speed (cm/s), epsilon, +/-
+    12.1, 0.913, 0.004
+    25.6, 0.897, 0.005
+
+The result is beta in (s/m)^(1/5): eps depends on v* = beta^(1/2) v^(1/10), with the impact speed v. Numbers in texts
+and tables have 2 to 8 figures (`.4g`), chosen by hand to be read: an error has two or three. JSON has all digits.
+"""
 
 from __future__ import annotations
 
@@ -450,7 +458,7 @@ def _show(
         The fitted dissipative_constant and young_modulus, each a value with its standard error.
     neglected : Neglected
     style : str
-        Format of the output: text, csv or json.
+        Format of the output: text, csv or json. In a text, items of a list are indented by 2 blanks.
     """
     from viscopade.fitting.damping import LEVELS
 

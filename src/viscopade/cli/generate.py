@@ -104,6 +104,7 @@ def export(target: str, order: int, digits: int | None, output: Path | None, **o
     used = {"order", "digits"} if of_series else set() if target == "version-header" else {*of_kernels}
     used |= {"digits"} if target == "latex" else set()
     _refuse_unused(target, used | {"target", "output"})
+    # Without --digits, 50 digits of a series, and in LaTeX 15, those of a double: choices, as the help says.
     if of_series:
         text = requests.render_series(target.removeprefix("series-"), order, digits or SERIES_DIGITS)
     elif target == "version-header":

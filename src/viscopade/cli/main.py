@@ -198,7 +198,7 @@ def main() -> None:
         _fail(error.format_message(), 2)
     except (ValueError, TypeError) as error:
         _fail(error, 2)
-    except ModuleNotFoundError as error:
+    except ModuleNotFoundError as error:  # of ours, an optional package that the user may install
         _fail(error, 2 if isinstance(error, MissingPackage) else 1)
     except (ArithmeticError, RuntimeError) as error:
         _fail(error, 1)

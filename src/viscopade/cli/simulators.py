@@ -1,4 +1,11 @@
-"""Command for the contact parameters of other programs."""
+"""Command for the contact parameters of other programs.
+
+    viscopade simulators lammps --epsilon 0.9 --speed "1 m/s" --radius "1 cm" --density 2500 --young-modulus 1e7 …
+    viscopade simulators mujoco --epsilon 0.8 --speed "1 m/s" --contact-time "20 ms"
+
+Programs of the first kind compute the viscoelastic law; those of the second have a law of their own, `OwnLaw`, whose
+damping is set for one speed.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Commands that show eps against the impact speed: plot and table."""
+"""Commands that show eps against the impact speed: plot and table.
+
+For viscoelastic spheres eps depends on v* = beta^(1/2) v^(1/10), with the impact speed v and a constant beta in
+(s/m)^(1/5). Numbers in sentences have 4 to 6 figures (`.4g`), chosen by hand to be read.
+"""
 
 from __future__ import annotations
 
@@ -358,7 +362,7 @@ def _curves(
     if approximants and gravity is not None:
         raise click.UsageError("--pade and --gravity are given: expected one of them")
     curves += [speeds.approximant(m, n, betas[0]) for m, n in approximants]
-    if len(curves) > speeds.MOST:
+    if len(curves) > speeds.MOST:  # 24, a choice; 28 would have different looks
         raise ValueError(f"there are {len(curves)} curves: expected up to {speeds.MOST}")
     return _Curves(curves, _ends(slowest, fastest, *spheres.ends), spheres.pair, False)
 
