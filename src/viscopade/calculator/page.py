@@ -103,11 +103,16 @@ def _facts() -> dict[str, Any]:
     """Return the data of the page, as JSON has them; all numbers are in SI units."""
     return {
         "kernels": [{"name": kernel.name, "bound": _bound(kernel)} for kernel in _kernels()],
+        # Largest relative error of the tables of other laws, 1e-11.
         "tablesError": tables.ERROR,
         "laws": _laws(),
+        # The approximants of the paper's table, by their degrees (m, n), and two more.
         "pade": [_pade(m, n) for m, n in (*TABLE, *_EXTRA)],
+        # By dimension and unit, the size in SI units; and the units of plain numbers by system.
         "units": {d: {u: _factor(u, d) for u in units} for d, units in _UNITS.items()},
         "systems": {name: dict(zip(_UNITS, units, strict=True)) for name, units in _SYSTEMS.items()},
+        # Where the model ends, as for the command line: compression over radius, speed over that of yield, contact time
+        # over the time of sound, A over the contact time, and the pressure at yield over the strength.
         "limits": {
             "depth": limits.LARGEST_OVERLAP,
             "nearYield": limits.NEAR_YIELD,
@@ -117,6 +122,7 @@ def _facts() -> dict[str, Any]:
         },
         "sentences": limits.SENTENCES,
         "programs": lines.programs(),
+        # Time steps in a contact: of a contact time that is chosen, the fewest, and for a fine step of a law of force.
         "steps": {"chosen": CHOSEN_STEPS, "fewest": FEWEST_STEPS, "fine": STEPS},
         # The coefficients of [3/6] as the paper prints them: Yade solves [3/6](v*) = en with these.
         "printedPade": [[float(c) for c in row] for row in TABLE[3, 6]],
@@ -160,8 +166,9 @@ def _about(law: Law) -> dict[str, Any]:
         "nu": str(law.nu),
         "symbol": None,
     }
+    # kappa = (c/m) (k/m)^(-1/nu) v^power, and the law's own constant, such as a damping ratio, has c = factor constant
+    # k^p m^(1-p). For p = 1/nu stiffness and mass drop out: kappa = factor constant v^power.
     damping = law.own_damping
-    # With this power of the speed, kappa = factor constant v^power: the stiffness has dropped out.
     if damping is not None and damping.power == 1 / law.nu:
         about |= {"symbol": damping.symbol, "factor": damping.factor}
     return about

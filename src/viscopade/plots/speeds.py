@@ -113,7 +113,8 @@ def adhesive_spheres(name: str, pair: Pair, work: float, gravity: float) -> Spee
 
 def of_law(law: Law | str, epsilon: float, speed: float, weight: Weight | None = None) -> SpeedCurve:
     """Return the curve of a law of contact that has, without weight, `epsilon` at a speed in m/s."""
-    # kappa at this speed gives eps there; at other speeds kappa grows as v^(2 c), where 2 c = 2/nu - 1.
+    # kappa at this speed gives eps there; at other speeds kappa grows as v^(2 c), where 2 c = 2/nu - 1 and, for the
+    # exponents a and b of the law, nu = (a + 1)/(b + 1).
     contact = law_of(law)
     functions, power = curve(contact), float(2 * contact.c)
     kappa = float(functions.kappa_from(epsilon))
@@ -179,7 +180,7 @@ def draw_speeds(
 
     `speeds` are those at which curves are computed, ascending, in m/s or v*; `data` has measured speeds and eps.
     """
-    # 2.6 inches, and 0.13 for each curve's line in the legend, whose letters have 6 points (0.083 inches).
+    # 2.6 inches (by eye), and 0.13 for each curve's line in the legend, whose letters have 6 points (0.083 inches).
     sheet, (axes,) = new_sheet(2.6 + 0.13 * len(curves))
     # The axis of eps: all finite values between 0 and 1, with a margin of 5 % on both sides (a choice).
     values = [speed_curve.epsilon(speeds) for speed_curve in curves]
@@ -197,7 +198,7 @@ def draw_speeds(
         "x",
     )
     plain_ticks(axes)
-    # Colours and dashes change together, so that no two of the first 28 curves look alike.
+    # 7 colours and 4 kinds of dashes change together, so that no two of the first 28 curves look alike.
     names = []
     for i, (speed_curve, value) in enumerate(zip(curves, values, strict=True)):
         look = Look(_COLORS[i % len(_COLORS)], _DASHES[i % len(_DASHES)])
