@@ -48,11 +48,11 @@ def counted():
 
 def test_what_is_read_is_what_was_made(monkeypatch):
     first, calls = counted()
-    with store.anew() as records:
+    with store.fresh_records() as records:
         made = first(Fraction(1, 3), FLOAT)
     assert [*records] == ["pade-1-3-float.json"]
     assert json.loads(records["pade-1-3-float.json"])["key"] == KEY
-    monkeypatch.setattr(store, "of_package", records.get)
+    monkeypatch.setattr(store, "package_record", records.get)
     again, later = counted()
     read = again(Fraction(1, 3), FLOAT)
     assert str(read) == str(made)  # -0.0, too
@@ -72,7 +72,7 @@ def test_defaults_and_names_of_arguments_make_no_difference():
 def test_anew_makes_everything_once_more():
     make, calls = counted()
     for _ in range(2):
-        with store.anew():
+        with store.fresh_records():
             make(Fraction(2), DOUBLE)
     assert len(calls) == 2
 
@@ -80,7 +80,7 @@ def test_anew_makes_everything_once_more():
 def test_a_record_of_another_key_is_none(monkeypatch):
     """The names of files are shorter than keys."""
     other = json.dumps({"key": ["pade", "-1/3", "float"], "value": None})
-    monkeypatch.setattr(store, "of_package", lambda name: other)
+    monkeypatch.setattr(store, "package_record", lambda name: other)
     make, calls = counted()
     make(Fraction(1, 3), FLOAT)
     assert len(calls) == 1

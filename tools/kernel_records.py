@@ -22,7 +22,7 @@ TARGET = Path(__file__).parents[1] / "src" / "viscopade" / store.FOLDER
 
 def main() -> None:
     """Replace the records in the folder of the package."""
-    with store.anew() as records:
+    with store.fresh_records() as records:
         for entry in CATALOGUE.values():
             entry.request.kernels()
         for name, end in product(NAMED, ENDS):

@@ -114,7 +114,7 @@ def refusal(name: str, value: object, accepted: str) -> str:
     return f"{name} is {text}: expected {accepted}"
 
 
-def meant(word: str, names: Iterable[str]) -> str:
+def suggestion(word: str, names: Iterable[str]) -> str:
     """Return the names that look like a wrong word, as the end of a refusal; "" if none does."""
     # Up to three names, whose similarity to the word is 0.6 or more: both are defaults of difflib.
     near = get_close_matches(word, names, n=3, cutoff=0.6)

@@ -11,7 +11,7 @@ BACKENDS = ("compiled", "numpy")
 VARIABLE = "VISCOPADE_BACKEND"
 
 
-def chosen(backend_name: str | None) -> Any:
+def load_extension(backend_name: str | None) -> Any:
     """Return the extension, a module; None if Python and NumPy are to compute.
 
     Parameters
@@ -43,7 +43,7 @@ def chosen(backend_name: str | None) -> Any:
     return _native
 
 
-extension = chosen(environ.get(VARIABLE))
+extension = load_extension(environ.get(VARIABLE))
 
 
 def backend() -> str:

@@ -30,7 +30,7 @@ DEEPEST = 8  # nested tables and lists, and parts of a dotted key: one of many p
 
 LIMITED = sys.platform == "linux" and not getattr(sys, "frozen", False)
 """Whether a process has a limit of memory. A frozen program has no process of its own."""
-# The program of `printed_by`: it limits its memory (and writes no image of it after a crash), then runs the module.
+# The program of `isolated_output`: it limits its memory, writes no image of it after a crash, and runs the module.
 _PROCESS = """
 import json, runpy, sys
 file, request, memory, sys.path[:] = json.loads(sys.argv[1])
@@ -146,7 +146,7 @@ def toml(text: bytes | str, source: str) -> dict[str, Any]:
         raise ValueError(f"{source}: the text is not TOML: a number has too many digits") from None
 
 
-def printed_by(module: str, request: object, content: bytes, memory: int, seconds: float, smaller: str) -> bytes:
+def isolated_output(module: str, request: object, content: bytes, memory: int, seconds: float, smaller: str) -> bytes:
     """Return what a module prints if it runs as a program, in a process of its own and in an empty folder.
 
     Parameters

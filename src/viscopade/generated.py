@@ -145,6 +145,6 @@ def template(module: str, name: str) -> Template:
     return environment(module).get_template(name)
 
 
-def written_template(text: str) -> Template:
+def text_template(text: str) -> Template:
     """Return the template of a text."""
     return environment().from_string(text)

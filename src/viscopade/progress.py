@@ -24,7 +24,7 @@ def track(steps: Sequence[int], description: str, cost: Cost | None = None) -> I
 
 
 @contextmanager
-def shown_by(tracker: Tracker) -> Iterator[None]:
+def use_tracker(tracker: Tracker) -> Iterator[None]:
     """Show progress by `tracker` for the duration of a `with` block."""
     # The token brings back the tracker of the block around this one.
     token = _tracker.set(tracker)
@@ -36,4 +36,4 @@ def shown_by(tracker: Tracker) -> Iterator[None]:
 
 def quietly() -> AbstractContextManager[None]:
     """Show no progress for the duration of a `with` block, for loops inside a step."""
-    return shown_by(lambda steps, *_: steps)
+    return use_tracker(lambda steps, *_: steps)

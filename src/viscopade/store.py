@@ -29,8 +29,8 @@ _INNERMOST = re.compile(r"\[[^][{}]*\]")  # a list without lists or objects in i
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-_anew: dict[str, str] | None = None  # inside `anew`: the records that were made, by file name
-_forget: list[Callable[[], None]] = []  # of each function with records: clears the results in memory
+_new_records: dict[str, str] | None = None  # inside `fresh_records`: the records that were made, by file name
+_cache_clears: list[Callable[[], None]] = []  # of each function with records: clears the results in memory
 _named: dict[type, Mapping[str, Any]] = {Format: FORMATS}  # classes whose objects are stored by name, and the objects
 
 
@@ -58,7 +58,7 @@ def recorded(name: str) -> Callable[[Function], Function]:
                 values.pop()
             return stored_result(*(value for value, _ in values))
 
-        _forget.append(stored_result.cache_clear)
+        _cache_clears.append(stored_result.cache_clear)
         return cast(Function, read_or_make)
 
     return mark
@@ -68,27 +68,27 @@ def _result(name: str, make: Callable[..., Any], arguments: tuple[Any, ...]) -> 
     """Return the result of `make` for these arguments from the record of this name; without one, compute it."""
     key = [name, *_converter().unstructure(arguments)]
     file = _file_name(key)
-    record = None if _anew is not None else json.loads(of_package(file) or "null")
+    record = None if _new_records is not None else json.loads(package_record(file) or "null")
     if record is not None and record["key"] == key:  # different keys may have the same file name
         return _converter().structure(record["value"], get_type_hints(make)["return"])
-    # No record, or `anew`, which collects the records that results make.
+    # No record, or `fresh_records`, which collects the records that results make.
     made = make(*arguments)
-    if _anew is not None:
-        _anew[file] = _text({"key": key, "value": _converter().unstructure(made)})
+    if _new_records is not None:
+        _new_records[file] = _text({"key": key, "value": _converter().unstructure(made)})
     return made
 
 
 @contextmanager
-def anew() -> Iterator[dict[str, str]]:
+def fresh_records() -> Iterator[dict[str, str]]:
     """Compute all results anew in a `with` block. Yields the records, as texts by file name."""
     # Results in memory are forgotten at both ends: neither old ones inside nor new ones after the block.
-    global _anew
-    before, _anew = _anew, {}
+    global _new_records
+    before, _new_records = _new_records, {}
     _clear()
     try:
-        yield _anew
+        yield _new_records
     finally:
-        _anew = before
+        _new_records = before
         _clear()
 
 
@@ -98,7 +98,7 @@ def by_name(kind: type, objects: Mapping[str, Any]) -> None:
     _converter.cache_clear()
 
 
-def of_package(name: str) -> str | None:
+def package_record(name: str) -> str | None:
     """Return the text of one of the package's records, or None."""
     try:
         return (pkgutil.get_data("viscopade", f"{FOLDER}/{name}") or b"").decode()
@@ -107,8 +107,8 @@ def of_package(name: str) -> str | None:
 
 
 def _clear() -> None:
-    for forget in _forget:
-        forget()
+    for clear in _cache_clears:
+        clear()
 
 
 @lru_cache(maxsize=1)

@@ -91,7 +91,7 @@ def test_epsilon_is_within_the_stated_bound(run):
 
 @pytest.mark.parametrize(("name", "law"), LAWS)
 def test_laws_against_exact_collisions(run, name, law):
-    table = tables.stored()[tables.key(law)]
+    table = tables.stored_tables()[tables.key(law)]
     largest = min(table["largest_of_course"] or 1e4, 1e4)
     kappas = [1e-9, *log_uniform(1e-4, largest * 0.999, 5, name), largest * 0.999]
     text = "page.restitutionOf(FACTS.laws.find(({ name }) => name === x[0]), x[1], x[2], true)"
@@ -111,7 +111,7 @@ def test_laws_against_exact_collisions(run, name, law):
 
 def test_todays_table_is_made_again():
     _, law = chosen(list(tables.laws()))
-    made, stored = calculator_tables.made(law), tables.stored()[tables.key(law)]
+    made, stored = calculator_tables.made(law), tables.stored_tables()[tables.key(law)]
     assert made.keys() == stored.keys()
     assert made["ends"] == pytest.approx(stored["ends"], rel=1e-12)
     for new, old in zip(made["coefficients"], stored["coefficients"], strict=True):

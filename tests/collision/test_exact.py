@@ -274,7 +274,7 @@ def test_progress_is_announced():
         announced.append(description)
         return steps
 
-    with progress.shown_by(tracker):
+    with progress.use_tracker(tracker):
         exact.collision("1.25", 20).decimals()
         exact.invert("0.5", 20).decimals()
     assert announced == ["Integration and proof", "Newton's method and proof"]

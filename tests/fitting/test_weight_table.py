@@ -40,7 +40,7 @@ def test_numbers_are_those_of_a_collision(kappa):
 
 def test_the_record_is_what_is_made():
     stored = weight_table.collisions_at_nodes()
-    with store.anew():
+    with store.fresh_records():
         made = weight_table.collisions_at_nodes()
     for one, other in zip(made, stored, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12)

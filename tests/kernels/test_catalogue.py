@@ -103,7 +103,7 @@ def test_operations_are_counted_with_divisions_powers_and_roots_apart(key) -> No
 @pytest.mark.slow
 def test_all_records_are_what_is_made() -> None:
     """As `make reproduce` says too; every record belongs to a kernel of the catalogue."""
-    with store.anew() as records:
+    with store.fresh_records() as records:
         for entry in CATALOGUE.values():
             entry.request.kernels()
     folder = Path(store.__file__).parent / store.FOLDER

@@ -51,7 +51,7 @@ def test_reproduce_writes_everything(monkeypatch, tmp_path):
 
 def test_a_record_that_is_not_what_is_made_is_refused(monkeypatch, tmp_path):
     name = "pade-0-3.json"
-    monkeypatch.setattr(store, "anew", lambda: nullcontext({name: store.of_package(name) + " "}))
+    monkeypatch.setattr(store, "fresh_records", lambda: nullcontext({name: store.package_record(name) + " "}))
     monkeypatch.setattr(requests, "files", dict)
     result = called("reproduce", "--out", tmp_path / "new")
     assert result.returncode == 1

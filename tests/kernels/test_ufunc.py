@@ -421,9 +421,9 @@ def test_a_bad_environment_is_refused():
 def test_without_the_extension(monkeypatch):
     monkeypatch.setitem(sys.modules, "viscopade._native", None)
     monkeypatch.delattr("viscopade._native", raising=False)
-    assert [compiled.chosen(wanted) for wanted in (None, "", "numpy")] == [None] * 3
+    assert [compiled.load_extension(wanted) for wanted in (None, "", "numpy")] == [None] * 3
     with pytest.raises(ImportError, match="VISCOPADE_BACKEND is 'compiled', but the extension could not be loaded"):
-        compiled.chosen("compiled")
+        compiled.load_extension("compiled")
 
 
 @needs_extension

@@ -128,7 +128,7 @@ def test_progress_is_shown_once_and_not_within_itself():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("viscopade_lab.claims.CLAIMS", [claim for claim in CLAIMS if claim.name == "asymptotic-law"])
-        with progress.shown_by(tracker):
+        with progress.use_tracker(tracker):
             claims()
     assert shown == ["claims"]
 

@@ -32,7 +32,7 @@ RANGES = list(product([1, 0.0023, 7e-6, 83, 4400], [1.0003, 1.05, 1.4, 2, 3.2, 5
     [*((empty, *each) for each in RANGES), (fit, 1, 1.4), (fit, 0.3, 3), (fit, 0.1, 10), (curves, 0.023, 8)],
 )
 def test_labels_of_ticks_never_overlap(drawn, slowest, ratio):
-    with sheet.styled():
+    with sheet.style_context():
         figure = drawn(np.geomspace(slowest, slowest * ratio, 6))
         figure.draw_without_rendering()
         bottom = figure.axes[-1]

@@ -12,7 +12,7 @@ from flint import acb, arb, fmpq, fmpq_poly
 from mpmath import MPContext, mp, mpf
 
 from viscopade.arithmetic.balls import exact_middle, to_mpf, working
-from viscopade.progress import shown_by
+from viscopade.progress import use_tracker
 from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.pade import (
     DegenerateError,
@@ -144,7 +144,7 @@ def test_without_a_good_solution_there_is_no_approximant(monkeypatch):
 @pytest.mark.parametrize("n", [1, 5])
 def test_mpmath_s_elimination_is_tracked_column_by_column(n):
     seen = []
-    with working(300), shown_by(lambda steps, text, cost: map(seen.append, steps)):
+    with working(300), use_tracker(lambda steps, text, cost: map(seen.append, steps)):
         solution(series(2 + n, 60).h, 2, n)
     assert seen == list(range(n))
 

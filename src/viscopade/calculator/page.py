@@ -143,7 +143,7 @@ def _laws() -> list[dict[str, Any]]:
     entries: dict[str, dict[str, Any]] = {}
     for name, law in tables.laws():
         about = entries.setdefault(name, {"name": name, "title": _TITLES[name], **_about(law), "ends": {}})
-        about["ends"][law.end] = tables.stored()[tables.key(law)]
+        about["ends"][law.end] = tables.stored_tables()[tables.key(law)]
     return [*entries.values()]
 
 

@@ -77,7 +77,7 @@ class OneOf(click.Choice[str]):
             raise click.UsageError(self.others[name])
         if name not in self.choices:
             listed = ", ".join(self.choices)
-            near = arguments.meant(name, self.choices)  # ": did you mean …?", or "" if no name looks like it
+            near = arguments.suggestion(name, self.choices)  # ": did you mean …?", or "" if no name looks like it
             raise click.UsageError(f"{_name(param)} is {value!r}{near or f': expected {listed}'}")
         return name
 

@@ -126,9 +126,9 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 
     # Fit and prove all kernels again, with no record of the package, and compare the records that this makes.
     if out is not None:
-        with store.anew() as records:
+        with store.fresh_records() as records:
             texts = requests.files()
-        others = [name for name, record in records.items() if store.of_package(name) != record]
+        others = [name for name, record in records.items() if store.package_record(name) != record]
         if others:
             click.echo(
                 f"viscopade: no file is written: {len(others)} of {len(records)} records of kernels differ from those "

@@ -19,7 +19,7 @@ from viscopade import arguments, shipped
 from viscopade.cli.console import WORDS, examples, keep_printing, tracker
 from viscopade.extras import MissingPackage
 from viscopade.generated import printable
-from viscopade.progress import shown_by
+from viscopade.progress import use_tracker
 
 # Characters of a message, chosen by hand: our longest sentences are far shorter, and a message that quotes a file of
 # megabytes does not flood the terminal.
@@ -68,7 +68,7 @@ class Commands(click.Group):
         `viscopade.cli.console.command_line` makes the heads of files.
         """
         if not args[0].startswith("-") and self.get_command(context, args[0]) is None:
-            near = arguments.meant(args[0], self.list_commands(context))
+            near = arguments.suggestion(args[0], self.list_commands(context))
             raise click.UsageError(f"there is no command {args[0]!r}{near}")
         context.meta[WORDS] = args
         return super().resolve_command(context, args)
@@ -183,7 +183,7 @@ def main() -> None:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # its messages about its cache
     try:
         # Loops show their progress by `tracker`. Without a command, print the help.
-        with shown_by(tracker):
+        with use_tracker(tracker):
             try:
                 status: object = command.main(prog_name="viscopade", standalone_mode=False)
             except click.exceptions.NoArgsIsHelpError as error:

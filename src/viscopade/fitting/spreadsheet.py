@@ -38,7 +38,7 @@ def worksheets(content: bytes, cells: int, characters: int) -> list[tuple[str, l
 
     if getattr(sys, "frozen", False):
         return sheets_of(content, cells, characters)
-    printed = files.printed_by(__file__, [cells, characters], content, MEMORY, SECONDS, "smaller tables")
+    printed = files.isolated_output(__file__, [cells, characters], content, MEMORY, SECONDS, "smaller tables")
     return [(name, rows) for name, rows in json.loads(printed)]
 
 

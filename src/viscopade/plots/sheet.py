@@ -173,7 +173,7 @@ def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, c
     where.legend(lines, [text for text, _ in names], loc=place, ncol=columns, **looks)
 
 
-def styled(font_size: float = STYLE["font.size"]) -> AbstractContextManager[None]:
+def style_context(font_size: float = STYLE["font.size"]) -> AbstractContextManager[None]:
     """Return a context with Matplotlib's settings for all pictures, and a font size in points."""
     from matplotlib import style
 
@@ -191,8 +191,8 @@ class Page:
     font_size: float = STYLE["font.size"]
 
 
-def saved(sheet: Sheet, title: str, command: str, kind: str) -> bytes:
-    """Return a drawn picture as a file's content; to be called within `styled`."""
+def file_content(sheet: Sheet, title: str, command: str, kind: str) -> bytes:
+    """Return a drawn picture as a file's content; to be called within `style_context`."""
     buffer = io.BytesIO()
     sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata(title, command, kind))
     return buffer.getvalue()
@@ -218,10 +218,10 @@ def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str, page
     """
     # The size and the title of a user's page replace those of the drawing.
     page = page or Page()
-    with styled(page.font_size):
+    with style_context(page.font_size):
         sheet = draw()
         if page.size is not None:
             sheet.set_size_inches(page.size)
         if page.title is not None:
             sheet.suptitle(page.title)
-        return saved(sheet, page.title or title, command, kind)
+        return file_content(sheet, page.title or title, command, kind)

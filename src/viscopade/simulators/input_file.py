@@ -17,7 +17,7 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import Contact
 from viscopade.collision.spheres import Pair
-from viscopade.generated import WIDTH, harmless, marker_lines, written_template, xml_comment
+from viscopade.generated import WIDTH, harmless, marker_lines, text_template, xml_comment
 from viscopade.simulators import simulator_with
 from viscopade.simulators.setup import NamedContact, Setup
 from viscopade.simulators.simulator import Comment, InputFile, OwnLaw
@@ -105,25 +105,9 @@ def input_text(
     facts: Sequence[str] = (),
     tables: Sequence[str] = (),
 ) -> str:
-    """Return the text of a program's input file: a comment at its beginning, then the code.
-
-    Parameters
-    ----------
-    file : InputFile or OwnLaw
-        Templates of the comment and of the code.
-    command : str
-        The command line that makes the file.
-    opening : sequence of str
-        Sentences at the beginning of the comment.
-    values : mapping
-        Values by the names that the templates use.
-    facts : sequence of str
-        Sentences on the contacts.
-    tables : sequence of str
-        Lines at the end of the comment that are not wrapped.
-    """
-    opening_mark, line_mark, closing_mark = _FRAMES[file.comment]
-    use, code = (written_template(text).render(values, number=program_number) for text in (file.use, file.code))
+    """Return the text of a file; `facts` are lines on its contacts that are wrapped, those of `tables` are not."""
+    before, mark, after = _FRAMES[file.comment]
+    use, code = (text_template(text).render(values, number=program_number) for text in (file.use, file.code))
     if file.comment == "<!--":  # sentences name an option without its hyphens, which a comment of XML cannot have
         use, *facts = (_OPTION.sub("the option ", text) for text in (use, *facts))
     # The last line of `_paragraphs` is empty: a blank line stands before each block below.

@@ -156,7 +156,7 @@ def read_model(path: Path, options: DeckOptions) -> Deck:
     # This module is run as a program in a process of its own, with limits, and prints `model_facts` as JSON.
     text = files.content(path, "a model of MuJoCo (MJCF)").decode(errors="replace").splitlines()
     try:
-        printed = files.printed_by(__file__, str(path.resolve()), b"", MEMORY, SECONDS, "a smaller model")
+        printed = files.isolated_output(__file__, str(path.resolve()), b"", MEMORY, SECONDS, "a smaller model")
     except ValueError as error:
         raise ValueError(f"MuJoCo cannot read {path}: {error}") from None
     facts = json.loads(next(line for line in printed.splitlines() if line.startswith(b"{")))

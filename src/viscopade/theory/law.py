@@ -379,7 +379,7 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
     elif len(numbers) == 2:
         exponents = [number.strip() for number in numbers]
     else:
-        near = arguments.meant(name, NAMED) if name not in NAMED else ""
+        near = arguments.suggestion(name, NAMED) if name not in NAMED else ""
         raise ValueError(f"law is {text!r}{near or f': expected {ACCEPTED_LAWS}'}")
     a, b = exponents
     return Law(a, b, end or "force")

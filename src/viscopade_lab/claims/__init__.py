@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from viscopade.arguments import meant
+from viscopade.arguments import suggestion
 from viscopade.progress import quietly, track
 from viscopade_lab.claims import asymptotics, pade, physics, series
 from viscopade_lab.claims.evidence import CheckedClaim, Claim, Evidence
@@ -68,8 +68,12 @@ def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
     chosen = list(by_name) if names is None else list(names)
     for name in chosen:
         if name not in by_name:
-            # `meant` returns ", did you mean …?" for a name that resembles one of the claims, else "".
-            raise ValueError(f"there is no claim {name!r}{meant(name, by_name) or ': expected ' + ', '.join(by_name)}")
+            raise ValueError(
+                f"there is no claim {name!r}{suggestion(name, by_name) or ': expected ' + ', '.join(by_name)}"
+            )
+    return tuple(
+        CheckedClaim(by_name[wanted[i]], _quietly(by_name[wanted[i]])) for i in track(range(len(wanted)), "claims")
+    )
 
     checked = []
     for i in track(range(len(chosen)), "claims"):  # a progress bar over all claims

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from viscopade.plots.sheet import saved, styled
+from viscopade.plots.sheet import file_content, style_context
 from viscopade.progress import quietly, track
 from viscopade_lab.figures import audit, cooling, laws, paper
 from viscopade_lab.figures.paper import Figure
@@ -35,14 +35,14 @@ def render(names: Iterable[str] = tuple(FIGURES), formats: Iterable[str] = ("svg
         with quietly(), drawn(names[i]) as sheet:
             for kind in formats:
                 command = f"viscopade figures --only {names[i]} --format {kind}"
-                files[f"{names[i]}.{kind}"] = saved(sheet, FIGURES[names[i]].description, command, kind)
+                files[f"{names[i]}.{kind}"] = file_content(sheet, FIGURES[names[i]].description, command, kind)
     return files
 
 
 @contextmanager
 def drawn(name: str) -> Iterator[Sheet]:
     """Draw a figure, and keep Matplotlib's settings as they must be for saving it within a `with` block."""
-    with styled():
+    with style_context():
         sheet = FIGURES[name].draw()
         engine = sheet.get_layout_engine()
         assert engine is not None

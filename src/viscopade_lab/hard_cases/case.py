@@ -86,7 +86,7 @@ def svg(case: Case, finding: Finding) -> bytes:
 
     from viscopade.plots import sheet
 
-    with sheet.styled(), rc_context(STYLE):
+    with sheet.style_context(), rc_context(STYLE):
         figure = Sheet(figsize=SIZE)
         finding.draw(figure)
-        return sheet.saved(figure, case.title, f"viscopade hardcases --only {case.name}", "svg")
+        return sheet.file_content(figure, case.title, f"viscopade hardcases --only {case.name}", "svg")
