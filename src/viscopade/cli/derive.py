@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from viscopade.theory.pade import Pade, Root
 
 COMPARED_DIGITS = 20  # of our coefficients beside the paper's, which have 6 digits or so; chosen by hand
-_HIGHEST = 9  # order to which `reproduce` shows h_k: [3/6], the paper's best approximant, follows from h_0 to h_9
+_HIGHEST = 9  # order to which `reproduce` shows h_k: [3/6], the paper's largest approximant, follows from h_0 to h_9
 _IN_DOUBLES = 15  # digits that a double has in any case: of numbers that are computed from doubles
 _PRECISE = 20  # digits of a damping that is rounded to a double: 17 tell doubles apart, 3 keep the rounding right
 # Sampled numbers are integrated in double precision with errors down to about 1e-12: no smaller one is stated.

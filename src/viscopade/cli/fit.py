@@ -357,6 +357,7 @@ def _require_speeds(recording: Recording, files: str) -> None:
             f"{len(points)} {'points have' if len(points) > 1 else 'point has'} a speed and an eps: expected 3 or more"
         )
     elif np.ptp(points.speed) <= 1e-9 * points.speed.max():  # equal but for round-off
+        # The standard error of a mean: s/sqrt(n), with s from n - 1 degrees of freedom.
         mean, error = points.epsilon.mean(), points.epsilon.std(ddof=1) / math.sqrt(len(points))
         numbers = [f"{epsilon:.3f}" for epsilon in points.epsilon[:MOST_ROWS]]
         text = (

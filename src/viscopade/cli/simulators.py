@@ -71,6 +71,8 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
         return low, high
 
 
+# The defaults in the help are choices: 20 time steps in a contact of unknown duration, a relative error of eps of 0.01
+# for the longest time step, and the kernel with an error of 1e-5 in REBOUND.
 @click.command(
     "simulators",
     epilog=examples(
@@ -123,7 +125,8 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
         raise click.UsageError(
             f"--tier is given for {target}, which computes the force: expected rebound-c or rebound-python"
         )
-    # Programs with a law of their own need only eps at a speed; the others need bodies.
+    # Programs with a law of their own need only eps at a speed; the others need bodies. TYPED are the programs whose
+    # files give parameters to types of particles: a distribution of sizes becomes some classes there.
     collisions = _read_collisions(file, options.pop("gravity") or None, classes=target in TYPED, **options)
     if target in OWN_LAW:
         text = _own_law_text(target, collisions, words, of_own_law)
@@ -181,7 +184,7 @@ def _read_collisions(
     gravity : float or None
         Acceleration in m/s^2; None without weight.
     classes : bool
-        Whether the program's file gives each class of bodies its own parameters.
+        Whether each class of sizes becomes a body of its own, as in programs with types of particles.
     epsilon, speed, speeds
         The wanted eps, the speed at which it holds, and the range of speeds, in m/s.
     yield_strength : float or None

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from viscopade.generated import MARKER
 
-_HEAD = 1000  # first bytes of a text; the marker stands in the first line, after a few characters of a comment
+_HEAD = 1000  # first bytes of a text; the marker stands in one of the first lines. A choice
 _METADATA = 1 << 16  # first or last bytes of a picture, where its metadata have the marker; at the end in a PDF
 _PICTURES = {".pdf", ".png", ".svg"}
 
