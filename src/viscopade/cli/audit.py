@@ -113,7 +113,9 @@ _MEANT = {
     type=click.Choice(ENDS),
     help="End of contact for --force: where the force vanishes, or at x = 0.  [default: force]",
 )
-@click.option("--all", "whole", is_flag=True, help="With --epsilon: print all formulas of a program, not three only.")
+@click.option(
+    "--all", "with_all", is_flag=True, help="With --epsilon: print all formulas of a program, not three only."
+)
 @STYLE
 def audit(
     simulator: str | Path | None,
@@ -121,7 +123,7 @@ def audit(
     time_step: str | None,
     contact_time: float | None,
     step_error: float | None,
-    whole: bool,
+    with_all: bool,
     style: str,
     **of_contacts: Any,
 ) -> None:
@@ -148,7 +150,7 @@ def audit(
     SI units.
     """
     # Options that only the table of formulas takes, and those of which any one asks for a single contact.
-    of_formulas = {"--contact-time": contact_time, "--step-error": step_error, "--all": whole}
+    of_formulas = {"--contact-time": contact_time, "--step-error": step_error, "--all": with_all}
     of_one_contact = {
         "--speed": of_contacts["speed"],
         "--set": of_contacts["settings"],
@@ -176,7 +178,7 @@ def audit(
         names = ("vary", "mass", "radius", "density", "gravity", "scheme", "end")
         useless = {"--constant": of_contacts["constants"]} | {f"--{name}": of_contacts[name] for name in names}
         _refuse("without --speed", useless)
-        show_formulas(simulator, epsilon, time_step, contact_time, step_error, whole, style)
+        show_formulas(simulator, epsilon, time_step, contact_time, step_error, with_all, style)
 
 
 def _refuse(where: str, options: Mapping[str, object]) -> None:

@@ -1,7 +1,7 @@
 """The part of `viscopade audit` that prints the eps of all contacts of a file: a deck.
 
     viscopade audit examples/in.hopper --speed 1
-    viscopade audit in.silo --radius 1=0.25mm:1mm --density 1=2500 --epsilon 0.8
+    viscopade audit examples/in.hopper --epsilon 0.8
 
 Numbers in sentences have 4 to 6 figures (`.4g`), chosen by hand to be read; JSON and CSV have all digits.
 """
@@ -130,7 +130,7 @@ def show_deck(
         return
     units = deck.units
     contacts = [_fields(row) for row in table]
-    whole = {
+    json_object = {
         "file": str(file),
         "program": deck.program.name,
         "units": {"length": units.length, "mass": units.mass, "time": units.time},
@@ -139,7 +139,7 @@ def show_deck(
         "unread": [_line_fields(line) for line in deck.unread],
         "warnings": [*dict.fromkeys([*deck.warnings, *(text for row in table for text in row.answer.warnings)])],
     }
-    show(style, [*contacts[0]], [[_cell(value) for value in fields.values()] for fields in contacts], whole)
+    show(style, [*contacts[0]], [[_cell(value) for value in fields.values()] for fields in contacts], json_object)
 
 
 def _fields(row: DeckRow) -> dict[str, Any]:

@@ -40,7 +40,7 @@ def show_formulas(
     time_step: str | None,
     contact_time: float | None,
     step_error: float | None,
-    whole: bool,
+    with_all: bool,
     style: str,
 ) -> None:
     """Print the eps that the formulas of one simulator, or of all, give.
@@ -57,7 +57,7 @@ def show_formulas(
         Undamped contact time in s.
     step_error : float or None
         Relative error of eps, for which the largest time step is printed.
-    whole : bool
+    with_all : bool
         Print all formulas of a program, not those three only whose eps differ most.
     style : str
         Format of the output: text, csv or json.
@@ -85,7 +85,7 @@ def show_formulas(
         _show_table(style, targets, audits, data)
     else:
         # As text, of each program the formulas whose eps differ most from the wanted one; without empty columns.
-        shown = audits if whole or style != "text" else _most_different(audits)
+        shown = audits if with_all or style != "text" else _most_different(audits)
         left_out = len(audits) - len(shown)
         table = [_columns(row, unit, contact_time is not None) for row in shown]
         used = [name for name in table[0] if any(cells[name] for cells in table)]
@@ -229,10 +229,10 @@ def _number(delivered: Any) -> str:
     return "never parts" if delivered is None else f"{float(delivered):.{_FIGURES}g}"
 
 
-def _show_table(style: str, targets: Sequence[str], audits: Sequence[Audit], whole: dict[str, Any]) -> None:
+def _show_table(style: str, targets: Sequence[str], audits: Sequence[Audit], json_object: dict[str, Any]) -> None:
     """Print one row for each formula and one column for each wanted eps.
 
-    `style` is the format of the output, `targets` has the wanted eps, and `whole` is what JSON prints.
+    `style` is the format of the output, `targets` has the wanted eps, and `json_object` is what JSON prints.
     """
     # From program and formula to the eps that it gives, by the eps that is wanted.
     cells: dict[tuple[str, str], dict[str, str]] = {}
@@ -241,7 +241,7 @@ def _show_table(style: str, targets: Sequence[str], audits: Sequence[Audit], who
         cells.setdefault((row.program.title, row.formula.name), {})[row.asked] = value
     header = ("program", "formula", *(f"eps = {asked}" for asked in targets))
     rows = [(*names, *(values.get(asked, "refused") for asked in targets)) for names, values in cells.items()]
-    show(style, header, rows, whole, title="eps that programs give, for the eps asked for")
+    show(style, header, rows, json_object, title="eps that programs give, for the eps asked for")
 
 
 def _json(row: Audit, resolved: bool) -> dict[str, Any]:

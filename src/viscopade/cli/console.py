@@ -459,15 +459,19 @@ def picture_kind(option: str, file: Path) -> str:
 
 
 def show(
-    style: str, header: Sequence[str], rows: Iterable[Sequence[object]], whole: dict[str, Any], title: str | None = None
+    style: str,
+    header: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    json_object: dict[str, Any],
+    title: str | None = None,
 ) -> None:
-    """Print a table as text or CSV, or `whole` as one JSON object, in the format `style`: text, csv or json.
+    """Print a table as text or CSV, or `json_object` as JSON, in the format `style`: text, csv or json.
 
     `header` names the columns of `rows`; `title` stands above the table, as text only.
     """
     cells = [[str(cell) for cell in row] for row in rows]
     if style == "json":
-        click.echo(json.dumps(whole, ensure_ascii=False))
+        click.echo(json.dumps(json_object, ensure_ascii=False))
     elif style == "csv":
         buffer = io.StringIO()
         csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
@@ -518,8 +522,8 @@ def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: s
 def _least_width(text: str) -> int:
     """Return the least width of a text: sentences need more than their longest word, and long names may be broken."""
     # A number is never broken, a long name is. A sentence has up to four lines, a long one more of 24 characters.
-    whole = (len(word) if re.search("[0-9]", word) else min(len(word), _READABLE) for word in text.split())
-    return max([*whole, min(len(text) // 4, _READABLE)])
+    unbroken = (len(word) if re.search("[0-9]", word) else min(len(word), _READABLE) for word in text.split())
+    return max([*unbroken, min(len(text) // 4, _READABLE)])
 
 
 def _print_rows(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:

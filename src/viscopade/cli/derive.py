@@ -95,7 +95,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     header = ("[m/n]", "coefficient", "paper", "ours, rounded", "ours", "agrees")
     rows = [(f"[{e.m}/{e.n}]", e.name, e.printed, e.rounded, e.ours, "yes" if e.agrees else "NO") for e in entries]
     fields = ("m", "n", "symbol", "index", "printed", "rounded", "ours", "agrees")
-    whole = {
+    json_object = {
         "derivation": {
             "equation": derivation.equation,
             "turning_point": derivation.turning_point,
@@ -112,7 +112,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
         say(f"order K^n:       {derivation.hierarchy}", indent=2)
         _say_polynomials(derivation)
         say("mpmath builds a and b of [m/n] from these and higher h_k; balls prove their digits\n")
-    show(style, header, rows, whole, title=CITATION)
+    show(style, header, rows, json_object, title=CITATION)
     if style == "text":
         say(f"{agreeing} of {len(entries)} printed numbers agree")
         for approximant in ours:
@@ -169,14 +169,14 @@ def coefficients(order: int, digits: int, symbolic: bool, law: str, end: str | N
         derivation = derive(scaled_equation(contact_law), order, digits, contact_law.end)
     h = series(order, digits, contact_law).decimals()
     fields, line = law_words(contact_law)  # for JSON, and a sentence ("" for the paper's law)
-    whole: dict[str, Any] = {"order": order, "digits": digits, **fields, "h": h}
+    json_object: dict[str, Any] = {"order": order, "digits": digits, **fields, "h": h}
     if symbolic:
-        whole |= _polynomials_json(derivation, "symbolic")
+        json_object |= _polynomials_json(derivation, "symbolic")
     if symbolic and style == "csv":  # h_k has a polynomial from k = d on; before it h_0 = 1 and the others are 0
         rows = [(k, h_k, derivation.polynomials.get(k, h_k)) for k, h_k in enumerate(h)]
-        show(style, ("k", "h_k", "polynomial"), rows, whole)
+        show(style, ("k", "h_k", "polynomial"), rows, json_object)
     else:
-        show(style, ("k", "h_k"), enumerate(h), whole)
+        show(style, ("k", "h_k"), enumerate(h), json_object)
     if style == "text":
         if symbolic:
             _say_polynomials(derivation)
@@ -551,7 +551,7 @@ class _Bodies:
         speed, gravity = self._speed, self.gravity or 0.0
         contact, spheres = adhesive(pair, work, gravity), JKR(pair.E_eff, pair.R_eff, work)
         collision, bond = contact.collide(speed), sticking(lambda _: contact, speed)
-        without = float(pair.epsilon(speed, gravity))
+        epsilon_without = float(pair.epsilon(speed, gravity))
         numbers = {
             "epsilon": (collision.epsilon, ""),
             "one_minus_epsilon": (1 - collision.epsilon, ""),
@@ -559,20 +559,20 @@ class _Bodies:
             "contact_time": (collision.duration, "s"),
             "pull_off_force": (spheres.pull_off_force, "N"),
             "neck_energy": (spheres.neck_energy, "J"),
-            "epsilon_without_adhesion": (without, ""),
+            "epsilon_without_adhesion": (epsilon_without, ""),
         }
         rows = [(name, f"{value:.{_SAMPLED}g}", unit) for name, (value, unit) in numbers.items()]
         if bond is not None and bond.speed is not None:  # found with a relative error of 1e-4, so 4 digits
             rows.append(("sticking_speed", f"{bond.speed:.4g}", "m/s"))
         warnings = limits_of(pair, speed, self.strength, work)
-        whole = {name: text for name, text, _ in rows} | {
+        json_object = {name: text for name, text, _ in rows} | {
             "units": {name: unit for name, _, unit in rows if unit},
             "parts": collision.parts,
             "status": collision.status,
             "errors": {name: collision.errors[name] for name in ("epsilon", "depth", "duration")},
             "warnings": warnings,
         }
-        show(self.style, ("quantity", "value", "unit"), rows, whole)
+        show(self.style, ("quantity", "value", "unit"), rows, json_object)
         if self.style == "text":
             # The estimated error, rounded up to a power of ten.
             error = 10.0 ** math.ceil(math.log10(max(collision.errors["epsilon"], _LEAST_SAMPLED)))
@@ -580,7 +580,7 @@ class _Bodies:
             sentence = f"Sampled, with an error below {error:.0e}: eps with adhesion{weight}"
             if not collision.parts:
                 sentence = f"Sampled: with adhesion{weight} the bodies stay together, eps is 0"
-            say(f"{sentence}. Without adhesion eps is {without:.6g}.")
+            say(f"{sentence}. Without adhesion eps is {epsilon_without:.6g}.")
             for text in warnings:
                 say(f"Warning: {text}.")
 
@@ -591,12 +591,12 @@ class _Bodies:
         context: Mapping[str, Any],
         lines: Sequence[str],
         kappa: float,
-        without: float,
+        epsilon_without: float,
         **further: Any,
     ) -> None:
         """Print numbers, in a table with a column of units if there are any, and lines below it.
 
-        With weight, sampled numbers replace those of the collision without weight, whose eps is `without`.
+        With weight, sampled numbers replace those of the collision without weight, whose eps is `epsilon_without`.
 
         Parameters
         ----------
@@ -606,7 +606,7 @@ class _Bodies:
             First entries of JSON.
         lines : sequence of str
             Sentences.
-        kappa, without : float
+        kappa, epsilon_without : float
             Damping of the scaled equation, and its eps without weight.
         **further : Any
             Last entries of JSON; warnings among them are printed as text, too.
@@ -615,7 +615,7 @@ class _Bodies:
         lines = [line, *lines]
         # A load has no units, so that all numbers are new; a weight leaves those that do not depend on it.
         if (weight := self.weight) is not None:
-            sampled, of_weight, sentence = self._with_weight(weight, kappa, without)
+            sampled, of_weight, sentence = self._with_weight(weight, kappa, epsilon_without)
             numbers = sampled if self.load is not None else {**numbers, **sampled}
             lines.append(sentence)
             further |= of_weight
@@ -630,10 +630,12 @@ class _Bodies:
             if text:
                 say(text)
 
-    def _with_weight(self, weight: float, kappa: float, without: float) -> tuple[dict[str, str], dict[str, Any], str]:
+    def _with_weight(
+        self, weight: float, kappa: float, epsilon_without: float
+    ) -> tuple[dict[str, str], dict[str, Any], str]:
         """Return the sampled numbers of a collision with weight, further entries for JSON, and a sentence.
 
-        `weight` is the load G of the scaled equation, `kappa` its damping, and `without` its eps without weight.
+        `weight` is the load G of the scaled equation, `kappa` its damping, and `epsilon_without` eps without weight.
         """
         from viscopade.collision.contact import Contact
 
@@ -643,19 +645,29 @@ class _Bodies:
         scaled |= {"x_max": heavy.depth, "tau_c": heavy.duration}
         if self.load is not None:
             v_star = kappa ** (1 / self.law.d)
-            numbers = {"v_star": v_star, "kappa": kappa, "load": weight, **scaled, "epsilon_without_load": without}
+            numbers = {
+                "v_star": v_star,
+                "kappa": kappa,
+                "load": weight,
+                **scaled,
+                "epsilon_without_load": epsilon_without,
+            }
         else:
             length, time = self.scales
             in_si = {"max_compression": heavy.depth * length, "contact_time": heavy.duration * time}
-            numbers = scaled | in_si | {"epsilon_without_weight": without}
+            numbers = scaled | in_si | {"epsilon_without_weight": epsilon_without}
 
         # Estimated errors under the names of the numbers; that of eps, rounded up to a power of ten, in the sentence.
         names = {"epsilon": "epsilon", "depth": "x_max", "duration": "tau_c"}
         errors = {name: heavy.errors[field] for field, name in names.items()}
         error = 10.0 ** math.ceil(math.log10(max(heavy.errors["epsilon"], _LEAST_SAMPLED)))
-        sentence = f"Sampled, with an error below {error:.0e}: eps with the weight. Without it eps is {without:.6g}."
+        sentence = (
+            f"Sampled, with an error below {error:.0e}: eps with the weight. Without it eps is {epsilon_without:.6g}."
+        )
         if not heavy.parts:
-            sentence = f"Sampled: with the weight the bodies do not part, eps is 0; without it eps is {without:.6g}."
+            sentence = (
+                f"Sampled: with the weight the bodies do not part, eps is 0; without it eps is {epsilon_without:.6g}."
+            )
         texts = {name: f"{value:.{_SAMPLED}g}" for name, value in numbers.items()}
         return texts, {"parts": heavy.parts, "status": heavy.status, "errors": errors}, sentence
 
@@ -820,15 +832,15 @@ def invert(
     precise = collision.floats()
     if digits < _PRECISE:
         precise = exact.invert(epsilon, _PRECISE, one_minus_epsilon=one_minus_epsilon, speed=speed, law=law).floats()
-    without = precise["v_star"] ** law.d  # kappa = v*^d, for bodies without weight
-    kappa = bodies.with_weight(without, precise["epsilon"])
+    kappa_without = precise["v_star"] ** law.d  # kappa = v*^d, for bodies without weight
+    kappa = bodies.with_weight(kappa_without, precise["epsilon"])
     # The A of a material is in proportion to kappa.
     if pair is not None:
         constant = pair.dissipative_constant(precise["beta"])
-        damped = pair.damped(constant if kappa == without else constant * kappa / without)
-        bodies.show_material(damped, collision.decimals() if kappa == without else {}, digits=digits)
+        damped = pair.damped(constant if kappa == kappa_without else constant * kappa / kappa_without)
+        bodies.show_material(damped, collision.decimals() if kappa == kappa_without else {}, digits=digits)
         return
-    if kappa != without:
+    if kappa != kappa_without:
         collision = exact.collision(kappa=repr(kappa), digits=_IN_DOUBLES, law=law)
         precise = collision.floats()
     bodies.show(collision, kappa, digits, "" if speed is None else _unit_of_beta(law), precise)

@@ -198,7 +198,7 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
     ]
 
     # JSON also has A and beta of a material, and its warnings. NaN, of bodies that do not part (e != e), is null there.
-    whole: dict[str, Any] = {
+    json_object: dict[str, Any] = {
         **({} if pair is None else {"A": pair.A, "beta": pair.beta}),
         key: speeds.tolist(),
         "curves": [
@@ -209,8 +209,8 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
     if pair is not None:
         warnings = limits_of(pair, ends[1], options["yield_strength"], options["adhesion"])
         if is_proven:
-            whole |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
-        whole["warnings"] = warnings
+            json_object |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
+        json_object["warnings"] = warnings
 
     # With adhesion, the speed below which the bodies stay together.
     sticking_speed = None
@@ -219,8 +219,8 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
         bond = sticking(lambda _: contact, ends[0])
         sticking_speed = bond and bond.speed
     if not is_proven:
-        whole |= {"gravity": weight, "adhesion": work, "sticking_speed": sticking_speed, "status": "sampled"}
-    show(style, [name for name, _ in columns], rows, whole)
+        json_object |= {"gravity": weight, "adhesion": work, "sticking_speed": sticking_speed, "status": "sampled"}
+    show(style, [name for name, _ in columns], rows, json_object)
     if style == "text":
         if pair is not None:
             say(f"A = {pair.A:.{_FIGURES}g} s, beta = {pair.beta:.{_FIGURES}g} (s/m)^(1/5)")
