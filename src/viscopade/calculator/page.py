@@ -63,8 +63,8 @@ def page(command: str) -> str:
         The command line that makes it, for its first line.
     """
     marker = marker_lines(command)
-    made = generated.environment(__name__)
-    return made.get_template("page.html.jinja").render(marker=marker, **_parts())
+    templates = generated.environment(__name__)
+    return templates.get_template("page.html.jinja").render(marker=marker, **_parts())
 
 
 def functions() -> str:

@@ -41,5 +41,5 @@ def key(law: Law) -> str:
 @lru_cache(maxsize=1)
 def stored_tables() -> dict[str, Table]:
     """Return the tables of the data file by `key`."""
-    whole = json.loads(cast(bytes, pkgutil.get_data("viscopade", DATA)))
-    return {key(law): whole[key(law)] for _, law in laws()}
+    tables_of_file = json.loads(cast(bytes, pkgutil.get_data("viscopade", DATA)))
+    return {key(law): tables_of_file[key(law)] for _, law in laws()}

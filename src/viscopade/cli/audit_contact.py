@@ -242,7 +242,7 @@ def _native(
             raise click.UsageError(f"{flag} is given for a simulator, which has its own: expected --force with it")
     program = simulator_of(str(simulator))
     if program.native is None:
-        with_one = ", ".join(one.name for one in simulators() if one.native is not None)
+        with_one = ", ".join(other.name for other in simulators() if other.native is not None)
         raise ValueError(f"{program.title} has no contact of native parameters here: expected {with_one}")
     return program.title, program.version, program.native
 

@@ -137,7 +137,7 @@ def _in_contact_times(time_step: str | None, contact_time: float, is_time: bool)
         expected = "a number of contact times, or a time with --contact-time"
         # Below 1e300 a number is a finite double; the messages below refuse large and negative ones.
         step = float(arguments.exact_number("--time-step", time_step, expected, lambda x: abs(x) < 10**300))
-    # A step longer than the contact resolves nothing. The refusal suggests 20 steps in a contact, as our files do.
+    # A step longer than the contact resolves nothing. The refusal suggests 20 steps in a contact (a choice).
     if step > 1:
         from viscopade.simulators.setup import SI
 

@@ -615,10 +615,10 @@ class _Bodies:
         lines = [line, *lines]
         # A load has no units, so that all numbers are new; a weight leaves those that do not depend on it.
         if (weight := self.weight) is not None:
-            sampled, of_weight, sentence = self._with_weight(weight, kappa, epsilon_without)
+            sampled, weight_entries, sentence = self._with_weight(weight, kappa, epsilon_without)
             numbers = sampled if self.load is not None else {**numbers, **sampled}
             lines.append(sentence)
-            further |= of_weight
+            further |= weight_entries
         lines += [f"Warning: {text}." for text in further.get("warnings", ())]
         # The third column stands only if some number has a unit.
         with_unit = {name: unit for name, unit in units.items() if unit}
@@ -747,12 +747,12 @@ def epsilon(
     law, speed = bodies.law, bodies.speed
     scaled = {"--v-star": v_star, "--kappa": kappa, "--beta": beta}
     if bodies.constants:
-        what = "--stiffness, --damping and --mass are" if bodies.pair is None else "a material is"
+        subject = "--stiffness, --damping and --mass are" if bodies.pair is None else "a material is"
         if any(value is not None for value in scaled.values()):
-            raise click.UsageError(f"{what} given: expected none of {', '.join(scaled)}")
+            raise click.UsageError(f"{subject} given: expected none of {', '.join(scaled)}")
         if digits is not None:
             raise click.UsageError(
-                f"--digits and {what} given: such numbers are computed in double precision, {_IN_DOUBLES} digits "
+                f"--digits and {subject} given: such numbers are computed in double precision, {_IN_DOUBLES} digits "
                 f"without weight, {_SAMPLED} with it; expected no --digits"
             )
 

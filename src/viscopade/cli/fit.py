@@ -367,7 +367,7 @@ def _require_speeds(recording: Recording, files: str) -> None:
     else:
         return
     # Lines and sheets that were left out may be why: (label, reason).
-    reasons = [*recording.left_out, *((name, made) for name, made in recording.sheets if isinstance(made, str))]
+    reasons = [*recording.left_out, *((name, report) for name, report in recording.sheets if isinstance(report, str))]
     left_out = "".join(f"; {name} is left out: {why}" for name, why in reasons[:MOST_ROWS])
     raise ValueError(f"{files}: {text}{left_out}")
 
@@ -486,8 +486,8 @@ def _show(
     for reason in damping_fit.verdict.reasons:
         say(f"  {reason}", 2)
     # A sheet has its number of points, or the reason why it is not read.
-    for name, made in recording.sheets if len(recording.sheets) > 1 else ():
-        say(f"  {name}: {made} points" if isinstance(made, int) else f"  {name} is not read: {made}", 2)
+    for name, report in recording.sheets if len(recording.sheets) > 1 else ():
+        say(f"  {name}: {report} points" if isinstance(report, int) else f"  {name} is not read: {report}", 2)
     for label, why in recording.left_out[:MOST_ROWS]:
         say(f"  {label} is left out: {why}", 2)
     if (more := len(recording.left_out) - MOST_ROWS) > 0:
@@ -684,8 +684,8 @@ def fit_json(
         **{name: {"value": c.value, "standard_error": c.standard_error} for name, c in constants.items()},
         "read": {**recording.read[0], "files": recording.read},
         "sheets": [
-            {"sheet": name} | ({"points": made} if isinstance(made, int) else {"not_read": made})
-            for name, made in recording.sheets
+            {"sheet": name} | ({"points": report} if isinstance(report, int) else {"not_read": report})
+            for name, report in recording.sheets
         ],
         "weight": neglected.weight and {"fitted": neglected.weight.fitted, "g_t_c_over_v": neglected.weight.shares},
         "warnings": _warnings(recording, damping_fit, neglected),

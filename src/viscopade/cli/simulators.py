@@ -202,8 +202,8 @@ def _read_collisions(
     # A scene has materials, bodies and speeds: no other option may say them.
 
     constant = options["dissipative_constant"]
-    without = {name: value for name, value in options.items() if name != "dissipative_constant"}
-    has_material = bool(without["radii"]) or any(value not in (None, False, ()) for value in without.values())
+    of_bodies = {name: value for name, value in options.items() if name != "dissipative_constant"}
+    has_material = bool(of_bodies["radii"]) or any(value not in (None, False, ()) for value in of_bodies.values())
     if file is not None:
         if has_material or any(value is not None for value in (epsilon, speed, speeds, constant, yield_strength)):
             raise click.UsageError(

@@ -14,7 +14,7 @@ from pathlib import Path
 from viscopade.generated import MARKER
 
 _HEAD = 1000  # first bytes of a text; the marker stands in one of the first lines. A choice
-_METADATA = 1 << 16  # first or last bytes of a picture, where its metadata have the marker; at the end in a PDF
+_METADATA = 1 << 16  # first or last bytes of a picture, where its metadata have the marker (PDF: last). A choice
 _PICTURES = {".pdf", ".png", ".svg"}
 
 
@@ -77,7 +77,9 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
         directory is missing or cannot be written to, or a text lacks the marker.
     """
     # Check contents and targets before anything is written. A carriage return would come from a user's text.
-    files = {Path(path): what.encode() if isinstance(what, str) else what for path, what in contents.items()}
+    files = {
+        Path(path): content.encode() if isinstance(content, str) else content for path, content in contents.items()
+    }
     for path, content in files.items():
         if not _is_ours(path, content[:_METADATA], content[-_METADATA:]):
             raise WriteError(f"cannot write {path}: the text does not begin with '{MARKER}'")
