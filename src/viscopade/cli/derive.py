@@ -871,7 +871,7 @@ def _beta_and_speed(beta: str, speed: str) -> tuple[str, str | Fraction, str]:
     """Return the number of beta, the speed in matching units, and the unit of beta; the numbers are exact.
 
     `beta` is a typed text such as "1.307 (s/cm)^(1/5)", and `speed` is in m/s. In units of its own, (s/cm)^(1/5) and
-    cm/s, beta v^(1/5) is the same number; so the fifth root of 100 is never needed, which no decimal is.
+    cm/s, beta v^(1/5) is the same number. So the fifth root of 100, which is irrational, is never needed.
     """
     from viscopade import quantity
 

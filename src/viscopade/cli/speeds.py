@@ -144,7 +144,7 @@ def _inches(size: tuple[float, float] | None) -> tuple[float, float] | None:
     """Return width and height in inches, from `size` in m: each from 2 cm to 2 m."""
     if size is None:
         return None
-    # Below 2 cm the labels leave no room for the axes, and 2 m is larger than a poster: a unit is missing. Both by hand.
+    # Below 2 cm the labels leave no room for the axes, and above 2 m a unit is probably missing (chosen by hand).
     width, height = map(float, size)
     if not 0.02 <= min(width, height) <= max(width, height) <= 2:
         raise ValueError(f"size is {width:g} m, {height:g} m: expected width and height from 2 cm to 2 m")
