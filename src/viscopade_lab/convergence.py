@@ -32,8 +32,8 @@ from viscopade.arithmetic.balls import ball_of, fixed_point, working
 
 # Radius of the disc. eps is singular at |v*| = 1.0470; closer to it panels become small and many.
 RADIUS = Fraction(26, 25)
-# Half widths of squares. One of 1/8 is proven nearly everywhere; near the singularity squares are divided. The smallest
-# ends the division where there is no proof, as at the singularity.
+# Half widths of squares. The theorem needs 1/8 far from the singularity and 1/512 next to it. The smallest ends the
+# division where there is no proof, as at the singularity.
 LARGEST, SMALLEST = Fraction(1, 8), Fraction(1, 2**12)
 # A piece of an orbit is valid on the disc |y| <= 1 of times s_0 + h(z) y; the next piece starts at y = ADVANCE. The
 # rest, 1/16, leaves room for paths beside the drafted one.
@@ -52,8 +52,8 @@ ORDER, TERMS, STEP_TERMS = 20, 24, 8
 # Largest size of the last coefficients in y and z: the residual is about as large, and the error of eps that follows is
 # 2e-6 for |v*| <= 1/2 and up to 6e-3 near the singularity. 1e-8 in y needs 50 panels.
 LAST_IN_Y, LAST_IN_Z = 1e-10, 1e-7
-# Taylor steps to find the times: 24 give the same, with 6 no draft is found. Orbits that need more than MAX_STEPS
-# pieces come close to a singularity in time; a smaller square may avoid it.
+# Taylor steps to find the times: 24 give the same, with 6 no draft is found. A leg has 6 to 32 pieces; orbits that need
+# more than MAX_STEPS come close to a singularity in time, which a smaller square may avoid.
 DRAFT_STEPS, MAX_STEPS = 12, 60
 # Newton's method converges quadratically: 8 steps suffice from a close start, and after a change of 1e-9 the error is
 # about 1e-18.

@@ -1,4 +1,4 @@
-"""Figures: those of the paper, and further ones."""
+"""Figures: those of the paper, and further ones; here their names and file formats, without loading Matplotlib."""
 
 NAMES = (
     *(

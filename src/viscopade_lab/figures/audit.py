@@ -9,7 +9,6 @@ import numpy as np
 from mpmath import mp
 
 from viscopade import restitution
-from viscopade.arrays.checked import FloatArray
 from viscopade.collision.contact import PHASES, Contact
 from viscopade.collision.spheres import beta_from_restitution
 from viscopade.collision.weight import loss_slope
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Sheet
 
-ASKED = np.linspace(0.05, 1, 20)
+ASKED = np.linspace(0.05, 1, 20)  # eps asked for, 0.05 apart: the curves are smooth functions of it
 CURVES: Mapping[str, tuple[str, str, str, Look]] = {
     "other-end": (
         "made for end $x = 0$",
@@ -53,78 +52,82 @@ CURVES: Mapping[str, tuple[str, str, str, Look]] = {
     "both": ("both", "yade", "ViscElPhys, tc, en, et, at a wall", Look(VERMILION, DASH_DOT)),
     "reverse": ("made for end force 0", "lammps", "hertz, viscoelastic", Look(PURPLE)),
 }
-"""For each curve its name, and a formula that stands for others with the same eps."""
+"""Name in the file -> its name in the figure, program, formula that stands for others with the same eps, and look."""
 
-MEASURED = ("lammps", "liggghts")
-CHOSEN = 0.5
-STEPS = np.geomspace(0.001, 0.1, 81)
+MEASURED = ("lammps", "liggghts")  # programs whose formulas the curves of the upper part are
+CHOSEN = 0.5  # eps of all other pictures: the audit's runs, `viscopade_lab.runs.simulators.WANTED`, ask for it
+STEPS = np.geomspace(0.001, 0.1, 81)  # in contact times: the steps of the runs; 40 to a decade, the curves look smooth
 STEPPED: Mapping[str, tuple[str, Look]] = {
     "hooke, coeff_restitution": ("linear", Look(ORANGE)),
     "hertz, coeff_restitution": ("Tsuji", Look(BLUE)),
     "hertz, viscoelastic, limit_damping": ("viscoelastic", Look(PURPLE)),
 }
-"""Formulas of LAMMPS that are correct for fine time steps."""
+"""Formulas of LAMMPS that are correct for fine time steps, and their names in the figure."""
 
 
 @figure("the eps that programs give against the eps they are asked for, and against the time step")
 def _audit() -> Sheet:
-    sheet, (top, bottom) = new_sheet(5.6, (1.2, 1))
+    """Return the figure: above, the eps that programs give over the one asked for; below, over the time step."""
+    sheet, (top, bottom) = new_sheet(5.6, (1.2, 1))  # height in inches, ratio of heights: chosen by eye
     label_axes(top, f"{EPSILON} asked for", EPSILON, (0, 1), (0, 1), "")
+    # With steps of 0.1 contact times eps lies between 0.44 and 0.56; the legend needs room above.
     label_axes(bottom, "time step / contact time", EPSILON, (0.001, 0.1), (0.44, 0.58), "x")
+    # eps as asked for is broad (3.4 points) and pale, so that curves on top of it stay visible.
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     for gid, (_, program, name, look) in CURVES.items():
-        _draw_curve(top, simulator_of(program).formula(name), look, gid)
-    _mark_measured(top)
+        # Each point: the eps that a contact with the damping of the program's formula delivers, exactly.
+        formula = simulator_of(program).formula(name)
+        values = [float(formula.delivered(formula.damping(f"{asked:.4g}"))) for asked in ASKED.tolist()]
+        draw_look(top, look, ASKED, np.array(values), gid)
+    # What the programs gave, with the finest of the time steps that were run.
+    runs = [run for run in measurements() if run.program in MEASURED and run.time_step == STEPS[0]]
+    top.plot(
+        [float(run.asked) for run in runs],
+        [run.epsilon for run in runs],
+        "o",
+        color=POINT.color,
+        markersize=POINT_SIZE,
+        gid="measured",
+    )
     named = [(words, look) for words, _, _, look in CURVES.values()]
     key_of(top, [*named, ("as asked for", Look(GREY, width=3.4)), ("measured", POINT)], "upper left", 1)
     for name, (_, look) in STEPPED.items():
         _draw_stepped(bottom, simulator_of("lammps").formula(name), look)
     names = [
         *((f"{name}: mean", look) for name, look in STEPPED.values()),
-        ("range", Look(GREY, width=5)),
+        ("range", Look(GREY, width=5)),  # points: a stripe in the legend
         ("measured", POINT),
     ]
     key_of(bottom, names, "upper left", 2)
     return sheet
 
 
-def _draw_curve(axes: Axes, formula: DampingFormula, look: Look, gid: str) -> None:
-    values = [float(formula.contact_epsilon(formula.damping(f"{asked:.4g}"))) for asked in ASKED.tolist()]
-    draw_look(axes, look, ASKED, np.array(values), gid)
-
-
-def _mark_measured(axes: Axes) -> None:
-    found = [each for each in measurements() if each.program in MEASURED and each.time_step == STEPS[0]]
-    axes.plot(
-        [float(each.asked) for each in found],
-        [each.epsilon for each in found],
-        "o",
-        color=POINT.color,
-        markersize=POINT_SIZE,
-        gid="measured",
-    )
-
-
 def _draw_stepped(axes: Axes, formula: DampingFormula, look: Look) -> None:
-    """Draw the mean eps over the time step, its range, and the measured values."""
-    kappa, gid = float(kappa_for_epsilon(formula.law, str(CHOSEN))), formula.name.replace(", ", "-")
+    """Draw the mean eps over the time step, its range over the phases, and the values measured in LAMMPS.
+
+    The damping is the one that gives `CHOSEN` in continuous time. A phase is the part of a step after which contact
+    begins.
+    """
+    kappa, gid = float(wanted_kappa(formula.law, str(CHOSEN))), formula.name.replace(", ", "-")
     times = STEPS * formula.law.contact_time
-    found = np.array([Contact.of_law(formula.law, kappa).rebounds(1.0, step, PHASES).epsilon for step in times])
+    # eps at each step (rows) and phase (columns), at the scaled impact speed 1.
+    sampled = np.array([Contact.of_law(formula.law, kappa).rebounds(1.0, step, PHASES).epsilon for step in times])
+    # A quarter of the opacity: three ranges overlap.
     axes.fill_between(
-        STEPS, found.min(-1), found.max(-1), color=look.color, alpha=0.25, linewidth=0, gid=f"{gid}-range"
+        STEPS, sampled.min(-1), sampled.max(-1), color=look.color, alpha=0.25, linewidth=0, gid=f"{gid}-range"
     )
-    draw_look(axes, look, STEPS, found.mean(-1), f"{gid}-mean")
-    run = [
-        (each.time_step, each.epsilon)
-        for each in measurements()
-        if (each.program, each.formula, each.asked) == ("lammps", formula.name, str(CHOSEN))
+    draw_look(axes, look, STEPS, sampled.mean(-1), f"{gid}-mean")
+    runs = [
+        (run.time_step, run.epsilon)
+        for run in measurements()
+        if (run.program, run.formula, run.asked) == ("lammps", formula.name, str(CHOSEN))
     ]
-    at, epsilon = zip(*run, strict=True)
-    (points,) = axes.plot(at, epsilon, "o", color=look.color, markersize=POINT_SIZE, gid=f"{gid}-points")
-    points.set_clip_on(False)
+    steps, epsilon = zip(*runs, strict=True)
+    (points,) = axes.plot(steps, epsilon, "o", color=look.color, markersize=POINT_SIZE, gid=f"{gid}-points")
+    points.set_clip_on(False)  # those on the frame are drawn whole
 
 
-SPEEDS = np.geomspace(0.01, 10, 31)
+SPEEDS = np.geomspace(0.01, 10, 31)  # m/s, around the 1 m/s of the numbers; 10 to a decade, the curves look smooth
 OVER_SPEED: Mapping[str, tuple[str, str, str, bool, Look]] = {
     "constant": (
         "MuJoCo, Chrono, JaxDEM, …: number from viscopade",
@@ -156,36 +159,44 @@ OVER_SPEED: Mapping[str, tuple[str, str, str, bool, Look]] = {
     ),
     "no-limit": ("LAMMPS without limit_damping", "lammps", "hertz, viscoelastic", False, Look(PURPLE, DASH_DOT)),
 }
-"""For each curve its name, a formula that stands for others, and whether the damping gives 0.5 at 1 m/s."""
+"""Name in the file -> its name in the figure, program, formula that stands for others, whether the damping gives 0.5 at
+1 m/s (else it is the formula's), and look."""
 
 
 @figure("eps against speed of contacts that are made for 0.5 at 1 m/s, in programs of three kinds")
 def _over_speed() -> Sheet:
-    sheet, (top, bottom) = new_sheet(6.2, (1.2, 1))
+    """Return the figure: eps over the speed of contacts of three laws, and its difference from the viscoelastic law.
+
+    All are made for eps = 0.5 at 1 m/s.
+    """
+    sheet, (top, bottom) = new_sheet(6.2, (1.2, 1))  # height in inches, ratio of heights: chosen by eye
     label_axes(top, "impact speed (m/s)", EPSILON, (0.01, 10), (0, 1), "x")
     label_axes(bottom, "impact speed (m/s)", "relative difference", (0.01, 10), (-1, 1), "x")
     exact = restitution(SPEEDS, float(beta_from_restitution(1.0, CHOSEN)))
+    # The viscoelastic law is broad (3.4 points) and pale, so that curves on top of it stay visible.
     top.plot(SPEEDS, exact, color=GREY, linewidth=3.4, gid="viscoelastic")
     bottom.axhline(0, color=GREY, linewidth=3.4, gid="viscoelastic-difference")
     for gid, (_, program, name, instead, look) in OVER_SPEED.items():
-        found = _at_speeds(simulator_of(program).formula(name), instead)
-        draw_look(top, look, SPEEDS, found, gid)
-        draw_look(bottom, look, SPEEDS, found / exact - 1, f"{gid}-difference")
+        formula = simulator_of(program).formula(name)
+        # kappa at 1 m/s, the one that gives CHOSEN or the formula's; it is proportional to v^(2/nu - 1).
+        kappa = wanted_kappa(formula.law, str(CHOSEN)) if instead else formula.damping(str(CHOSEN))
+        power = float(2 / formula.law.nu - 1)
+        dampings = [mp.mpf(float(kappa) * speed**power) for speed in SPEEDS.tolist()]
+        delivered = np.array([float(formula.delivered(damping)) for damping in dampings])
+        draw_look(top, look, SPEEDS, delivered, gid)
+        draw_look(bottom, look, SPEEDS, delivered / exact - 1, f"{gid}-difference")
     named = [(words, look) for words, *_, look in OVER_SPEED.values()]
     whole = ("viscoelastic law: LAMMPS, YADE, REBOUND, …", Look(GREY, width=3.4))
     key_of(sheet, [whole, *named], "outside lower center", 1)
     return sheet
 
 
-def _at_speeds(formula: DampingFormula, instead: bool) -> FloatArray:
-    """Return eps at `SPEEDS`; kappa at 1 m/s is that of the formula, or the one that gives `CHOSEN`."""
-    kappa = kappa_for_epsilon(formula.law, str(CHOSEN)) if instead else formula.damping(str(CHOSEN))
-    power = float(2 / formula.law.nu - 1)
-    return np.array([float(formula.contact_epsilon(mp.mpf(float(kappa) * speed**power))) for speed in SPEEDS.tolist()])
-
-
 SHARES = np.concatenate([np.geomspace(0.01, 0.4, 25), np.linspace(0.44, 1.4, 49)])
-"""g t_c/v, with the duration t_c of contact without damping."""
+"""g t_c/v, with the duration t_c of contact without damping.
+
+From where weight hardly shows to beyond where all bodies stay down. 15 to a decade, and steps of 0.02 where eps falls
+to 0 steeply.
+"""
 WITH_WEIGHT: Mapping[str, tuple[str, str]] = {
     "linear": ("linear", ORANGE),
     "tsuji": ("Tsuji", BLUE),
@@ -196,20 +207,24 @@ WITH_WEIGHT: Mapping[str, tuple[str, str]] = {
 
 @figure("eps with weight over g t_c/v, of four laws of contact that are made for 0.5 without weight")
 def _weight() -> Sheet:
-    sheet, (axes,) = new_sheet(3.2)
+    """Return the figure: eps with weight over g t_c/v for four laws and both ends, and the rule of its first order."""
+    sheet, (axes,) = new_sheet(3.2)  # height in inches, chosen by eye
+    # 0.02: a margin above the curves, which begin at 0.5.
     label_axes(axes, "weight: $g t_c / v$", EPSILON, (SHARES[0], SHARES[-1]), (0, CHOSEN + 0.02), "x")
+    # First order of a small weight: 1 - eps grows by the factor 1 + s g t_c/v, s = 0.539 for the viscoelastic law.
     rule = 1 - (1 - CHOSEN) * (1 + loss_slope(law_of("viscoelastic")) * SHARES)
     draw_look(axes, Look(BLACK, DASH_DOT, 0.9), SHARES, rule, "rule")
     for name, (_, color) in WITH_WEIGHT.items():
         for end, look in (("force", Look(color)), ("return", Look(color, DASHED))):
             law = law_of(name, end)
-            if end == "return" and law.nu <= 1:
+            if end == "return" and law.nu <= 1:  # the force vanishes at x = 0: both ends are one
                 continue
             kappa = float(kappa_for_epsilon(law, str(CHOSEN)))
             values = []
             for share in SHARES.tolist():
+                # In scaled units v = 1, and the load is g = share/t_c.
                 values.append(Contact.of_law(law, kappa, share / law.contact_time).collide().epsilon)
-                if values[-1] == 0:
+                if values[-1] == 0:  # the bodies stay together, with any larger weight, too
                     break
             draw_look(axes, look, SHARES[: len(values)], np.array(values), f"{name}-{end}")
     named = [(words, Look(color)) for words, color in WITH_WEIGHT.values()]

@@ -37,7 +37,7 @@ from viscopade_lab.figures.paper import Beside, Figure, Floats, figure, write_al
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet
 
-DIGITS = 8  # more than a figure shows
+DIGITS = 8  # more than the three that a figure shows
 
 # --- universal curves -------------------------------------------------------------------------------------------------
 
@@ -54,19 +54,25 @@ COLORS: Mapping[Fraction, str] = {
 ENDS: Mapping[End, tuple[float, ...]] = {"force": (), "return": SHORT}
 """The ends of contact, and the dashes of their curves."""
 
+# K of the points of a curve: 0.06 and 0.1 apart on the linear axis, which ends at 3, and 8 to a decade beyond, where
+# curves are nearly straight on logarithmic axes. Each point is an exact collision: they are as few as look smooth.
 DAMPINGS = np.concatenate([np.linspace(0.02, 0.5, 9), np.linspace(0.58, 3, 26), np.geomspace(3.4, 100, 12)])
-LEAST_SHOWN = 1e-6  # of eps
-# Close to the largest K of the end x = 0, eps falls to 0 steeply; this many bisections show it.
+LEAST_SHOWN = 1e-6  # of eps: the frame's lower end. At K = 100, eps = K^-nu is 1e-5 for nu = 5/2 and more for others
+# Close to the largest K of the end x = 0, eps falls to 0 steeply; this many bisections show it: 0.1/2^12 is 2e-5 in K.
 HALVINGS = 12
 
 
 def law_with(nu: Fraction, end: End = "force") -> Law:
-    """Return a law of this nu for which kappa is K."""
+    """Return a law of this nu for which kappa is K.
+
+    K = kappa (b+1)^(-(a-b)/(a+1)) is kappa for b = 0, where nu = a + 1, and for a = b = 1, where nu = 1. The first
+    needs a > 0, so nu > 1. Figures have no nu below 1.
+    """
     return Law(nu - 1, Fraction(0), end) if nu > 1 else Law(Fraction(1), Fraction(1), end)
 
 
 def epsilon(law: Law, kappa: float) -> float:
-    """Return eps; nan if contact never ends."""
+    """Return eps of a law at a damping kappa; nan if contact never ends (end x = 0, nu >= 2, too much damping)."""
     try:
         return float(exact.collision(kappa=kappa, law=law, digits=DIGITS).floats()["epsilon"])
     except ValueError:
@@ -91,7 +97,10 @@ def curve(law: Law) -> tuple[Floats, Floats]:
 
 
 def _approach(law: Law, inside: float, outside: float) -> Iterator[tuple[float, float]]:
-    """Yield points between a kappa where contact ends and one where it never does."""
+    """Yield points (kappa, eps) between a kappa `inside`, where contact ends, and one `outside`, where it never does.
+
+    They come by bisection, nearer and nearer to the largest kappa, until eps is too small to be shown.
+    """
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         value = epsilon(law, middle)
@@ -106,15 +115,18 @@ def _approach(law: Law, inside: float, outside: float) -> Iterator[tuple[float, 
 
 @figure("eps of the contact laws of one family over their only parameter, for both ends of contact")
 def _universal_curves() -> Sheet:
-    sheet, (top, bottom) = new_sheet(5.0, (1, 1.25))
+    """Return the figure: eps = E_nu(K) for six nu and both ends, on linear and on logarithmic axes."""
+    sheet, (top, bottom) = new_sheet(5.0, (1, 1.25))  # height in inches, ratio of heights: chosen by eye
+    # Linear: to K = 3, where most curves are near 0; 1.02 is a margin above 1. Logarithmic: to 100, for the power laws.
     label_axes(top, "$K$", EPSILON, (0, 3), (0, 1.02), "")
     label_axes(bottom, "$K$", EPSILON, (0.05, 100), (LEAST_SHOWN, 1.5), "xy")
     for nu, color in COLORS.items():
         for end, dashes in ENDS.items():
-            if nu > 1 or end == "force":
+            if nu > 1 or end == "force":  # for nu = 1 the force vanishes at x = 0: both ends are one
                 kappa, value = curve(law_with(nu, end))
                 for axes, where in ((top, "linear"), (bottom, "logarithmic")):
                     name = f"{end}-{nu}-{where}".replace("/", "-")
+                    # Widths in points: dashed curves, which lie beside the solid ones of their colour, are thinner.
                     draw_look(axes, Look(color, dashes, 1.0 if dashes else 1.2), kappa, value, name)
     key_of(top, [(rf"$\nu = {nu}$", Look(color)) for nu, color in COLORS.items()], "upper right", 2)
     key_of(
@@ -128,8 +140,8 @@ def _universal_curves() -> Sheet:
 
 # --- damping formulas -------------------------------------------------------------------------------------------------
 
-ASKED = np.linspace(0.04, 1, 33)
-LARGEST_SHOWN = 0.07  # of the errors in the lower part
+ASKED = np.linspace(0.04, 1, 33)  # eps asked for, 0.03 apart: the curves are smooth functions of it
+LARGEST_SHOWN = 0.07  # of the errors in the lower part: those of the good formulas; the bad ones leave it
 
 FORMULAS: Mapping[str, tuple[Look, tuple[float, str] | Beside]] = {
     "Lee and Wang": (Look(ORANGE, DASHED, text="#A87400"), (0.45, "below")),
@@ -143,29 +155,36 @@ FORMULAS: Mapping[str, tuple[Look, tuple[float, str] | Beside]] = {
     "Ye et al.; Flores et al.": (Look(VERMILION, DOTTED, text=VERMILION), (0.205, 0, -5)),
     "Gharib and Hurmuzlu": (Look(SKY, text="#2277AA"), (0.78, "above")),
 }
-"""The curve of each formula, and where its name stands: along it in the upper part, or beside it in the lower part."""
+"""The curve of each formula, and where its name stands: along it in the upper part, or beside it in the lower part.
+
+(e, "below" or "above"), or (e, points to the right, points upwards); chosen by eye, so that no name covers a curve.
+"""
 
 
 @figure("the eps that damping formulas in wide use give, against the eps they are asked for")
 def _damping_formulas() -> Sheet:
-    sheet, (top, bottom) = new_sheet(6.0, (1.2, 1))
+    """Return the figure: the eps of Hunt-Crossley contacts by ten formulas for the damping, and its error."""
+    sheet, (top, bottom) = new_sheet(6.0, (1.2, 1))  # height in inches, ratio of heights: chosen by eye
     label_axes(top, "$e$ asked for", EPSILON, (0, 1), (0, 1), "")
     label_axes(bottom, "$e$ asked for", r"$\varepsilon - e$", (0, 1), (-LARGEST_SHOWN, LARGEST_SHOWN), "")
+    # The correct eps = e is broad (3.4 points) and pale, so that curves on top of it stay visible.
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     bottom.axhline(0, color=GREY, linewidth=3.4, gid="exact-error")
     formulas = {formula.name: formula for formula in textbook.HUNT_CROSSLEY}
-    write_text(bottom, r"as asked for: $\varepsilon = e$", (0.57, 0), (0, 3))
+    write_text(bottom, r"as asked for: $\varepsilon = e$", (0.57, 0), (0, 3))  # 3 points above a free part of the line
     for name, (look, place) in FORMULAS.items():
-        given = np.array([float(textbook.delivered_epsilon(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
+        # The eps that contacts with the damping of this formula have, by the exact function.
+        delivered = np.array([float(textbook.delivered_by(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
         gid = re.sub(r"\W+", "-", name.lower()).strip("-")
-        draw_look(top, look, ASKED, given, gid)
-        draw_look(bottom, look, ASKED, given - ASKED, f"{gid}-error")
+        draw_look(top, look, ASKED, delivered, gid)
+        draw_look(bottom, look, ASKED, delivered - ASKED, f"{gid}-error")
         if len(place) == 2:
-            write_along(top, name, ASKED, given, *place, look.text)
+            write_along(top, name, ASKED, delivered, *place, look.text)
         else:
-            at, right, above = place
-            text = name.replace("and F", "and\nF")
-            write_text(bottom, text, (at, np.interp(at, ASKED, given - ASKED)), (right, above), look.text, 6)
+            x_text, right, above = place
+            text = name.replace("and F", "and\nF")  # the longest name takes two lines
+            point = x_text, np.interp(x_text, ASKED, delivered - ASKED)
+            write_text(bottom, text, point, (right, above), look.text, 6)  # 6 points, as `write_along` has
     return sheet
 
 

@@ -31,18 +31,19 @@ def render(names: Iterable[str] = tuple(FIGURES), formats: Iterable[str] = ("svg
     """
     names, formats = list(names), list(formats)
     files = {}
+    # A progress bar over all figures, without the bars of computations inside.
     for i in track(range(len(names)), "figures"):
         with quietly(), drawn(names[i]) as sheet:
             for kind in formats:
-                command = f"viscopade figures --only {names[i]} --format {kind}"
-                files[f"{names[i]}.{kind}"] = file_content(sheet, FIGURES[names[i]].description, command, kind)
+                command = f"viscopade figures --only {names[i]} --format {kind}"  # for the file's metadata
+                files[f"{names[i]}.{kind}"] = saved(sheet, FIGURES[names[i]].description, command, kind)
     return files
 
 
 @contextmanager
 def drawn(name: str) -> Iterator[Sheet]:
-    """Draw a figure, and keep Matplotlib's settings as they must be for saving it within a `with` block."""
-    with style_context():
+    """Give a drawn figure, a key of `FIGURES`, and keep Matplotlib's settings for saving it within a `with` block."""
+    with styled():
         sheet = FIGURES[name].draw()
         engine = sheet.get_layout_engine()
         assert engine is not None
