@@ -132,7 +132,7 @@ def _draw_temperatures(axes: Axes, exact: FloatArray, constant: FloatArray) -> N
         draw_curve(axes, "limit-power", late, T_end * (late / END) ** exponent, gid=gid)
         # The name stands by t = 10^7, in the middle of the line, on the side away from the curves.
         write_text(axes, f"$t^{{{name}}}$", (1e7, T_end * (1e7 / END) ** exponent), (side, side))
-    # T falls from 1 to 1e-15 or so; the lower line of t^(-2) needs some more.
+    # T falls from 1 to 2e-15 and 4e-17, and the lower line of t^(-2) is a factor of 30 below.
     label_axes(axes, TIME, "$T$ ((cm/s)$^2$)", (0.3, END), (1e-18, 3), "xy")
 
 
@@ -152,7 +152,7 @@ def _draw_errors(axes: Axes, errors: Mapping[str, FloatArray]) -> None:
     for name, error in errors.items():
         beside, text = places.get(name, (1e6, 0, -4)), texts.get(name, name)
         draw_curve(axes, _LIKE.get(name, name), TIMES, error, beside, gid=f"{name}-error", text=text)
-    # From the accuracy of the quadrature, 1e-8, to above the error of the constant eps at the end.
+    # From the accuracy of the quadrature, 1e-8, to above the largest error, 1: there the legend stands.
     label_axes(axes, TIME, "relative error of $T$", (0.3, END), (1e-8, 50), "xy")
 
 

@@ -1,1 +1,1 @@
-"""Studies of single questions: the cost of a route, and the result of another one."""
+"""Studies of single questions: other routes to results, tables of pages, and tests that take long."""

@@ -23,67 +23,65 @@ from viscopade.theory.law import Law, law_of
 from viscopade_lab.runs.simulators import REQUESTED, WANTED, Measurement, finest, measurements
 from viscopade_lab.studies.laws import markdown
 
-STEP = 0.02
-ERROR = 0.01
+STEP = 0.02  # time step of the table of time steps, in contact times: 50 steps in a contact, a common choice
+ERROR = 0.01  # of eps, relative: how many steps keep it is a column of that table
 LAWS = ("viscoelastic", "tsuji", "linear", "hunt-crossley:1")
 OTHER_SCHEMES = (
     ("linear", "linear, Runge-Kutta (MuJoCo's RK4)", RUNGE_KUTTA),
     ("linear", "linear, implicit (Drake's sap)", IMPLICIT),
     ("hunt-crossley:1", "hunt-crossley:1, implicit (Drake's lagged)", IMPLICIT),
 )
-COARSE = 10  # steps in a contact
+COARSE = 10  # steps in a contact: few, where implicit steps damp much by themselves
 ENDS = {"force": "force = 0", "return": "$x = 0$"}
 
-SHARES = (0.02, 0.1, 0.3)  # g t_c/v
+SHARES = (0.02, 0.1, 0.3)  # g t_c/v: a weight that hardly shows, one that shows, one that keeps some bodies down
 
 
 def delivered_table(program: Simulator) -> str:
     """Return the table of the eps that a program gives: one row a formula, one column an eps asked for."""
-    rows = ([formula.name, ENDS[formula.law.end], *_delivered(program, formula)] for formula in program.formulas)
+
+    def delivered(formula: DampingFormula) -> Iterator[str]:
+        """Yield the eps for each one of `ASKED`; a formula may refuse some."""
+        for asked in ASKED:
+            try:
+                yield number(audited(program, formula, asked))
+            except ValueError:
+                yield "not accepted"
+
+    rows = ([formula.name, ENDS[formula.law.end], *delivered(formula)] for formula in program.formulas)
     return markdown(["formula", "contact ends at", *(f"asked {asked}" for asked in ASKED)], rows)
 
 
-def _delivered(program: Simulator, formula: DampingFormula) -> Iterator[str]:
-    for asked in ASKED:
-        try:
-            yield number(audit_formula(program, formula, asked))
-        except ValueError:
-            yield "not accepted"
-
-
-def number(found: Audit) -> str:
-    """Return the eps that the program gives as text."""
-    return "never parts" if found.delivered is None else f"{float(found.delivered):.4f}"
+def number(audit: Audit) -> str:
+    """Return the eps that a program gives as text of four decimals; None means that the bodies stay together."""
+    return "never parts" if audit.delivered is None else f"{float(audit.delivered):.4f}"
 
 
 def measured_table(program: Simulator) -> str:
     """Return the table for `WANTED`: the eps you get, the reason, the value to set, measured and predicted."""
     head = ["formula", "you get", "reason", "set instead", "measured", "at $t$", "predicted", "largest difference"]
-    return markdown(head, (_measured(program, formula) for formula in program.formulas))
-
-
-def _measured(program: Simulator, formula: DampingFormula) -> list[str]:
-    advice, run = _advice(program, formula), finest(program.name, formula.name, WANTED)
-    if run is None:
-        return [formula.name, *advice, "from the source", "", "", ""]
-    step = f"{run.time_step:g}"
-    return [formula.name, *advice, f"{run.epsilon:.6f}", step, f"{run.predicted:.6f}", _difference(run)]
+    rows = []
+    for formula in program.formulas:
+        advice, run = _advice(program, formula), finest(program.name, formula.name, WANTED)
+        if run is None:
+            rows.append([formula.name, *advice, "from the source", "", "", ""])
+        else:
+            values = f"{run.epsilon:.6f}", f"{run.time_step:g}", f"{run.predicted:.6f}"
+            rows.append([formula.name, *advice, *values, _difference(run)])
+    return markdown(head, rows)
 
 
 def _advice(program: Simulator, formula: DampingFormula) -> list[str]:
     """Return the eps that the program gives for `WANTED`, the reason, and the value to set instead."""
-    found = audit_formula(program, formula, WANTED)
-    instead = "" if found.instead is None else f"`{formula.parameter}` = {found.instead:.6g}"
-    return [number(found), *(["", ""] if formula.reason == "exact" else [formula.reason, instead])]
+    audit = audited(program, formula, WANTED)
+    instead = "" if audit.instead is None else f"`{formula.parameter}` = {audit.instead:.6g}"
+    return [number(audit), *(["", ""] if formula.reason == "exact" else [formula.reason, instead])]
 
 
 def _difference(run: Measurement) -> str:
-    """Return the largest difference of measured and predicted values of a formula."""
-    return f"{max(abs(each.epsilon - each.predicted) for each in measurements() if _is_of(each, run)):.0e}"
-
-
-def _is_of(one: Measurement, other: Measurement) -> bool:
-    return (one.program, one.formula) == (other.program, other.formula)
+    """Return the largest |measured - predicted| of all runs of the same program and formula as `run`, as text."""
+    same = (m for m in measurements() if (m.program, m.formula) == (run.program, run.formula))
+    return f"{max(abs(m.epsilon - m.predicted) for m in same):.0e}"
 
 
 SUMMARY = ["program", "formula", "contact ends at", "you get", "reason", "set instead", "largest difference"]
@@ -106,22 +104,26 @@ def summary(program: Simulator) -> Iterator[list[str]]:
 
 def instead_table() -> str:
     """Return the table of the eps measured when programs were asked for the value that gives `WANTED`."""
+    # (program, time step) -> (formula, asked eps) -> eps of each phase. An asked eps that is not among the requested
+    # ones is a value that was set instead.
     groups: dict[tuple[str, float], dict[tuple[str, str], list[float]]] = {}
-    for each in measurements():
-        if each.asked not in REQUESTED:
-            formulas = groups.setdefault((each.program, each.time_step), {})
-            formulas.setdefault((each.formula, each.asked), []).append(each.epsilon)
+    for run in measurements():
+        if run.asked not in REQUESTED:
+            formulas = groups.setdefault((run.program, run.time_step), {})
+            formulas.setdefault((run.formula, run.asked), []).append(run.epsilon)
+
+    rows = []
+    for (name, step), formulas in groups.items():
+        epsilons = [epsilon for phases in formulas.values() for epsilon in phases]
+        means = [sum(phases) / len(phases) for phases in formulas.values()]
+        counts = str(len(formulas)), str(len(epsilons))
+        rows.append([simulator_of(name).title, f"{step:g}", *counts, _range(means), _range(epsilons)])
     head = ["program", "$t$", "formulas", "collisions", "mean", "single collisions"]
-    return markdown(head, (_instead(*key, list(found.values())) for key, found in groups.items()))
-
-
-def _instead(name: str, step: float, found: list[list[float]]) -> list[str]:
-    every = [value for each in found for value in each]
-    means = [sum(each) / len(each) for each in found]
-    return [simulator_of(name).title, f"{step:g}", str(len(found)), str(len(every)), _range(means), _range(every)]
+    return markdown(head, rows)
 
 
 def _range(values: list[float]) -> str:
+    """Return "least to largest" of values, with four decimals; one number if both are the same."""
     least, largest = f"{min(values):.4f}", f"{max(values):.4f}"
     return least if least == largest else f"{least} to {largest}"
 
@@ -135,24 +137,30 @@ def steps_table() -> str:
 
 
 def highest_epsilon() -> float:
-    """Return the mean eps that implicit steps, `COARSE` in a contact, leave of an undamped contact."""
+    """Return the mean eps that implicit steps, `COARSE` in a contact, leave of an undamped contact, kappa = 0."""
     return stepped_collision(law_of("hunt-crossley:1"), 0.0, 1 / COARSE, IMPLICIT).epsilon
 
 
 def _with_ends(name: str) -> list[Law]:
-    """Return a law with the ends that differ for it."""
+    """Return a law with the end "force", and with the end x = 0 if that differs (delayed recovery, nu > 1)."""
     law = law_of(name)
     return [law, law_of(name, "return")] if law.delayed else [law]
 
 
 def _steps(law: Law, name: str, words: str, scheme: Scheme = SEMI_IMPLICIT) -> list[str]:
-    kappa, wanted = float(kappa_for_epsilon(law, WANTED)), float(WANTED)
-    found = stepped_collision(law, kappa, STEP, scheme)
+    """Return the row of a law in the table of time steps; `words` describe it there.
+
+    Its damping gives `WANTED` in continuous time.
+    """
+    kappa, epsilon = float(wanted_kappa(law, WANTED)), float(WANTED)
+    stepped = stepped_collision(law, kappa, STEP, scheme)
+    # A formula whose parameter is kappa itself, from 0 to more than anybody uses: for it `advised` returns the slope s of
+    # eps over the step, and the largest step that keeps `ERROR`.
     formula = DampingFormula(name, law, "kappa", mp.mpf, ("0", "1e6"), "exact", "", scheme=scheme)
-    advice = step_advice(formula, kappa, wanted, ERROR)
+    advice = advised(formula, kappa, epsilon, ERROR)
     assert advice is not None
     contact_ends = ENDS[law.end] if law.nu > 1 else "both"
-    values = (f"{value:.4f}" for value in (found.epsilon, found.least, found.largest))
+    values = (f"{value:.4f}" for value in (stepped.epsilon, stepped.least, stepped.largest))
     return [words, contact_ends, f"{advice.slope:.3f}", *values, f"{1 / advice.largest_step:.0f}"]
 
 
@@ -163,18 +171,22 @@ def weight_table() -> str:
 
 
 def _weight(law: Law, words: str) -> list[str]:
-    kappa = float(kappa_for_epsilon(law, WANTED))
+    """Return the row of a law in the table of weight, under the name `words`; without weight eps is `WANTED`."""
+    kappa = float(wanted_kappa(law, WANTED))
 
     def fall(share: float) -> SampledCollision:
+        """Return the collision with g t_c/v = share; scaled, v = 1 and g = share/t_c."""
         return loaded(law, kappa, share / law.contact_time).collide()
 
-    parts, stays = 0.0, 10.0
-    while stays - parts > 1e-4:
-        between = (parts + stays) / 2
-        parts, stays = (between, stays) if fall(between).parts else (parts, between)
+    # The weight from which on bodies stay down, by bisection: none of these laws parts with g t_c/v = 10. 1e-4 is below
+    # the three decimals shown.
+    low, high = 0.0, 10.0
+    while high - low > 1e-4:
+        middle = (low + high) / 2
+        low, high = (middle, high) if fall(middle).parts else (low, middle)
     contact_ends = ENDS[law.end] if law.nu > 1 else "both"
     values = (f"{fall(share).epsilon:.4f}" for share in SHARES)
-    return [words, contact_ends, f"{loss_slope(law):.3f}", *values, f"{stays:.3f}"]
+    return [words, contact_ends, f"{loss_slope(law):.3f}", *values, f"{high:.3f}"]
 
 
 def sources_table() -> str:
@@ -189,18 +201,18 @@ def sources_table() -> str:
 
 def runs_table() -> str:
     """Return the table of versions that were run."""
-    versions = dict.fromkeys((each.program, each.version) for each in measurements())
-    counts = [sum(each.program == name for each in measurements()) for name, _ in versions]
+    versions = dict.fromkeys((run.program, run.version) for run in measurements())
+    counts = [sum(run.program == name for run in measurements()) for name, _ in versions]
     rows = ([simulator_of(name).title, version, str(n)] for (name, version), n in zip(versions, counts, strict=True))
     return markdown(["program", "version run", "collisions"], rows)
 
 
 def range_of_runs() -> str:
     """Return the sentence on the collisions that were run."""
-    found = measurements()
-    least, largest = (f"{bound(each.time_step for each in found):g}" for bound in (min, max))
+    runs = measurements()
+    least, largest = (f"{bound(run.time_step for run in runs):g}" for bound in (min, max))
     asked = f"$\\varepsilon$ = {', '.join(REQUESTED)} asked for, or the value to set instead"
-    return f"{len(found)} collisions were run, with {asked}, and time steps from {least} to {largest} contact times."
+    return f"{len(runs)} collisions were run, with {asked}, and time steps from {least} to {largest} contact times."
 
 
 def blocks() -> dict[str, str]:

@@ -30,16 +30,17 @@ from viscopade.progress import track
 from viscopade_lab.runs import fit_data
 from viscopade_lab.studies.laws import markdown
 
-POINTS, MANY = 12, 48
-SLOWEST, FASTEST = 0.05, 3.0
+# Chosen as an experimenter's data might be; the rates hold for these kinds of data.
+POINTS, MANY = 12, 48  # points of eps(v): few and many
+SLOWEST, FASTEST = 0.05, 3.0  # m/s: falls from 0.1 mm to 0.5 m
 SIGMA = 0.01  # of eps
 CONTACT_SIGMA = 0.02  # of contact times, relative
-RESOLUTION = 5e-4  # s
-HEIGHT_RESOLUTION = 1e-3  # m
-DROPS, BOUNCES = 5, 6
+RESOLUTION = 5e-4  # s: of a detector of contacts
+HEIGHT_RESOLUTION = 1e-3  # m: of a measured height
+DROPS, BOUNCES = 5, 6  # drops, and bounces of each
 SINGLE, SMALL = 10, 0.003  # bounces of a single drop, and their scatter, smaller than the detector's
-SLOPES = 3.0  # ratio of both exponential functions
-SEED = 20
+SLOPES = 3.0  # ratio of both exponential functions of the skewed errors: losses three times as long as gains
+SEED = 20  # any: other seeds move the rates by their standard error
 WORDS = ("holds", "holds with a limit", "does not hold", "undecided")
 EPSILONS, SIGMAS, NUMBERS = (0.3, 0.6, 0.9, 0.99), (0.01, 0.03), (5, 6, 8, 12)
 """Data for verdicts: eps in the middle of a decade of speeds, its standard errors, and numbers of points."""
@@ -58,12 +59,10 @@ def gaussian(random: Random, number: int) -> FloatArray:
 
 def skewed(random: Random, number: int) -> FloatArray:
     """Return errors of mean 0 and variance 1 whose density is two exponential functions; most are small gains."""
+    # gain - loss has the mean 1 - SLOPES and the variance 1 + SLOPES^2, because an exponential variable's deviation is
+    # its mean.
     loss, gain = random.exponential(SLOPES, number), random.exponential(1.0, number)
     return np.asarray((gain - loss + SLOPES - 1) / np.hypot(SLOPES, 1))
-
-
-def _none(_: Random, number: int) -> FloatArray:
-    return np.zeros(number)
 
 
 ERRORS: dict[str, Errors] = {"Gaussian": gaussian, "skewed": skewed}
@@ -71,7 +70,10 @@ ERRORS: dict[str, Errors] = {"Gaussian": gaussian, "skewed": skewed}
 
 @dataclass(frozen=True)
 class Case:
-    """A kind of data: a function from random numbers and errors to points, and the true beta, A, Y, or constant eps."""
+    """A kind of data: a function from random numbers and errors to points, and what fits should find.
+
+    `truths` has the true value of each fitted quantity: "beta" in (s/m)^(1/5), "A" in s, "Y" in Pa, or "eps".
+    """
 
     name: str
     made: Callable[[Random, Errors], Points]
@@ -106,31 +108,38 @@ def _ball() -> Sphere:
     return Sphere(
         radius=fit_data.RADIUS,
         density=fit_data.DENSITY,
-        young_modulus=2 * 0.75 * fit_data.STIFFNESS,
+        young_modulus=2 * 0.75 * fit_data.STIFFNESS,  # E_eff = Y/2 for two such balls, and 3/4 undoes the 4/3
         poisson_ratio=0,
         dissipative_constant=0,
     )
 
 
 def cases() -> list[Case]:
-    """Return all kinds of data, from runs of both programs."""
+    """Return all kinds of data, from runs of both programs.
+
+    Each is made by a function from a random generator and a kind of errors to points: speeds and eps measured, with
+    contact times, or bounces.
+    """
     from viscopade.fitting import bounces, likelihood, verdict  # these load SciPy
 
+    # Exact collisions of LAMMPS at some speeds, with both laws, and bounces of both programs.
     law, linear = fit_data.collisions(), fit_data.collisions(viscoelastic=False)
     speed = np.geomspace(SLOWEST, FASTEST, POINTS)
-    epsilon, duration = law.at(speed)
-    constant = linear.at(speed)[0]
+    epsilon, duration = law.interpolated(speed)
+    constant = linear.interpolated(speed)[0]
     flight = Flight(fit_data.GRAVITY)
     ball = _ball()
     wall = Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
     contact = Pair(ball, wall)
-    of_lammps, (of_mujoco, touching) = fit_data.lammps_bounces(), fit_data.mujoco_bounces()
+    lammps_instants, (mujoco_instants, mujoco_contact) = fit_data.lammps_bounces(), fit_data.mujoco_bounces()
     pair, beta = Pair(ball, ball), fit_data.PAIR_BETA
     stiffness = {"beta": beta, "A": float(pair.dissipative_constant(beta)), "Y": ball.young_modulus}
 
     def scattered(
         speed: FloatArray, epsilon: FloatArray, sigma: float | None = SIGMA
     ) -> Callable[[Random, Errors], Points]:
+        """Return a maker of points (v, eps) with errors of eps; `sigma` is what the fit is told, None for nothing."""
+
         def made(random: Random, errors: Errors) -> Points:
             return Points.measured(speed, epsilon + SIGMA * errors(random, len(speed)), sigma_epsilon=sigma)
 
@@ -139,29 +148,35 @@ def cases() -> list[Case]:
     many = np.geomspace(SLOWEST, FASTEST, MANY)
 
     def with_contacts(random: Random, errors: Errors) -> Points:
+        """Return points (v, eps, contact time) with errors of both."""
         times = duration * (1 + CONTACT_SIGMA * errors(random, POINTS))
         return Points.measured(speed, epsilon + SIGMA * errors(random, POINTS), contact_time=times)
 
     def detected(instants: FloatArray, contact: ContactTime = 0.0) -> Callable[[Random, Errors], Points]:
+        """Return a maker of points from the instants of one drop with a detector's errors, but no scatter of eps."""
+
         def made(random: Random, errors: Errors) -> Points:
             seen = instants + RESOLUTION * errors(random, len(instants))
-            found = bounces.of_times([(seen, _labels(seen))], flight, sigma=RESOLUTION, contact_time=contact)
-            return found.without_scatter()
+            points = bounces.of_times([(seen, _labels(seen))], flight, sigma=RESOLUTION, contact_time=contact)
+            return points.without_scatter()
 
         return made
 
     def launches(random: Random, errors: Errors, number: int, sigma: float) -> FloatArray:
-        """Return the speeds of successive flights: eps of LAMMPS at each, with scatter."""
-        found = [random.uniform(2.0, 3.0)]
+        """Return the speeds (m/s) of the fall and of successive flights: eps of LAMMPS at each, with scatter sigma."""
+        speeds = [random.uniform(2.0, 3.0)]  # of the fall, from 0.2 to 0.46 m
         for error in errors(random, number):
-            now = float(law.at(np.array([found[-1]]))[0][0]) + sigma * float(error)
-            found.append(found[-1] * min(now, 1 - 1e-9))
-        return np.array(found)
+            eps_with_error = float(law.interpolated(np.array([speeds[-1]]))[0][0]) + sigma * float(error)
+            speeds.append(speeds[-1] * min(eps_with_error, 1 - 1e-9))  # below 1: a passive body loses energy
+        return np.array(speeds)
 
     def dropped(drops: int, number: int, sigma: float) -> Callable[[Random, Errors], Points]:
+        """Return a maker of points from the instants of drops, each with `number` bounces after the first contact."""
+
         def made(random: Random, errors: Errors) -> Points:
             instants = []
             for _ in range(drops):
+                # A flight that starts with the speed u takes 2 u/g. The first contact is 0.3 s after any zero of time.
                 flights = 2 * launches(random, errors, number, sigma)[1:] / fit_data.GRAVITY
                 seen = np.concatenate([[0.3], 0.3 + np.cumsum(flights)]) + RESOLUTION * errors(random, number + 1)
                 instants.append((seen, _labels(seen)))
@@ -170,6 +185,7 @@ def cases() -> list[Case]:
         return made
 
     def risen(random: Random, errors: Errors) -> Points:
+        """Return points from the heights v^2/(2 g) of successive flights of `DROPS` drops."""
         drops = []
         for _ in range(DROPS):
             heights = launches(random, errors, BOUNCES, SIGMA) ** 2 / (2 * fit_data.GRAVITY)
@@ -177,14 +193,20 @@ def cases() -> list[Case]:
             drops.append((seen, _labels(seen)))
         return bounces.of_heights(drops, flight, sigma=HEIGHT_RESOLUTION)
 
-    bounced = detected(of_mujoco, touching)
-    of_bounces = likelihood.fit_law(bounced(np.random.default_rng(0), _none), verdict.MODELS[1])
+    # MuJoCo's eps is that of a fit of the constant model, MODELS[1], to instants without errors; no seed matters.
+    bounced = detected(mujoco_instants, mujoco_contact)
+    without_errors = bounced(np.random.default_rng(0), lambda _, number: np.zeros(number))
+    mujoco_fit = likelihood.fitted(without_errors, verdict.MODELS[1])
     return [
         Case("LAMMPS, v and eps, standard errors known", scattered(speed, epsilon), {"beta": beta}),
         Case("LAMMPS, v and eps, scatter unknown", scattered(speed, epsilon, None), {"beta": beta}),
-        Case(f"the same, {MANY} points", scattered(many, law.at(many)[0], None), {"beta": beta}),
+        Case(f"the same, {MANY} points", scattered(many, law.interpolated(many)[0], None), {"beta": beta}),
         Case("LAMMPS, v, eps and contact times", with_contacts, stiffness),
-        Case("LAMMPS, instants of a drop, --no-scatter", detected(of_lammps, contact), {"beta": fit_data.WALL_BETA}),
+        Case(
+            "LAMMPS, instants of a drop, --no-scatter",
+            detected(lammps_instants, contact),
+            {"beta": fit_data.WALL_BETA},
+        ),
         Case(f"eps of LAMMPS, instants of a drop, scatter {SMALL:g}", dropped(1, SINGLE, SMALL), {"beta": beta}),
         Case("eps of LAMMPS, instants of five drops", dropped(DROPS, BOUNCES, SIGMA), {"beta": beta}),
         Case("eps of LAMMPS, heights of five drops", risen, {"beta": beta}),
@@ -192,20 +214,26 @@ def cases() -> list[Case]:
         Case(
             "MuJoCo, instants of a drop, --no-scatter",
             bounced,
-            {"eps": float(of_bounces.epsilon(of_bounces.points.speed)[0])},
+            {"eps": float(mujoco_fit.at(mujoco_fit.points.speed)[0])},
         ),
     ]
 
 
 def _labels(values: FloatArray) -> list[str]:
+    """Return "0", "1", …: the names of rows of a made file, which messages would show."""
     return [str(i) for i in range(len(values))]
 
 
 def rates(case: Case, errors: str, sets: int, judged: int) -> list[Rate]:
-    """Return the rates of one kind of data, for each true value."""
+    """Return the rates of one kind of data, for each true value.
+
+    `errors` is a key of `ERRORS`. Of all `sets` the intervals are counted, of the first `judged` the verdicts.
+    """
     from viscopade.fitting import verdict
 
+    # Lengths of names tell kinds of data and errors apart (all differ), so that each has random numbers of its own.
     random = np.random.default_rng([SEED, len(case.name), len(errors)])
+    # By fitted quantity: how many sets' intervals of each level contain the truth, and value/truth of each set.
     inside = {name: np.zeros(len(LEVELS)) for name in case.truths}
     ratios: dict[str, list[float]] = {name: [] for name in case.truths}
     words: Counter[str] = Counter()
@@ -232,22 +260,25 @@ def rates(case: Case, errors: str, sets: int, judged: int) -> list[Rate]:
 
 
 def _estimates(points: Points, case: Case) -> dict[str, tuple[float, list[tuple[float, float]]]]:
-    """Return the fitted values and their intervals."""
+    """Return, for each quantity of `case.truths`, the fitted value and its intervals of 68 % and 95 %, (low, high)."""
     from viscopade.fitting import likelihood, verdict
 
+    # MODELS[1] is a constant eps; the fit has its kappa, which falls as eps rises: the ends of intervals change places.
     if "eps" in case.truths:
-        fit = likelihood.fit_law(points, verdict.MODELS[1])
-        at = points.speed[:1]
+        fit = likelihood.fitted(points, verdict.MODELS[1])
+        speed = points.speed[:1]  # any speed: eps is the same
         ends = [fit.interval(level) for level in LEVELS]
-        spans = [(float(fit.epsilon(at, np.array([b]))[0]), float(fit.epsilon(at, np.array([a]))[0])) for a, b in ends]
-        return {"eps": (float(fit.epsilon(at)[0]), spans)}
-    main = likelihood.fit_law(points, verdict.MODELS[0])
-    found = DampingFit(points, (main,), verdict.Verdict("holds", ()), ())
-    estimates = {"beta": (found.beta, [found.interval(level) for level in LEVELS])}
-    if "Y" in case.truths:
-        for name, each in zip("AY", found.stiffness(_ball(), False), strict=True):
-            reach = [main.quantile(level) * each.standard_error for level in LEVELS]
-            estimates[name] = (each.value, [(each.value - r, each.value + r) for r in reach])
+        spans = [(float(fit.at(speed, np.array([b]))[0]), float(fit.at(speed, np.array([a]))[0])) for a, b in ends]
+        return {"eps": (float(fit.at(speed)[0]), spans)}
+
+    # MODELS[0] is the viscoelastic law. The verdict of a `DampingFit` is not used here.
+    main = likelihood.fitted(points, verdict.MODELS[0])
+    damping_fit = DampingFit(points, (main,), verdict.Verdict("holds", ()), ())
+    estimates = {"beta": (damping_fit.beta, [damping_fit.interval(level) for level in LEVELS])}
+    if "Y" in case.truths:  # A and Y from contact times, with symmetric intervals: quantile times standard error
+        for name, constant in zip("AY", damping_fit.stiffness(_ball(), False), strict=True):
+            widths = [main.quantile(level) * constant.standard_error for level in LEVELS]
+            estimates[name] = (constant.value, [(constant.value - r, constant.value + r) for r in widths])
     return estimates
 
 
@@ -259,8 +290,8 @@ class Cell:
     ----------
     viscoelastic : bool
         Whether they follow the viscoelastic law; else eps is constant.
-    known : bool
-        Whether the standard errors are given.
+    with_errors : bool
+        Whether the fit is given the standard errors.
     epsilon, sigma : float
         eps in the middle, and the standard deviation of its Gaussian errors.
     number : int
@@ -268,7 +299,7 @@ class Cell:
     """
 
     viscoelastic: bool
-    known: bool
+    with_errors: bool
     epsilon: float
     sigma: float
     number: int
@@ -277,22 +308,30 @@ class Cell:
         """Return the number of sets with each verdict."""
         from viscopade.fitting import likelihood, verdict
 
+        # Models: the viscoelastic law, kappa ~ v^(1/5), and a constant eps (exponent None).
         law, constant, *_ = verdict.MODELS
         model, speed = law if self.viscoelastic else constant, np.geomspace(0.1, 1, self.number)
+        # kappa is that of epsilon at the middle of the decade on the logarithmic axis, 10^(-1/2) m/s.
         kappa = likelihood.kappa_of(law.law, np.array([self.epsilon])) * (speed / 10**-0.5) ** (model.exponent or 0)
-        seed = [SEED, self.viscoelastic, self.known, *(round(100 * x) for x in (self.epsilon, self.sigma)), self.number]
+        # Each kind of data has random numbers of its own; 100 times eps and sigma are whole numbers here.
+        hundredths = (round(100 * x) for x in (self.epsilon, self.sigma))
+        seed = [SEED, self.viscoelastic, self.with_errors, *hundredths, self.number]
         random, words = np.random.default_rng(seed), Counter[str]()
         for _ in range(sets):
+            # A measured eps cannot be negative.
             measured = np.maximum(model.epsilon(kappa) + self.sigma * random.standard_normal(self.number), 0)
-            points = Points.measured(speed, measured, sigma_epsilon=self.sigma if self.known else None)
-            words[verdict.judge(verdict.compare_laws(points)).word] += 1
+            points = Points.measured(speed, measured, sigma_epsilon=self.sigma if self.with_errors else None)
+            words[verdict.judged(verdict.compared(points)).word] += 1
         return words
 
 
 def table_of_verdicts(sets: int) -> Iterator[str]:
     """Yield the table of verdicts on made data without standard errors, and a sentence on the wrong ones."""
     rows: list[list[str]] = []
-    wrong = {True: 0.0, False: 0.0}
+    wrong = {
+        True: 0.0,
+        False: 0.0,
+    }  # by whether the data follow the viscoelastic law: the largest share of wrong verdicts
     grid = list(product(SIGMAS, EPSILONS))
     for i in track(range(len(grid)), "kinds of data"):
         sigma, epsilon = grid[i]
@@ -300,13 +339,14 @@ def table_of_verdicts(sets: int) -> Iterator[str]:
         for viscoelastic in (False, True):
             counted = [Cell(viscoelastic, False, epsilon, sigma, number).verdicts(sets) for number in NUMBERS]
             for word in ("holds", "does not hold"):
-                shares = [sum(words[each] for each in WORDS if each.startswith(word)) / sets for words in counted]
+                # "holds with a limit" counts as "holds".
+                shares = [sum(words[w] for w in WORDS if w.startswith(word)) / sets for words in counted]
                 cells.append(" / ".join(f"{100 * share:.1f}" for share in shares))
                 if viscoelastic == (word == "does not hold"):
                     wrong[viscoelastic] = max(wrong[viscoelastic], *shares)
         rows.append([f"{sigma:g}", f"{epsilon:g}", *cells])
-    of_truths = (f"{truth}: {word}" for truth, word in product(("constant", "law"), ("holds", "does not hold")))
-    yield markdown(("sigma", "eps", *of_truths), rows)
+    columns = (f"{truth}: {word}" for truth, word in product(("constant", "law"), ("holds", "does not hold")))
+    yield markdown(("sigma", "eps", *columns), rows)
     yield (
         f'At most {100 * wrong[False]:.1f} % of the sets with a constant eps get "holds", and at most '
         f'{100 * wrong[True]:.1f} % of the sets that follow the viscoelastic law get "does not hold".'

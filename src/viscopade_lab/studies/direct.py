@@ -35,8 +35,8 @@ from viscopade.theory.law import VISCOELASTIC, Law
 End = Literal["force", "position"]
 Exact: TypeAlias = str | int | float | Fraction | mpf
 
-# Before x = 0 the motion creeps, x' = -x/kappa, for so long that the number of steps grows like kappa^(5/3): a value
-# of 30 digits takes 2 s at v* = 10 and a minute here.
+# Largest v* with the end x = 0. Before it the motion creeps, x' = -x/kappa, for so long that the number of steps grows
+# like kappa^(5/3): a value of 30 digits takes 2 s at v* = 10 and a minute here.
 LARGEST_FOR_POSITION = 30
 
 # Terms of a Taylor step per decimal digit carried. More terms allow longer steps; the cost is flat around this.
@@ -79,16 +79,23 @@ class _State:
 
 
 class _Motion:
-    """The equation of motion in theta, in an mpmath context of its own."""
+    """The equation of motion in theta, in an mpmath context of its own.
+
+    ds/dtheta = u, du/dtheta = -m (s^(n_a - 1) + kappa u s^(n_b - 1)), dtau/dtheta = m s^(m - 1), x = s^m, where
+    n_a = m (a + 1) and n_b = m (b + 1) are whole numbers. Viscoelastic spheres have m = 2, n_a = 5, n_b = 3.
+    """
 
     def __init__(self, kappa: Fraction, digits: int, terms: int, law: Law = VISCOELASTIC) -> None:
+        """Set the motion up: Taylor steps of so many `terms`, with errors of at most 10^-digits each."""
         self.ctx = mpmath.mp.clone()
-        self.ctx.dps = digits + 5
+        self.ctx.dps = digits + 5  # rounding of a few hundred operations stays below the tolerance of a step
         self.kappa = self.ctx.mpf(kappa.numerator) / kappa.denominator
         self.terms = terms
         self.log2_tolerance = -digits * math.log2(10)
         self.m, (n_a, n_b) = law.m, law.powers
+        # log2 of the longest step: n_a <= 2 is a linear motion, whose series converge everywhere.
         self.longest = 0.0 if n_a <= 2 else math.inf
+        # s^(n_a-1) + kappa u s^(n_b-1) = s^common (s^elastic + kappa u s^viscous).
         self.common = min(n_a, n_b) - 1
         self.elastic, self.viscous = n_a - 1 - self.common, n_b - 1 - self.common
 
@@ -99,26 +106,30 @@ class _Motion:
     def force_slope(self, state: _State) -> mpf:
         """Return the derivative of `force` with respect to theta."""
         s, u = state.s, state.u
+        # kappa d(u s^viscous)/dtheta + d(s^elastic)/dtheta, ds/dtheta = u.
         drag = self.acceleration(state) * s**self.viscous + self._slope(self.viscous, s) * u * u
         return self._slope(self.elastic, s) * u + self.kappa * drag
 
     @staticmethod
     def _slope(power: int, s: mpf) -> mpf:
+        """Return d(s^power)/ds, also for power 0."""
         return power * s ** (power - 1) if power else 0 * s
 
     def acceleration(self, state: _State) -> mpf:
-        """du/dtheta."""
+        """Return du/dtheta = -m s^common force."""
         return -self.m * state.s**self.common * self.force(state)
 
     def taylor(self, start: _State) -> tuple[list[mpf], list[mpf], list[mpf]]:
-        """Taylor coefficients of s, u and tau in theta about `start`."""
+        """Return the Taylor coefficients of s, u and tau in theta about `start`, up to theta^terms."""
         s, u, tau = [start.s], [start.u], [start.tau]
+        # powers[i]: coefficients of s^i, each the Cauchy product of the one before and s, as far as any term needs.
         powers: list[list[mpf]] = [[] for _ in range(max(self.common, self.elastic, self.viscous, self.m - 1) + 1)]
         force: list[mpf] = []
         for j in range(self.terms):
             powers[0].append(self.ctx.mpf(j == 0))
             for lower, power in itertools.pairwise(powers):
                 power.append(self.ctx.fdot(lower, s[j::-1]))
+            # Coefficients j of u s^viscous and of the force; then the equations of motion give those j + 1.
             drag = self.ctx.fdot(powers[self.viscous], u[::-1]) if self.viscous else u[j]
             force.append(powers[self.elastic][j] + self.kappa * drag)
             s.append(u[j] / (j + 1))
@@ -127,34 +138,35 @@ class _Motion:
         return s, u, tau
 
     def length(self, coefficients: tuple[list[mpf], ...]) -> mpf:
-        """Length of a step whose last terms are all below the tolerance.
+        """Return the length of a step whose last terms are all below the tolerance.
 
-        At most 1, less than a collision, for a linear motion, because its series converge everywhere.
-
-        Single coefficients can vanish (at first contact most do), so it looks at the last eight.
+        It is at most 1, less than a collision, for a linear motion, because its series converge everywhere. Single
+        coefficients can vanish (at first contact s has no theta^2, theta^3, theta^5, theta^8), so the last eight count.
         """
+        # mag(c) is an integer with |c| <= 2^mag(c): c_j theta^j is below the tolerance if
+        # log2(theta) <= (log2(tolerance) - mag(c_j))/j.
         magnitudes = ((float(self.ctx.mag(c[j])), j) for c in coefficients for j in range(self.terms - 7, len(c)))
         return self.ctx.mpf(2) ** min(self.longest, *((self.log2_tolerance - m) / j for m, j in magnitudes))
 
-    def at(self, coefficients: tuple[list[mpf], ...], theta: mpf) -> _State:
-        """Evaluate a step's polynomials."""
+    def state_after(self, coefficients: tuple[list[mpf], ...], theta: mpf) -> _State:
+        """Return the state a time theta after the start of a step, from the step's polynomials."""
         return _State(*(self.ctx.polyval(c[::-1], theta) for c in coefficients))
 
 
 @dataclass(frozen=True)
 class _Event:
-    """An event: a zero of `value`, before which `passed` is false and after which it is true."""
+    """An event: a zero of `value`, before which `passed` is false and after which it is true.
+
+    `slope` is d value/dtheta.
+    """
 
     passed: Callable[[_State], bool]
     value: Callable[[_State], mpf]
     slope: Callable[[_State], mpf]
 
 
-def _turning_point(motion: _Motion) -> _Event:
-    return _Event(lambda y: bool(y.u <= 0), lambda y: y.u, motion.acceleration)
-
-
 def _end_of_contact(motion: _Motion, end: End) -> _Event:
+    """Return the event that ends contact: s = 0, or the force vanishing, during rebound (u < 0)."""
     if end == "position":
         return _Event(lambda y: bool(y.u < 0 and y.s <= 0), lambda y: y.s, lambda y: y.u)
     return _Event(
@@ -167,40 +179,36 @@ def _end_of_contact(motion: _Motion, end: End) -> _Event:
 
 
 def _locate(motion: _Motion, coefficients: tuple[list[mpf], ...], length: mpf, event: _Event) -> _State:
-    """Newton's iteration on a step's polynomials, kept between theta = 0 and `length` by bisection."""
+    """Return the state at an event within a step of this `length`.
+
+    Newton's iteration on the step's polynomials, kept between theta = 0 and `length` by bisection.
+
+    Raises
+    ------
+    RuntimeError
+        If it does not converge.
+    """
     low, high = motion.ctx.zero, length
     theta = length / 2
-    squarings = 0
-    for _ in range(10 * motion.ctx.prec):
-        here = motion.at(coefficients, theta)
+    squarings = 0  # steps of Newton's method since its change was below the square root of the precision
+    for _ in range(10 * motion.ctx.prec):  # bisection alone needs a step for each bit
+        here = motion.state_after(coefficients, theta)
         passed, value, slope = event.passed(here), event.value(here), event.slope(here)
         low, high = (low, theta) if passed else (theta, high)
         # A value of the wrong sign belongs to another zero: s^2 + kappa u has a second one at s < 0.
         newton = theta - value / slope if slope and passed == (value <= 0) else (low + high) / 2
         if abs(newton - theta) < length * motion.ctx.sqrt(motion.ctx.eps):
+            # Each such step squares the error: one reaches the precision, two more also if the slope is small.
             theta, squarings = newton, squarings + 1
             if squarings == 3:
-                return motion.at(coefficients, theta)
+                return motion.state_after(coefficients, theta)
         else:
             theta = newton if low < newton < high else (low + high) / 2
     raise RuntimeError("the event was not located")
 
 
-def _follow(motion: _Motion, start: _State, events: tuple[_Event, ...]) -> list[_State]:
-    """Step on from `start` and return the states at the events, which come in this order."""
-    state, found = start, list[_State]()
-    while True:
-        coefficients = motion.taylor(state)
-        length = motion.length(coefficients)
-        state = motion.at(coefficients, length)
-        while events[len(found)].passed(state):
-            found.append(_locate(motion, coefficients, length, events[len(found)]))
-            if len(found) == len(events):
-                return found
-
-
 def collide(v_star: Exact, digits: int = 30, end: End = "force", terms_per_digit: float = TERMS_PER_DIGIT) -> Direct:
-    """Follow one collision from first contact to its end.
+    """Return eps, x_max and tau_c of one collision, followed from first contact to its end.
 
     Parameters
     ----------
@@ -226,48 +234,62 @@ def collide(v_star: Exact, digits: int = 30, end: End = "force", terms_per_digit
         raise ValueError(f"unknown end of contact: {end!r}")
     if end == "position" and exact > LARGEST_FOR_POSITION:
         raise ValueError(f"end='position' needs too many steps beyond v_star = {LARGEST_FOR_POSITION}")
+    # 15 digits more for the errors of all steps, each at the tolerance, and their growth: 15 to 30 steps, but some 10^5
+    # with the end x = 0 at the largest v*.
     carried = digits + 15 + _guard(exact, end)
     return _collided(_Motion(exact * exact, carried, round(terms_per_digit * carried)), digits, end)
 
 
 def collide_by(law: Law, kappa: Exact, digits: int = 30, terms_per_digit: float = TERMS_PER_DIGIT) -> Direct:
-    """Follow one collision by a law of contact, at a positive kappa neither very small nor very large."""
+    """Return eps, x_max and tau_c of one collision by a law of contact, at a positive kappa of about 1e-3 to 1e3.
+
+    `digits` and `terms_per_digit` are as for `collide`. The end is that of the law.
+    """
     exact = _exact(kappa)
+    # As in `collide`, with 10 more, and the larger of both losses: other laws have other powers of kappa.
     carried = digits + 25 + _guard(exact, "position")
     motion = _Motion(exact, carried, round(terms_per_digit * carried), law)
     return _collided(motion, digits, "force" if law.delayed else "position")
 
 
 def _collided(motion: _Motion, digits: int, end: End) -> Direct:
+    """Return the numbers of a collision, each as an mpf of mpmath's own context, rounded to `digits` + 3 digits."""
     ctx = motion.ctx
-    events = _turning_point(motion), _end_of_contact(motion, end)
-    turning, last = _follow(motion, _State(ctx.zero, ctx.one, ctx.zero), events)
+    turning_point = _Event(lambda y: bool(y.u <= 0), lambda y: y.u, motion.acceleration)
+    events = turning_point, _end_of_contact(motion, end)
+
+    # Taylor steps from first contact, s = 0, u = 1, tau = 0, until both events have passed, in this order.
+    state, event_states = _State(ctx.zero, ctx.one, ctx.zero), list[_State]()
+    while len(event_states) < len(events):
+        coefficients = motion.taylor(state)
+        length = motion.length(coefficients)
+        state = motion.state_after(coefficients, length)
+        while len(event_states) < len(events) and events[len(event_states)].passed(state):
+            event_states.append(_locate(motion, coefficients, length, events[len(event_states)]))
+
+    turning, last = event_states
     x_c = ctx.zero if end == "position" else last.s**motion.m
     results = -last.u, 1 + last.u, turning.s**motion.m, last.tau, x_c
-    return Direct(*(_rounded(value, digits) for value in results))
+    rounded = mpmath.mp.clone()
+    rounded.dps = digits + 3  # so that a test of `digits` digits does not see the rounding
+    return Direct(*(mpmath.mp.make_mpf((+rounded.convert(value))._mpf_) for value in results))
 
 
 def _exact(v_star: Exact) -> Fraction:
-    """Return a number exactly."""
+    """Return a number as the fraction that it is; text is a decimal number or a fraction."""
     if isinstance(v_star, float | mpf) and not mpmath.isfinite(v_star):
         raise ValueError("v_star must be finite")
     if isinstance(v_star, str | int | float | Fraction):
         return Fraction(v_star)
-    sign, mantissa, exponent, _ = v_star._mpf_
+    sign, mantissa, exponent, _ = v_star._mpf_  # (-1)^sign mantissa 2^exponent
     return (-1 if sign else 1) * int(mantissa) * Fraction(2) ** int(exponent)
 
 
 def _guard(v_star: Fraction, end: End) -> int:
-    """Digits lost because a result is much smaller than the initial velocity, 1.
+    """Return the digits lost because a result is much smaller than the initial velocity, 1.
 
     These are 1 - eps ~ v*^2; eps ~ v*^(-10/3) when the force vanishes, eps0 ~ v*^-10 at x = 0.
     """
+    # log10 of the fraction, which may be outside the range of a float.
     log = math.log10(v_star.numerator) - math.log10(v_star.denominator)
     return math.ceil(-2 * log if log < 0 else (10 if end == "position" else 10 / 3) * log)
-
-
-def _rounded(value: mpf, digits: int) -> mpf:
-    """Round to three digits more than requested, as an mpf of mpmath's own context."""
-    ctx = mpmath.mp.clone()
-    ctx.dps = digits + 3
-    return mpmath.mp.make_mpf((+ctx.convert(value))._mpf_)

@@ -28,11 +28,12 @@ COMMON = (
 )
 """Common laws: in words, and their exponents a and b."""
 
-DIGITS = 10
-WITH_FORCE_END = ("0.9", "0.7", "0.5", "0.3", "0.2", "0.1")
-# K at which eps is compared with its power law, at the ends "force" and "return".
+DIGITS = 10  # of eps: more than the 4 to 6 that are shown
+WITH_FORCE_END = ("0.9", "0.7", "0.5", "0.3", "0.2", "0.1")  # eps of the rows of the table of ends
+# K at which eps is compared with its power law, at the ends "force" and "return". The larger, the closer; at x = 0 the
+# motion creeps, and the exact function follows it to K = 150 at most.
 LARGE, LARGE_RETURN = 1000, 30
-BISECTIONS = 14  # to the digits shown
+BISECTIONS = 14  # of an interval of 2.9, which leave 2e-4: the three decimals shown
 
 NEVER = "never"
 
@@ -41,20 +42,24 @@ def common_laws() -> Iterator[list[str]]:
     """Yield the rows of common laws: name, a, b, nu, exponent of the speed in kappa, and what that means for eps."""
     for name, a, b in COMMON:
         law = Law(Fraction(a), Fraction(b))
-        power = 2 / law.nu - 1
+        power = 2 / law.nu - 1  # kappa ~ v^(2/nu - 1); eps falls with kappa
         trend = "falls" if power > 0 else "rises" if power < 0 else "is constant"
         yield [name, f"${a}$", f"${b}$", f"${law.nu}$", f"$v^{{{power}}}$" if power else "constant", trend]
 
 
 def ends() -> Iterator[list[str]]:
     """Yield, for each eps with the end "force", the eps of the same contacts with the end "return"."""
-    for given in WITH_FORCE_END:
-        yield [given, *(with_other_end(nu, given) for nu in COLORS if nu > 1)]
+    for epsilon_force in WITH_FORCE_END:
+        # For nu = 1 the force vanishes at x = 0: both ends are one.
+        yield [epsilon_force, *(with_other_end(nu, epsilon_force) for nu in COLORS if nu > 1)]
 
 
-def with_other_end(nu: Fraction, given: str) -> str:
-    """Return eps of a contact with the end "return" that has the eps given with the end "force"."""
-    damping = exact.invert(given, law=law_with(nu), digits=DIGITS).mpf()["kappa"]
+def with_other_end(nu: Fraction, epsilon_force: str) -> str:
+    """Return, as text, eps of a contact that ends at x = 0, whose damping gives `epsilon_force` with the end "force".
+
+    It is "never" if contact does not end at x = 0 with this damping.
+    """
+    damping = exact.invert(epsilon_force, law=law_with(nu), digits=DIGITS).mpf()["kappa"]
     law = law_with(nu, "return")
     try:
         return f"{float(exact.collision(kappa=damping, law=law, digits=DIGITS).mpf()['epsilon']):.4g}"
@@ -68,20 +73,25 @@ def large_dampings() -> Iterator[list[str]]:
     """Yield, for each nu, the powers of large K at both ends, or the K from which on contact never ends."""
     for nu in COLORS:
         law = law_with(nu, "return")
+        # With the end "force" eps tends to K^-nu: the column eps K^nu is near 1.
         force = exact.collision(kappa=LARGE, law=law_with(nu), digits=DIGITS).mpf()["epsilon"]
         row = [f"${nu}$", f"$K^{{{-nu}}}$", f"{float(force * LARGE ** float(nu)):.4f}"]
         if law.bounded:
             yield [*row, f"{NEVER} from $K = {largest_damping(law):.3f}$ on", ""]
         else:
+            # With the end x = 0 and nu < 2 it is proportional to K^(-nu/(2 - nu)).
             power = nu / (2 - nu)
-            there = exact.collision(kappa=LARGE_RETURN, law=law, digits=DIGITS).mpf()["epsilon"]
-            yield [*row, f"$K^{{{-power}}}$", f"{float(there * LARGE_RETURN ** float(power)):.4f}"]
+            epsilon_return = exact.collision(kappa=LARGE_RETURN, law=law, digits=DIGITS).mpf()["epsilon"]
+            yield [*row, f"$K^{{{-power}}}$", f"{float(epsilon_return * LARGE_RETURN ** float(power)):.4f}"]
 
 
 def largest_damping(law: Law) -> float:
     """Return the K from which on contact never ends at x = 0: damping ratio 1 for nu = 2, else by bisection."""
-    if law.nu == 2:  # eps = exp(-pi zeta/sqrt(1 - zeta^2)) is too small to be followed before the end
+    # zeta = K/2; eps = exp(-pi zeta/sqrt(1 - zeta^2)) is too small to be followed before zeta = 1.
+    if law.nu == 2:
         return 2.0
+    # For nu = 5/2, the other bounded law here, contact ends with K = 0.1 and does not with 3. `epsilon` is nan then,
+    # which is not >= 0.
     low, high = 0.1, 3.0
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
@@ -92,8 +102,8 @@ def largest_damping(law: Law) -> float:
 def formulas() -> Iterator[list[str]]:
     """Yield the rows of damping formulas: name, formula, and its eps for each requested one."""
     for formula in textbook.HUNT_CROSSLEY:
-        given = (f"{float(textbook.delivered_epsilon(formula, e)):.4f}" for e in ASKED)
-        yield [formula.name, f"${formula.text}$", *given]
+        delivered = (f"{float(textbook.delivered_by(formula, e)):.4f}" for e in ASKED)
+        yield [formula.name, f"${formula.text}$", *delivered]
     yield ["**exact $z$**", "", *(f"**{float(textbook.exact_z(e)):.6f}**" for e in ASKED)]
 
 
