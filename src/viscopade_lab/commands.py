@@ -1,4 +1,8 @@
-"""Commands that gather evidence: claims, figures, bench, hardcases; `viscopade` loads them when needed."""
+"""Commands that gather evidence: claims, figures, bench, hardcases; `viscopade` loads them when needed.
+
+A function's arguments are the command line's options, whose help says what they mean; its docstring is the help of the
+command. Names and formats that may be repeated come as tuples, empty if not given; `style` is text, json or csv.
+"""
 
 from __future__ import annotations
 
@@ -26,11 +30,14 @@ def claims(names: tuple[str, ...], style: str) -> None:
     """
     from viscopade_lab.claims import UNCHECKED, check
 
+    # Dictionaries with name, place, statement, verdict, summary, kind and numbers.
     findings = [finding.to_json() for finding in check(names or None)]
     counts = Counter(finding["verdict"] for finding in findings)
+    # What cannot be checked is only listed with all claims.
     unchecked = [] if names else [entry._asdict() for entry in UNCHECKED]
     if style == "text":
         for finding in findings:
+            # `say` wraps a paragraph and indents its further lines by this number: 12 letters are "  evidence: ".
             say(f"{finding['name']}  ({finding['place']})", 2)
             say(f"  claim:    {finding['statement']}", 12)
             say(f"  verdict:  {finding['verdict']} ({finding['kind']})", 12)
@@ -59,13 +66,15 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
     """Draw the paper's figures, and further ones."""
     from viscopade_lab.figures import registry
 
-    require("figures", "matplotlib")
+    require("figures", "matplotlib")  # else a message that says how to install it
+    # All are drawn before the first is written.
     pictures = registry.render(names or figures.NAMES, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     say(f"wrote {', '.join(pictures)} to {out}")
 
 
 @click.command("bench", epilog=examples("viscopade bench --only pow --rounds 2"))
+# 10,000 rounds would take days: a larger number is a mistake.
 @click.option("--rounds", type=Whole(1, 10_000), help="Number of measurements of each kernel.  [default: 20]")
 @click.option("--only", multiple=True, help="Kernels and rivals whose id begins so; repeatable.  [default: all]")
 @click.option("--cc", help="C compiler.  [default: CC of the environment, or cc]")
@@ -96,26 +105,32 @@ def bench_command(
     from viscopade_lab.bench import picture as drawing
     from viscopade_lab.bench.result import COLUMNS, HEADER, from_csv, table, to_csv
 
-    wanted = bench.contenders(only)
+    # Everything that can be refused is refused before the measurement, which takes minutes: options, and files that
+    # cannot be written.
+    contenders = bench.contenders(only)
     if result is not None and (out is not None or only):
         raise click.UsageError("--from shows a file: expected neither --out nor --only with it")
     if picture is not None:
         require("bench --picture", "matplotlib")
         picture_kind("--picture", picture)
     check_targets([path for path in (out, picture) if path is not None])
+
+    # Measure, or read an earlier measurement. `read` returns the header of a kernel: made now, or from a directory.
     comments: list[str] = []
     if result is not None:
         rows = from_csv(files.content(result, "what `viscopade bench --out` wrote"), str(result))
     else:
         sizes = bench.QUICK if quick else bench.Sizes()
         read = requests.file if headers is None else partial(libraries.read_from, headers)
-        comments, rows = bench.run(wanted, read, rounds or (3 if quick else 20), sizes, cc)
+        # 20 rounds, for a median and quartiles; 3, the fewest that have them, for a trial run.
+        comments, rows = bench.run(contenders, read, rounds or (3 if quick else 20), sizes, cc)
+
     if out is not None:
         write(out, to_csv(comments, rows))
     if picture is not None:
         write_all({picture: drawing.draw(rows, picture.suffix[1:])})
     if style == "text":
-        for comment in comments[1:]:
+        for comment in comments[1:]:  # the first is the mark of generated files
             say(comment)
         show(style, HEADER, table(rows), {}, title="ns per collision; ratios below 1 are faster")
     else:
@@ -138,6 +153,7 @@ def hardcases_command(
     """
     from viscopade_lab import hard_cases
 
+    # Before the cases run, for seconds or minutes, files that cannot be written are refused.
     cases = hard_cases.named(names)
     if out is not None:
         require("hardcases --out", "matplotlib")

@@ -63,7 +63,7 @@ def test_programs_do_what_is_predicted(name):
         if case.asked == WANTED and (case.formula.scheme is None or case.time_step in steps)
     ]
     chosen = [daily.chosen(chosen)] if name == "liggghts" else chosen  # a process each
-    for found in simulators.measured(chosen):
+    for found in simulators.measure(chosen):
         assert found.epsilon == pytest.approx(found.predicted, abs=1e-10)
 
 

@@ -52,9 +52,11 @@ from viscopade.simulators.formula import DampingFormula, identity
 from viscopade.simulators.input_file import render
 from viscopade.simulators.setup import pair_setup
 
-RADIUS = 0.01
-SPEEDS = (1.0, 0.3, 0.1)
-_PATIENCE = 12  # contact times, after which a ball that has not left the plane stays on it
+RADIUS = 0.01  # m, of balls where no program needs another one: eps depends on mass, stiffness and damping only
+SPEEDS = (1.0, 0.3, 0.1)  # m/s: a decade, over which an eps that depends on the speed shows it
+# Contact times, after which a ball that has not left the plane stays on it. Chosen by hand, far above those of damped
+# contacts that end.
+_PATIENCE = 12
 
 
 @dataclass(frozen=True)
@@ -99,25 +101,37 @@ class Deck:
 
     @property
     def lag(self) -> float:
-        """The excess of the velocity, in m/s: semi-implicit steps end with the velocity of half a step before."""
+        """The excess of the upward velocity, in m/s, in these programs' output.
+
+        Semi-implicit steps in free fall follow the parabola of positions exactly with velocities of half a step before.
+        """
         exact = self.scheme in ("RK4", "velocity Verlet", "continuous")
         return 0.0 if exact else self.gravity * self.time_step / 2
 
     @property
     def starts(self) -> Iterator[tuple[float, float]]:
-        """The height over the plane and the velocity from which contact begins at each phase."""
+        """The height over the plane (m) and the velocity (m/s, upwards) from which contact begins at each phase."""
         for i in range(self.phases):
+            # Time before contact: a part of the first step, or a thousandth of the contact if there are no steps. Then
+            # the ball is t (v - g t/2) above the plane, and falls with v - g t.
             before = (i + 0.5) / self.phases * (self.time_step or self.contact_time / 1000)
             yield before * (self.speed - self.gravity * before / 2), self.gravity * before - self.speed + self.lag
 
     def epsilon(self, height: Any, velocity: Any) -> Any:
-        """Return eps of a ball that rises at a height over the plane; 0 if it does not reach the plane's level."""
+        """Return eps of a ball that rises at a height (m) over the plane with the velocity (m/s) of a program's output.
+
+        Both may be arrays. On the parabola of its flight it left the level of first contact with sqrt(u^2 + 2 g z). eps
+        is 0 if it falls.
+        """
         exact = velocity - self.lag
         return np.sqrt(np.maximum(exact**2 + 2 * self.gravity * height, 0)) / self.speed * (exact > 0)
 
 
 class Written(NamedTuple):
-    """What a formula of the audit writes: integrator and native parameters, and k of the force k x^a that they have."""
+    """What a formula of the audit writes: integrator and native parameters, and k of the force k x^a that they have.
+
+    The parameters are for the mass 1 and the speed 1, in the program's SI units; k determines the contact time.
+    """
 
     scheme: str
     parameters: str
@@ -125,7 +139,9 @@ class Written(NamedTuple):
 
 
 def run_program(words: Sequence[str], files: Mapping[str, str]) -> str:
-    """Run a program in a folder of these files, and return what it prints.
+    """Return what a program prints that is run in a new folder of these files.
+
+    `words` are the command line, the program's name first; `files` has contents by name.
 
     Raises
     ------
@@ -146,9 +162,10 @@ def run_program(words: Sequence[str], files: Mapping[str, str]) -> str:
             capture_output=True,
             encoding="utf-8",
             errors="replace",  # a program's messages can contain anything
-            timeout=3600,
+            timeout=3600,  # s: the longest runs take minutes; an hour means that the program hangs
             check=False,
         )
+    # LAMMPS and LIGGGHTS print errors in lines of this kind; else the end of what was printed says most.
     failed = re.search(r"^ERROR.*", done.stdout, re.MULTILINE)
     if done.returncode or failed:
         raise RuntimeError(f"{words[0]}: {failed[0] if failed else (done.stdout + done.stderr)[-500:]}")
@@ -228,26 +245,45 @@ def lammps(script: str, **files: str) -> str:
 
 
 def lammps_version() -> str:
-    """Return the version that LAMMPS prints."""
-    found = re.search(r"^LAMMPS \((.*)\)$", lammps("info config\n"), re.MULTILINE)
-    if found is None:
+    """Return the version that LAMMPS prints, such as "22 Jul 2025"; raise RuntimeError if it is not installed."""
+    version = re.search(r"^LAMMPS \((.*)\)$", lammps("info config\n"), re.MULTILINE)
+    if version is None:
         raise RuntimeError("lmp does not say which version it is")
-    return found[1]
+    return version[1]
 
 
 def lammps_script(
     heights: Iterable[float], commands: str, columns: str, *, style: str, box: str, **numbers: float
 ) -> str:
-    """Return an input with equal spheres above each other; `numbers` are diameter, mass, step, run and every.
+    """Return an input with equal spheres above each other.
 
-    `every` is the number of steps between outputs, and `run` that of all steps.
+    Parameters
+    ----------
+    heights : iterable of float
+        z of the spheres, in m.
+    commands : str
+        What follows the time step: velocities, gravity, planes.
+    columns : str
+        The variables that are printed.
+    style : str
+        Contact of two spheres, as in `pair_coeff * *`.
+    box : str
+        Ends of the box, "x x y y z z", in m.
+    **numbers : float
+        diameter (m), mass (kg), step (s); run, the number of steps, and every, that between outputs.
     """
     atoms = "\n".join(f"create_atoms 1 single 0 0 {height!r}" for height in heights)
     return _LAMMPS.format(atoms=atoms, commands=commands, columns=columns, style=style, box=box, **numbers)
 
 
 def lammps_spheres(style: str, *, speed: float, diameter: float, step: float, **numbers: float) -> str:
-    """Return the commands of one head-on collision of equal spheres, which begins in the middle of a step."""
+    """Return the commands of one head-on collision of equal spheres, which begins in the middle of a step.
+
+    `style` is their contact, `speed` that of one against the other, `numbers` as for `lammps_script`. LAMMPS prints
+    force and eps so far, at the end "collision EPS GAP".
+    """
+    # Each sphere moves with speed/2, so the gap 2 apart - diameter = speed step/2 closes after half a step. The box is
+    # 10 diameters wide: spheres that part stay inside.
     apart, size = diameter / 2 + speed * step / 4, 5 * diameter
     commands = _SPHERES.format(half_speed=speed / 2, diameter=diameter)
     box = f"-{size} {size} -{size} {size} -{size} {size}"
@@ -259,38 +295,49 @@ def lammps_spheres(style: str, *, speed: float, diameter: float, step: float, **
 def lammps_falls(
     starts: Iterable[tuple[float, float]], contact: str, *, radius: float, gravity: float, **numbers: float
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield gap and velocity, after `every` steps, of a sphere that falls on a plane from each gap and velocity."""
+    """Yield arrays of gap (m) and velocity (m/s), every `every` steps, of a sphere that falls on a plane.
+
+    There is one pair for each start (gap, velocity). `contact` is that of `fix wall/gran`; `numbers` as for
+    `lammps_script`.
+    """
     style = f"hertz 1 0 {FRICTIONLESS}"  # for pairs of spheres; there is only one sphere
+    # m: the highest fall is from 0.5 m.
     box, numbers = "-0.1 0.1 -0.1 0.1 -0.1 1", {"diameter": 2 * radius, **numbers}
     script = ""
     for gap, velocity in starts:
         commands = _FALL.format(velocity=velocity, gravity=gravity, contact=contact, radius=radius)
         script += lammps_script((radius + gap,), commands, "v_gap v_speed", style=style, box=box, **numbers)
         script += 'print "end of the fall"\n'
-    for part in lammps(script).split("\nend of the fall")[:-1]:
-        gaps, velocities = np.array(LINE.findall(part), dtype=float).T
+    for output in lammps(script).split("\nend of the fall")[:-1]:
+        gaps, velocities = np.array(LINE.findall(output), dtype=float).T
         yield gaps, velocities
 
 
 def lammps_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase."""
-    run, named = round(_PATIENCE * deck.contact_time / deck.time_step), deck.named
+    """Yield the eps of each phase of a fall in LAMMPS."""
+    run, named = round(_PATIENCE * deck.contact_time / deck.time_step), deck.named  # number of steps
     words = ["damping", named["damping"], *(["limit_damping"] if named["limit_damping"] == "yes" else [])]
     contact = " ".join([named["normal"], named["coefficients"], FRICTIONLESS, *words])
     sizes = {"radius": RADIUS, "mass": deck.mass, "gravity": deck.gravity, "step": deck.time_step}
+    # At most 3000 lines of a fall: eps follows from any of the flight, and printing takes longer than steps.
     for gap, velocity in lammps_falls(deck.starts, contact, run=run, every=max(run // 3000, 1), **sizes):
         yield _rebound(deck, gap, velocity)
 
 
 def _rebound(deck: Deck, gap: FloatArray, velocity: FloatArray) -> float:
-    """Return eps of a path, from the first point where the ball rises above the plane."""
+    """Return eps of a path (gap in m, velocity in m/s), from its first point where the ball rises above the plane.
+
+    It is 0 if there is none.
+    """
     rising = np.flatnonzero((gap > 0) & (velocity > 0))
     return float(deck.epsilon(gap[rising[0]], velocity[rising[0]])) if len(rising) else 0.0
 
 
+# kg. With the stiffnesses below (N/m; Pa for Hertz, where 1.6e5 sqrt(R) = 1.6e4 N/m^(3/2)) contacts take 10 ms.
 LAMMPS_MASS = 0.01
 _NORMALS = {
-    # with the damping coefficients for velocity, mass_velocity, viscoelastic, and the eps for tsuji, coeff_restitution
+    # With the damping coefficients for velocity (kg/s), mass_velocity (1/s), viscoelastic (1/(m s)), and the eps for
+    # tsuji and coeff_restitution: all of them so that eps is far from 0 and 1.
     "hooke": ("1000", ("1.6", "120", "2.2e4"), "0.5"),
     "hertz": ("1.6e5", ("1.6", "120", "2.5e4"), "0.5"),
     "hertz/material": ("2.2e5", ("1.6", "120", "2.5e4"), "0.5"),
@@ -299,22 +346,29 @@ _DAMPINGS = ("velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restit
 
 
 def lammps_decks() -> Iterator[Deck]:
-    """Yield the cases of LAMMPS."""
+    """Yield the decks of LAMMPS: each normal force with each damping, with and without limit_damping, at each speed."""
     for (normal, (k, damped, e)), (i, damping), limited, speed in itertools.product(
         _NORMALS.items(), enumerate(_DAMPINGS), ("no", "yes"), SPEEDS
     ):
         number = damped[i] if i < len(damped) else e
-        coefficients = f"{k} {number} 0.3" if normal == "hertz/material" else f"{k} {number}"
+        coefficients = f"{k} {number} 0.3" if normal == "hertz/material" else f"{k} {number}"  # 0.3: Poisson's ratio
         text = f"normal={normal}; coefficients={coefficients}; damping={damping}; limit_damping={limited}"
+        # Contact times: pi sqrt(m/k) = 10 ms; Hertz, 2.94 (m/(K sqrt(R)))^(2/5) v^(-1/5), the same at 1 m/s. The step,
+        # 1e-5 s, is a thousandth.
         duration = 0.01 if normal == "hooke" else round(0.01 * speed**-0.2, 4)
         yield Deck("lammps", "velocity Verlet", text, LAMMPS_MASS, speed, EARTH, 1e-5, duration)
 
 
 def lammps_written(formula: DampingFormula, parameter: float) -> Written:
-    """Return what a formula writes, for the mass 1."""
-    stiffness, root = 1e8, math.sqrt(RADIUS)
+    """Return what a formula of LAMMPS writes, for the mass 1 and the speed 1.
+
+    `parameter` is the formula's own, an eps or a kappa.
+    """
+    stiffness, root = 1e8, math.sqrt(RADIUS)  # any stiffness: all of eps is in scaled numbers
     normal, damping, *limited = formula.name.removesuffix(" (22 Jul 2025)").split(", ")
     k = stiffness * (root if normal == "hertz" else 1)  # of k x^a, where Hertz' force is stiffness sqrt(R_eff) x^(3/2)
+    # c and eta from kappa (docs/theory/mathematics.md, section 2): kappa = c k^(-1/2) of a spring, and of viscoelastic
+    # spheres eta sqrt(R) k^(-3/5), both for m = v = 1.
     scaled = {"mass_velocity": parameter * math.sqrt(k), "viscoelastic": parameter * k**0.6 / root}
     text = f"normal={normal}; coefficients={stiffness} {scaled.get(damping, parameter)!r}; damping={damping}"
     return Written("velocity Verlet", f"{text}; limit_damping={'yes' if limited else 'no'}", k)
@@ -373,20 +427,30 @@ thermo_style custom step v_gap v_speed
 
 
 def liggghts_version() -> str:
-    """Return the version that LIGGGHTS prints."""
+    """Return the version that LIGGGHTS prints; raise RuntimeError if it is not installed."""
     printed = run_program(["liggghts", "-in", "in.nothing", "-log", "none"], {"in.nothing": ""})
-    found = re.search(r"Version (\S+ \S+),", printed)
-    return "unknown" if found is None else found[1]
+    version = re.search(r"Version (\S+ \S+),", printed)
+    return "unknown" if version is None else version[1]
 
 
 def liggghts_script(places: Iterable[str], contact: str, commands: str, *, radius: float, **numbers: float) -> str:
-    """Return an input with equal spheres at places; `numbers` are mass, box, step, run and every, as in LAMMPS."""
-    atoms, numbers = "\n".join(f"create_atoms 1 single {at}" for at in places), {"diameter": 2 * radius, **numbers}
+    """Return an input with equal spheres at places "x y z" (m).
+
+    `numbers` are mass, box, step, run and every, as for `lammps_script`. `contact` are the commands of the contact
+    model, `commands` those after the spheres; `box` is half of its width.
+    """
+    atoms, numbers = (
+        "\n".join(f"create_atoms 1 single {place}" for place in places),
+        {"diameter": 2 * radius, **numbers},
+    )
     return _LIGGGHTS.format(atoms=atoms, contact=contact, commands=commands, radius=radius, **numbers)
 
 
 def liggghts_spheres(contact: str, step: float, run: int, *, radius: float, mass: float, speed: float) -> str:
-    """Return an input in which two equal spheres collide, with the commands of their contact."""
+    """Return an input in which two equal spheres collide, with the commands of their contact.
+
+    They touch at the start, and have the relative `speed` (m/s); `step` is in s, `run` the number of steps.
+    """
     places = f"{-radius!r} 0 0", f"{radius!r} 0 0"
     commands = _LIGGGHTS_SPHERES.format(half_speed=speed / 2, diameter=2 * radius)
     numbers = {"radius": radius, "mass": mass, "box": 10 * radius, "step": step, "run": run, "every": run}
@@ -399,27 +463,30 @@ def liggghts_run(script: str, **files: str) -> str:
 
 
 def liggghts(script: str, **files: str) -> float:
-    """Return the eps of an input with two spheres."""
-    found = _COLLISION.search(liggghts_run(script, **files))
-    if found is None or float(found[2]) <= 0:
+    """Return the eps of an input with two spheres; raise RuntimeError if they still touch at its end."""
+    ending = _COLLISION.search(liggghts_run(script, **files))  # "collision EPS GAP"
+    if ending is None or float(ending[2]) <= 0:
         raise RuntimeError("a collision has not ended in LIGGGHTS")
-    return float(found[1])
+    return float(ending[1])
 
 
 def liggghts_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase."""
+    """Yield the eps of each phase of a fall in LIGGGHTS."""
+    # kn and gamman must be set, though only hertz/stiffness uses them. The box is +-0.1 m: ten times a ball's radius.
     run, named = round(_PATIENCE * deck.contact_time / deck.time_step), {"kn": "1", "gamman": "0", **deck.named}
     numbers = {"radius": RADIUS, "mass": deck.mass, "box": 0.1, "step": deck.time_step}
     contact = _LIGGGHTS_CONTACT.format(**named)
     for gap, velocity in deck.starts:
         commands = _LIGGGHTS_FALL.format(velocity=velocity, gravity=deck.gravity, radius=RADIUS, **named)
         place = f"0 0 {RADIUS + gap!r}"
+        # At most 3000 lines, as in LAMMPS.
         script = liggghts_script([place], contact, commands, **numbers, run=run, every=max(run // 3000, 1))
         yield _rebound(deck, *np.array(LINE.findall(liggghts_run(script)), dtype=float).T)
 
 
 def liggghts_decks() -> Iterator[Deck]:
-    """Yield the cases of LIGGGHTS."""
+    """Yield the decks of LIGGGHTS: both contact models, with and without limitForce, at each speed."""
+    # The material is that of LAMMPS's hertz/material, contacts take some 10 ms, and the step of 1e-5 s is a thousandth.
     for model, limited, speed in itertools.product(("hertz", "hooke"), ("off", "on"), SPEEDS):
         text = (
             "youngsModulus=2.2e5; poissonsRatio=0.3; coefficientRestitution=0.5; characteristicVelocity=1; "
@@ -429,15 +496,23 @@ def liggghts_decks() -> Iterator[Deck]:
 
 
 def liggghts_written(formula: DampingFormula, parameter: float) -> Written:
-    """Return what a formula writes, for the mass 1; E_eff is half of `young`."""
+    """Return what a formula of LIGGGHTS writes, for the mass 1 and the speed 1.
+
+    `parameter` is the formula's own, an eps or a kappa.
+    """
     model, *limited = formula.name.split(", ")
+    # Any stiffness will do; the characteristic velocity differs from the speed, 1, so that a formula that confused them
+    # would show it.
     young, characteristic, root = 1e8, 2.0, math.sqrt(RADIUS)
+    # LIGGGHTS's springs, with E_eff = young/2 for poissonsRatio=0 and m = 1: hertz 4/3 E_eff sqrt(R); hooke
+    # w (m v_char^2/w)^(1/5), w = 16/15 sqrt(R) E_eff; hertz/stiffness takes kn itself.
     whole = 16 / 15 * root * young / 2
     k = {
         "hertz": 4 / 3 * young / 2 * root,
         "hertz/stiffness": young * root,
         "hooke": whole * (characteristic**2 / whole) ** 0.2,
     }[model]
+    # gamman is LAMMPS's eta, sqrt(R) eta = kappa k^(3/5); the other models take eps itself.
     e, gamman = (1.0, parameter * k**0.6 / root) if model == "hertz/stiffness" else (parameter, 0.0)
     text = (
         f"youngsModulus={young}; poissonsRatio=0; coefficientRestitution={e!r}; kn={young}; gamman={gamman!r}; "
@@ -449,7 +524,7 @@ def liggghts_written(formula: DampingFormula, parameter: float) -> Written:
 # --- MuJoCo -----------------------------------------------------------------------------------------------------------
 
 FLAT = "0.9 0.9 0.001"
-"""A `solimp` with constant impedance."""
+"""A `solimp` with constant impedance: 0.9, MuJoCo's default, from depth 0 to its width and beyond."""
 _MUJOCO_MODEL = """
 <mujoco>
   <option timestep="{step!r}" gravity="0 0 -{gravity!r}" integrator="{integrator}" cone="{cone}" impratio="{impratio}"/>
@@ -470,14 +545,17 @@ _MUJOCO_DEFAULTS = {
 
 
 def mujoco_model(**options: Any) -> tuple[Any, Any]:
-    """Return model and data of a sphere over a plane; `options` are what the model text has."""
+    """Return MuJoCo's model and data of a sphere over a plane.
+
+    `options` are step, gravity, integrator, solref, radius, mass, and what `_MUJOCO_DEFAULTS` has if they differ.
+    """
     mujoco = package("mujoco")
     model = mujoco.MjModel.from_xml_string(_MUJOCO_MODEL.format(**_MUJOCO_DEFAULTS | options))
     return model, mujoco.MjData(model)
 
 
 def mujoco_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase."""
+    """Yield the eps of each phase of a fall in MuJoCo."""
     mujoco = package("mujoco")
     for height, velocity in deck.starts:
         model, data = mujoco_model(
@@ -488,7 +566,8 @@ def mujoco_epsilons(deck: Deck) -> Iterator[float]:
             integrator=deck.scheme,
             **deck.named,
         )
-        data.qpos[2], data.qvel[2] = RADIUS + height, velocity
+        data.qpos[2], data.qvel[2] = RADIUS + height, velocity  # z of the free joint
+        # Until the ball rises above the plane, or its time is up.
         while data.time < _PATIENCE * deck.contact_time and (data.qvel[2] <= 0 or data.qpos[2] <= RADIUS):
             mujoco.mj_step(model, data)
         left = data.qvel[2] > 0 and data.qpos[2] > RADIUS
@@ -497,21 +576,29 @@ def mujoco_epsilons(deck: Deck) -> Iterator[float]:
 
 _SOFT, _HARD = ("-7672.00354889 -44.7191729394", 0.031), ("-294911.816419 -277.258872224", 0.005)
 """`solref` of `viscopade simulators mujoco --epsilon 0.5 --speed "1 m/s" --contact-time "31 ms"`, and of 5 ms."""
-_DEFAULT = "0.9 0.95 0.001 0.5 2"
+_DEFAULT = "0.9 0.95 0.001 0.5 2"  # MuJoCo's default `solimp`
 
 
 def mujoco_decks() -> Iterator[Deck]:
-    """Yield the cases of MuJoCo."""
+    """Yield the decks of MuJoCo: our answer with fine steps, users' `solref` with coarse ones, and friction.
+
+    The mass is 3 kg: any mass gives the same eps, and 1 would hide a wrong one.
+    """
+    # Our answer for two contact times, with 2000 steps in a contact: the integrators hardly matter.
     for (solref, duration), speed, gravity, scheme in itertools.product(
         (_SOFT, _HARD), SPEEDS, (0.0, EARTH), ("Euler", "implicitfast", "RK4")
     ):
         text = f"solref={solref}; solimp={FLAT}; condim=1"
         yield Deck("mujoco", scheme, text, 3.0, speed, gravity, duration / 2000, duration)
+    # A `solref` that users write, and MuJoCo's default, with steps of 3 ms and 10 ms in contacts of pi/50 s = 0.06 s:
+    # some 20 and 6 in a contact, which make eps depend on the phase; 64 phases show its range.
     for solref, step, gravity, scheme in itertools.product(
         ("-2500 -100", "0.02 1"), (0.003, 0.01), (0.0, EARTH), ("Euler", "implicitfast", "RK4")
     ):
         text = f"solref={solref}; solimp={_DEFAULT}; condim=1"
         yield Deck("mujoco", scheme, text, 3.0, 1.0, gravity, step, 0.06, 64)
+    # Friction (sliding mu, torsional and rolling as in MuJoCo's default), which in MuJoCo changes the normal force of
+    # pyramidal cones: all its options, at 1000 steps in a contact.
     solref, duration = _SOFT
     for gravity, cone, impratio, condim, mu in itertools.product(
         (0.0, EARTH), ("pyramidal", "elliptic"), (1, 10), (1, 3, 4), (0, 0.5, 1.5)
@@ -523,11 +610,15 @@ def mujoco_decks() -> Iterator[Deck]:
         yield Deck("mujoco", "Euler", text, 3.0, 1.0, gravity, duration / 1000, duration)
 
 
-FREQUENCY = 100.0  # rad/s: of the undamped contact
+FREQUENCY = 100.0  # rad/s: of the undamped contact; any, as eps is in scaled numbers
 
 
 def mujoco_written(formula: DampingFormula, parameter: float) -> Written:
-    """Return what a formula writes, with its mass of 1."""
+    """Return what a formula of MuJoCo writes, for the mass 1: k = w^2, w = `FREQUENCY`.
+
+    `parameter` is the damping ratio of "solref = timeconst …", or else kappa = c/w.
+    """
+    # solref is "timeconst dampratio", timeconst = 1/(w dampratio), or "-stiffness -damping" per mass.
     if formula.name.startswith("solref = timeconst"):
         solref = f"{1 / (FREQUENCY * parameter)!r} {parameter!r}"
     else:
@@ -538,6 +629,7 @@ def mujoco_written(formula: DampingFormula, parameter: float) -> Written:
 
 # --- REBOUND ----------------------------------------------------------------------------------------------------------
 
+# Any ball: REBOUND knows masses and radii only, and our callback takes beta from the damped ball.
 BALL = Sphere(radius=0.1, density=1000, young_modulus=1e7, poisson_ratio=0.3, dissipative_constant=0)
 
 
@@ -546,11 +638,19 @@ def rebound_epsilons(deck: Deck) -> Iterator[float]:
     rebound, named = package("rebound"), deck.named
     for _ in deck.starts:
         sim = rebound.Simulation()
+        # Without gravity the spheres fly straight; the time step, s, only says when their overlap is seen.
         sim.integrator, sim.gravity, sim.collision, sim.dt = "leapfrog", "none", "direct", 0.01
         for side in (-1, 1):
+            # 0.4 radii apart, 0.04 m: at 1 m/s they meet after 4 steps, and have parted after 100.
             sim.add(m=BALL.mass, r=BALL.radius, x=1.2 * side * BALL.radius, vx=-side * deck.speed / 2)
         if "kappa" in named:
-            _install_callback(sim, float(named["kappa"]))
+            # The callback of the generated Python module, without a compiled kernel. At the speed 1 kappa is beta.
+            pair = Pair(BALL, BALL)
+            setup = of_pair(pair.damped(float(pair.dissipative_constant(float(named["kappa"])))), 1.0)
+            with tempfile.TemporaryDirectory() as folder:
+                file = Path(folder) / "audit.py"
+                file.write_text(render("rebound-python", setup, "audit"), "utf-8")
+                runpy.run_path(str(file))["install"](sim)
         else:
             sim.collision_resolve = "hardsphere"
             sim.coefficient_of_restitution = lambda _, v: float(named["epsilon"])
@@ -561,16 +661,6 @@ def rebound_epsilons(deck: Deck) -> Iterator[float]:
 def rebound_written(formula: DampingFormula, parameter: float) -> Written:
     """Return what a formula writes; the program has no time steps in a contact."""
     return Written("continuous", f"{'kappa' if formula.parameter == 'kappa' else 'epsilon'}={parameter!r}", 1.0)
-
-
-def _install_callback(sim: Any, beta: float) -> None:
-    """Give a simulation the callback of the generated Python module, without a compiled kernel."""
-    pair = Pair(BALL, BALL)
-    setup = pair_setup(pair.damped(float(pair.dissipative_constant(beta))), 1.0)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "audit.py"
-        path.write_text(render("rebound-python", setup, "audit"), "utf-8")
-        runpy.run_path(str(path))["install"](sim)
 
 
 # --- YADE -------------------------------------------------------------------------------------------------------------
@@ -623,8 +713,8 @@ def yade_version() -> str:
 
 
 def yade_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase."""
-    told = {
+    """Yield the eps of each phase of a fall in YADE, which runs `_YADE_FALL` with the deck as JSON."""
+    deck_json = {
         **asdict(deck),
         "named": deck.named,
         "starts": list(deck.starts),
@@ -632,14 +722,18 @@ def yade_epsilons(deck: Deck) -> Iterator[float]:
         "lag": deck.lag,
         "steps": round(_PATIENCE * deck.contact_time / deck.time_step),
     }
-    files = {"fall.py": _YADE_FALL, "deck.json": json.dumps(told)}
+    files = {"fall.py": _YADE_FALL, "deck.json": json.dumps(deck_json)}
     printed = run_program(["yade", "-n", "-x", "fall.py"], files)
     for gap, velocity in re.findall(r"^rises (\S+) (\S+)$", printed, re.MULTILINE):
         yield float(deck.epsilon(float(gap), float(velocity)))
 
 
 def yade_decks() -> Iterator[Deck]:
-    """Yield the cases of YADE."""
+    """Yield the decks of YADE: each law at each speed with and without weight, and materials of ball and wall.
+
+    Mass and material are LAMMPS's, contacts take some 10 ms (tc = 0.01 s), and the step is a thousandth; 0.02 s is long
+    enough for all of them.
+    """
     laws = ("young=2.2e5; poisson=0.3; en=0.5", "young=2.2e5; poisson=0.3; betan=0.3", "tc=0.01; en=0.5")
     for text, gravity, speed in itertools.product(laws, (0.0, EARTH), SPEEDS):
         yield Deck("yade", "leapfrog", text, LAMMPS_MASS, speed, gravity, 1e-5, 0.02)
@@ -683,11 +777,15 @@ End SubModelPart
 
 
 def kratos_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase; each phase is a pair of equal spheres that fly against each other."""
+    """Yield the eps of each phase in Kratos; each phase is a pair of equal spheres that fly against each other.
+
+    The falls' height is the gap of a pair, the velocity their relative one, and the deck's mass their effective mass.
+    """
     kratos = package("KratosMultiphysics")
     stages = package("KratosMultiphysics.DEMApplication.DEM_analysis_stage")
     kratos.Logger.GetDefaultOutput().SetSeverity(kratos.Logger.Severity.WARNING)
     kratos.ParallelUtilities.SetNumThreads(1)
+    # Radius in m: pairs stand 4 m apart, so that they do not meet. A node for each sphere, below (-1) and above (1).
     named, radius, steps = deck.named, 0.5, round(_PATIENCE * deck.contact_time / deck.time_step)
     states = [(i, side, gap, speed) for i, (gap, speed) in enumerate(deck.starts) for side in (-1, 1)]
     lines = list(enumerate(states, 1))
@@ -698,6 +796,7 @@ def kratos_epsilons(deck: Deck) -> Iterator[float]:
         velocities="\n".join(f"{n} 0 {side * speed / 2!r}" for n, (_, side, _, speed) in lines),
         numbers="\n".join(str(n) for n, _ in lines),
     )
+    # Mass 2 m_eff. No friction.
     bulk = {
         "PARTICLE_DENSITY": 2 * deck.mass / (4 / 3 * math.pi * radius**3),
         "YOUNG_MODULUS": float(named["YOUNG_MODULUS"]),
@@ -716,6 +815,7 @@ def kratos_epsilons(deck: Deck) -> Iterator[float]:
         ],
         "material_assignation_table": [["SpheresPart.Balls", "ball"]],
     }
+    # Contacts are searched in each step, within a fifth of a radius; no output before the end.
     settings = {
         "problem_name": "fall",
         "GravityZ": 0.0,
@@ -752,6 +852,7 @@ def kratos_epsilons(deck: Deck) -> Iterator[float]:
 def kratos_decks() -> Iterator[Deck]:
     """Yield the cases of Kratos, with the time step of its own test of restitution."""
     laws, schemes = ("Hertz", "Linear"), ("Symplectic_Euler", "Forward_Euler", "Velocity_Verlet", "Taylor_Scheme")
+    # 1 kg, 1 m/s, no weight; the test's step of 3.26e-4 s is coarse for contacts of 10 to 20 ms: schemes differ.
     for law, scheme, e in itertools.product(laws, schemes, (0.5, 0.9)):
         text = f"law=DEM_D_{law}_viscous_Coulomb; YOUNG_MODULUS=1e6; POISSON_RATIO=0; COEFFICIENT_OF_RESTITUTION={e}"
         yield Deck("kratos", scheme, text, 1.0, 1.0, 0.0, 3.26e-4, 0.01)
@@ -761,9 +862,9 @@ def kratos_decks() -> Iterator[Deck]:
 
 
 def newton_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase; each phase is a sphere of its own in one model."""
+    """Yield the eps of each phase in Newton; each phase is a sphere of its own in one model."""
     newton = package("newton")
-    radius, named = 0.1, deck.named
+    radius, named = 0.1, deck.named  # m; spheres stand 1 m apart
     builder = newton.ModelBuilder(gravity=(0.0, 0.0, -deck.gravity))
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
 
@@ -777,29 +878,31 @@ def newton_epsilons(deck: Deck) -> Iterator[float]:
         body = builder.add_body(
             xform=((float(i), 0.0, radius + height), (0.0, 0.0, 0.0, 1.0)),
             mass=deck.mass,
-            inertia=np.eye(3, dtype=np.float32) * 0.4 * deck.mass * radius**2,
+            inertia=np.eye(3, dtype=np.float32) * 0.4 * deck.mass * radius**2,  # 2/5 m R^2 of a ball
         )
         builder.add_shape_sphere(body, radius=radius, cfg=shape("A"))
+        # Linear and angular velocity of the body that was added last.
         builder.joint_qd[-6:] = [0, 0, velocity, 0, 0, 0]
     builder.add_ground_plane(cfg=shape("B"))
     model = builder.finalize(device="cpu")
-    now, then = model.state(), model.state()
-    newton.eval_fk(model, model.joint_q, model.joint_qd, now)
+    state, next_state = model.state(), model.state()
+    newton.eval_fk(model, model.joint_q, model.joint_qd, state)
     solver = _NEWTON_SOLVERS[deck.scheme](newton.solvers, model, named)
     pipeline = newton.CollisionPipeline(model)
     contacts, control = pipeline.contacts(), model.control()
-    found = np.full(deck.phases, np.nan)
+    # eps of each sphere, nan until it has left the plane, and 0 in the end if it has not.
+    epsilons = np.full(deck.phases, np.nan)
     for _ in range(round(_PATIENCE * deck.contact_time / deck.time_step)):
-        now.clear_forces()
-        pipeline.collide(now, contacts)
-        solver.step(now, then, control, contacts, deck.time_step)
-        now, then = then, now
-        height, velocity = now.body_q.numpy()[:, 2] - radius, now.body_qd.numpy()[:, 2]
-        left = np.isnan(found) & (height > 0) & (velocity > deck.lag)
-        found[left] = deck.epsilon(height[left].astype(float), velocity[left].astype(float))
-        if not np.isnan(found).any():
+        state.clear_forces()
+        pipeline.collide(state, contacts)
+        solver.step(state, next_state, control, contacts, deck.time_step)
+        state, next_state = next_state, state
+        height, velocity = state.body_q.numpy()[:, 2] - radius, state.body_qd.numpy()[:, 2]
+        left = np.isnan(epsilons) & (height > 0) & (velocity > deck.lag)
+        epsilons[left] = deck.epsilon(height[left].astype(float), velocity[left].astype(float))
+        if not np.isnan(epsilons).any():
             break
-    yield from np.nan_to_num(found).tolist()
+    yield from np.nan_to_num(epsilons).tolist()
 
 
 _NEWTON_SOLVERS: Mapping[str, Callable[[Any, Any, Mapping[str, str]], Any]] = {
@@ -814,7 +917,9 @@ _NEWTON_SOLVERS: Mapping[str, Callable[[Any, Any, Mapping[str, str]], Any]] = {
 
 
 def newton_decks() -> Iterator[Deck]:
-    """Yield the cases of Newton."""
+    """Yield the decks of Newton: its three solvers, with the parameters that each one reads."""
+    # Springs: ke = 1e5 N/m makes contacts of pi sqrt(1/ke) = 0.01 s, kd = 1e3 and 378 kg/s strong and mild damping;
+    # 64 phases, because 10 steps in a contact (1e-3 s) make eps depend on the phase. Then a pair of shapes.
     for kd, step, gravity, speed in itertools.product(("1e3", "378"), (1e-4, 1e-3), (0.0, EARTH), (1.0, 0.3)):
         yield Deck("newton", "SolverSemiImplicit", f"ke=1e5; kd={kd}", 1.0, speed, gravity, step, 0.01, 64)
     shapes = "ke_A=5e4; ke_B=1.5e5; kd_A=500; kd_B=256"
@@ -822,12 +927,16 @@ def newton_decks() -> Iterator[Deck]:
         yield Deck("newton", "SolverSemiImplicit", shapes, 1.0, 1.0, gravity, 1e-4, 0.01, 64)
         text = "restitution_A=0.9; restitution_B=0.3; enable_restitution=True"
         yield Deck("newton", "SolverXPBD", text, 1.0, 1.0, gravity, 1e-3, 0.01, 16)
-        for own in ("True", "False"):
-            text = f"ke_A=7672; ke_B=2e4; kd_A=100; kd_B=40; mu_A=0.3; mu_B=0.5; use_mujoco_contacts={own}"
+        for mujoco_contacts in ("True", "False"):
+            text = f"ke_A=7672; ke_B=2e4; kd_A=100; kd_B=40; mu_A=0.3; mu_B=0.5; use_mujoco_contacts={mujoco_contacts}"
             yield Deck("newton", "SolverMuJoCo", text, 3.0, 1.0, gravity, 1e-4, 0.04, 16)
-    for on, speed, restitution in itertools.product(("True", "False"), (1.0, 0.1, 0.021, 0.019, 0.01), ("0.5", "0.9")):
-        text = f"restitution={restitution}; enable_restitution={on}"
+    # Impulses, down to speeds around 2 g h = 0.0196 m/s (h = 1e-3 s), SolverXPBD's threshold of a rebound.
+    for enabled, speed, restitution in itertools.product(
+        ("True", "False"), (1.0, 0.1, 0.021, 0.019, 0.01), ("0.5", "0.9")
+    ):
+        text = f"restitution={restitution}; enable_restitution={enabled}"
         yield Deck("newton", "SolverXPBD", text, 1.0, speed, EARTH, 1e-3, 0.01, 16)
+    # MuJoCo's soft constraints, with the stiffness of `_SOFT`, per mass, and two dampings.
     for contacts, gravity, numbers in itertools.product(
         ("True", "False"), (0.0, EARTH), ("ke=7672; kd=100; mu=1", "ke=7672; kd=40; mu=0.5")
     ):
@@ -839,7 +948,7 @@ def newton_decks() -> Iterator[Deck]:
 
 
 def drake_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase; both bodies have the deck's parameters."""
+    """Yield the eps of each phase of a fall in Drake; both bodies have the deck's parameters."""
     drake, named = package("pydrake.all"), deck.named
     for height, velocity in deck.starts:
         builder = drake.DiagramBuilder()
@@ -867,25 +976,32 @@ def drake_epsilons(deck: Deck) -> Iterator[float]:
         plant.SetPositions(context, [RADIUS + height])
         plant.SetVelocities(context, [velocity])
         if not deck.time_step:
+            # Continuous: far below the 1e-6 or so that measured and predicted eps are compared to.
             simulator.get_mutable_integrator().set_target_accuracy(1e-10)
         simulator.Initialize()
+        # Looked at after each step, or a hundred times in a contact: eps follows from any point of the flight.
         interval = deck.time_step or deck.contact_time / 100
-        found = 0.0
+        epsilon = 0.0
         for i in range(1, round(_PATIENCE * deck.contact_time / interval)):
             simulator.AdvanceTo(i * interval)
             z, v = float(plant.GetPositions(context)[0]) - RADIUS, float(plant.GetVelocities(context)[0])
             if z > 0 and v > deck.lag:
-                found = float(deck.epsilon(z, v))
+                epsilon = float(deck.epsilon(z, v))
                 break
-        yield found
+        yield epsilon
 
 
 def drake_decks() -> Iterator[Deck]:
-    """Yield the cases of Drake."""
-    form = "; ".join(
+    """Yield the decks of Drake: continuous contact, its four discrete approximations, and two materials.
+
+    Point stiffnesses of 4e4 N/m each, 2e4 together, and 2 kg make contacts of pi sqrt(2/2e4) = 0.031 s, 0.035 s with
+    damping. Dissipations, s/m, are of the size of 1/speed; steps are a thirtieth and a 300th of the contact.
+    """
+    template = "; ".join(
         f"{name}_{side}={{}}" for name in ("point_stiffness", "dissipation", "relaxation_time") for side in "AB"
     )
-    sided = form.format("4e4", "4e4", 1, 1, 0, 0), form.format("3e4", "6e4", 3, 0, 0, 0)
+    # Equal bodies, and two different ones.
+    sided = template.format("4e4", "4e4", 1, 1, 0, 0), template.format("3e4", "6e4", 3, 0, 0, 0)
     for text, speed, gravity in itertools.product(sided, SPEEDS, (0.0, EARTH)):
         yield Deck("drake", "continuous", text, 2.0, speed, gravity, 0.0, 0.035, 1)
     for scheme, step, speed, gravity in itertools.product(
@@ -893,10 +1009,10 @@ def drake_decks() -> Iterator[Deck]:
     ):
         yield Deck("drake", scheme, sided[0], 2.0, speed, gravity, step, 0.035)
     for relaxation, step, speed, gravity in itertools.product(("0.0025", "0.1"), (1e-3, 1e-4), SPEEDS, (0.0, EARTH)):
-        text = form.format("4e4", "4e4", 1, 1, relaxation, relaxation)
+        text = template.format("4e4", "4e4", 1, 1, relaxation, relaxation)
         yield Deck("drake", "sap", text, 2.0, speed, gravity, step, 0.035)
     # Two materials in time steps.
-    two = form.format("3e4", "6e4", 2, "0.5", "0.002", "0.003")
+    two = template.format("3e4", "6e4", 2, "0.5", "0.002", "0.003")
     for scheme, gravity in itertools.product(("lagged", "similar", "tamsi", "sap"), (0.0, EARTH)):
         yield Deck("drake", scheme, two, 2.0, 1.0, gravity, 1e-3, 0.035)
 
@@ -916,7 +1032,7 @@ _OPENSIM_BODY = """
 
 
 def opensim_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps."""
+    """Yield the eps of a fall in OpenSim, of a sphere on a half space, by its Hunt-Crossley force."""
     opensim, named, radius = package("opensim"), deck.named, float(deck.named["radius"])
     opensim.Logger.setLevelString("Off")
     zero, upright = opensim.Vec3(0), opensim.Vec3(0, 0, math.pi / 2)
@@ -927,10 +1043,10 @@ def opensim_epsilons(deck: Deck) -> Iterator[float]:
         joint = opensim.SliderJoint("slider", model.getGround(), zero, upright, ball, zero, upright)
         floor = opensim.ContactHalfSpace(zero, opensim.Vec3(0, 0, -math.pi / 2), model.getGround(), "floor")
         bodies = (("A", "sphere"), ("B", "floor"))
-        parts = (_OPENSIM_BODY.format(body, named[f"stiffness_{x}"], named[f"dissipation_{x}"]) for x, body in bodies)
+        xml = (_OPENSIM_BODY.format(body, named[f"stiffness_{x}"], named[f"dissipation_{x}"]) for x, body in bodies)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "force.osim"
-            file.write_text(_OPENSIM_FORCE.format("".join(parts)), encoding="utf-8")
+            file.write_text(_OPENSIM_FORCE.format("".join(xml)), encoding="utf-8")
             force = opensim.HuntCrossleyForce.safeDownCast(opensim.OpenSimObject.makeObjectFromFile(str(file)))
         model.addBody(ball)
         model.addJoint(joint)
@@ -942,20 +1058,24 @@ def opensim_epsilons(deck: Deck) -> Iterator[float]:
         place.setValue(state, radius + height)
         place.setSpeedValue(state, velocity)
         manager = opensim.Manager(model)
-        manager.setIntegratorAccuracy(1e-9)
+        manager.setIntegratorAccuracy(1e-9)  # far below the 1e-6 or so that measured and predicted eps are compared to
         manager.initialize(state)
-        found = 0.0
+        epsilon = 0.0
+        # Looked at twenty times in a contact: eps follows from any point of the flight.
         for i in range(1, 20 * _PATIENCE):
             state = manager.integrate(i * deck.contact_time / 20)
             z, v = float(place.getValue(state)) - radius, float(place.getSpeedValue(state))
             if z > 0 and v > 0:
-                found = float(deck.epsilon(z, v))
+                epsilon = float(deck.epsilon(z, v))
                 break
-        yield found
+        yield epsilon
 
 
 def opensim_decks() -> Iterator[Deck]:
-    """Yield the cases of OpenSim."""
+    """Yield the decks of OpenSim: equal bodies and two different ones, at each speed, with and without weight.
+
+    Stiffnesses are in Pa, dissipations in s/m; with 2 kg and a radius of 0.1 m contacts take 0.03 v^(-1/5) s.
+    """
     for (k_a, k_b, c_a, c_b), speed, gravity in itertools.product(
         (("1e6", "1e6", 1, 1), ("1e6", "4e6", 0.5, 2)), SPEEDS, (0.0, EARTH)
     ):
@@ -1015,7 +1135,7 @@ PROGRAMS = {
 
 @dataclass(frozen=True)
 class Fall(Deck):
-    """Result of a deck: the program's version, and eps over the phases."""
+    """Result of a deck: the program's version, and mean, least and largest eps over the phases."""
 
     version: str = ""
     mean: float = 0.0
@@ -1024,20 +1144,21 @@ class Fall(Deck):
 
 
 def fall(deck: Deck, version: str) -> Fall:
-    """Run a deck."""
-    found = list(PROGRAMS[deck.program].epsilons(deck))
-    mean, least, largest = (round(value, 9) for value in (sum(found) / len(found), min(found), max(found)))
+    """Return the result of a deck, run in its program; the program's `version` is stored with it."""
+    epsilons = list(PROGRAMS[deck.program].epsilons(deck))
+    # Nine decimals: more than runs on different machines have in common.
+    mean, least, largest = (round(value, 9) for value in (sum(epsilons) / len(epsilons), min(epsilons), max(epsilons)))
     return Fall(**asdict(deck), version=version, mean=mean, least=least, largest=largest)
 
 
 # --- the audit --------------------------------------------------------------------------------------------------------
 
-REQUESTED = ("0.9", "0.5", "0.3")
+REQUESTED = ("0.9", "0.5", "0.3")  # eps asked for: weak, mild and strong damping
 TIME_STEPS = {0.1: 2, 0.02: 2, 0.001: 1}
-"""In contact times, with the number of phases."""
+"""Time steps in contact times, with the number of phases: 10 and 50 steps in a contact as users take, and fine ones."""
 WANTED = "0.5"
 INSTEAD = {0.001: 1, 0.02: 8}
-"""Time steps and numbers of phases that test the value to set instead."""
+"""Time steps and numbers of phases that test the value to set instead: it holds for the mean over phases."""
 
 
 @dataclass(frozen=True)
@@ -1054,11 +1175,15 @@ class Case:
 
 
 def case(program: str, formula: DampingFormula, asked: str, time_step: float, phases: int) -> Case:
-    """Return a case with the parameter from the program's own formula."""
+    """Return a case with the parameter that the program's own formula makes of an asked eps.
+
+    `time_step` is in contact times of undamped contact.
+    """
     write = PROGRAMS[program].written
     assert write is not None
-    with mp.workdps(20):
-        written = write(formula, float(formula.usual_parameter(mp.mpf(asked))))
+    with mp.workdps(20):  # digits; the parameter becomes a double of 16
+        written = write(formula, float(formula.written(mp.mpf(asked))))
+    # Scaled contact time times the unit of time, for mass and speed 1.
     duration = formula.law.contact_time * formula.law.time_scale(1.0, k=written.k, mass=1.0)
     words = program, written.scheme, written.parameters
     return Case(formula, asked, time_step, Deck(*words, 1.0, 1.0, 0.0, time_step * duration, duration, phases))
@@ -1071,6 +1196,7 @@ def cases(program: str) -> Iterator[Case]:
     """
     simulator = simulator_of(program)
     formulas = [formula for formula in simulator.formulas if formula.name not in PROGRAMS[program].newer]
+    # Programs without time steps (no scheme) run the last of the steps only.
     for formula in formulas:
         for asked in REQUESTED:
             for step, phases in [*TIME_STEPS.items()][0 if formula.scheme else -1 :]:
@@ -1085,16 +1211,19 @@ def cases(program: str) -> Iterator[Case]:
 
 
 def asked_for(formula: DampingFormula, number: float) -> float | None:
-    """Return the eps from 0.001 to 1 whose parameter is a number, or None."""
-    with mp.workdps(20):
+    """Return the eps from 0.001 to 1 for which a formula writes a parameter of this value, or None.
+
+    So a program that takes an eps can be given any parameter.
+    """
+    with mp.workdps(20):  # digits, more than a double's 16
         low, high = mp.mpf("0.001"), mp.mpf(1)
         at_low, at_high = formula.usual_parameter(low), formula.usual_parameter(high)
         if not min(at_low, at_high) <= number <= max(at_low, at_high):
             return None
-        for _ in range(40):
+        for _ in range(40):  # halvings: 2^-40 = 1e-12, the decimals of a stored eps
             middle = (low + high) / 2
-            before = (formula.usual_parameter(middle) < number) == (at_low < at_high)
-            low, high = (middle, high) if before else (low, middle)
+            below = (formula.written(middle) < number) == (at_low < at_high)  # whether eps is larger than middle
+            low, high = (middle, high) if below else (low, middle)
         return float(high)
 
 
@@ -1127,14 +1256,14 @@ class Measurement:
     epsilon: float
 
     @property
-    def of(self) -> DampingFormula:
-        """The formula."""
+    def damping_formula(self) -> DampingFormula:
+        """The program's formula that made the damping."""
         return simulator_of(self.program).formula(self.formula)
 
     @property
     def predicted(self) -> float:
         """Eps by the map of the program's steps, at this step and phase."""
-        formula = self.of
+        formula = self.damping_formula
         if formula.scheme is None:
             return float(formula.contact_epsilon(formula.damping(self.asked)))
         contact = Contact.of_law(formula.law, float(formula.damping(self.asked)))
@@ -1142,29 +1271,30 @@ class Measurement:
         return contact.collide(step=step, scheme=formula.scheme, phases=[self.phase]).epsilon
 
 
-def measured(some: Iterable[Case]) -> Iterator[Measurement]:
+def measure(audit_cases: Iterable[Case]) -> Iterator[Measurement]:
     """Yield the collisions of cases; raise RuntimeError if the program is not installed."""
-    for each in some:
-        deck = each.deck
-        program, named = PROGRAMS[deck.program], (deck.program, each.formula.name)
+    for audit_case in audit_cases:
+        deck = audit_case.deck
+        program, names = PROGRAMS[deck.program], (deck.program, audit_case.formula.name)
         version = program.version()
         for i, epsilon in enumerate(program.epsilons(deck)):
-            phase = (i + 0.5) / deck.phases
-            yield Measurement(*named, version, each.asked, each.time_step, phase, round(epsilon, 12))
+            phase = (i + 0.5) / deck.phases  # as in `Deck.starts`
+            # Twelve decimals: rounding of programs differs from machine to machine after them.
+            yield Measurement(*names, version, audit_case.asked, audit_case.time_step, phase, round(epsilon, 12))
 
 
 def finest(program: str, formula: str, asked: str) -> Measurement | None:
     """Return what was measured with the shortest time step, or None."""
-    found = (each for each in measurements() if (each.program, each.formula, each.asked) == (program, formula, asked))
-    return min(found, key=lambda each: each.time_step, default=None)
+    runs = (m for m in measurements() if (m.program, m.formula, m.asked) == (program, formula, asked))
+    return min(runs, key=lambda m: m.time_step, default=None)
 
 
-def differences(some: Iterable[Measurement]) -> Iterator[tuple[str, str, float]]:
-    """Yield program, formula and the largest |measured - predicted|."""
+def differences(runs: Iterable[Measurement]) -> Iterator[tuple[str, str, float]]:
+    """Yield program, formula and the largest |measured - predicted| eps of its runs."""
     worst: dict[tuple[str, str], float] = {}
-    for each in some:
-        key = each.program, each.formula
-        worst[key] = max(worst.get(key, 0.0), abs(each.epsilon - each.predicted))
+    for m in runs:
+        key = m.program, m.formula
+        worst[key] = max(worst.get(key, 0.0), abs(m.epsilon - m.predicted))
     yield from ((*key, value) for key, value in worst.items())
 
 
@@ -1172,12 +1302,12 @@ def differences(some: Iterable[Measurement]) -> Iterator[tuple[str, str, float]]
 
 
 def path(kind: type[Any]) -> Path:
-    """Return the data file of the falls or of the audit."""
+    """Return the data file of a kind of rows, `Fall` or `Measurement`."""
     return Path(viscopade_lab.__file__).parent / "data" / {Fall: "decks.csv", Measurement: "audit.csv"}[kind]
 
 
 def stored(kind: type[Any]) -> tuple[Any, ...]:
-    """Return the rows of a data file."""
+    """Return the rows of the data file of a kind, `Fall` or `Measurement`."""
     kinds = {field.name: {"str": str, "float": float, "int": int}[str(field.type)] for field in fields(kind)}
     with path(kind).open(encoding="utf-8") as stream:
         return tuple(kind(**{name: kinds[name](text) for name, text in row.items()}) for row in csv.DictReader(stream))
@@ -1195,28 +1325,31 @@ def measurements() -> tuple[Measurement, ...]:
     return stored(Measurement)
 
 
-def csv_text(found: Sequence[Any]) -> str:
-    """Return the text of a data file with these rows."""
+def csv_text(rows: Sequence[Any]) -> str:
+    """Return the text of a data file with these rows, all of one kind and at least one."""
     stream = io.StringIO()
-    table = csv.DictWriter(stream, [field.name for field in fields(found[0])], lineterminator="\n")
+    table = csv.DictWriter(stream, [field.name for field in fields(rows[0])], lineterminator="\n")
     table.writeheader()
-    table.writerows(asdict(each) for each in found)
+    table.writerows(asdict(row) for row in rows)
     return stream.getvalue()
 
 
 def run(kind: type[Any], programs: Iterable[str]) -> list[Any]:
-    """Return the falls, or the collisions of the audit, in programs; a line says which are not installed."""
-    found: list[Any] = []
+    """Return the falls, or the collisions of the audit, in programs; a line says which are not installed.
+
+    `kind` is `Fall` or `Measurement`, and what is returned is a list of it.
+    """
+    rows: list[Any] = []
     for name in programs:
         program = PROGRAMS[name]
         try:
             if kind is Fall and program.falls:
-                found += [fall(deck, program.version()) for deck in program.falls()]
+                rows += [fall(deck, program.version()) for deck in program.falls()]
             elif kind is Measurement and program.written:
-                found += list(measured(cases(name)))
+                rows += list(measure(cases(name)))
         except RuntimeError as error:
             click.echo(f"{name} is not run: {error}", err=True)
-    return found
+    return rows
 
 
 @click.command()
@@ -1226,16 +1359,17 @@ def run(kind: type[Any], programs: Iterable[str]) -> list[Any]:
 def main(programs: tuple[str, ...], fall_down: bool, write: bool) -> None:
     """Run collisions in programs: those of the audit with the largest differences to predicted eps, or falls."""
     kind = Fall if fall_down else Measurement
-    found = run(kind, programs or PROGRAMS)
-    if fall_down and found:
-        click.echo(csv_text(found), nl=False)
-    elif found:
-        for name, formula, difference in differences(found):
-            click.echo(f"{name:10} {formula:50} {difference:.1e}")
-    if write and found:
-        anew = {each.program for each in found}
-        kept = [each for each in stored(kind) if each.program not in anew]
-        path(kind).write_text(csv_text(sorted(kept + found, key=lambda each: each.program)), encoding="utf-8")
+    rows = run(kind, programs or PROGRAMS)
+    if fall_down and rows:
+        click.echo(csv_text(rows), nl=False)
+    elif rows:
+        for name, formula, difference in differences(rows):
+            click.echo(f"{name:10} {formula:50} {difference:.1e}")  # columns as wide as the longest names
+    if write and rows:
+        # Rows of programs that were run replace their old ones; the file is sorted by program.
+        run_now = {row.program for row in rows}
+        others = [row for row in stored(kind) if row.program not in run_now]
+        path(kind).write_text(csv_text(sorted(others + rows, key=lambda row: row.program)), encoding="utf-8")
 
 
 if __name__ == "__main__":

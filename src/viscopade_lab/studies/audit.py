@@ -154,8 +154,8 @@ def _steps(law: Law, name: str, words: str, scheme: Scheme = SEMI_IMPLICIT) -> l
     """
     kappa, epsilon = float(wanted_kappa(law, WANTED)), float(WANTED)
     stepped = stepped_collision(law, kappa, STEP, scheme)
-    # A formula whose parameter is kappa itself, from 0 to more than anybody uses: for it `advised` returns the slope s of
-    # eps over the step, and the largest step that keeps `ERROR`.
+    # A formula whose parameter is kappa itself, from 0 to more than anybody uses: for it `advised` returns the slope of
+    # eps over the step, s, and the largest step that keeps `ERROR`.
     formula = DampingFormula(name, law, "kappa", mp.mpf, ("0", "1e6"), "exact", "", scheme=scheme)
     advice = advised(formula, kappa, epsilon, ERROR)
     assert advice is not None

@@ -56,8 +56,8 @@ FUNCTIONS = tuple(speed_table.MEANINGS)
 class Errors(NamedTuple):
     """The largest error of a function over a range of arguments, its place, and a count of large errors.
 
-    `largest` and `bound` are in ulp (doubles) or in units of the proven bound (floats). `largest` occurs at `argument`, a
-    v* or a speed with beta = 1. `noted` of `total` errors are above half an ulp (doubles) or beyond the bound (floats).
+    `largest` and `bound` are in ulp (doubles) or in units of the proven bound (floats); `largest` occurs at `argument`,
+    a v* or a speed with beta = 1. `noted` of `total` errors are above half an ulp (doubles), or the bound (floats).
     """
 
     function: str
