@@ -79,7 +79,7 @@ Expansion = PowerExpansion | LogExpansion
 # --- v* -> 0 ----------------------------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # more orders and digits than one session asks for
 def elastic(order: int, digits: int) -> dict[str, PowerExpansion]:
     """Return "one_minus_epsilon", "x_max" and "tau_c" for v* -> 0, to v*^(2 order), order >= 3.
 
@@ -113,7 +113,7 @@ def elastic(order: int, digits: int) -> dict[str, PowerExpansion]:
         return {name: _expansion(series) for name, series in in_v_star.items()}
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # more orders and digits than one session asks for
 def elastic_in_closed_form(digits: int) -> dict[str, PowerExpansion]:
     """Return the first terms of `elastic`, up to relative order v*^3, in closed form by the Gamma function.
 
@@ -207,7 +207,7 @@ def _at_series(coefficients: list[arb], value: arb_series) -> arb_series:
     return result
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # more orders and digits than one session asks for
 def turning_point_series(order: int, digits: int) -> tuple[list[arb], list[arb]]:
     """Return G_0 … G_order, coefficients of the scaled speed V(K) at r = 0, and D_0 … D_order, of the time of loading.
 
@@ -253,7 +253,7 @@ def _ball(number: fmpq) -> arb:
 # --- v* -> infinity ---------------------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # more orders and digits than one session asks for
 def viscous(order: int, digits: int) -> dict[str, LogExpansion]:
     """Return "epsilon", "x_max" and "tau_c" for v* -> infinity, to W^-order relative to the first term.
 
@@ -297,7 +297,7 @@ class NearTurningPoint:
     """R_n, n from 0, as polynomials in sigma by the power of ln J."""
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # more orders and digits than one session asks for
 def near_turning_point(order: int) -> NearTurningPoint:
     """Return the expansions near the turning point, to z^-order (derivations/14_expansions.py)."""
     q: list[_Laurent] = [{}]
@@ -378,7 +378,7 @@ def _time_from_rate(right: list[fmpq_poly]) -> list[fmpq_poly]:
     power of l more than `right` for i = 0, where k R_0k = right_0(k-1).
     """
     degree = max(p.degree() for p in right)
-    table = [[fmpq(0)] * (degree + 1) for _ in range(len(right) + 1)]
+    table = [[fmpq(0)] * (degree + 1) for _ in range(len(right) + 1)]  # table[k][i]: coefficient of sigma^i l^k
     for i in range(degree + 1):
         for k in range(len(right), -1, -1):
             if i:
@@ -392,7 +392,7 @@ def _time_from_rate(right: list[fmpq_poly]) -> list[fmpq_poly]:
 # --- the way in -------------------------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # more orders and digits than one session asks for
 def way_in(order: int, digits: int) -> tuple[_Polynomials, _Polynomials]:
     """Return the constant of the motion and the time at the start of a collision, z = 0, as polynomials in ln C.
 
@@ -400,7 +400,7 @@ def way_in(order: int, digits: int) -> tuple[_Polynomials, _Polynomials]:
     with x = 1 - z/C, x^(n-1) mu_n and x^(n-1) v_n are polynomials in ln(C x) whose coefficients are power series in
     x. They converge for |x| < sqrt(3), beyond the start, x = 1. `digits` are the significant digits of the results.
     """
-    near = near_turning_point(order + 1)
+    near = near_turning_point(order + 1)  # mu_1 … mu_(order+1)
     bits = bits_for(digits) + GUARD_BITS + _BITS_PER_ORDER * order
     length = int(bits / _VISCOUS_GROWTH)  # terms of the series in x: the last ones are 2^-bits at x = 1
     with working(bits, length):

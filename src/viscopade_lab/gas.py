@@ -164,7 +164,7 @@ def waves(first: Indices, second: Indices, particles: int) -> Iterator[Indices]:
         waiting = waiting[~independent]
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # more numbers of nodes than one session asks for
 def _rule(nodes: int) -> tuple[FloatArray, FloatArray]:
     """Return v/sqrt(T) = 2 sqrt(u) at the nodes and the weights of an average over u e^(-u), u = v^2/(4 T).
 

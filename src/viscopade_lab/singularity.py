@@ -75,7 +75,7 @@ def _context(digits: int = CARRIED_DIGITS) -> Any:
 # --- from the equation of motion --------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # more orders and digits than one session asks for
 def from_flow(digits: int = 30) -> Singularity:
     """Return the singularity from the creeping orbit, to about `digits` digits, 10 to 40."""
     # 15 digits more than those of the result: 10 of the Taylor steps' order, and 5 for rounding.
@@ -175,7 +175,7 @@ def _polynomial(coefficients: Sequence[acb], x: acb) -> acb:
 # --- from the coefficients --------------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # more orders and digits than one session asks for
 def from_coefficients(order: int = SERIES_ORDER) -> Singularity:
     """Return the singularity from h_0 … h_order alone, order 60 to 1000; 5 digits come from order 120.
 

@@ -111,7 +111,7 @@ def _instants(gap: FloatArray, speed: FloatArray, step: float) -> FloatArray:
 def lammps_bounces() -> FloatArray:
     """Return the instants (s) at which a ball that falls from 0.5 m touches the plane in LAMMPS, viscoelastic.
 
-    The time step is a part of about the first contact's time, as in `collisions`.
+    The time step is a part of about the first contact's time, as in `collisions`; sqrt(2 g h) is the impact speed.
     """
     duration = 3 * (MASS / (STIFFNESS * math.sqrt(RADIUS))) ** 0.4 * math.sqrt(2 * GRAVITY * _HEIGHT) ** -0.2
     step = duration / _BOUNCE_STEPS
@@ -167,7 +167,7 @@ def example(name: str) -> str:
     epsilon, duration = collisions().interpolated(speed)
     epsilon = epsilon + 0.01 * random.standard_normal(12)
     duration = duration * (1 + 0.02 * random.standard_normal(12))
-    rows = zip(speed.tolist(), epsilon.tolist(), duration.tolist(), strict=True)
+    rows = zip(speed.tolist(), epsilon.tolist(), duration.tolist(), strict=True)  # printed in cm/s and us
     lines = [f"{100 * v:.4g},{e:.3f},0.01,{1e6 * t:.4g}" for v, e, t in rows]
     return "\n".join([EXAMPLES[name], "speed (cm/s),epsilon,sigma_epsilon,contact_time (us)", *lines, ""])
 

@@ -314,7 +314,7 @@ def lammps_falls(
 
 
 def lammps_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase of a fall in LAMMPS."""
+    """Yield the eps of each phase of the deck's fall in LAMMPS."""
     run, named = round(_PATIENCE * deck.contact_time / deck.time_step), deck.named  # number of steps
     words = ["damping", named["damping"], *(["limit_damping"] if named["limit_damping"] == "yes" else [])]
     contact = " ".join([named["normal"], named["coefficients"], FRICTIONLESS, *words])
@@ -471,7 +471,7 @@ def liggghts(script: str, **files: str) -> float:
 
 
 def liggghts_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase of a fall in LIGGGHTS."""
+    """Yield the eps of each phase of the deck's fall in LIGGGHTS."""
     # kn and gamman must be set, though only hertz/stiffness uses them. The box is +-0.1 m: ten times a ball's radius.
     run, named = round(_PATIENCE * deck.contact_time / deck.time_step), {"kn": "1", "gamman": "0", **deck.named}
     numbers = {"radius": RADIUS, "mass": deck.mass, "box": 0.1, "step": deck.time_step}
@@ -555,7 +555,7 @@ def mujoco_model(**options: Any) -> tuple[Any, Any]:
 
 
 def mujoco_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase of a fall in MuJoCo."""
+    """Yield the eps of each phase of the deck's fall in MuJoCo."""
     mujoco = package("mujoco")
     for height, velocity in deck.starts:
         model, data = mujoco_model(
@@ -567,7 +567,7 @@ def mujoco_epsilons(deck: Deck) -> Iterator[float]:
             **deck.named,
         )
         data.qpos[2], data.qvel[2] = RADIUS + height, velocity  # z of the free joint
-        # Until the ball rises above the plane, or its time is up.
+        # Until the ball rises above the plane, or its time is up; then eps is 0.
         while data.time < _PATIENCE * deck.contact_time and (data.qvel[2] <= 0 or data.qpos[2] <= RADIUS):
             mujoco.mj_step(model, data)
         left = data.qvel[2] > 0 and data.qpos[2] > RADIUS
@@ -590,7 +590,7 @@ def mujoco_decks() -> Iterator[Deck]:
     ):
         text = f"solref={solref}; solimp={FLAT}; condim=1"
         yield Deck("mujoco", scheme, text, 3.0, speed, gravity, duration / 2000, duration)
-    # A `solref` that users write, and MuJoCo's default, with steps of 3 ms and 10 ms in contacts of pi/50 s = 0.06 s:
+    # Then a `solref` that users write, and MuJoCo's default, with steps of 3 and 10 ms in contacts of pi/50 s = 60 ms:
     # some 20 and 6 in a contact, which make eps depend on the phase; 64 phases show its range.
     for solref, step, gravity, scheme in itertools.product(
         ("-2500 -100", "0.02 1"), (0.003, 0.01), (0.0, EARTH), ("Euler", "implicitfast", "RK4")
@@ -598,7 +598,8 @@ def mujoco_decks() -> Iterator[Deck]:
         text = f"solref={solref}; solimp={_DEFAULT}; condim=1"
         yield Deck("mujoco", scheme, text, 3.0, 1.0, gravity, step, 0.06, 64)
     # Friction (sliding mu, torsional and rolling as in MuJoCo's default), which in MuJoCo changes the normal force of
-    # pyramidal cones: all its options, at 1000 steps in a contact.
+    # pyramidal cones: condim 1 (none), 3 (sliding), 4 (torsional), impratio 1 (default) and 10, mu from 0 to more
+    # than 1, at 1000 steps in a contact.
     solref, duration = _SOFT
     for gravity, cone, impratio, condim, mu in itertools.product(
         (0.0, EARTH), ("pyramidal", "elliptic"), (1, 10), (1, 3, 4), (0, 0.5, 1.5)
@@ -917,9 +918,13 @@ _NEWTON_SOLVERS: Mapping[str, Callable[[Any, Any, Mapping[str, str]], Any]] = {
 
 
 def newton_decks() -> Iterator[Deck]:
-    """Yield the decks of Newton: its three solvers, with the parameters that each one reads."""
-    # Springs: ke = 1e5 N/m makes contacts of pi sqrt(1/ke) = 0.01 s, kd = 1e3 and 378 kg/s strong and mild damping;
-    # 64 phases, because 10 steps in a contact (1e-3 s) make eps depend on the phase. Then a pair of shapes.
+    """Yield the decks of Newton: its three solvers, with the parameters that each one reads.
+
+    Numbers of a deck: mass (kg), speed (m/s), gravity (m/s^2), time step (s), contact time (s), phases. A contact of
+    10 ms has 100 or 10 steps (1e-4 and 1e-3 s), one of MuJoCo's constraints, with `_SOFT`'s stiffness, takes 40 ms.
+    """
+    # Springs: ke = 1e5 N/m makes contacts of pi sqrt(1/ke) = 10 ms; kd = 1e3 kg/s is strong damping, 378 milder one. 64
+    # phases, because with 10 steps in a contact eps depends on the phase. Then a pair of shapes.
     for kd, step, gravity, speed in itertools.product(("1e3", "378"), (1e-4, 1e-3), (0.0, EARTH), (1.0, 0.3)):
         yield Deck("newton", "SolverSemiImplicit", f"ke=1e5; kd={kd}", 1.0, speed, gravity, step, 0.01, 64)
     shapes = "ke_A=5e4; ke_B=1.5e5; kd_A=500; kd_B=256"
@@ -948,7 +953,7 @@ def newton_decks() -> Iterator[Deck]:
 
 
 def drake_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase of a fall in Drake; both bodies have the deck's parameters."""
+    """Yield the eps of each phase of the deck's fall in Drake; ball (A) and ground (B) have the deck's parameters."""
     drake, named = package("pydrake.all"), deck.named
     for height, velocity in deck.starts:
         builder = drake.DiagramBuilder()
@@ -1080,6 +1085,7 @@ def opensim_decks() -> Iterator[Deck]:
         (("1e6", "1e6", 1, 1), ("1e6", "4e6", 0.5, 2)), SPEEDS, (0.0, EARTH)
     ):
         text = f"stiffness_A={k_a}; stiffness_B={k_b}; dissipation_A={c_a}; dissipation_B={c_b}; radius=0.1"
+        # 2 kg, no time step, one phase.
         yield Deck("simbody", "continuous", text, 2.0, speed, gravity, 0.0, round(0.03 * speed**-0.2, 4), 1)
 
 
@@ -1290,7 +1296,7 @@ def finest(program: str, formula: str, asked: str) -> Measurement | None:
 
 
 def differences(runs: Iterable[Measurement]) -> Iterator[tuple[str, str, float]]:
-    """Yield program, formula and the largest |measured - predicted| eps of its runs."""
+    """Yield program, formula and the largest |measured - predicted| eps of its runs, for each formula among `runs`."""
     worst: dict[tuple[str, str], float] = {}
     for m in runs:
         key = m.program, m.formula
