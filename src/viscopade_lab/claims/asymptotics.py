@@ -2,6 +2,7 @@
 
 Each function below `@claim(name, place in the paper, statement)` returns `Evidence`: the verdict, a summary, its
 numbers, and "proven" or "sampled". `verdict(holds, limited)` is "holds", "holds with a limit" or "does not hold".
+Summaries print bounds: `at_most(x, n)` is x rounded up to n digits as text, `at_least` rounded down, `percent` to two.
 The local slope is d ln eps/d ln v*.
 """
 

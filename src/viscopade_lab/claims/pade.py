@@ -2,6 +2,7 @@
 
 Each function below `@claim(name, place in the paper, statement)` returns `Evidence`: the verdict, a summary, its
 numbers, and "proven" or "sampled". `verdict(holds, limited)` is "holds", "holds with a limit" or "does not hold".
+Summaries print bounds: `at_most(x, n)` is x rounded up to n digits as text, `at_least` rounded down, `percent` to two.
 
 `errors(m, n)` has three arrays over the v* of `curve()`, 0.01 to 1000: `epsilon`, |[m/n]/eps - 1|; `loss`, the
 relative error of 1 - eps; `absolute`, |[m/n] - eps|. `largest(error, V)` is the largest of them up to V,

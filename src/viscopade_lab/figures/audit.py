@@ -171,6 +171,7 @@ def _over_speed() -> Sheet:
     """
     sheet, (top, bottom) = new_sheet(6.2, (1.2, 1))  # height in inches, ratio of heights: chosen by eye
     label_axes(top, "impact speed (m/s)", EPSILON, (0.01, 10), (0, 1), "x")
+    # Relative differences from -1, eps = 0, to 1, twice the viscoelastic eps.
     label_axes(bottom, "impact speed (m/s)", "relative difference", (0.01, 10), (-1, 1), "x")
     exact = restitution(SPEEDS, float(beta_from_restitution(1.0, CHOSEN)))
     # The viscoelastic law is broad (3.4 points) and pale, so that curves on top of it stay visible.

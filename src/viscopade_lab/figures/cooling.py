@@ -56,6 +56,7 @@ def constant_restitution() -> gas.RestitutionFunction:
 
 def pade_restitution(m: int, n: int) -> gas.RestitutionFunction:
     """Return Padé's [m/n] of ice as a function of speeds in cm/s."""
+    # a_0 … a_m and b_0 … b_n from decimals of 18 digits.
     a, b = (np.array([float(c) for c in side]) for side in pade(m, n, DIGITS).decimals())
 
     def restitution(speed: FloatArray) -> FloatArray:

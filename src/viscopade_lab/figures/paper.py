@@ -328,6 +328,7 @@ def _materials() -> Sheet:
     ends = 1e-4, 10.0
     label_axes(axes, "impact speed (m/s)", EPSILON, ends, (0, 1.06), "x")  # 1.06: a margin above the broad curve at 1
     speeds = np.geomspace(*ends, 401)  # 80 to a decade: curves look smooth
+    # The series is cut off at k_c = 20, as in the paper's text, and drawn to just beyond the frame: -0.1 … 1.1.
     for name, (epsilon, speed, place) in MATERIALS.items():
         v_star = float(double.v_star_from(epsilon)) * (speeds / speed) ** 0.1  # v* ~ v^(1/10)
         draw_curve(axes, "exact", speeds, double.epsilon(v_star), gid=f"exact-{name}")

@@ -605,7 +605,7 @@ def mujoco_decks() -> Iterator[Deck]:
         (0.0, EARTH), ("pyramidal", "elliptic"), (1, 10), (1, 3, 4), (0, 0.5, 1.5)
     ):
         if (condim == 1 or cone == "elliptic") and (impratio, mu) != (10, 1.5):
-            continue  # friction has no effect
+            continue  # friction has no effect: one combination of both is enough
         friction = f"condim={condim}; friction={mu} 0.005 0.0001; cone={cone}; impratio={impratio}"
         text = f"solref={solref}; solimp={FLAT}; {friction}"
         yield Deck("mujoco", "Euler", text, 3.0, 1.0, gravity, duration / 1000, duration)
@@ -1037,14 +1037,16 @@ _OPENSIM_BODY = """
 
 
 def opensim_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of a fall in OpenSim, of a sphere on a half space, by its Hunt-Crossley force."""
+    """Yield the eps of each phase of the deck's fall in OpenSim, of a sphere on a half space, by its Hunt-Crossley force."""
     opensim, named, radius = package("opensim"), deck.named, float(deck.named["radius"])
     opensim.Logger.setLevelString("Off")
+    # A slider moves along its x axis, turned by pi/2 about z to point upwards, y. A half space is filled on the side of
+    # its x axis, turned by -pi/2 to point downwards.
     zero, upright = opensim.Vec3(0), opensim.Vec3(0, 0, math.pi / 2)
     for height, velocity in deck.starts:
         model = opensim.Model()
         model.setGravity(opensim.Vec3(0, -deck.gravity, 0))
-        ball = opensim.Body("ball", deck.mass, zero, opensim.Inertia(1, 1, 1))
+        ball = opensim.Body("ball", deck.mass, zero, opensim.Inertia(1, 1, 1))  # any inertia: it does not turn
         joint = opensim.SliderJoint("slider", model.getGround(), zero, upright, ball, zero, upright)
         floor = opensim.ContactHalfSpace(zero, opensim.Vec3(0, 0, -math.pi / 2), model.getGround(), "floor")
         bodies = (("A", "sphere"), ("B", "floor"))

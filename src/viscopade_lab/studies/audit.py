@@ -246,6 +246,7 @@ def filled(page: str, texts: Mapping[str, str]) -> str:
         If the page lacks a mark.
     """
     for name, text in texts.items():
+        # All between the marks is replaced; the marks stay.
         begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
         if begin not in page or end not in page:
             raise ValueError(f"the page lacks a mark: expected {begin.strip()} and {end}")

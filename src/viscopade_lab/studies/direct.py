@@ -191,7 +191,8 @@ def _locate(motion: _Motion, coefficients: tuple[list[mpf], ...], length: mpf, e
     low, high = motion.ctx.zero, length
     theta = length / 2
     squarings = 0  # steps of Newton's method since its change was below the square root of the precision
-    for _ in range(10 * motion.ctx.prec):  # bisection alone needs a step for each bit
+    # Bisection alone needs a step for each bit, prec; with ten times as many something is wrong.
+    for _ in range(10 * motion.ctx.prec):
         here = motion.state_after(coefficients, theta)
         passed, value, slope = event.passed(here), event.value(here), event.slope(here)
         low, high = (low, theta) if passed else (theta, high)
