@@ -172,7 +172,7 @@ def _ready(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candidate]
     # Of their kernels, those whose table is not too large and that have a proven error here.
     for entry in (entry for entry in catalogue.CATALOGUE.values() if entry.group in groups):
         if code.largest_table is None or entry.kernel.bytes <= code.largest_table:
-            accuracy = "full accuracy" if entry.asked in ("", "full") else f"to {entry.asked}"
+            accuracy = "full accuracy" if entry.variant in ("", "full") else f"to {entry.variant}"
             ready = _candidate(scene, encounters, entry.kernel, READY[entry.group][1].format(accuracy))
             if ready is not None:
                 yield ready
@@ -210,7 +210,7 @@ def weighted_operations(kernel: Kernel, result: str, encounter: Encounter) -> in
     counts = expressions.operations((*function.start, *branch.program), branch.results[function.result])
     count = sum(number * _COSTS.get(name, not name.isidentifier()) for name, number in counts.items())
     # Outside its first branch a kernel of the speed may call another one.
-    called = kernel.elsewhere if branch_number > 0 else None
+    called = kernel.fallback if branch_number > 0 else None
     return count + (0 if called is None else weighted_operations(called, "epsilon", encounter))
 
 
@@ -425,7 +425,7 @@ def _accuracy(scene: Scene, encounters: Sequence[Encounter]) -> Fraction | None:
         # the true function's change, and once for the formula's.
         slowest, fastest = hull(span.speeds for span in spans)
         is_usual = 1 / USUAL <= slowest <= fastest <= USUAL
-        accuracy -= 2 * of_v_star(HOSTS[code.format], USUAL if is_usual else None)
+        accuracy -= 2 * eps_error_from_v_star(HOSTS[code.format], USUAL if is_usual else None)
     # A quotient that is off by more than half of min(eps, 1 - eps) would be no approximation.
     return None if accuracy < minimax.SMALLEST_ERROR else min(accuracy, Fraction(1, 2))
 

@@ -106,7 +106,7 @@ def input_text(
     tables: Sequence[str] = (),
 ) -> str:
     """Return the text of a file; `facts` are lines on its contacts that are wrapped, those of `tables` are not."""
-    before, mark, after = _FRAMES[file.comment]
+    opening_mark, line_mark, closing_mark = _FRAMES[file.comment]
     use, code = (text_template(text).render(values, number=program_number) for text in (file.use, file.code))
     if file.comment == "<!--":  # sentences name an option without its hyphens, which a comment of XML cannot have
         use, *facts = (_OPTION.sub("the option ", text) for text in (use, *facts))

@@ -71,10 +71,6 @@ def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
             raise ValueError(
                 f"there is no claim {name!r}{suggestion(name, by_name) or ': expected ' + ', '.join(by_name)}"
             )
-    return tuple(
-        CheckedClaim(by_name[wanted[i]], _quietly(by_name[wanted[i]])) for i in track(range(len(wanted)), "claims")
-    )
-
     checked = []
     for i in track(range(len(chosen)), "claims"):  # a progress bar over all claims
         with quietly():  # without the bars of a check's own loops, which would overwrite it

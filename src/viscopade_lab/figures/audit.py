@@ -77,7 +77,7 @@ def _audit() -> Sheet:
     for gid, (_, program, name, look) in CURVES.items():
         # Each point: the eps that a contact with the damping of the program's formula delivers, exactly.
         formula = simulator_of(program).formula(name)
-        values = [float(formula.delivered(formula.damping(f"{asked:.4g}"))) for asked in ASKED.tolist()]
+        values = [float(formula.contact_epsilon(formula.damping(f"{asked:.4g}"))) for asked in ASKED.tolist()]
         draw_look(top, look, ASKED, np.array(values), gid)
     # What the programs gave, with the finest of the time steps that were run.
     runs = [run for run in measurements() if run.program in MEASURED and run.time_step == STEPS[0]]
@@ -108,7 +108,7 @@ def _draw_stepped(axes: Axes, formula: DampingFormula, look: Look) -> None:
     The damping is the one that gives `CHOSEN` in continuous time. A phase is the part of a step after which contact
     begins.
     """
-    kappa, gid = float(wanted_kappa(formula.law, str(CHOSEN))), formula.name.replace(", ", "-")
+    kappa, gid = float(kappa_for_epsilon(formula.law, str(CHOSEN))), formula.name.replace(", ", "-")
     times = STEPS * formula.law.contact_time
     # eps at each step (rows) and phase (columns), at the scaled impact speed 1.
     sampled = np.array([Contact.of_law(formula.law, kappa).rebounds(1.0, step, PHASES).epsilon for step in times])
@@ -180,10 +180,10 @@ def _over_speed() -> Sheet:
     for gid, (_, program, name, instead, look) in OVER_SPEED.items():
         formula = simulator_of(program).formula(name)
         # kappa at 1 m/s, the one that gives CHOSEN or the formula's; it is proportional to v^(2/nu - 1).
-        kappa = wanted_kappa(formula.law, str(CHOSEN)) if instead else formula.damping(str(CHOSEN))
+        kappa = kappa_for_epsilon(formula.law, str(CHOSEN)) if instead else formula.damping(str(CHOSEN))
         power = float(2 / formula.law.nu - 1)
         dampings = [mp.mpf(float(kappa) * speed**power) for speed in SPEEDS.tolist()]
-        delivered = np.array([float(formula.delivered(damping)) for damping in dampings])
+        delivered = np.array([float(formula.contact_epsilon(damping)) for damping in dampings])
         draw_look(top, look, SPEEDS, delivered, gid)
         draw_look(bottom, look, SPEEDS, delivered / exact - 1, f"{gid}-difference")
     named = [(words, look) for words, *_, look in OVER_SPEED.values()]

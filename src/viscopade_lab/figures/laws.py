@@ -174,7 +174,9 @@ def _damping_formulas() -> Sheet:
     write_text(bottom, r"as asked for: $\varepsilon = e$", (0.57, 0), (0, 3))  # 3 points above a free part of the line
     for name, (look, place) in FORMULAS.items():
         # The eps that contacts with the damping of this formula have, by the exact function.
-        delivered = np.array([float(textbook.delivered_by(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
+        delivered = np.array(
+            [float(textbook.delivered_epsilon(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()]
+        )
         gid = re.sub(r"\W+", "-", name.lower()).strip("-")
         draw_look(top, look, ASKED, delivered, gid)
         draw_look(bottom, look, ASKED, delivered - ASKED, f"{gid}-error")

@@ -36,14 +36,14 @@ def render(names: Iterable[str] = tuple(FIGURES), formats: Iterable[str] = ("svg
         with quietly(), drawn(names[i]) as sheet:
             for kind in formats:
                 command = f"viscopade figures --only {names[i]} --format {kind}"  # for the file's metadata
-                files[f"{names[i]}.{kind}"] = saved(sheet, FIGURES[names[i]].description, command, kind)
+                files[f"{names[i]}.{kind}"] = file_content(sheet, FIGURES[names[i]].description, command, kind)
     return files
 
 
 @contextmanager
 def drawn(name: str) -> Iterator[Sheet]:
     """Give a drawn figure, a key of `FIGURES`, and keep Matplotlib's settings for saving it within a `with` block."""
-    with styled():
+    with style_context():
         sheet = FIGURES[name].draw()
         engine = sheet.get_layout_engine()
         assert engine is not None

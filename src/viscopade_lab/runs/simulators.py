@@ -647,7 +647,7 @@ def rebound_epsilons(deck: Deck) -> Iterator[float]:
         if "kappa" in named:
             # The callback of the generated Python module, without a compiled kernel. At the speed 1 kappa is beta.
             pair = Pair(BALL, BALL)
-            setup = of_pair(pair.damped(float(pair.dissipative_constant(float(named["kappa"])))), 1.0)
+            setup = pair_setup(pair.damped(float(pair.dissipative_constant(float(named["kappa"])))), 1.0)
             with tempfile.TemporaryDirectory() as folder:
                 file = Path(folder) / "audit.py"
                 file.write_text(render("rebound-python", setup, "audit"), "utf-8")
@@ -1037,7 +1037,7 @@ _OPENSIM_BODY = """
 
 
 def opensim_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase of the deck's fall in OpenSim, of a sphere on a half space, by its Hunt-Crossley force."""
+    """Yield the eps of each phase of the deck's fall in OpenSim: a sphere on a plane, with a Hunt-Crossley force."""
     opensim, named, radius = package("opensim"), deck.named, float(deck.named["radius"])
     opensim.Logger.setLevelString("Off")
     # A slider moves along its x axis, turned by pi/2 about z to point upwards, y. A half space is filled on the side of
@@ -1190,7 +1190,7 @@ def case(program: str, formula: DampingFormula, asked: str, time_step: float, ph
     write = PROGRAMS[program].written
     assert write is not None
     with mp.workdps(20):  # digits; the parameter becomes a double of 16
-        written = write(formula, float(formula.written(mp.mpf(asked))))
+        written = write(formula, float(formula.usual_parameter(mp.mpf(asked))))
     # Scaled contact time times the unit of time, for mass and speed 1.
     duration = formula.law.contact_time * formula.law.time_scale(1.0, k=written.k, mass=1.0)
     words = program, written.scheme, written.parameters
@@ -1230,7 +1230,9 @@ def asked_for(formula: DampingFormula, number: float) -> float | None:
             return None
         for _ in range(40):  # halvings: 2^-40 = 1e-12, the decimals of a stored eps
             middle = (low + high) / 2
-            below = (formula.written(middle) < number) == (at_low < at_high)  # whether eps is larger than middle
+            below = (formula.usual_parameter(middle) < number) == (
+                at_low < at_high
+            )  # whether eps is larger than middle
             low, high = (middle, high) if below else (low, middle)
         return float(high)
 

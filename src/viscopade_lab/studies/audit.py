@@ -44,7 +44,7 @@ def delivered_table(program: Simulator) -> str:
         """Yield the eps for each one of `ASKED`; a formula may refuse some."""
         for asked in ASKED:
             try:
-                yield number(audited(program, formula, asked))
+                yield number(audit_formula(program, formula, asked))
             except ValueError:
                 yield "not accepted"
 
@@ -73,7 +73,7 @@ def measured_table(program: Simulator) -> str:
 
 def _advice(program: Simulator, formula: DampingFormula) -> list[str]:
     """Return the eps that the program gives for `WANTED`, the reason, and the value to set instead."""
-    audit = audited(program, formula, WANTED)
+    audit = audit_formula(program, formula, WANTED)
     instead = "" if audit.instead is None else f"`{formula.parameter}` = {audit.instead:.6g}"
     return [number(audit), *(["", ""] if formula.reason == "exact" else [formula.reason, instead])]
 
@@ -152,12 +152,12 @@ def _steps(law: Law, name: str, words: str, scheme: Scheme = SEMI_IMPLICIT) -> l
 
     Its damping gives `WANTED` in continuous time.
     """
-    kappa, epsilon = float(wanted_kappa(law, WANTED)), float(WANTED)
+    kappa, epsilon = float(kappa_for_epsilon(law, WANTED)), float(WANTED)
     stepped = stepped_collision(law, kappa, STEP, scheme)
     # A formula whose parameter is kappa itself, from 0 to more than anybody uses: for it `advised` returns the slope of
     # eps over the step, s, and the largest step that keeps `ERROR`.
     formula = DampingFormula(name, law, "kappa", mp.mpf, ("0", "1e6"), "exact", "", scheme=scheme)
-    advice = advised(formula, kappa, epsilon, ERROR)
+    advice = step_advice(formula, kappa, epsilon, ERROR)
     assert advice is not None
     contact_ends = ENDS[law.end] if law.nu > 1 else "both"
     values = (f"{value:.4f}" for value in (stepped.epsilon, stepped.least, stepped.largest))
@@ -172,7 +172,7 @@ def weight_table() -> str:
 
 def _weight(law: Law, words: str) -> list[str]:
     """Return the row of a law in the table of weight, under the name `words`; without weight eps is `WANTED`."""
-    kappa = float(wanted_kappa(law, WANTED))
+    kappa = float(kappa_for_epsilon(law, WANTED))
 
     def fall(share: float) -> SampledCollision:
         """Return the collision with g t_c/v = share; scaled, v = 1 and g = share/t_c."""

@@ -196,7 +196,7 @@ def cases() -> list[Case]:
     # MuJoCo's eps is that of a fit of the constant model, MODELS[1], to instants without errors; no seed matters.
     bounced = detected(mujoco_instants, mujoco_contact)
     without_errors = bounced(np.random.default_rng(0), lambda _, number: np.zeros(number))
-    mujoco_fit = likelihood.fitted(without_errors, verdict.MODELS[1])
+    mujoco_fit = likelihood.fit_law(without_errors, verdict.MODELS[1])
     return [
         Case("LAMMPS, v and eps, standard errors known", scattered(speed, epsilon), {"beta": beta}),
         Case("LAMMPS, v and eps, scatter unknown", scattered(speed, epsilon, None), {"beta": beta}),
@@ -214,7 +214,7 @@ def cases() -> list[Case]:
         Case(
             "MuJoCo, instants of a drop, --no-scatter",
             bounced,
-            {"eps": float(mujoco_fit.at(mujoco_fit.points.speed)[0])},
+            {"eps": float(mujoco_fit.epsilon(mujoco_fit.points.speed)[0])},
         ),
     ]
 
@@ -265,14 +265,16 @@ def _estimates(points: Points, case: Case) -> dict[str, tuple[float, list[tuple[
 
     # MODELS[1] is a constant eps; the fit has its kappa, which falls as eps rises: the ends of intervals change places.
     if "eps" in case.truths:
-        fit = likelihood.fitted(points, verdict.MODELS[1])
+        fit = likelihood.fit_law(points, verdict.MODELS[1])
         speed = points.speed[:1]  # any speed: eps is the same
         ends = [fit.interval(level) for level in LEVELS]
-        spans = [(float(fit.at(speed, np.array([b]))[0]), float(fit.at(speed, np.array([a]))[0])) for a, b in ends]
-        return {"eps": (float(fit.at(speed)[0]), spans)}
+        spans = [
+            (float(fit.epsilon(speed, np.array([b]))[0]), float(fit.epsilon(speed, np.array([a]))[0])) for a, b in ends
+        ]
+        return {"eps": (float(fit.epsilon(speed)[0]), spans)}
 
     # MODELS[0] is the viscoelastic law. The verdict of a `DampingFit` is not used here.
-    main = likelihood.fitted(points, verdict.MODELS[0])
+    main = likelihood.fit_law(points, verdict.MODELS[0])
     damping_fit = DampingFit(points, (main,), verdict.Verdict("holds", ()), ())
     estimates = {"beta": (damping_fit.beta, [damping_fit.interval(level) for level in LEVELS])}
     if "Y" in case.truths:  # A and Y from contact times, with symmetric intervals: quantile times standard error
@@ -321,7 +323,7 @@ class Cell:
             # A measured eps cannot be negative.
             measured = np.maximum(model.epsilon(kappa) + self.sigma * random.standard_normal(self.number), 0)
             points = Points.measured(speed, measured, sigma_epsilon=self.sigma if self.with_errors else None)
-            words[verdict.judged(verdict.compared(points)).word] += 1
+            words[verdict.judge(verdict.compare_laws(points)).word] += 1
         return words
 
 

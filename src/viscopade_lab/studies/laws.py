@@ -102,7 +102,7 @@ def largest_damping(law: Law) -> float:
 def formulas() -> Iterator[list[str]]:
     """Yield the rows of damping formulas: name, formula, and its eps for each requested one."""
     for formula in textbook.HUNT_CROSSLEY:
-        delivered = (f"{float(textbook.delivered_by(formula, e)):.4f}" for e in ASKED)
+        delivered = (f"{float(textbook.delivered_epsilon(formula, e)):.4f}" for e in ASKED)
         yield [formula.name, f"${formula.text}$", *delivered]
     yield ["**exact $z$**", "", *(f"**{float(textbook.exact_z(e)):.6f}**" for e in ASKED)]
 
