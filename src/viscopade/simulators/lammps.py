@@ -174,11 +174,11 @@ def _constant_restitution(contact: NamedContact, setup: Setup) -> Row:
     It has one eps for all sizes and speeds. `contact` is one of `setup`. rho is the factor of d^(3/2) in Hertz' force,
     4/3 E_eff sqrt(R_eff).
     """
-    # `Goal`: the eps that the contact must have at its speeds, with weight if the user has set gravity.
+    # The goal is the eps that the contact must have at its speeds, with weight if the user has set gravity.
     formula = SIMULATOR.formula("hertz, coeff_restitution, limit_damping")
-    collisions = Goal.from_contact(contact, setup.weighty)
+    goal = Wanted.of(contact, setup.weighty)
     try:
-        constant = OwnLawContact(formula, collisions, Softness(contact.pair.rho), units=setup.units)
+        constant = OwnLawContact(formula, goal, Softness(contact.pair.rho), units=setup.units)
     except ValueError:
         return {("coeff_restitution", ""): "none has this eps"}
     return constant_row(constant, "coeff_restitution")

@@ -112,7 +112,7 @@ def _usual_law(setup: Setup) -> tuple[str, list[Row]]:
     All contacts share the switch `limitForce`. It is off if one of them cannot have its eps with it.
     """
     weight = " (without weight)" if setup.weighty else ""
-    # `Wanted` is the eps that a contact must have, with weight if the user has set gravity. rho is the factor of
+    # The goal of a contact is the eps that it must have, with weight if the user has set gravity. rho is the factor of
     # d^(3/2) in Hertz' force. A contact that cannot have its eps raises a ValueError.
     for name, switch in (("hertz, limitForce on", "on"), ("hertz", "off")):
         try:
