@@ -404,6 +404,7 @@ class _Reader:
         state, first, second = self.state, type_range(words[1]), type_range(words[2])
         style = words[3] if state.pair_style.startswith("hybrid") else state.pair_style or "granular"
         style = " ".join(words[3:5]) if " ".join(words[3:5]) in state.styles else style
+        # The pair 2 1 is the pair 1 2; of ranges only pairs I <= J are meant.
         if first.start > second.start and len(first) == len(second) == 1:
             first, second = second, first
         # A number of a type says that there are as many types; an open range, or a hostile number, says nothing.
@@ -613,6 +614,7 @@ class _Reader:
         style = self.state.styles.get(self.state.pair_style)
         if style is not None:
             return self.state.style_line, style, ""
+        # The lines of i with itself, of j with itself, and of both; several with hybrid/overlay, whose forces add.
         first, second, lines = (self.pair_coefficients(*types) for types in ((i, i), (j, j), (i, j)))
         if len(lines) > 1:
             return lines[0].line, None, f"{' and '.join(line.style for line in lines)} add their forces"
