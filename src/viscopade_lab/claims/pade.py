@@ -63,7 +63,7 @@ ROUNDING = 4e-15
 @claim("table-entries", "tab:padeCoeffs", "the coefficients a_i, b_i of [0/3], [1/4], [2/5] and [3/6]")
 def _table_entries() -> Evidence:
     """Return the evidence: each printed coefficient beside ours, rounded to as many digits."""
-    entries = compare(approximants(PADE_DIGITS))  # 20 digits; the table has 6 or 7
+    entries = compare(approximants(PADE_DIGITS))  # 20 digits; the table has 6 at most
     wrong = [f"[{e.m}/{e.n}] {e.name}" for e in entries if not e.agrees]
     numbers = {
         "entries": len(entries),

@@ -166,6 +166,7 @@ def _mark_simulated_errors(axes: Axes, name: str, restitution: gas.RestitutionFu
     # Standard error of the mean: the deviation of a sample (ddof=1) over the root of its size.
     mean, bar = np.mean(ratios, axis=0) - 1, np.std(ratios, axis=0, ddof=1) / np.sqrt(SEEDS)
     color, marker = LOOKS[_LIKE.get(name, name)].text, "s" if name == "constant" else "o"
+    # Bars of 0.7 points, as wide as the marks' edges.
     bars = axes.errorbar(COMPARED, np.abs(mean), bar, fmt=marker, color=color, elinewidth=0.7)
     bars.lines[0].set(gid=identifier(f"simulated-{name}-error"), **_POINTS)
 

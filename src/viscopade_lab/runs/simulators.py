@@ -1037,7 +1037,7 @@ _OPENSIM_BODY = """
 
 
 def opensim_epsilons(deck: Deck) -> Iterator[float]:
-    """Yield the eps of each phase of the deck's fall in OpenSim: a sphere on a plane, with a Hunt-Crossley force."""
+    """Yield the eps of each phase of the deck's fall in OpenSim: a sphere on a half space, Hunt-Crossley force."""
     opensim, named, radius = package("opensim"), deck.named, float(deck.named["radius"])
     opensim.Logger.setLevelString("Off")
     # A slider moves along its x axis, turned by pi/2 about z to point upwards, y. A half space is filled on the side of

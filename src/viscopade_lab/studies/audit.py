@@ -88,7 +88,7 @@ SUMMARY = ["program", "formula", "contact ends at", "you get", "reason", "set in
 
 
 def summary(program: Simulator) -> Iterator[list[str]]:
-    """Yield the rows of a program in the common table for `WANTED`."""
+    """Yield the rows of a program in the common table for `WANTED`, in the columns `SUMMARY`: one row a formula."""
     page = f"../usage/simulators/{program.page}.md"
     for formula in program.formulas:
         run = finest(program.name, formula.name, WANTED)
@@ -190,11 +190,11 @@ def _weight(law: Law, words: str) -> list[str]:
 
 
 def sources_table() -> str:
-    """Return the table of files and versions."""
+    """Return the table of the programs' versions that were read, and of the files that formulas come from."""
     rows = (
         [program.title, program.version, ", ".join(dict.fromkeys(f"`{f.source}`" for f in program.formulas))]
         for program in simulators()
-        if program.name != "textbook"
+        if program.name != "textbook"  # formulas of the literature: no program
     )
     return markdown(["program", "version read", "files"], rows)
 

@@ -328,12 +328,13 @@ class Cell:
 
 
 def table_of_verdicts(sets: int) -> Iterator[str]:
-    """Yield the table of verdicts on made data without standard errors, and a sentence on the wrong ones."""
+    """Yield the table of verdicts on made data without standard errors, and a sentence on the wrong ones.
+
+    A row for each sigma and eps; a cell has the percentages of `sets` sets with a verdict, for all `NUMBERS` of points.
+    """
     rows: list[list[str]] = []
-    wrong = {
-        True: 0.0,
-        False: 0.0,
-    }  # by whether the data follow the viscoelastic law: the largest share of wrong verdicts
+    # Largest share of wrong verdicts on data that follow the viscoelastic law (True), and on a constant eps (False).
+    wrong = {True: 0.0, False: 0.0}
     grid = list(product(SIGMAS, EPSILONS))
     for i in track(range(len(grid)), "kinds of data"):
         sigma, epsilon = grid[i]

@@ -242,8 +242,9 @@ def collide(v_star: Exact, digits: int = 30, end: End = "force", terms_per_digit
 
 
 def collide_by(law: Law, kappa: Exact, digits: int = 30, terms_per_digit: float = TERMS_PER_DIGIT) -> Direct:
-    """Return eps, x_max and tau_c of one collision by a law of contact, at a positive kappa of about 1e-3 to 1e3.
+    """Return eps, x_max and tau_c of one collision by a law of contact, at a positive kappa.
 
+    kappa is neither very small nor very large: digits that are lost otherwise than `_guard` says are not made up for.
     `digits` and `terms_per_digit` are as for `collide`. The end is that of the law.
     """
     exact = _exact(kappa)
