@@ -525,7 +525,7 @@ _Bivariate = list[fmpq_poly]
 
 
 def _power_table(series: _Bivariate, order: int) -> list[_Bivariate]:
-    """Return the powers 0 … order of a series in d and x, to d^order and x^order."""
+    """Return the powers 0 … order of a series in d and x, to d^order and x^order: the last one times the series."""
     table = [[fmpq_poly([1])]]
     for _ in range(order):
         product: _Bivariate = []

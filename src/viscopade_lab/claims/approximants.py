@@ -128,7 +128,7 @@ def first_above(error: Array, tolerance: float) -> float | None:
     above = np.flatnonzero(error > tolerance)
     if not len(above):
         return None
-    # The last point below and the first above (twice the first point of the grid if the error exceeds from there on).
+    # The last point below and the first above; only the latter if it is the first of the grid.
     around = slice(max(above[0] - 1, 0), above[0] + 1)
     return float(np.exp(np.interp(np.log(tolerance), np.log(error[around]), np.log(curve().v_star[around]))))
 

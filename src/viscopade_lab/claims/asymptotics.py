@@ -58,6 +58,7 @@ def _asymptotic_law() -> Evidence:
         "relative_error_of_the_law": _keyed(law),
         "fitted_exponent_2_to_20": _fitted_exponent(*FITTED),
     }
+    # v* = 10 and FAR in words, and the errors of the law at the v* of `SPEEDS`.
     summary = (
         "the limit is (3/2)^(2/3) v*^(-10/3): proven is that eps is within "
         f"{percent_at_most(math.expm1(distance[10.0]))} of it for all v* >= 10, and within "

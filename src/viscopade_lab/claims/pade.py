@@ -284,6 +284,7 @@ def _no_improvement() -> Evidence:
         "errors": {f"[{m}/{m + 3}]": row for m, row in table.items()},
         "best_m": best,
         "improvement": gain,
+        # From enclosures, because at v* = 1 errors of high orders are below round-off.
         "error_at_1": {f"[{m}/{m + 3}]": error_at(m, 1) for m in (3, best["10"])},
     }
 

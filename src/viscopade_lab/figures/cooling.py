@@ -147,7 +147,7 @@ def _mark_simulated_temperatures(axes: Axes, functions: Mapping[str, gas.Restitu
 
 
 def _draw_errors(axes: Axes, errors: Mapping[str, FloatArray]) -> None:
-    """Draw the relative errors of T at `TIMES`, by the name of their eps."""
+    """Draw the relative errors of T at `TIMES`, by the name of their eps; names stand where they cover no curve."""
     places: Mapping[str, Beside] = {"constant": (300, 4, -4), "[1/4]": (3, 4, -4), "[3/6]": (2e3, 3, 3)}
     texts = {"constant": _CONSTANT, "kernel": f"kernel for {TIER}"}
     for name, error in errors.items():

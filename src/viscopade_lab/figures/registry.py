@@ -22,7 +22,7 @@ FIGURES: Mapping[str, Figure] = {**paper.FIGURES, **cooling.FIGURES, **laws.FIGU
 
 
 def render(names: Iterable[str] = tuple(FIGURES), formats: Iterable[str] = ("svg",)) -> dict[str, bytes]:
-    """Return file names and contents of figures (keys of `FIGURES`) in some of `viscopade_lab.figures.FORMATS`.
+    """Return the contents of files by their names, for figures (keys of `FIGURES`) and formats ("svg", "pdf", "png").
 
     Raises
     ------

@@ -451,6 +451,7 @@ def liggghts_spheres(contact: str, step: float, run: int, *, radius: float, mass
 
     They touch at the start, and have the relative `speed` (m/s); `step` is in s, `run` the number of steps.
     """
+    # The box reaches 10 radii to each side: spheres that part stay inside. Only the last step is printed.
     places = f"{-radius!r} 0 0", f"{radius!r} 0 0"
     commands = _LIGGGHTS_SPHERES.format(half_speed=speed / 2, diameter=2 * radius)
     numbers = {"radius": radius, "mass": mass, "box": 10 * radius, "step": step, "run": run, "every": run}
