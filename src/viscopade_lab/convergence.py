@@ -150,6 +150,7 @@ def _orbit_end(r: Array, w: Array, kappa: Array, duration: Array) -> tuple[Array
 def _moved(times: _Times, v: Array) -> _Times:
     """Return the times for other v*, close to those of `times`, by Newton's method from them."""
     kappa, turning, rest = v * v, times.turning, times.rest
+    # Each orbit starts from R = 0, W = 1 (arrays, one entry for each v*).
     # The turning point, W = 0, where W' = -2 R^2 (R^2 + kappa W) = -2 R^4.
     for _ in range(MAX_NEWTON):
         r, w = _orbit_end(0 * v, 1 + 0 * v, kappa, turning)

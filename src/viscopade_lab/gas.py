@@ -87,7 +87,7 @@ def cool(
 
     It ends at `time`, in mean collision times of a particle at the start, or after so many `collisions` per particle.
     `restitution` returns eps for an array of impact speeds; `temperature` is the one at the start. The scatter of
-    temperatures is about 1/sqrt(particles): 1.6 % for 4000.
+    temperatures is of the order of 1/sqrt(particles), 1.6 % for 4000.
 
     The same seed gives the same velocities at the start and the same candidates for collisions, whatever eps is. With a
     slightly different eps the temperatures differ slightly, until a pair collides in one gas and not in the other. From

@@ -84,6 +84,7 @@ def epsilon(law: Law, kappa: float) -> float:
 def curve(law: Law) -> tuple[Floats, Floats]:
     """Return kappa and eps along the curve of a law, as far as it is shown or exists."""
     points: list[tuple[float, float]] = []
+    # Up to where eps is too small to be shown, or, if contact does not end any more, with points close to that kappa.
     for damping in DAMPINGS.tolist():
         value = epsilon(law, damping)
         if np.isnan(value):

@@ -304,6 +304,7 @@ def _mark(
     whole with `on_frame`.
     """
     marker, size = MARKS[kind]
+    # Zeros are open, doublets are frames around a pole and a zero, the others are full.
     face = {"zero": "white", "doublet": "none"}.get(kind, color)
     (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=label or kind)
     points.set(gid=identifier(gid), clip_on=not on_frame)

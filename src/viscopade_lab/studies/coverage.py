@@ -231,7 +231,8 @@ def rates(case: Case, errors: str, sets: int, judged: int) -> list[Rate]:
     """
     from viscopade.fitting import verdict
 
-    # Lengths of names tell kinds of data and errors apart (all differ), so that each has random numbers of its own.
+    # Random numbers that are the same in each run. Lengths of names make them differ between most kinds of data (three
+    # names have 40 letters); they need not be independent of each other.
     random = np.random.default_rng([SEED, len(case.name), len(errors)])
     # By fitted quantity: how many sets' intervals of each level contain the truth, and value/truth of each set.
     inside = {name: np.zeros(len(LEVELS)) for name in case.truths}
