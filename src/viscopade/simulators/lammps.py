@@ -176,7 +176,7 @@ def _constant_restitution(contact: NamedContact, setup: Setup) -> Row:
     """
     # The goal is the eps that the contact must have at its speeds, with weight if the user has set gravity.
     formula = SIMULATOR.formula("hertz, coeff_restitution, limit_damping")
-    goal = Wanted.of(contact, setup.weighty)
+    goal = Goal.from_contact(contact, setup.weighty)
     try:
         constant = OwnLawContact(formula, goal, Softness(contact.pair.rho), units=setup.units)
     except ValueError:
