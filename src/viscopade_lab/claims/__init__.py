@@ -68,8 +68,10 @@ def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
     chosen = list(by_name) if names is None else list(names)
     for name in chosen:
         if name not in by_name:
-            # `meant` returns ": did you mean …?" for a name that resembles one of the claims, else "".
-            raise ValueError(f"there is no claim {name!r}{meant(name, by_name) or ': expected ' + ', '.join(by_name)}")
+            # `suggestion` returns ": did you mean …?" for a name that resembles one of the claims, else "".
+            raise ValueError(
+                f"there is no claim {name!r}{suggestion(name, by_name) or ': expected ' + ', '.join(by_name)}"
+            )
 
     checked = []
     for i in track(range(len(chosen)), "claims"):  # a progress bar over all claims
