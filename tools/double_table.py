@@ -86,7 +86,7 @@ def text() -> str:
     lines = [
         f"# {MARKER}: python -m tools.double_table > src/viscopade/{DATA}",
         f"# Functions of v* on [0, 2^{FOLD + 3}): panel 0 is [0, 2^{FIRST}), then {2**SPLIT} panels to each octave.",
-        "# End of contact: where the force vanishes (eq:tEndAdvanced).",
+        "# End of contact: where the force vanishes (the paper's Eq. 6).",
         f"# Relative error of the polynomials: at most 2^{math.log2(worst):.1f} (sampled at the ends of all panels).",
         "# function panel e a_0 a_1 ... : the function is 2^e (a_0 + a_1 z + ...), z = (v* - centre)/(half width)",
     ]

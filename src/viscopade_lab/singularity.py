@@ -55,7 +55,7 @@ class Singularity:
 
     @property
     def radius(self) -> mp.mpf:
-        """R = |v*|, the radius of convergence of eq:epsSeriesAdvanced if no other singularity is nearer."""
+        """R = |v*|, the radius of convergence of the paper's Eq. 7 if no other singularity is nearer."""
         return abs(_context().mpc(self.v_star))
 
     @property

@@ -56,7 +56,7 @@ _PORTIONS = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
 
 
 def epsilon(v_star: Values) -> Values:
-    """Return the coefficient of restitution eps(v*) (eq:force2COR).
+    """Return the coefficient of restitution eps(v*) (the paper's Eq. 5).
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def x_max(v_star: Values) -> Values:
 def tau_c(v_star: Values) -> Values:
     """Return the contact's duration in units of `Pair.time_scale`; arguments and errors as for `epsilon`.
 
-    The contact ends where the force vanishes (eq:tEndAdvanced).
+    The contact ends where the force vanishes (the paper's Eq. 6).
     """
     return _function_of_v_star(_TAU_C, v_star)
 

@@ -20,7 +20,7 @@ any number above a double's 53 would do.
 For the paper's law eps, 1 - eps and v*(eps) are first looked up in a table of proven polynomials, which determines them
 to 37 digits or so (`exact_table`). Such a collision is integrated as above when x_max or tau_c is first asked for.
 
-The end condition is that of the law; for the paper's law contact ends where the force vanishes (eq:tEndAdvanced).
+The end condition is that of the law; for the paper's law contact ends where the force vanishes (the paper's Eq. 6).
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ _LOSSES = "0, or a number from 1e-1990 to 1 - 1e-330"
 
 @dataclass(frozen=True, eq=False)
 class Collision(Determined):
-    """One collision in scaled units (eq:equationOfMotionNatUnit), every number a proven enclosure.
+    """One collision in scaled units (the paper's Eq. 9), every number a proven enclosure.
 
     Attributes
     ----------
@@ -86,17 +86,17 @@ class Collision(Determined):
     v_star : flint.arb
         v* = kappa^(1/law.d), beta^(1/2) v^(1/10) for the paper's law, >= 0; may be infinite.
     epsilon : flint.arb
-        Coefficient of restitution (eq:force2COR).
+        Coefficient of restitution (the paper's Eq. 5).
     one_minus_epsilon : flint.arb
         1 - epsilon, without cancellation.
     x_max : flint.arb
         Maximal compression.
     tau_c : flint.arb
-        Duration of contact (eq:tEndAdvanced).
+        Duration of contact (the paper's Eq. 6).
     fractions : dict
         The numbers among them that are known exactly, as fractions.
     beta : flint.arb, optional
-        eq:betadef in (time/length)^(1/5), if the speed is given.
+        Damping (the paper's Eq. 8) in (time/length)^(1/5), if the speed is given.
     kappa : flint.arb, optional
         Damping of the scaled equation, if it is given or the law is not the paper's.
     """
@@ -217,7 +217,7 @@ def collision(
     kappa : like v_star
         Instead of v_star = kappa^(1/law.d): the damping in the scaled equation, 0 or from 1e-1000 to 1e100.
     beta, speed : like v_star
-        Both instead of v_star: beta of eq:betadef in (time/length)^(1/5), and the impact speed in length/time; each
+        Both instead of v_star: beta (the paper's Eq. 8) in (time/length)^(1/5), and the impact speed in length/time; each
         from 1e-1000 to 1e100, or 0. For another law, kappa = beta speed^(2/nu-1).
     law : Law or str
         Law of contact, or its name or exponents (`law_of`).

@@ -1,21 +1,21 @@
 """Spheres and pairs with physical parameters: rho, beta, v* and the units of the scaled equation of motion.
 
-Two smooth spheres press on each other with the force of eq:viscoelastic. For all materials, their collision
-depends on one number only, v* = beta^(1/2) v^(1/10) (eq:betadef). This module computes v*, and the units of
+Two smooth spheres press on each other with the force of the paper's Eq. 2. For all materials, their collision
+depends on one number only, v* = beta^(1/2) v^(1/10) (the paper's Eq. 8). This module computes v*, and the units of
 length and time of the scaled equation.
 
 Units: any consistent system (SI, CGS, a simulation's own); results have the units of the arguments. Only
 `beta_cgs_from_si` and `beta_si_from_cgs` convert, because beta is a (time/length)^(1/5). No intermediate result
 overflows or underflows if the result is in the range of double precision.
 
-Unequal materials: eq:paramEl is written for two spheres of one material. Here rho = 4/3 E_eff sqrt(R_eff)
-with Hertz's 1/E_eff = D_1 + D_2, D_i = (1 - nu_i^2)/Y_i, which is eq:paramEl when the materials are equal.
+Unequal materials: the paper's Eq. 3 is written for two spheres of one material. Here rho = 4/3 E_eff sqrt(R_eff)
+with Hertz's 1/E_eff = D_1 + D_2, D_i = (1 - nu_i^2)/Y_i, which is the paper's Eq. 3 when the materials are equal.
 The dissipative constant of the pair is the mean weighted with these compliances,
 
     A = (D_1 A_1 + D_2 A_2)/(D_1 + D_2),
 
 because the softer body has the larger share of the compression. `derivations/02_unequal_materials.py` derives
-both, the second in the quasi-static approximation of eq:viscoelastic, to first order in A_1 and A_2. It is not the
+both, the second in the quasi-static approximation of the paper's Eq. 2, to first order in A_1 and A_2. It is not the
 only choice: programs often use the arithmetic mean, and there is a theory for different materials beyond the
 quasi-static approximation (Goldobin, Susloparov,
 Pimenova and Brilliantov, "Collision of viscoelastic bodies: Rigorous derivation of dissipative force", Eur.
@@ -63,7 +63,7 @@ class Sphere:
     poisson_ratio : float
         Poisson ratio nu, > -1 and <= 1/2.
     dissipative_constant : float
-        A of eq:viscoelastic, a time; 0 for a perfectly elastic material.
+        A of the paper's Eq. 2, a time; 0 for a perfectly elastic material.
 
     Raises
     ------
@@ -187,12 +187,12 @@ class Pair:
 
     @property
     def m_eff(self) -> float:
-        """Effective mass m_1 m_2/(m_1 + m_2) (eq:newton); the sphere's mass if the other is a wall."""
+        """Effective mass m_1 m_2/(m_1 + m_2) (the paper's Eq. 1); the sphere's mass if the other is a wall."""
         return _reduced(self.first.mass, self.second.mass)
 
     @property
     def R_eff(self) -> float:
-        """Effective radius R_1 R_2/(R_1 + R_2) (eq:paramEl), a length; the sphere's radius at a wall."""
+        """Effective radius R_1 R_2/(R_1 + R_2) (the paper's Eq. 3), a length; the sphere's radius at a wall."""
         return _reduced(self.first.radius, self.second.radius)
 
     @property
@@ -202,7 +202,7 @@ class Pair:
 
     @property
     def rho(self) -> float:
-        """Elastic constant of F = -rho xi^(3/2), in force/length^(3/2); eq:paramEl for equal materials."""
+        """Elastic constant of F = -rho xi^(3/2), in force/length^(3/2); the paper's Eq. 3 for equal materials."""
         return self.E_eff * math.sqrt(self.R_eff) * (4 / 3)
 
     @property
@@ -217,7 +217,7 @@ class Pair:
 
     @property
     def beta(self) -> float:
-        """Return 3/2 A (rho/m_eff)^(2/5) (eq:betadef), in (time/length)^(1/5); 0 if A is 0."""
+        """Return 3/2 A (rho/m_eff)^(2/5) (the paper's Eq. 8), in (time/length)^(1/5); 0 if A is 0."""
         # 3/2 is the exponent of Hertz's force: the damping is A times the derivative of rho xi^(3/2).
         return self.A * self._stiffness * 1.5
 
@@ -251,12 +251,12 @@ class Pair:
         g = checked.number("gravity", gravity, _NON_NEGATIVE)
         if g and not (self.first.is_wall or self.second.is_wall):
             raise ValueError(f"gravity is {g:g} for two spheres: expected 0, or a sphere and a wall")
-        # eq:viscoelastic: F = rho (xi^(3/2) + 3/2 A sqrt(xi) xi'); the weight m_eff g presses the sphere on the wall.
+        # The paper's Eq. 2: F = rho (xi^(3/2) + 3/2 A sqrt(xi) xi'); the weight m_eff g presses the sphere on the wall.
         rho, damping = self.rho, 1.5 * self.A * self.rho
         return Contact(lambda x, v: rho * x**1.5 + damping * np.sqrt(x) * v, mass=self.m_eff, load=self.m_eff * g)
 
     def epsilon(self, speed: Values, gravity: Number = 0.0) -> Values:
-        """Return the coefficient of restitution (eq:force2COR) at an impact speed or an array of them.
+        """Return the coefficient of restitution (the paper's Eq. 5) at an impact speed or an array of them.
 
         Parameters
         ----------
@@ -303,7 +303,7 @@ class Pair:
         return double.one_minus_epsilon(self.v_star(speed))
 
     def contact_time(self, speed: Values) -> Values:
-        """Return the duration of contact t_c (eq:tEndAdvanced), a time; inf at speed 0. Arguments as for `epsilon`."""
+        """Return the duration of contact t_c (the paper's Eq. 6), a time, inf at speed 0; arguments as `epsilon`."""
         return double.tau_c(self.v_star(speed)) * self.time_scale(speed)
 
     def max_compression(self, speed: Values) -> Values:
@@ -343,7 +343,7 @@ class Pair:
         v = checked.number("speed", speed, _POSITIVE)
         portions = {"epsilon": epsilon, "one_minus_epsilon": one_minus_epsilon}
         eps_or_loss = {name: checked.number(name, x, _PORTION) for name, x in portions.items() if x is not None}
-        # eps and the speed give beta, and beta gives A by eq:betadef.
+        # eps and the speed give beta, and beta gives A by the paper's Eq. 8.
         beta: Any = beta_from_restitution(v, **eps_or_loss)
         return self.damped(self.dissipative_constant(beta))
 
@@ -357,7 +357,7 @@ class Pair:
     def length_scale(self, speed: Values) -> Values:
         """Return the unit of length of the scaled equation, (rho/m_eff)^(-2/5) v^(4/5).
 
-        Multiplied by x it is the compression xi (the scaling given with eq:equationOfMotionNatUnit). Arguments and
+        Multiplied by x it is the compression xi (the scaling given with the paper's Eq. 9). Arguments and
         errors are those of `epsilon`.
         """
         return checked.elementwise(lambda v: v**0.8 / self._stiffness, "speed", speed, _NON_NEGATIVE)
@@ -365,13 +365,13 @@ class Pair:
     def time_scale(self, speed: Values) -> Values:
         """Return the unit of time of the scaled equation, (rho/m_eff)^(-2/5) v^(-1/5).
 
-        Multiplied by tau it is the time t (the scaling given with eq:equationOfMotionNatUnit).
+        Multiplied by tau it is the time t (the scaling given with the paper's Eq. 9).
         It is infinite at speed 0. Arguments and errors are those of `epsilon`.
         """
         return checked.elementwise(lambda v: v**-0.2 / self._stiffness, "speed", speed, _NON_NEGATIVE)
 
     def dissipative_constant(self, beta: Values) -> Values:
-        """Return the A that gives a pair of this rho and m_eff the wanted beta: eq:betadef solved for A.
+        """Return the A that gives a pair of this rho and m_eff the wanted beta: the paper's Eq. 8 solved for A.
 
         Parameters
         ----------
@@ -427,14 +427,14 @@ def beta_from_restitution(
 
 
 def v_star(speed: float | Values, beta: float | Values) -> Values:
-    """Return v* = beta^(1/2) v^(1/10), the only parameter of eq:equationOfMotionNatUnit.
+    """Return v* = beta^(1/2) v^(1/10), the only parameter of the paper's Eq. 9.
 
     Parameters
     ----------
     speed : float or array
         Impact speed v >= 0 along the line of centres.
     beta : float or array
-        eq:betadef, >= 0, in (time/length)^(1/5) of the same units. Arrays are broadcast.
+        Damping (the paper's Eq. 8), >= 0, in (time/length)^(1/5) of the same units. Arrays are broadcast.
 
     Returns
     -------
@@ -453,7 +453,7 @@ def v_star(speed: float | Values, beta: float | Values) -> Values:
 
 
 def speed_from_v_star(v_star: float | Values, beta: float | Values) -> Values:
-    """Return the impact speed v = v*^10/beta^5, the inverse of `v_star` (eq:betadef).
+    """Return the impact speed v = v*^10/beta^5, the inverse of `v_star` (the paper's Eq. 8).
 
     Parameters
     ----------

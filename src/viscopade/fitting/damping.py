@@ -93,7 +93,7 @@ class DampingFit:
 
     @property
     def beta(self) -> float:
-        """The damping beta (eq:betadef), (time/length)^(1/5)."""
+        """The damping beta (the paper's Eq. 8), (time/length)^(1/5)."""
         return float(self.main.parameters[0]) * self._unit
 
     @property

@@ -84,14 +84,14 @@ def within(name: str, low: Expression, high: Expression) -> Expression:
 
 def v_star_branch() -> CodeBranch:
     """Return v* of the speed and beta; of a negative speed there is none, though pow(-infinity, 0.1) is +infinity."""
-    # v* = beta^(1/2) speed^(1/10) (paper, eq:betadef)
+    # v* = beta^(1/2) speed^(1/10) (the paper's Eq. 8)
     speed = Name("speed")
     v_star = Call("sqrt", (Name("beta"),)) * Call("pow", (speed, Literal("0.1")))
     return CodeBranch(speed >= ZERO, (), {"v_star": v_star})
 
 
 def beta_of_radii_branch() -> CodeBranch:
-    """Return beta of two bodies with given radii, from eq:betadef.
+    """Return beta of two bodies with given radii, from the paper's Eq. 8.
 
     Inputs are the first radius, `first`; the quotient of the first and the second, `ratio`; that of the densities,
     `densities`; and `of_wall`, which is beta times the first radius for a wall as the second body. Both quotients are 0

@@ -43,7 +43,7 @@ Parameters
 x1 : array_like
     speed, the normal component of the impact velocity, >= 0; may be infinite.
 x2 : array_like
-    beta = 3/2 A (rho/m_eff)^(2/5), >= 0, in (time/length)^(1/5), in the units of speed (eq:betadef; `Pair.beta`).
+    beta = 3/2 A (rho/m_eff)^(2/5), >= 0, in (time/length)^(1/5), in units of speed (the paper's Eq. 8; `Pair.beta`).
 
 Returns
 -------

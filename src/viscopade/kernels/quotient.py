@@ -78,7 +78,7 @@ _ROOT_TOLERANCE = Fraction(1, 10**12)
 
 # Plain ASCII: it stands in source files that compilers with other character sets read.
 PADE_SOURCE = (
-    "Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from the equation of "
+    "Pade approximant (the paper's Eq. 11) of the exact series (the paper's Eq. 7), derived from the equation of "
     f"motion; coefficients proven to {PADE_DIGITS} digits"
 )
 
@@ -100,7 +100,7 @@ class DomainEnd(NamedTuple):
 
 @dataclass(frozen=True)
 class ProvenPade:
-    """A Padé approximant (a_0 + … + a_m v*^m)/(b_0 + … + b_n v*^n), eq:padeDef, with what is proven: a record.
+    """A Padé approximant (a_0 + … + a_m v*^m)/(b_0 + … + b_n v*^n), the paper's Eq. 11, with what is proven: a record.
 
     Attributes
     ----------

@@ -10,7 +10,7 @@ speed of compression, and E_eff, R_eff, m_eff as in `Pair` (at a wall R_eff and 
 
 `normal_model_hertz_stiffness.h`, `surfacesIntersect`:
     F = sqrt(R_eff d) (kn d + m_eff gamman v_n).
-    This is eq:viscoelastic with kn = 4/3 E_eff and gamman = 3/2 A kn/m_eff = 2 A E_eff/m_eff. As gamman is given per
+    This is the paper's Eq. 2 with kn = 4/3 E_eff and gamman = 3/2 A kn/m_eff = 2 A E_eff/m_eff. As gamman is given per
     pair of types and multiplied with each pair's own m_eff, particles of one type but different size differ in A.
 `normal_model_hertz.h`, `surfacesIntersect`, with `createBetaEff` of `global_properties.cpp`:
     F = 4/3 E_eff sqrt(R_eff d) d - 2 sqrt(5/6) b sqrt(S m_eff) v_n, S = 2 E_eff sqrt(R_eff d) and

@@ -119,7 +119,7 @@ class Goal:
     name : str
         Of the contact.
     beta : float
-        eq:betadef, v* = beta^(1/2) v^(1/10), of typical bodies; of another law kappa at the speed 1.
+        The paper's Eq. 8, v* = beta^(1/2) v^(1/10), of typical bodies; of another law kappa at the speed 1.
     slowest, typical, fastest : float
         Impact speeds; at the typical one eps must be exact.
     mass : float, optional

@@ -14,7 +14,7 @@ all pairs but the typical one, as beta is proportional to 1/R for spheres of one
 function does know the pair: it gets the numbers of both particles and looks masses and radii up. The generated
 C file has one. It needs no root for beta: for one material
 
-    beta^5 / beta_0^5 = (R_eff/R_0) (m_0/m_eff)^2                                      (eq:betadef, eq:paramEl)
+    beta^5 / beta_0^5 = (R_eff/R_0) (m_0/m_eff)^2                                      (the paper's Eqs. 8 and 3)
 
 and v* depends on beta^5 v alone, so the pair at speed v has the eps of the typical pair (R_0, m_0) at that factor
 times v. In Python, `rebound/simulation.py` makes a Python callback of any callable, also of a compiled function or of

@@ -1,4 +1,4 @@
-"""The scaled equation of motion and its end of contact in SymPy (eq:equationOfMotionNatUnit, eq:tEndAdvanced)."""
+"""The scaled equation of motion and its end of contact in SymPy (the paper's Eqs. 9 and 6)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def rational(number: Fraction) -> sympy.Rational:
 def scaled_equation(law: Law | str = VISCOELASTIC) -> ScaledEquation:
     """Return x'' + x^a + kappa x' x^b with its symbols.
 
-    The paper's law is x'' + x^(3/2) + kappa x' sqrt(x) (eq:equationOfMotionNatUnit). x and tau are pure numbers,
+    The paper's law is x'' + x^(3/2) + kappa x' sqrt(x) (the paper's Eq. 9). x and tau are pure numbers,
     compression and time in units of `Law.length_scale` and `Law.time_scale`. The equation holds during contact, up to
     `end_of_contact`. `derivations/01_scaling.py` and `15_laws.py` derive it.
     """
@@ -71,7 +71,7 @@ def exponents(equation: ScaledEquation) -> tuple[Fraction, Fraction]:
 
 
 def end_of_contact(law: Law | str = VISCOELASTIC) -> sympy.Eq:
-    """Return the condition that ends the contact as SymPy equality: x'' = 0 (eq:tEndAdvanced), or x = 0.
+    """Return the condition that ends the contact as SymPy equality: x'' = 0 (the paper's Eq. 6), or x = 0.
 
     Its symbols are those of `scaled_equation`. With delayed recovery the force vanishes while the spheres are still
     compressed: x = kappa eps for the paper's law. `derivations/01_scaling.py` and notebook 02 read it.

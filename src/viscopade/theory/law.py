@@ -135,7 +135,7 @@ class Law:
         # a = b, Hunt and Crossley: the force is k xi^a (1 + d xi'), so c = d k.
         if self.elastic == self.damping:
             return OwnDamping("d", "c/k", "s/m", 1.0, Fraction(1))
-        # b = a - 1, material of Kelvin and Voigt: the damping is A d(k xi^a)/dt, so c = a A k (eq:viscoelastic: 3/2 A
+        # b = a - 1, material of Kelvin and Voigt: the damping is A d(k xi^a)/dt, so c = a A k (the paper's Eq. 2: 3/2 A
         # rho).
         if self.elastic == self.damping + 1:
             top, bottom = self.elastic.numerator, self.elastic.denominator
@@ -170,7 +170,7 @@ class Law:
 
     @cached_property
     def delayed(self) -> bool:
-        """Whether the force vanishes before x = 0, and contact ends there (eq:tEndAdvanced)."""
+        """Whether the force vanishes before x = 0, and contact ends there (the paper's Eq. 6)."""
         return self.end == "force" and self.nu > 1
 
     @cached_property
@@ -322,7 +322,7 @@ class NamedLaw(NamedTuple):
 
 
 NAMED = {
-    # viscoelastic spheres, the paper's law (eq:viscoelastic)
+    # viscoelastic spheres: the paper's law, its Eq. 2
     "viscoelastic": NamedLaw(lambda _: (Fraction(3, 2), _HALF)),
     # spring-dashpot
     "linear": NamedLaw(lambda _: (Fraction(1), Fraction(0))),

@@ -1,4 +1,4 @@
-"""Padé approximants [m/n] of the series (eq:padeDef): proven coefficients, poles, zeros and domain of use.
+"""Padé approximants [m/n] of the series (the paper's Eq. 11): proven coefficients, poles, zeros and domain of use.
 
 eps(v*) = sum h_k v*^k is the coefficient of restitution, v* the scaled speed of impact, and [m/n] = a(v*)/b(v*). The
 conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition number grows
@@ -109,7 +109,7 @@ class Doublet:
 
 @dataclass(frozen=True, eq=False)
 class Pade(Determined):
-    """The Padé approximant [m/n] of eps(v*) (eq:padeDef), a(v*)/b(v*) with b_0 = 1.
+    """The Padé approximant [m/n] of eps(v*) (the paper's Eq. 11), a(v*)/b(v*) with b_0 = 1.
 
     Attributes
     ----------

@@ -9,9 +9,9 @@ from decimal import ROUND_HALF_EVEN, Decimal
 from viscopade import arguments
 from viscopade.theory.pade import Pade, pade
 
-CITATION = "Müller & Pöschel (2011), Collision of viscoelastic spheres: compact expressions, tab:padeCoeffs"
+CITATION = "Müller & Pöschel (2011), Collision of viscoelastic spheres: compact expressions, the paper's Table I"
 
-# (a_0 … a_m, b_0 … b_n) as printed in tab:padeCoeffs.
+# (a_0 … a_m, b_0 … b_n) as printed in the paper's Table I.
 TABLE: Mapping[tuple[int, int], tuple[tuple[str, ...], tuple[str, ...]]] = {
     (0, 3): (("1.",), ("1", "0", "1.15345", "0")),
     (1, 4): (("1.", "0.501086"), ("1.", "0.501086", "1.15345", "0.577977", "0.532178")),
@@ -28,7 +28,7 @@ TABLE: Mapping[tuple[int, int], tuple[tuple[str, ...], tuple[str, ...]]] = {
 # The table has at least five decimals, without zeros at the end: "1.025" stands for 1.02500 and "1." for 1.00000.
 LEAST_DECIMALS = 5
 
-# Material constant of ice, beta in (s/cm)^(1/5) (after eq:tEndAdvanced; from Bridges et al.).
+# Material constant of ice, beta in (s/cm)^(1/5) (after the paper's Eq. 6; from Bridges et al.).
 BETA_ICE_CGS = "1.307"
 
 
@@ -39,7 +39,7 @@ def last_digit(printed: str) -> Decimal:
 
 @dataclass(frozen=True)
 class PrintedCoefficient:
-    """A printed coefficient of tab:padeCoeffs beside ours.
+    """A printed coefficient of the paper's Table I beside ours.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The series eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) with a proven enclosure of every coefficient.
+"""The series eps = 1 + sum h_k v*^k (the paper's Eq. 7) with a proven enclosure of every coefficient.
 
 eps is the coefficient of restitution, v* the scaled speed of impact, and K and kappa two measures of the damping. Four
 steps, each a function below, lead from the equation of motion to h_k. For a law of contact (a, b),
@@ -64,7 +64,7 @@ ORDER_COST = 6
 
 @dataclass(frozen=True, eq=False)
 class Series(Determined):
-    """The first coefficients of eps = sum h_k v*^k (eq:epsSeriesAdvanced).
+    """The first coefficients of eps = sum h_k v*^k (the paper's Eq. 7).
 
     Attributes
     ----------

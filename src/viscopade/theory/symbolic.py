@@ -1,7 +1,7 @@
 """Symbolic derivation of the series: the hierarchy of equations, the rational H_k, h_k as polynomials in lambda_k.
 
 The way from the scaled equation of motion of two bodies in contact to their coefficient of restitution
-eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced), v* the scaled speed of impact, in exact terms:
+eps = 1 + sum h_k v*^k (the paper's Eq. 7), v* the scaled speed of impact, in exact terms:
 
 1. `turning_point_equation`: time eliminated, compression measured by the turning point;
 2. `hierarchy`: its perturbation equations, one per order in K, whose end values are G_n = g_n(0);
@@ -52,7 +52,7 @@ def turning_point_equation(law: Law | str = VISCOELASTIC) -> sp.Eq:
     """Return d(g^2)/dr = -n_a r^(n_a-1) - n_a K g r^(n_b-1), the loading phase without time.
 
     For the paper's law it is d(g^2)/dr = -5 r^4 - 5 K g r^2. It follows from the scaled equation
-    (eq:equationOfMotionNatUnit) by x = x_max r^(n_b/(b+1)), x' = sqrt(2/(a+1)) x_max^((a+1)/2) g(r) and
+    (the paper's Eq. 9) by x = x_max r^(n_b/(b+1)), x' = sqrt(2/(a+1)) x_max^((a+1)/2) g(r) and
     kappa = sqrt((a+1)/2) K x_max^((a-1)/2-b). The initial condition is g(1) = 0. Unloading is the same with -K for K.
 
     Returns
@@ -261,7 +261,7 @@ def lambda_from_G(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
 
 
 def h_polynomial(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
-    """Return h_k of eq:epsSeriesAdvanced as a polynomial in lambda_1, lambda_3, ….
+    """Return h_k of the paper's Eq. 7 as a polynomial in lambda_1, lambda_3, ….
 
     Parameters
     ----------

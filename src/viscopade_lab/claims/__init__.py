@@ -29,22 +29,22 @@ CLAIMS: tuple[Claim, ...] = (*physics.CLAIMS, *series.CLAIMS, *asymptotics.CLAIM
 
 UNCHECKED = (
     Unchecked(
-        "fig:expVsAnaVsNum",
+        "Fig. 4",
         "the measured values for ice deviate slightly from the theory",
         "the measurements are not public, only a power law fitted to them is",
     ),
     Unchecked(
-        "text after fig:seriesDiverging",
+        "text after Fig. 1",
         "beta = 1.307 (s/cm)^(1/5) belongs to the ice of those measurements",
         "it was fitted to the same measurements; no A of ice is given",
     ),
     Unchecked(
-        "text after eq:asymp; text after eq:betadef",
+        "text after Eq. 10; text after Eq. 8",
         "the exponent and the h_k agree with an earlier paper",
         "the earlier paper is not at hand; the exponent itself is the claim asymptotic-law",
     ),
     Unchecked(
-        "text after eq:paramEl",
+        "text after Eq. 3",
         "who derived the dissipative force first, and who rigorously",
         "a matter of literature, not of numbers",
     ),

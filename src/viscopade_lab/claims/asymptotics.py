@@ -22,7 +22,7 @@ from viscopade.theory.paper import TABLE
 from viscopade_lab.claims.approximants import approximant, curve, slope
 from viscopade_lab.claims.evidence import Claim, Evidence, claim, percent, percent_at_most, verdict
 
-PRINTED_EXPONENT = -3.2  # eq:asymp
+PRINTED_EXPONENT = -3.2  # Eq. 10
 # The damping stops the bodies at x_max = (3/(2 kappa))^(2/3); then the elastic force x^(3/2) pushes against the viscous
 # one kappa sqrt(x) eps, eps = x_max/kappa with kappa = v*^2 (derivations/10_large_v_star.py).
 TRUE_EXPONENT = -10 / 3
@@ -39,7 +39,7 @@ SPEEDS = (2.0, 5.0, 10.0, 100.0, 1000.0)  # v* of the table: where the paper's s
 FITTED = (2.0, 20.0)
 
 
-@claim("asymptotic-law", "eq:asymp", "eps tends to v*^-3.2 for v* to infinity")
+@claim("asymptotic-law", "Eq. 10", "eps tends to v*^-3.2 for v* to infinity")
 def _asymptotic_law() -> Evidence:
     """Return the evidence: proven distances of eps from (3/2)^(2/3) v*^(-10/3), and the errors of v*^-3.2."""
     slopes = {v: slope(v) for v in (*SPEEDS, FAR)}
@@ -93,9 +93,7 @@ def _proven_limit() -> tuple[float, dict[float, float]]:
     return float(scaled.mid()), distance
 
 
-@claim(
-    "dotted-line", "fig:tryingDifferentPade", "the numerical solution for large v* shows the behaviour eps = v*^-3.2"
-)
+@claim("dotted-line", "Fig. 2", "the numerical solution for large v* shows the behaviour eps = v*^-3.2")
 def _dotted_line() -> Evidence:
     """Return the evidence: the range of v* in which the drawn v*^-3.2 is closer than a line's width to eps."""
     v, epsilon, _ = curve()  # eps on a grid, 500 points a decade, v* = 0.01 to 1000
@@ -115,7 +113,7 @@ def _dotted_line() -> Evidence:
 
 @claim(
     "exponent-about-3",
-    "text after eq:padeDef",
+    "text after Eq. 11",
     "eps behaves like a power of v* of about -3, so [m/m+3] is the family to take",
 )
 def _exponent_about_3() -> Evidence:
@@ -132,7 +130,7 @@ def _exponent_about_3() -> Evidence:
     return Evidence(verdict(abs(growth) < EXPONENT_TOLERANCE, nearest == -3), summary, numbers, "sampled")
 
 
-@claim("pade-power", "text after eq:padeDef", "[m/n] behaves like v*^(m-n) for large v*")
+@claim("pade-power", "text after Eq. 11", "[m/n] behaves like v*^(m-n) for large v*")
 def _pade_power() -> Evidence:
     """Return the evidence: the power of v* and its factor at large v*, of each [m/n] in the paper's table."""
     powers, ratios = {}, {}

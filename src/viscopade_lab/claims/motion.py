@@ -1,4 +1,4 @@
-"""The collision in physical units, eq:newton with eq:viscoelastic, by Runge and Kutta's method: a light third route.
+"""The collision in physical units, the paper's Eqs. 1 and 2, by Runge and Kutta's method: a light third route.
 
 Nothing is scaled: rho, A, m_eff and v enter as they are. With s = sqrt(xi) and dt = 2 s dtheta the motion
 
@@ -29,7 +29,7 @@ class Motion:
     Attributes
     ----------
     epsilon : float
-        Coefficient of restitution (eq:force2COR).
+        Coefficient of restitution (Eq. 5).
     duration : float
         t_c, a time.
     largest_force : float
@@ -43,7 +43,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Tail:
-    """The motion after t_c without the min(…) of eq:viscoelastic, until xi = 0.
+    """The motion after t_c without the min(…) of Eq. 2, until xi = 0.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class _State(NamedTuple):
 
 
 class _Law(NamedTuple):
-    """The force law of eq:viscoelastic: `stiffness` rho/m_eff, and `damping` 3/2 A, a time."""
+    """The force law of Eq. 2: `stiffness` rho/m_eff, and `damping` 3/2 A, a time."""
 
     stiffness: float
     damping: float
@@ -142,7 +142,7 @@ def tail(pair: Pair, speed: float) -> Tail:
 
 def _until_the_end(pair: Pair, speed: float) -> tuple[_Law, list[_State], _State]:
     """Return the law, the states of all steps before t_c, and the state at t_c, of a pair at an impact speed."""
-    law = _Law(pair.rho / pair.m_eff, 1.5 * pair.A)  # 3/2 A of eq:viscoelastic
+    law = _Law(pair.rho / pair.m_eff, 1.5 * pair.A)  # 3/2 A of Eq. 2
     path = [_State(0.0, speed, 0.0)]
     # The first state of rebound, u < 0, whose force would attract ends the path; it lies in the step after t_c.
     while path[-1].u > 0 or law.pull(path[-1]) > 0:

@@ -60,7 +60,7 @@ SIGNIFICANT = 10.0
 ROUNDING = 4e-15
 
 
-@claim("table-entries", "tab:padeCoeffs", "the coefficients a_i, b_i of [0/3], [1/4], [2/5] and [3/6]")
+@claim("table-entries", "Table I", "the coefficients a_i, b_i of [0/3], [1/4], [2/5] and [3/6]")
 def _table_entries() -> Evidence:
     """Return the evidence: each printed coefficient beside ours, rounded to as many digits."""
     entries = compare(approximants(PADE_DIGITS))  # 20 digits; the table has 6 at most
@@ -74,7 +74,7 @@ def _table_entries() -> Evidence:
     return Evidence(verdict(not wrong), summary, numbers, "proven")
 
 
-@claim("order-conditions", "text after eq:padeDef", "[m/n] has the Maclaurin series of eps up to order m + n")
+@claim("order-conditions", "text after Eq. 11", "[m/n] has the Maclaurin series of eps up to order m + n")
 def _order_conditions() -> Evidence:
     """Return the evidence: the order k up to which the series of each [m/n] in the table agrees with that of eps."""
     # contact_order: the largest k with [m/n] - eps = O(v*^(k+1)), proven; Padé's definition demands m + n.
@@ -84,7 +84,7 @@ def _order_conditions() -> Evidence:
     return Evidence(verdict(met), summary, {"agrees_up_to_order": contact}, "proven")
 
 
-@claim("pole-of-2-5", "text after eq:padeDef; tab:padeCoeffs", "[2/5] has a pole at v* = 5.68")
+@claim("pole-of-2-5", "text after Eq. 11; Table I", "[2/5] has a pole at v* = 5.68")
 def _pole_of_two_five() -> Evidence:
     """Return the evidence: [2/5] has no pole on v* > 0 but a zero there, at 5.68, where the numerator changes sign."""
     p = approximant(2, 5)
@@ -107,7 +107,7 @@ def _pole_of_two_five() -> Evidence:
     return Evidence(verdict(p.positive_pole is not None), summary, numbers, "proven")
 
 
-@claim("digits-of-the-pole", "tab:padeCoeffs", "the place is 5.68, or 5.6801")
+@claim("digits-of-the-pole", "Table I", "the place is 5.68, or 5.6801")
 def _digits_of_the_pole() -> Evidence:
     """Return the evidence: the positive zero of [2/5], rounded to the digits of the two printed numbers."""
     printed = ("5.68", "5.6801")
@@ -120,7 +120,7 @@ def _digits_of_the_pole() -> Evidence:
     return Evidence(verdict(all(agree)), summary, numbers, "proven")
 
 
-@claim("2-5-for-small-v", "text after eq:padeDef", "[2/5] is suitable only for v* up to about 10^0.3")
+@claim("2-5-for-small-v", "text after Eq. 11", "[2/5] is suitable only for v* up to about 10^0.3")
 def _two_five_suitable() -> Evidence:
     """Return the evidence: the errors of [2/5], where they exceed 10 %, and from which v* on [1/4] is closer to eps."""
     error, error_of_1_4 = errors(2, 5).epsilon, errors(1, 4).epsilon
@@ -143,7 +143,7 @@ def _two_five_suitable() -> Evidence:
     return Evidence(verdict(good_up_to), summary, numbers, "sampled")
 
 
-@claim("0-3-not-acceptable", "text after eq:padeDef", "[0/3] is certainly not acceptable")
+@claim("0-3-not-acceptable", "text after Eq. 11", "[0/3] is certainly not acceptable")
 def _zero_three() -> Evidence:
     """Return the evidence: the errors of [0/3] at v* = 1 and 2, and b_3 = 0, which makes it [0/2]."""
     numbers = _accuracy(0)
@@ -156,7 +156,7 @@ def _zero_three() -> Evidence:
     return Evidence(verdict(max(loss["1"], eps["1"]) > ACCEPTABLE), summary, numbers, "sampled")
 
 
-@claim("1-4-tradeoff", "text after eq:padeDef", "[1/4] is a good compromise of simplicity and accuracy")
+@claim("1-4-tradeoff", "text after Eq. 11", "[1/4] is a good compromise of simplicity and accuracy")
 def _one_four() -> Evidence:
     """Return the evidence: the errors of [1/4] in eps and in 1 - eps up to several v*.
 
@@ -176,7 +176,7 @@ def _one_four() -> Evidence:
 
 @claim(
     "3-6-almost-perfect",
-    "text after eq:padeDef; fig:tryingDifferentPade",
+    "text after Eq. 11; Fig. 2",
     "[3/6] agrees almost perfectly with the numerical solution, also at large v*",
 )
 def _three_six() -> Evidence:
@@ -201,7 +201,7 @@ def _three_six() -> Evidence:
     return Evidence(verdict(everywhere, absolute < LINE_LINEAR), summary, numbers, "sampled")
 
 
-@claim("15-18-identical", "fig:tryingDifferentPade", "[3/6] and [15/18] are virtually identical")
+@claim("15-18-identical", "Fig. 2", "[3/6] and [15/18] are virtually identical")
 def _virtually_identical() -> Evidence:
     """Return the evidence: the relative difference of [3/6] and [15/18], and where it exceeds a line's width."""
     v = curve().v_star
@@ -221,7 +221,7 @@ def _virtually_identical() -> Evidence:
 
 @claim(
     "15-18-almost-perfect",
-    "fig:tryingDifferentPade",
+    "Fig. 2",
     "[15/18] agrees almost perfectly with the exact solution, also at large v*",
 )
 def _fifteen_eighteen() -> Evidence:
@@ -244,7 +244,7 @@ def _fifteen_eighteen() -> Evidence:
 
 @claim(
     "convergent-if-m-below-n",
-    "text after eq:padeDef",
+    "text after Eq. 11",
     '[m/n] behaves like a power law for large v*, "thus, convergent if m<n"',
 )
 def _convergent() -> Evidence:
@@ -270,7 +270,7 @@ def _convergent() -> Evidence:
     return Evidence(verdict(not poles), summary, numbers, "proven")
 
 
-@claim("no-improvement", "text after eq:padeDef", "no order up to [25/28] is significantly better than [3/6]")
+@claim("no-improvement", "text after Eq. 11", "no order up to [25/28] is significantly better than [3/6]")
 def _no_improvement() -> Evidence:
     """Return the evidence: the largest errors of [3/6] and of the best higher [m/m+3], up to v* = 1, 2, 5, 10, 100."""
     table = accuracy_table()
@@ -304,7 +304,7 @@ def _no_improvement() -> Evidence:
 
 @claim(
     "higher-orders-usable",
-    "text after eq:padeDef",
+    "text after Eq. 11",
     "[2/5] is the order that is spoilt by a pole (no other up to [25/28] is mentioned)",
 )
 def _higher_poles() -> Evidence:
@@ -345,7 +345,7 @@ def _no_divergence() -> Evidence:
 
 @claim(
     "entire-range",
-    "text before eq:padeDef; Conclusion",
+    "text before Eq. 11; Conclusion",
     "[1/4] and [3/6] represent eps at all speeds, asymptotic behaviour included, with excellent accuracy",
 )
 def _entire_range() -> Evidence:
@@ -375,7 +375,7 @@ def _entire_range() -> Evidence:
 _RECOMMENDED = ((1, "[1/4]"), (3, "[3/6]"))
 
 
-@claim("figure-of-truncations", "fig:seriesDiverging", "[1/4] almost coincides with the numerical solution")
+@claim("figure-of-truncations", "Fig. 1", "[1/4] almost coincides with the numerical solution")
 def _figure_of_truncations() -> Evidence:
     """Return the evidence: the largest distance of [1/4] from eps in the figure, which ends at v* = 1.5 or 2.
 
@@ -397,7 +397,7 @@ def _figure_of_truncations() -> Evidence:
 
 @claim(
     "figure-linear",
-    "fig:tryingDifferentPadeLin",
+    "Fig. 3",
     "[3/6] coincides almost perfectly with the solution in the entire range, on a linear axis",
 )
 def _figure_linear() -> Evidence:

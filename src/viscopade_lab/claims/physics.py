@@ -53,7 +53,7 @@ def _printed(text: str, value: float | Fraction) -> bool:
 
 @claim(
     "sign-of-the-force",
-    "eq:newton and the text after it",
+    "Eq. 1 and the text after it",
     "F of m_eff xi'' = F is the component of the force along e = (r_1 - r_2)/|r_1 - r_2|",
 )
 def _sign_of_the_force() -> Evidence:
@@ -67,12 +67,12 @@ def _sign_of_the_force() -> Evidence:
     numbers = {"component_on_1": str(push), "component_on_2": str(-push), "m_eff_xi''": str(force)}
     summary = (
         f"a repulsion has the component {push} along e on sphere 1 and {-push} on sphere 2; m_eff xi'' is {force}: F "
-        "of eq:newton is that of the force on sphere 2, which the text does not say"
+        "of Eq. 1 is that of the force on sphere 2, which the text does not say"
     )
     return Evidence(verdict(force == push, force == -push), summary, numbers, "proven")
 
 
-@claim("never-attracts", "eq:viscoelastic", "the min(0, …) makes the force repulsive always")
+@claim("never-attracts", "Eq. 2", "the min(0, …) makes the force repulsive always")
 def _never_attracts() -> Evidence:
     """Return the evidence: the largest attraction after t_c without the min(…), over the largest force before."""
     attraction = {f"{v:g}": after.attraction for v, after in _tails().items()}
@@ -85,13 +85,13 @@ def _never_attracts() -> Evidence:
     return Evidence(verdict(needed), summary, {"attraction_without_min": attraction}, "sampled")
 
 
-@claim("end-of-contact", "eq:tEndAdvanced", "the collision ends when the interaction force vanishes")
+@claim("end-of-contact", "Eq. 6", "the collision ends when the interaction force vanishes")
 def _end_of_contact() -> Evidence:
     """Return the evidence: the compression where the force vanishes, and eps0/eps - 1 of the older end x = 0."""
     compression, difference = {}, {}
     for v, after in _tails().items():
         exact_values = collision(v, 15).floats()  # 15 digits: all that a float prints exactly
-        # x'' = 0 at x_c = kappa eps, kappa = v*^2 (eq:tEndAdvanced), relative to the largest compression.
+        # x'' = 0 at x_c = kappa eps, kappa = v*^2 (Eq. 6), relative to the largest compression.
         compression[f"{v:g}"] = v**2 * exact_values["epsilon"] / exact_values["x_max"]
         difference[f"{v:g}"] = after.epsilon_0 / exact_values["epsilon"] - 1
     numbers = {"compression_at_t_c_over_largest": compression, "older_end_over_this_one_minus_1": difference}
@@ -103,7 +103,7 @@ def _end_of_contact() -> Evidence:
     return Evidence(verdict(earlier and all(d < 0 for d in difference.values())), summary, numbers, "sampled")
 
 
-@claim("elastic-constant", "eq:paramEl", "Hertz's force has rho = 2 Y sqrt(R_eff)/(3 (1 - nu^2))")
+@claim("elastic-constant", "Eq. 3", "Hertz's force has rho = 2 Y sqrt(R_eff)/(3 (1 - nu^2))")
 def _elastic_constant() -> Evidence:
     """Return the evidence: the printed rho over Hertz's 4/3 E_eff sqrt(R_eff), by exact fractions and by `Pair`."""
     # Young's modulus Y (any: it cancels) and Poisson's ratio nu: 1/3 as of many metals, 1/2 of an incompressible body,
@@ -139,7 +139,7 @@ def _product(*factors: tuple[Exponents, int | Fraction]) -> Exponents:
 
 @claim(
     "scaling",
-    "eq:equationOfMotionNatUnit",
+    "Eq. 9",
     "with the given units of length and time the equation has v* as its only parameter",
 )
 def _scaling() -> Evidence:
@@ -178,9 +178,7 @@ def _text(exponents: Exponents) -> list[str]:
     return [str(e) for e in exponents]
 
 
-@claim(
-    "coefficients-universal", "text after eq:betadef", "the h_k are pure numbers, the same for all materials and sizes"
-)
+@claim("coefficients-universal", "text after Eq. 8", "the h_k are pure numbers, the same for all materials and sizes")
 def _coefficients_universal() -> Evidence:
     """Return the evidence: it follows from the claim "scaling", that the scaled problem has no parameter but v*."""
     scaling = _scaling.check()
@@ -215,12 +213,12 @@ def _motion(pair: int, v_star: float) -> Motion:
 
 @lru_cache(maxsize=1)
 def _tails() -> dict[float, Tail]:
-    """Return the motions after t_c without the min(…) of eq:viscoelastic, by v*; the first pair stands for all."""
+    """Return the motions after t_c without the min(…) of Eq. 2, by v*; the first pair stands for all."""
     return {v: tail(PAIRS[0], PAIRS[0].speed(v)) for v in UNIVERSAL_AT}
 
 
 def _scaled_exactly() -> dict[str, bool]:
-    """Return the parts of the problem, eq:newton to eq:tEndAdvanced, that contain only v* in the printed units.
+    """Return the parts of the problem, Eqs. 1 to 6, that contain only v* in the printed units.
 
     SymPy puts xi(t) = X x(t/T) into them, with symbols for all parameters; derivations/01_scaling.py finds X and T.
     """
@@ -239,9 +237,9 @@ def _scaled_exactly() -> dict[str, bool]:
     rate = X / T * x.diff(tau)
     acceleration = rate.diff(tau) / T
     root = sympy.sqrt(X) * sympy.sqrt(x)
-    # eq:newton with eq:viscoelastic: m_eff xi'' + rho xi^(3/2) + 3/2 A rho sqrt(xi) xi' = 0.
+    # Eq. 1 with Eq. 2: m_eff xi'' + rho xi^(3/2) + 3/2 A rho sqrt(xi) xi' = 0.
     newton = m_eff * acceleration + rho * root**3 + sympy.Rational(3, 2) * A * rho * root * rate
-    # eq:betadef, and the scaled equation x'' + x^(3/2) + kappa sqrt(x) x' = 0 with kappa = v*^2 = beta v^(1/5).
+    # Eq. 8, and the scaled equation x'' + x^(3/2) + kappa sqrt(x) x' = 0 with kappa = v*^2 = beta v^(1/5).
     beta = sympy.Rational(3, 2) * A * (rho / m_eff) ** sympy.Rational(2, 5)
     scaled_lhs = scaled.lhs.subs(scaled.kappa, beta * v ** sympy.Rational(1, 5))
     unit_of_force = m_eff * X / T**2
@@ -260,7 +258,7 @@ def _scaled_exactly() -> dict[str, bool]:
 
 @claim(
     "eps-universal",
-    "eq:betadef; Conclusion",
+    "Eq. 8; Conclusion",
     "material, sizes and masses enter eps through beta only, that is, through v*",
 )
 def _universal() -> Evidence:
@@ -290,7 +288,7 @@ def _universal() -> Evidence:
 
 @claim(
     "numerical-benchmark",
-    "text after eq:equationOfMotionNatUnit",
+    "text after Eq. 9",
     "numerical integration is exact except for numerical errors, also for large v*",
 )
 def _benchmark() -> Evidence:
@@ -330,7 +328,7 @@ def _units() -> Evidence:
 
 @claim(
     "ice-speeds",
-    "text after fig:seriesDiverging; text after eq:padeDef",
+    "text after Fig. 1; text after Eq. 11",
     "for ice (beta = 1.307 (s/cm)^(1/5)) v* = 1 is 0.262 cm/s and v* = 10^0.3 is 2.6 m/s",
 )
 def _ice_speeds() -> Evidence:
@@ -342,7 +340,7 @@ def _ice_speeds() -> Evidence:
     return Evidence(verdict(_printed("0.262", at_one) and _printed("2.6", at_limit)), summary, numbers, "proven")
 
 
-@claim("ice-order-40", "fig:expVsAnaVsNum", "for ice the series truncated at k_c = 40 diverges at about 0.3 cm/s")
+@claim("ice-order-40", "Fig. 4", "for ice the series truncated at k_c = 40 diverges at about 0.3 cm/s")
 def _order_40_for_ice() -> Evidence:
     """Return the evidence: the speeds of ice, in cm/s, from which S_40 is 1 % and 10 % off, and that of radius R."""
     # departure(order, tolerance): the first v* where |S_order/eps - 1| reaches the tolerance. The paper's k_c is 40.
@@ -362,7 +360,7 @@ def _order_40_for_ice() -> Evidence:
 
 @claim(
     "ice-1-m/s",
-    "text after fig:seriesDiverging",
+    "text after Fig. 1",
     "for ice at about 1 m/s one would have to go to an impractically high order",
 )
 def _one_metre_per_second() -> Evidence:
@@ -388,7 +386,7 @@ def _one_metre_per_second() -> Evidence:
 
 @claim(
     "figure-ice",
-    "fig:expVsAnaVsNum",
+    "Fig. 4",
     "for ice [3/6] agrees almost perfectly with the numerical integration over the speeds shown",
 )
 def _figure_for_ice() -> Evidence:

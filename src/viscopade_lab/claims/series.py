@@ -47,7 +47,7 @@ OLDER = ("1.15344", "0.79826", "0.483582", "0.285279")
 
 @claim(
     "coefficients-known",
-    "abstract; text after eq:betadef",
+    "abstract; text after Eq. 8",
     "all infinitely many coefficients h_k are known analytically",
 )
 def _known() -> Evidence:
@@ -65,7 +65,7 @@ def _known() -> Evidence:
     return Evidence(verdict(digits >= SERIES_DIGITS), summary, numbers, "proven")
 
 
-@claim("sum-from-zero", "eq:epsSeriesAdvanced", "eps = 1 + sum of h_k v*^k, the sum starting at k = 0")
+@claim("sum-from-zero", "Eq. 7", "eps = 1 + sum of h_k v*^k, the sum starting at k = 0")
 def _sum_from_zero() -> Evidence:
     """Return the evidence: beside the printed 1 the sum can start at k = 0 only if h_0 = 0; a_0 = 1 says h_0 = 1."""
     eps_at_rest = exact.collision(0).epsilon  # eps(v* = 0) = 1: a collision without damping
@@ -87,7 +87,7 @@ def _sum_from_zero() -> Evidence:
     return Evidence(verdict(bool(h_0 == h_0_in_the_sum), bool(h_0_in_the_sum == 0)), summary, numbers, "proven")
 
 
-@claim("no-linear-term", "tab:padeCoeffs", "b_1 = 0 in [0/3], and a_1 = b_1 elsewhere")
+@claim("no-linear-term", "Table I", "b_1 = 0 in [0/3], and a_1 = b_1 elsewhere")
 def _no_linear_term() -> Evidence:
     """Return the evidence: h_1 = 0 exactly, and the printed a_1 and b_1 are the same decimals."""
     h_1 = coefficients().h[1]
@@ -99,7 +99,7 @@ def _no_linear_term() -> Evidence:
     return Evidence(verdict(h_1.is_exact() and h_1.is_zero() and equal), summary, numbers, "proven")
 
 
-@claim("twenty-terms", "text after eq:betadef", "20 terms of the series are needed for eps to quadratic order in v")
+@claim("twenty-terms", "text after Eq. 8", "20 terms of the series are needed for eps to quadratic order in v")
 def _quadratic_order() -> Evidence:
     """Return the evidence: the k for which v*^k is proportional to v^2, and the h_k up to there that vanish."""
     # v* is proportional to beta^(1/2) v^(1/10): the powers are measured by doubling beta or v, not assumed.
@@ -121,7 +121,7 @@ def _quadratic_order() -> Evidence:
     return Evidence(verdict(order == 20), summary, numbers, "proven")  # 20 is the paper's number of terms
 
 
-@claim("exact-solution", "text after eq:betadef", "the series is the exact solution of the problem")
+@claim("exact-solution", "text after Eq. 8", "the series is the exact solution of the problem")
 def _exact_solution() -> Evidence:
     """Return the evidence: |S_120/eps - 1| at five v*, three inside the radius of convergence R = 1.047, two beyond."""
     # At 0.5 the error is already below (0.5/R)^120 = 3e-39; beyond 1.5 it only grows.
@@ -153,7 +153,7 @@ def _exact_solution() -> Evidence:
 
 @claim(
     "truncations-diverge",
-    "text after eq:betadef; Conclusion",
+    "text after Eq. 8; Conclusion",
     "truncated at any order, the series goes to plus or minus infinity, as the sign of h_k says",
 )
 def _truncations_diverge() -> Evidence:
@@ -177,7 +177,7 @@ def _truncations_diverge() -> Evidence:
 
 @claim(
     "order-20-at-1",
-    "text after fig:seriesDiverging",
+    "text after Fig. 1",
     "truncated at k_c = 20 the series starts to deviate at about v* = 1",
 )
 def _order_20_at_1() -> Evidence:
@@ -192,7 +192,7 @@ def _order_20_at_1() -> Evidence:
     return Evidence(verdict(visible > 1 - ONE_DIGIT and gross < 1 + ONE_DIGIT), summary, numbers, "sampled")
 
 
-@claim("slow-convergence", "text after eq:betadef", "the series converges extremely slowly")
+@claim("slow-convergence", "text after Eq. 8", "the series converges extremely slowly")
 def _slow_convergence() -> Evidence:
     """Return the evidence: the radius of convergence, and the orders that three digits take at half and 0.9 of it."""
     numbers: dict[str, Any] = {**radius_numbers()}

@@ -66,7 +66,7 @@ FIT_FACTOR, FIT_EXPONENT = 0.32, -0.234
 FIT_SPEEDS = (0.015, 2.0)
 FIT_LABEL = "fit of Bridges et al."
 
-# eq:asymp, and the true limit (derivations/10_large_v_star.py).
+# Eq. 10, and the true limit (derivations/10_large_v_star.py).
 PAPER_EXPONENT = -3.2
 LIMIT_EXPONENT, LIMIT_FACTOR = -10 / 3, 1.5 ** (2 / 3)
 
@@ -341,7 +341,7 @@ def _materials() -> Sheet:
     return sheet
 
 
-@figure("eps, its series cut off at several orders, and [1/4]", "fig:seriesDiverging")
+@figure("eps, its series cut off at several orders, and [1/4]", "Fig. 1")
 def _truncated_series_diverge() -> Sheet:
     """Return the figure: eps, S_5 to S_40 and [1/4] over v* = 0 to 2, where all sums have diverged."""
     sheet, (axes,) = new_sheet(2.6)
@@ -358,7 +358,7 @@ def _truncated_series_diverge() -> Sheet:
     return sheet
 
 
-@figure("eps and its approximants for large v*, with two power laws", "fig:tryingDifferentPade")
+@figure("eps and its approximants for large v*, with two power laws", "Fig. 2")
 def _pade_at_large_v_star() -> Sheet:
     """Return the figure: eps, five [m/n] and two power laws, above as they are and below times v*^(10/3)."""
     sheet, (axes, scaled) = new_sheet(4.8, (1.5, 1))
@@ -414,7 +414,7 @@ def _local_exponent() -> Sheet:
     return sheet
 
 
-@figure("eps and the first four approximants on linear axes", "fig:tryingDifferentPadeLin")
+@figure("eps and the first four approximants on linear axes", "Fig. 3")
 def _pade_on_linear_axes() -> Sheet:
     """Return the figure: eps and the table's [m/n] over v* = 0 to 3, and an inset of 2 to 3, where they separate."""
     sheet, (axes,) = new_sheet(2.6)
@@ -511,7 +511,7 @@ def _poles_and_zeros() -> Sheet:
     return sheet
 
 
-@figure("eps of ice over the impact speed: exact, [3/6], series, and the published fit", "fig:expVsAnaVsNum")
+@figure("eps of ice over the impact speed: exact, [3/6], series, and the published fit", "Fig. 4")
 def _ice_pade_and_measured_fit() -> Sheet:
     """Return the figure: eps of ice from 0.01 mm/s to 1 m/s, exact, [3/6], S_40, and the published fit."""
     sheet, (axes,) = new_sheet(2.6)

@@ -42,7 +42,7 @@ _CONTACT = f"hertz {STIFFNESS} {DAMPING} {simulators.FRICTIONLESS} damping visco
 
 
 def beta(radius_eff: float, mass_eff: float) -> float:
-    """Return beta (eq:betadef), in (s/m)^(1/5), of LAMMPS's contact with these R_eff (m) and m_eff (kg).
+    """Return beta (the paper's Eq. 8), in (s/m)^(1/5), of LAMMPS's contact with these R_eff (m) and m_eff (kg).
 
     beta = 3/2 A (rho/m_eff)^(2/5) with 3/2 A rho = eta m_eff sqrt(R_eff) and rho = K sqrt(R_eff).
     """

@@ -1,10 +1,10 @@
 """The collision integrated in time: the independent second route to the exact function.
 
-`collide` follows the scaled equation of motion (eq:equationOfMotionNatUnit)
+`collide` follows the scaled equation of motion (the paper's Eq. 9)
 
     x'' + x^(3/2) + kappa x' sqrt(x) = 0,    x(0) = 0,  x'(0) = 1,  kappa = v*^2,
 
-forwards from first contact to the end, which is x'' = 0 (eq:tEndAdvanced) unless the older end x = 0 is asked for.
+forwards from first contact to the end, which is x'' = 0 (the paper's Eq. 6) unless the older end x = 0 is asked for.
 Nothing is shared with `viscopade.collision.exact`: no turning point as origin, no parametrised curve, no FLINT and no
 balls. It is not proven; a run with more digits and another order checks it.
 

@@ -19,7 +19,7 @@ from viscopade.kernels.kernel import Kernel
 from viscopade.kernels.write.file import SPHERES, error_text, range_text, stated_bounds
 from viscopade.kernels.write.targets import LATEX_DIGITS
 
-SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
+SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (the paper's Eq. 7)"
 SERIES_NO_BOUND = "The file is about the coefficients: no bound of a truncated sum's error is claimed in it."
 CERTIFICATE_SOURCE = (
     "proofs by ball arithmetic: each panel of the reference (rows of 1 - eps and eps, with their proven relative "
@@ -61,7 +61,7 @@ def certificates(kernels: Sequence[Kernel], command: str) -> str:
 
 
 def latex_table(kernels: Sequence[Kernel], command: str, digits: int = LATEX_DIGITS) -> str:
-    """Return a LaTeX tabular in the layout of the paper's tab:padeCoeffs, rounded to `digits` significant digits.
+    """Return a LaTeX tabular in the layout of the paper's Table I, rounded to `digits` significant digits.
 
     Raises
     ------
