@@ -217,7 +217,7 @@ def collision(
     kappa : like v_star
         Instead of v_star = kappa^(1/law.d): the damping in the scaled equation, 0 or from 1e-1000 to 1e100.
     beta, speed : like v_star
-        Both instead of v_star: beta (the paper's Eq. 8) in (time/length)^(1/5), and the impact speed in length/time; each
+        Both instead of v_star: beta (the paper's Eq. 8) in (time/length)^(1/5), and the impact speed in length/time,
         from 1e-1000 to 1e100, or 0. For another law, kappa = beta speed^(2/nu-1).
     law : Law or str
         Law of contact, or its name or exponents (`law_of`).

@@ -9,7 +9,7 @@ and E_eff, R_eff, m_eff as in `Pair` (`BaseInteraction::getEffectiveRadius` and 
 
 `HertzianBSHPViscoelasticInteraction::computeNormalForce` (in the program since September 2022):
     F = max(0, k d + 3/2 A k v_n), k = 4/3 E_eff sqrt(R_eff d).
-    This is the paper's Eq. 2 with this package's end condition, for all sizes. `setEffectiveElasticModulus` takes E_eff
+    This is the paper's Eq. 2 with our end condition, for all sizes. `setEffectiveElasticModulus` takes E_eff,
     `setDissipation` takes A.
 `HertzianViscoelasticInteraction::computeNormalForce`:
     F = k d + D sqrt(m_eff k) v_n, not clipped.

@@ -15,7 +15,7 @@ which the program takes betan by a fit of Thornton, Cummins and Cleary for the c
 use Tsuji's formula for the end at x = 0 and are off by more). `betan` from here needs no fit.
 
 After 2023.02a (merge request 977): with `en` and `vn` together c = A kn and A = 2/3 beta (kno/m_eff)^(-2/5), which is
-the paper's Eq. 2, with this package's end of contact. beta = v*^2 vn^(-1/5), and v* solves [3/6](v*) = en with the paper's
+the paper's Eq. 2, with our end of contact. beta = v*^2 vn^(-1/5), and v* solves [3/6](v*) = en with the paper's
 printed coefficients. So `en` is not given as eps but as the value of the printed [3/6] at the exact v*: then beta is
 exact. The program has the same beta, not A, for all sizes of one pair of materials.
 
