@@ -111,9 +111,8 @@ def _pole_of_two_five() -> Evidence:
 def _digits_of_the_pole() -> Evidence:
     """Return the evidence: the positive zero of [2/5], rounded to the digits of the two printed numbers."""
     printed = ("5.68", "5.6801")
-    zero = next(root for root in approximant(2, 5).zeros if root.positive).decimals(12)[
-        0
-    ]  # 12 digits, more than printed
+    # The real part, with 12 digits: more than are printed.
+    zero = next(root for root in approximant(2, 5).zeros if root.positive).decimals(12)[0]
     agree = [Decimal(text) == Decimal(zero).quantize(Decimal(text), ROUND_HALF_EVEN) for text in printed]
     numbers = {"printed": list(printed), "ours": zero, "agree": agree}
     summary = f"the zero is at v* = {zero}; both printed values are correct roundings of it"

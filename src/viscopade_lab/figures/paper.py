@@ -515,7 +515,7 @@ def _poles_and_zeros() -> Sheet:
 def _ice_pade_and_measured_fit() -> Sheet:
     """Return the figure: eps of ice from 0.01 mm/s to 1 m/s, exact, [3/6], S_40, and the published fit."""
     sheet, (axes,) = new_sheet(2.6)
-    label_axes(axes, "$v$ (cm/s)", EPSILON, (1e-3, 1e2), (0, 1), "x")
+    label_axes(axes, "$v$ (cm/s)", EPSILON, (1e-3, 1e2), (0, 1), "x")  # the range of SPEEDS
     draw_curve(axes, "exact", SPEEDS, double.epsilon(_ice(SPEEDS)), (2e-2, -3, -4))
     diverging = _until_out(_truncated(_ice(SPEEDS), 40), -0.1, 1.1)  # the paper's k_c, to beyond the frame 0 … 1
     draw_curve(axes, "k_c=40", SPEEDS, diverging, (0.43, -5, 0), text="series, $k_c=40$")

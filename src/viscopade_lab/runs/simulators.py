@@ -439,10 +439,8 @@ def liggghts_script(places: Iterable[str], contact: str, commands: str, *, radiu
     `numbers` are mass, box, step, run and every, as for `lammps_script`. `contact` are the commands of the contact
     model, `commands` those after the spheres; `box` is half of its width.
     """
-    atoms, numbers = (
-        "\n".join(f"create_atoms 1 single {place}" for place in places),
-        {"diameter": 2 * radius, **numbers},
-    )
+    atoms = "\n".join(f"create_atoms 1 single {place}" for place in places)
+    numbers = {"diameter": 2 * radius, **numbers}
     return _LIGGGHTS.format(atoms=atoms, contact=contact, commands=commands, radius=radius, **numbers)
 
 
@@ -1375,7 +1373,7 @@ def main(programs: tuple[str, ...], fall_down: bool, write: bool) -> None:
         click.echo(csv_text(rows), nl=False)
     elif rows:
         for name, formula, difference in differences(rows):
-            click.echo(f"{name:10} {formula:50} {difference:.1e}")  # columns as wide as the longest names
+            click.echo(f"{name:10} {formula:50} {difference:.1e}")  # columns wide enough for most names
     if write and rows:
         # Rows of programs that were run replace their old ones; the file is sorted by program.
         run_now = {row.program for row in rows}
