@@ -89,9 +89,8 @@ def _pole_of_two_five() -> Evidence:
     """Return the evidence: [2/5] has no pole on v* > 0 but a zero there, at 5.68, where the numerator changes sign."""
     p = approximant(2, 5)
     positive_b = all(b > 0 for b in p.b)  # then b_0 + b_1 v* + … has no zero for v* > 0
-    zero = next(root for root in p.zeros if root.positive).decimals(12)[
-        0
-    ]  # the real part; 12 digits, more than printed
+    # The real part, with 12 digits: more than are printed.
+    zero = next(root for root in p.zeros if root.positive).decimals(12)[0]
     # The value at some place beyond, to show the sign: the numerator has no second positive zero.
     beyond = float(p(2 * float(zero)))
     numbers = {

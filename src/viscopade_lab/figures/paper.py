@@ -418,9 +418,8 @@ def _local_exponent() -> Sheet:
 def _pade_on_linear_axes() -> Sheet:
     """Return the figure: eps and the table's [m/n] over v* = 0 to 3, and an inset of 2 to 3, where they separate."""
     sheet, (axes,) = new_sheet(2.6)
-    inset = axes.inset_axes(
-        (0.49, 0.42, 0.45, 0.55)
-    )  # left, bottom, width, height of the axes: the part without curves
+    # Left, bottom, width and height in parts of the axes: where there are no curves.
+    inset = axes.inset_axes((0.49, 0.42, 0.45, 0.55))
     places = {(0, 3): (2.6, 3, 3), (1, 4): (2.4, 4, 3), (2, 5): (2.3, -3, -3), (3, 6): (2.75, -4, -13)}
     for plane, suffix in ((axes, ""), (inset, "-inset")):
         draw_curve(
