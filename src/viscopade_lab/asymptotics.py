@@ -500,7 +500,7 @@ def _time_matches(near: NearTurningPoint, order: int) -> list[fmpq]:
     # ... then z^-n sigma^i = d^n x^n (1-x)^-n sum binomial(i, b) (h/d)^(i-b).
     for n in range(1, order + 1):
         for i, c in near.q[n].items():
-            for b in range(order + i - n):
+            for b in range(order + i - n):  # up to d^order
                 _add(log_j, n - i + b + 1, c * _binomial(i, b) * _h_power(i - b, n, order).left_shift(n))
     # The time is sum z^-m R_m(sigma, ln J) = sum d^m x^m (1-x)^-m c (sigma d)^i (ln J d)^k d^(-i-k). Its coefficient of
     # d^n x^n needs d^(n-m+i+k) of the product of powers, and x^(n-m) of it times (1-x)^-m.

@@ -263,6 +263,7 @@ def _draft(square: Square) -> _Draft:
     for duration in durations:
         count = _steps(r, w, v * v, duration)
         # h(z) is cut off after STEP_TERMS powers; the pieces use the cut one, whose values on the rim ifft gives.
+        # fft and ifft are inverse but for the factor TERMS.
         h = _coefficients(duration / (float(ADVANCE) * count))[:STEP_TERMS]
         leg = _Leg(BivariateBall.rounded(h[None]), [])
         for _ in range(count):
