@@ -98,7 +98,7 @@ def test_all_figures_have_a_caption_and_the_papers_number():
     text = (DOCS / "figures" / "README.md").read_text("utf-8")
     rows = re.findall(r"^\| \[([\w-]+)\.svg\]\(#[\w-]+\) \| (Fig\. \d)? *\|$", text, re.MULTILINE)
     assert {name: label or None for name, label in rows} == {n: figure.paper_label for n, figure in FIGURES.items()}
-    assert {name for name, _, _ in rows} == {path.stem for path in (DOCS / "figures").glob("*.svg")}
+    assert {name for name, _ in rows} == {path.stem for path in (DOCS / "figures").glob("*.svg")}
     in_paper = ["truncated-series-diverge", "pade-at-large-v-star", "pade-on-linear-axes", "ice-pade-and-measured-fit"]
     assert [name for name, number, _ in sorted(rows, key=lambda row: row[1]) if number] == in_paper
     for name, number, _ in rows:
