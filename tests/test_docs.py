@@ -100,11 +100,11 @@ def test_all_figures_have_a_caption_and_the_papers_number():
     assert {name: label or None for name, label in rows} == {n: figure.paper_label for n, figure in FIGURES.items()}
     assert {name for name, _ in rows} == {path.stem for path in (DOCS / "figures").glob("*.svg")}
     in_paper = ["truncated-series-diverge", "pade-at-large-v-star", "pade-on-linear-axes", "ice-pade-and-measured-fit"]
-    assert [name for name, number, _ in sorted(rows, key=lambda row: row[1]) if number] == in_paper
-    for name, number, _ in rows:
+    assert [name for name, label in sorted(rows, key=lambda row: row[1]) if label] == in_paper
+    for name, label in rows:
         (caption,) = re.findall(rf"^## {name}\n\n(.+?)\n\n!\[.+?\]\({name}\.svg\)$", text, re.MULTILINE | re.DOTALL)
         assert len(caption) > 100
-        assert caption.startswith(f"The paper's figure {number}" if number else "")
+        assert caption.startswith(label.replace("Fig.", "The paper's figure"))
 
 
 GENERATED = [
