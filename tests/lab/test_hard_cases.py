@@ -167,11 +167,11 @@ def test_every_function_is_searched_and_finite_at_its_ends(searched):
 
 def test_listed_arguments_are_bad_enough(searched):
     """A short search finds nothing that is much worse than what test vectors have."""
-    from tools.hard_arguments import known
+    from tools.hard_arguments import listed_arguments
 
     for function in searched[::3]:
         if function.family != "tables":
-            listed = np.array(known(function)).astype(worst.TYPES[function.form.name])
+            listed = np.array(listed_arguments(function)).astype(worst.TYPES[function.form.name])
             assert worst.worst(function, 40, 0).error < 1.3 * max(function.errors(listed)), function.name
 
 
