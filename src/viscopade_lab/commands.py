@@ -86,14 +86,14 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
 @click.option("--quick", is_flag=True, help="Few rounds and elements: a trial run; its times have no meaning.")
 @click.option(
     "--from", "result", type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="File of an earlier run's --out to show instead of measuring.",
+    help="File of an earlier run's --output to show instead of measuring.",
 )  # fmt: skip
-@click.option("--out", type=FilePath(), help="CSV file to write the result to.")
+@click.option("-o", "--output", type=FilePath(), help="CSV file to write the result to.")
 @click.option("--picture", type=FilePath(), help="File for the figure: .svg, .pdf or .png.")
 @STYLE
 def bench_command(
     only: tuple[str, ...], rounds: int | None, quick: bool, cc: str | None, headers: Path | None,
-    result: Path | None, out: Path | None, picture: Path | None, style: str,
+    result: Path | None, output: Path | None, picture: Path | None, style: str,
 ) -> None:  # fmt: skip
     """Measure time and error of all kernels and their rivals.
 
@@ -108,25 +108,25 @@ def bench_command(
     # Everything that can be refused is refused before the measurement, which takes minutes: options, and files that
     # cannot be written.
     contenders = bench.contenders(only)
-    if result is not None and (out is not None or only):
-        raise click.UsageError("--from shows a file: expected neither --out nor --only with it")
+    if result is not None and (output is not None or only):
+        raise click.UsageError("--from shows a file: expected neither --output nor --only with it")
     if picture is not None:
         require("bench --picture", "matplotlib")
         picture_kind("--picture", picture)
-    check_targets([path for path in (out, picture) if path is not None])
+    check_targets([path for path in (output, picture) if path is not None])
 
     # Measure, or read an earlier measurement. `read` returns the header of a kernel: made now, or from a directory.
     comments: list[str] = []
     if result is not None:
-        rows = from_csv(files.content(result, "what `viscopade bench --out` wrote"), str(result))
+        rows = from_csv(files.content(result, "what `viscopade bench --output` wrote"), str(result))
     else:
         sizes = bench.QUICK if quick else bench.Sizes()
         read = requests.file if headers is None else partial(libraries.read_from, headers)
         # 20 rounds, for a median and quartiles; 3, the fewest that have them, for a trial run.
         comments, rows = bench.run(contenders, read, rounds or (3 if quick else 20), sizes, cc)
 
-    if out is not None:
-        write(out, to_csv(comments, rows))
+    if output is not None:
+        write(output, to_csv(comments, rows))
     if picture is not None:
         write_all({picture: drawing.draw(rows, picture.suffix[1:])})
     if style == "text":

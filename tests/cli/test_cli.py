@@ -289,7 +289,7 @@ WRITING = (
     ("fit", "examples/collisions.csv", "--empirical", "folder/ball.py", "--form", "table"),
     ("plot", "a scene.toml", "--law", "tsuji", "--size", "8 cm", "6 cm", "-o", "folder/picture.svg"),
     ("export", "latex", "--digits", "5", "-o", "folder/out"),
-    ("calculator", "--out", "folder/out"),
+    ("calculator", "-o", "folder/out"),
 )
 
 
@@ -321,12 +321,18 @@ def test_the_command_in_a_file_makes_the_same_file(words, tmp_path, monkeypatch)
 SOFT = ["simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1000 N/m", "--mass", "1"]
 
 
-@pytest.mark.parametrize(
-    ("words", "flags"), [(["export", "c"], ("-o", "--output")), (SOFT, ("-o", "--output")), (["calculator"], ["--out"])]
-)
-def test_a_minus_is_the_standard_output(words, flags, tmp_path, monkeypatch):
+@pytest.mark.parametrize(("words", "ways"), [(["export", "c"], 3), (SOFT, 3), (["calculator"], 2)])
+def test_a_minus_is_the_standard_output(words, ways, tmp_path, monkeypatch):
+    """It is the default, too, of two of the commands."""
     monkeypatch.chdir(tmp_path)
-    found = [called(*words, *more) for more in ([], *([flag, "-"] for flag in flags))]
+    found = [called(*words, *more) for more in (["-o", "-"], ["--output", "-"], [])[:ways]]
     assert {(ran.returncode, ran.stderr) for ran in found} == {(0, "")}
     assert len({ran.stdout for ran in found}) == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_the_calculator_is_a_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    ran = called("calculator")
+    assert (ran.returncode, ran.stdout) == (0, "")
+    assert (tmp_path / "calculator.html").read_text("utf-8").startswith("<!DOCTYPE html>")

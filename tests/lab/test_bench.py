@@ -472,7 +472,7 @@ def test_the_pages_times_of_vector_pows_are_those_of_the_file():
 @needs_compiler
 def test_the_command_prints_and_writes(tmp_path):
     out, drawn = tmp_path / "bench.csv", tmp_path / "bench.png"
-    words = ("--quick", "--rounds", "1", "--only", "table", "--out", out, "--picture", drawn)
+    words = ("--quick", "--rounds", "1", "--only", "table", "--output", out, "--picture", drawn)
     result = called("bench", *words, "--format", "csv")
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""

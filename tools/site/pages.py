@@ -119,7 +119,7 @@ def make_calculator(app: Sphinx) -> None:
     """Write the calculator into the site."""
     file = Path(app.outdir, CALCULATOR)
     file.parent.mkdir(parents=True, exist_ok=True)
-    words = [sys.executable, "-m", "viscopade", "calculator", "--out", str(file)]
+    words = [sys.executable, "-m", "viscopade", "calculator", "--output", str(file)]
     here = {**os.environ, "PYTHONPATH": str(app.srcdir / "src")}
     subprocess.run(words, cwd=app.srcdir, env=here, stdout=subprocess.DEVNULL, check=True)
 

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 
-from viscopade.cli.console import command_line, examples, to_file, write_or_print
+from viscopade.cli.console import command_line, examples, output_option, write_or_print
 
 
-@click.command("calculator", epilog=examples("viscopade calculator --out calculator.html"))
-@to_file("--out")
-def calculator_command(out: Path | None) -> None:
+@click.command("calculator", epilog=examples("viscopade calculator", "viscopade calculator -o ball.html"))
+@output_option("calculator.html")
+def calculator_command(output: Path | None) -> None:
     """Write a calculator of eps and damping as one HTML file.
 
     A browser opens the file from the disk and needs no network. eps is computed by the export for JavaScript, with its
@@ -19,7 +19,7 @@ def calculator_command(out: Path | None) -> None:
     """
     from viscopade.calculator import page
 
-    write_or_print(page.page(command_line()), out)
+    write_or_print(page.page(command_line()), output)
 
 
 COMMANDS = (calculator_command,)

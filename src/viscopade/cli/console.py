@@ -248,17 +248,20 @@ def _checked_output(_context: click.Context, _: click.Parameter, path: Path | No
     return path
 
 
-def to_file(*flags: str) -> Callable[..., Any]:
-    """Return the option, with these names, that says where `write_or_print` writes."""
+def output_option(default: str = "-") -> Callable[..., Any]:
+    """Return the option -o, --output, that says where `write_or_print` writes; "-" is the standard output."""
+    place = "-, the standard output" if default == "-" else f"{default}; - is the standard output"
     return click.option(
-        *flags,
+        "-o",
+        "--output",
         type=FilePath(),
+        default=default,
         callback=_checked_output,  # `command_line` recognises the option by it
-        help="File to write.  [default: -, the standard output]",
+        help=f"File to write.  [default: {place}]",
     )
 
 
-OUTPUT = to_file("-o", "--output")
+OUTPUT = output_option()
 
 
 WORDS = "viscopade.words"
@@ -268,7 +271,7 @@ WORDS = "viscopade.words"
 def command_line() -> str:
     """Return the running command for the heads of its files: pasted into a shell, it makes the same files.
 
-    Files are named without their folders. An option of `to_file` is left out, because the text does not depend on it.
+    Files are named without their folders. The option of `output_option` is left out: the text does not depend on it.
     """
     # Parse the typed words again, without conversion. `order` has an option or argument once for each time it was
     # typed; `values` has by name its text, a tuple of texts, or True or False for a flag; of a repeated option a list.

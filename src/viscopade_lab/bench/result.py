@@ -90,7 +90,7 @@ def from_csv(content: bytes, source: str) -> list[Row]:
         text = content.decode()
         lines = [line for line in csv.reader(io.StringIO(text)) if line and not line[0].startswith("#")]
     except (UnicodeDecodeError, csv.Error):
-        raise ValueError(f"{source} is not readable: expected what `viscopade bench --out` wrote") from None
+        raise ValueError(f"{source} is not readable: expected what `viscopade bench --output` wrote") from None
     if len(lines) < 2 or tuple(lines[0]) != COLUMNS:
         raise ValueError(f"{source}: expected the columns {','.join(COLUMNS)}, and at least one row")
     rows = []
