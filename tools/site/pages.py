@@ -138,7 +138,7 @@ def read(app: Sphinx, name: str, content: list[str]) -> None:
     text = re.sub(r"^##+ (.*\$.*)$", place, text, flags=re.MULTILINE)
     text = re.sub(r'^<a id="([\w-]+)"></a>$', r"(\1)=", text, flags=re.MULTILINE)
     if name == INDEX:
-        text = text.replace("## Four kernels\n", EMBEDDED + "## Four kernels\n", 1) + sections(text)
+        text = text.replace("## Symbols\n", EMBEDDED + "## Symbols\n", 1) + sections(text)
     if name == REFERENCE:
         text = re.sub(r"^\| name \|.*?\n(?=\n|\Z)", reference, text, flags=re.MULTILINE | re.DOTALL)
     below = folded((app.srcdir / f"{INDEX}.md").read_text(encoding="utf-8"), name)
