@@ -42,7 +42,9 @@ ULP = {"epsilon": 1.0, "one_minus_epsilon": 3.0, "x_max": 1.0, "tau_c": 2.5, "v_
 _EPSILON, _LOSS, _X_MAX, _TAU_C = range(len(NAMES))  # the functions, in the order of the table
 _POWERS = (-10, 0, -4, -4)  # of 2 in each function for each fold, as above; 1 - eps does not fold (`_in_numpy`)
 
-_LOG_PERIOD = 40 / 9 * math.log(8)  # L of tau_c
+# L of tau_c, in tau_c(8 s) = 2^(-4) (tau_c(s) + L x_max(s)). For large v*, tau_c/x_max = (4/3) lambda + a constant, and
+# lambda = (10/3) ln v* + … (derivations/10_large_v_star.py): (4/3)(10/3) = 40/9 of ln 8 for each fold.
+_LOG_PERIOD = 40 / 9 * math.log(8)
 # Values at once, so that all that belongs to them stays in the cache: measured for `epsilon` without the extension, 24
 # to 27 ns a value with blocks of 2^12 to 2^18, 52 ns with one block of 2^21.
 _BLOCK = 1 << 13

@@ -275,7 +275,8 @@ def pade(m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30, law: La
     DegenerateError
         If [m/n] does not exist, such as [1/1] or [1/3].
     """
-    # 30 digits by default are a choice: twice those of a double.
+    # 30 digits by default are a choice: twice those of a double. So are the largest degree and the most digits, which
+    # `arguments` has for all functions: a typing error is refused, and not computed for hours.
     return _pade(
         arguments.integer("m", m, 0, arguments.MAX_DEGREE),
         arguments.integer("n", n, 0, arguments.MAX_DEGREE),
@@ -288,13 +289,15 @@ def pade(m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30, law: La
 def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
     """Return [m/n] of a law to `digits` digits, from a series of as many digits as that takes."""
     # Measured for 51 pairs of degrees up to [40/43]: the paper's law loses at most 0.47 (m+n) digits, so that 0.7 (m+n)
-    # and eight guard digits serve at once. Other laws lose up to 1.8 (m+n), and need a second or third attempt.
+    # serve at once. The eight guard digits are a choice: with too few of them the loop below takes another turn. Other
+    # laws lose up to 1.8 (m+n), and need a second or third attempt.
     series_digits = digits + 8 + int(0.7 * (m + n))
-    # Ten times as many digits as the coefficients and one for each order: five times the largest loss above. A system
-    # that these do not determine has a coefficient that is 0, or so it seems.
+    # Ten times as many digits as the coefficients and one for each order, that is 10 (m+n), five times the largest loss
+    # above; ten more, a choice, so that [0/0] to one digit has attempts, too. A system that these do not determine has a
+    # coefficient that is 0, or so it seems: then the function refuses.
     limit = 10 * (digits + m + n + 10)
     while series_digits <= limit:
-        # Both are rounded up, so that approximants of like degrees share a derivation.
+        # Both are rounded up to a multiple of 16 (a choice), so that approximants of like degrees share a derivation.
         h = derived(_rounded_up(m + n + LOOK_AHEAD), _rounded_up(series_digits), law).h[: m + n + LOOK_AHEAD + 1]
         # 64 bits (a machine word) more, for the rounding of the elimination.
         with working(bits_for(series_digits) + 64):
@@ -303,7 +306,8 @@ def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
             except _TooWideError as shortage:
                 series_digits += shortage.digits + 4  # four more than seem to be missing, so that one attempt is enough
             except ZeroDivisionError:
-                # The system is singular, or looks so in balls that are too wide: by how much is not known.
+                # The system is singular, or looks so in balls that are too wide: by how much is not known. A step of all
+                # digits and orders comes to the limit after ten turns.
                 _refuse_if_degenerate(m, n, law)
                 series_digits += digits + m + n
     raise ArithmeticError(
