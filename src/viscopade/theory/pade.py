@@ -293,8 +293,8 @@ def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
     # laws lose up to 1.8 (m+n), and need a second or third attempt.
     series_digits = digits + 8 + int(0.7 * (m + n))
     # Ten times as many digits as the coefficients and one for each order, that is 10 (m+n), five times the largest loss
-    # above; ten more, a choice, so that [0/0] to one digit has attempts, too. A system that these do not determine has a
-    # coefficient that is 0, or so it seems: then the function refuses.
+    # above; ten more, a choice, so that [0/0] to one digit has attempts, too. A system that these do not determine has
+    # a coefficient that is 0, or so it seems: then the function refuses.
     limit = 10 * (digits + m + n + 10)
     while series_digits <= limit:
         # Both are rounded up to a multiple of 16 (a choice), so that approximants of like degrees share a derivation.
@@ -306,8 +306,8 @@ def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
             except _TooWideError as shortage:
                 series_digits += shortage.digits + 4  # four more than seem to be missing, so that one attempt is enough
             except ZeroDivisionError:
-                # The system is singular, or looks so in balls that are too wide: by how much is not known. A step of all
-                # digits and orders comes to the limit after ten turns.
+                # The system is singular, or looks so in balls that are too wide: by how much is not known. Steps of all
+                # digits and orders come to the limit in ten turns.
                 _refuse_if_degenerate(m, n, law)
                 series_digits += digits + m + n
     raise ArithmeticError(
