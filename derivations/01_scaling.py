@@ -1,9 +1,9 @@
 # %% [markdown]
 # # 1. From Newton's equation to one parameter
 #
-# Two viscoelastic spheres collide: eq:newton with the force of eq:viscoelastic. The problem has four
-# parameters: m_eff, rho, A and the impact speed v. We choose the units of length and time so that all but one
-# disappear. The remaining one is kappa = v*^2 = beta v^(1/5), with beta of eq:betadef.
+# Two viscoelastic spheres collide: eq:newton with the force of eq:viscoelastic. The problem has four parameters:
+# $m_\text{eff}$, $\rho$, $A$ and the impact speed $v$. We choose the units of length and time so that all but one
+# disappear. The remaining one is $\kappa = v_\ast^2 = \beta v^{1/5}$, with $\beta$ of eq:betadef.
 
 # %%
 import random
@@ -21,10 +21,10 @@ x, tau = scaled.x, scaled.tau
 # %% [markdown]
 # ## The scaled equation
 #
-# Write the compression as xi(t) = X x(tau) with tau = t/T. A derivative with respect to t is one with respect
-# to tau, divided by T. While the spheres push each other, Newton's equation reads
+# Write the compression as $\xi(t) = X x(\tau)$ with $\tau = t/T$. A derivative with respect to $t$ is one with respect
+# to $\tau$, divided by $T$. While the spheres push each other, Newton's equation reads
 #
-#     m xi'' + rho xi^(3/2) + 3/2 A rho sqrt(xi) xi' = 0.
+# $$m \ddot{\xi} + \rho \xi^{3/2} + \frac{3}{2} A \rho \sqrt{\xi} \dot{\xi} = 0.$$
 
 
 # %%
@@ -45,8 +45,8 @@ assert sp.expand(lhs - (x.diff(tau, 2) + elastic * sp.sqrt(x) ** 3 + viscous * x
 # %% [markdown]
 # ## The units that remove the parameters
 #
-# The spheres touch with x(0) = 0 and with xi'(0) = v, that is x'(0) = v T/X. Two units can make two numbers
-# equal to 1: the elastic coefficient and this initial velocity.
+# The spheres touch with $x(0) = 0$ and with $\dot{\xi}(0) = v$, that is $\dot{x}(0) = v T/X$. Two units can make two
+# numbers equal to 1: the elastic coefficient and this initial velocity.
 
 # %%
 (time_of_length,) = sp.solve(sp.Eq(v * T / X, 1), T)
@@ -61,8 +61,9 @@ assert sp.simplify(time / ((rho / m) ** sp.Rational(-2, 5) * v ** sp.Rational(-1
 # %% [markdown]
 # ## The remaining parameter
 #
-# The coefficient of x' sqrt(x) is a pure number, and it is the only parameter: kappa. It grows like v^(1/5),
-# and beta is what remains when the speed is divided out. This is eq:betadef, and v* = sqrt(kappa).
+# The coefficient of $\dot{x} \sqrt{x}$ is a pure number, and it is the only parameter: $\kappa$. It grows like
+# $v^{1/5}$, and $\beta$ is what remains when the speed is divided out. This is eq:betadef, and
+# $v_\ast = \sqrt{\kappa}$.
 
 # %%
 kappa = sp.simplify(viscous.subs({X: length, T: time}))
@@ -78,14 +79,15 @@ assert sp.simplify(lhs.subs({X: length, T: time}) - scaled_lhs.subs(scaled.kappa
 # %% [markdown]
 # ## When the contact ends
 #
-# Spheres without adhesion never attract each other: the force is min(0, ...), and in scaled units its second
-# argument is -sqrt(x) (x + kappa y) with y = x'. It is repulsive while x + kappa y > 0. On the way in y > 0, and at
-# the turning point y = 0 with x > 0. On the way out y < 0, and at x = 0 the sum would be kappa y < 0. So the
-# force vanishes before the compression does, where x = -kappa y. That is x'' = 0, eq:tEndAdvanced.
+# Spheres without adhesion never attract each other: the force is $\min(0, \dots)$, and in scaled units its second
+# argument is $-\sqrt{x} (x + \kappa y)$ with $y = \dot{x}$. It is repulsive while $x + \kappa y > 0$. On the way in
+# $y > 0$, and at the turning point $y = 0$ with $x > 0$. On the way out $y < 0$, and at $x = 0$ the sum would be
+# $\kappa y < 0$. So the force vanishes before the compression does, where $x = -\kappa y$. That is $\ddot{x} = 0$,
+# eq:tEndAdvanced.
 #
-# From there on the min keeps y constant, x decreases, and x + kappa y stays negative: the contact is over,
-# and eps = -y. The spheres separate still compressed, at x_c = kappa eps > 0, and relax later. (An
-# older model stops at x = 0 instead, so the spheres attract each other at the end.)
+# From there on the minimum keeps $y$ constant, $x$ decreases, and $x + \kappa y$ stays negative: the contact is over,
+# and $\varepsilon = -y$. The spheres separate still compressed, at $x_c = \kappa \varepsilon > 0$, and relax later. (An
+# older model stops at $x = 0$ instead, so the spheres attract each other at the end.)
 
 # %%
 eps, x_c = sp.symbols("epsilon x_c", positive=True)
@@ -102,7 +104,7 @@ assert sp.simplify(on_the_way_out.subs(x_c, compression / 2)).is_positive  # aft
 # %% [markdown]
 # ## The same in `viscopade.collision.spheres`
 #
-# First the symbols, then numbers: a pair of spheres drawn at random, its beta, v* and scales.
+# First the symbols, then numbers: a pair of spheres drawn at random, its $\beta$, $v_\ast$ and scales.
 
 # %%
 assert sp.simplify(scaled.lhs - scaled_lhs) == 0
@@ -135,9 +137,9 @@ for name, symbolic, number in (
 # %% [markdown]
 # ## A direct check
 #
-# Integrate Newton's equation in physical units, and the scaled equation, and compare. The
-# square root makes both singular at the first touch. A new time s with dt = 2 sqrt(xi) ds removes that: for q
-# = sqrt(xi) and u = xi' the equations dq/ds = u and du/ds = 2 q xi'' are smooth. The last Runge-Kutta step is
+# Integrate Newton's equation in physical units, and the scaled equation, and compare. The square root makes both
+# singular at the first touch. A new time $s$ with $dt = 2 \sqrt{\xi} ds$ removes that: for $q = \sqrt{\xi}$ and
+# $u = \dot{\xi}$ the equations $dq/ds = u$ and $du/ds = 2 q \ddot{\xi}$ are smooth. The last Runge-Kutta step is
 # bisected until it ends where the force vanishes.
 
 

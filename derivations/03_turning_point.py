@@ -1,10 +1,10 @@
 # %% [markdown]
 # # 3. Time eliminated, compression measured by the turning point
 #
-# The scaled equation x'' + x^(3/2) + kappa x' sqrt(x) = 0 (eq:equationOfMotionNatUnit) does not contain time.
-# Taking the speed as a function of the compression leaves one equation of first order, and with the right
-# units of both one equation serves loading and unloading. Here "end" means x = 0; the result is called eps0.
-# The true end of contact follows in `05_end_of_contact.py`.
+# The scaled equation $\ddot{x} + x^{3/2} + \kappa \dot{x} \sqrt{x} = 0$ (eq:equationOfMotionNatUnit) does not contain
+# time. Taking the speed as a function of the compression leaves one equation of first order, and with the right units
+# of both one equation serves loading and unloading. Here "end" means $x = 0$; the result is called $\varepsilon_0$. The
+# true end of contact follows in `05_end_of_contact.py`.
 
 # %%
 import sympy as sp
@@ -20,7 +20,8 @@ x_max, S = sp.symbols("x_max S", positive=True)
 # %% [markdown]
 # ## Without time
 #
-# On the way in x grows from 0 to x_max, so x' is a function w(x). SymPy's chain rule gives x'' = w w'(x).
+# On the way in $x$ grows from 0 to $x_\text{max}$, so $\dot{x}$ is a function $w(x)$. SymPy's chain rule gives
+# $\ddot{x} = w w'(x)$.
 
 # %%
 X = sp.Symbol("X", positive=True)
@@ -31,11 +32,11 @@ without_time = scaled.lhs.subs(x.diff(tau, 2), acceleration).subs(x.diff(tau), w
 print("without time:", without_time, "= 0")
 
 # %% [markdown]
-# ## Units: x = x_max r^2, |x'| = S g(r)
+# ## Units: $x = x_\text{max} r^2$, $\lvert \dot{x} \rvert = S g(r)$
 #
-# r runs from 0 to 1 and measures the square root, so that no root is left in the equation. S is chosen so
-# that without damping (kappa = 0) the speed at r = 0 is g = 1. `sign` is +1 on the way in and -1 on the way
-# out, when w = -S g.
+# $r$ runs from 0 to 1 and measures the square root, so that no root is left in the equation. $S$ is chosen so that
+# without damping ($\kappa = 0$) the speed at $r = 0$ is $g = 1$. `sign` is $+1$ on the way in and $-1$ on the way out,
+# when $w = -S g$.
 
 
 # %%
@@ -67,8 +68,8 @@ assert unloading == loading.subs(K, -K)  # one problem, two signs of K
 # %% [markdown]
 # ## One function gives both halves
 #
-# Let V(K) = g(0). The first half starts with x'(0) = 1 = S V(K), which determines x_max. The second half ends
-# at x = 0 with the speed eps0 = S V(-K).
+# Let $V(K) = g(0)$. The first half starts with $\dot{x}(0) = 1 = S V(K)$, which determines $x_\text{max}$. The second
+# half ends at $x = 0$ with the speed $\varepsilon_0 = S V(-K)$.
 
 # %%
 V, U = sp.symbols("V U", positive=True)  # V(K) and V(-K)
@@ -82,9 +83,9 @@ assert sp.simplify(kappa_of_V / (sp.Rational(5, 4) ** sp.Rational(2, 5) * K * V 
 # %% [markdown]
 # ## The same in `viscopade.theory.symbolic`, and a check in numbers
 #
-# Choose K = 1/2, integrate both halves from the turning point, and compare the resulting eps0 with a direct
-# integration in time at the resulting kappa. Both systems are made polynomial by a suitable time: in the
-# first dr = -g ds, and in the second x = q^2, dtau = 2 q ds.
+# Choose $K = 1/2$, integrate both halves from the turning point, and compare the resulting $\varepsilon_0$ with a
+# direct integration in time at the resulting $\kappa$. Both systems are made polynomial by a suitable time: in the
+# first $dr = -g ds$, and in the second $x = q^2$, $d\tau = 2 q ds$.
 
 # %%
 equation = symbolic.turning_point_equation()

@@ -1,9 +1,12 @@
 # %% [markdown]
 # # 4. The hierarchy of perturbation equations
 #
-# d(g^2)/dr = -5 r^4 - 5 K g r^2, g(1) = 0 (derivation 3) is solved by g = sum K^n g_n(r). SymPy writes
-# the equation of each order. We bring it to the form of a recursion, show that no order is singular
-# anywhere on 0 <= r <= 1, and compute G_n = g_n(0), the coefficients of V(K) = g(0), in three ways.
+# $g = \sum K^n g_n(r)$ solves the equation of derivation 3,
+#
+# $$\frac{d(g^2)}{dr} = -5 r^4 - 5 K g r^2, \qquad g(1) = 0.$$
+#
+# SymPy writes the equation of each order. We bring it to the form of a recursion, show that no order is singular
+# anywhere on $0 \le r \le 1$, and compute $G_n = g_n(0)$, the coefficients of $V(K) = g(0)$, in three ways.
 
 # %%
 import sympy as sp
@@ -19,8 +22,8 @@ equation = symbolic.turning_point_equation()
 # %% [markdown]
 # ## Order by order
 #
-# Insert the sum and collect powers of K. With the Cauchy product (g^2)_n = sum_i g_i g_(n-i) the equation of
-# order n is d/dr (g^2)_n = -5 r^2 g_(n-1), except for n = 0, where the right side is -5 r^4.
+# Insert the sum and collect powers of $K$. With the Cauchy product $(g^2)_n = \sum_i g_i g_{n-i}$ the equation of order
+# $n$ is $d(g^2)_n/dr = -5 r^2 g_{n-1}$, except for $n = 0$, where the right side is $-5 r^4$.
 
 # %%
 HIGHEST = 8
@@ -37,11 +40,11 @@ for n in range(HIGHEST + 1):
         print(f"K^{n}:", order_n)
 
 # %% [markdown]
-# Both sides are integrated from r to 1, where every g_n vanishes. With P_n = 5 int_r^1 g_(n-1) s^2 ds this is
+# Both sides are integrated from $r$ to 1, where every $g_n$ vanishes. With $P_n = 5 \int_r^1 g_{n-1} s^2 ds$ this is
 #
-#     g_0 = sqrt(1 - r^5),    2 g_0 g_n = P_n - sum_(0<i<n) g_i g_(n-i).
+# $$g_0 = \sqrt{1 - r^5}, \qquad 2 g_0 g_n = P_n - \sum_{0 < i < n} g_i g_{n-i}.$$
 #
-# Each order is one integration of the previous order, then a division by g_0.
+# Each order is one integration of the previous order, then a division by $g_0$.
 
 # %%
 g_0 = sp.sqrt(sp.integrate(5 * r**4, (r, r, 1)))
@@ -51,11 +54,11 @@ assert sp.simplify(symbolic.hierarchy(0).subs(g(0), g_0).doit()) == sp.true
 # %% [markdown]
 # ## Why it is regular: the turning point
 #
-# g_0 vanishes at r = 1, and every order divides by it. This is harmless. Let t = 1 - r. Then
+# $g_0$ vanishes at $r = 1$, and every order divides by it. This is harmless. Let $t = 1 - r$. Then
 #
-#     g_n = t^((n+1)/2) f_n(t),   f_n analytic for |t| < 2 sin(pi/5) = 1.1756.
+# $$g_n = t^{(n+1)/2} f_n(t), \qquad f_n \text{ analytic for } \lvert t \rvert < 2 \sin(\pi/5) = 1.1756.$$
 #
-# n = 0: f_0^2 = (1 - (1-t)^5)/t is a polynomial that vanishes nowhere in that disc, so that f_0 and 1/f_0
+# For $n = 0$, $f_0^2 = (1 - (1-t)^5)/t$ is a polynomial that vanishes nowhere in that disc, so that $f_0$ and $1/f_0$
 # are analytic there.
 
 # %%
@@ -70,16 +73,16 @@ print(f"f_0^2 = {f_0_squared}, its nearest zero is at |t| = {radius:.4f}")
 assert abs(radius - float(2 * sp.sin(sp.pi / 5))) < 1e-12
 
 # %% [markdown]
-# n >= 1, by induction. All terms of the recursion have the same power of t: the product g_i g_(n-i) has
-# t^((i+1)/2 + (n-i+1)/2) = t^(n/2+1), so has g_0 g_n, and so has P_n, because a power t^(n/2+j) in the integrand
-# becomes t^(n/2+1+j)/(n/2+1+j). This divides the coefficient j of an analytic function by n/2 + 1 + j, which
-# does not change its disc of convergence. Without the common power,
+# For $n \ge 1$, by induction. All terms of the recursion have the same power of $t$: the product $g_i g_{n-i}$ has
+# $t^{(i+1)/2 + (n-i+1)/2} = t^{n/2+1}$, so has $g_0 g_n$, and so has $P_n$, because a power $t^{n/2+j}$ in the
+# integrand becomes $t^{n/2+1+j}/(n/2+1+j)$. This divides the coefficient $j$ of an analytic function by $n/2 + 1 + j$,
+# which does not change its disc of convergence. Without the common power,
 #
-#     2 f_0 f_n = p_n - sum_(0<i<n) f_i f_(n-i),
-#     coefficient j of p_n = 5/(n/2+1+j) * coefficient j of (1-t)^2 f_(n-1),
+# $$2 f_0 f_n = p_n - \sum_{0 < i < n} f_i f_{n-i}, \qquad
+# [t^j] p_n = \frac{5}{n/2 + 1 + j} [t^j] (1-t)^2 f_{n-1}$$
 #
-# and division by f_0 is harmless. (So g is analytic in sqrt(t) and K together: the square root is that of
-# any turning point, x_max - x proportional to the time squared.)
+# with the coefficient $[t^j]$ of $t^j$, and division by $f_0$ is harmless. (So $g$ is analytic in $\sqrt{t}$ and $K$
+# together: the square root is that of any turning point, $x_\text{max} - x$ proportional to the time squared.)
 
 # %%
 n, i, j = sp.symbols("n i j", positive=True)
@@ -91,10 +94,10 @@ assert sp.simplify(sp.integrate(s ** (n / 2 + j), (s, 0, t)) - t ** (power + j) 
 # %% [markdown]
 # ## Why it is regular: first contact
 #
-# Around r = 0, g_0 = sqrt(1 - r^5) is analytic and not zero for |r| < 1, and so are integrals and
-# products. So every g_n is analytic for |r| < 1; the nearest singularities are the fifth roots of unity,
-# and the other series resolves r = 1. The two discs overlap: at r = 1/2 both
-# converge, the one around r = 0 like 2^-j and the one around r = 1 like (1/2 / 1.1756)^j = 2.35^-j.
+# Around $r = 0$, $g_0 = \sqrt{1 - r^5}$ is analytic and not zero for $\lvert r \rvert < 1$, and so are integrals and
+# products. So every $g_n$ is analytic for $\lvert r \rvert < 1$; the nearest singularities are the fifth roots of
+# unity, and the other series resolves $r = 1$. The two discs overlap: at $r = 1/2$ both converge, the one around
+# $r = 0$ like $2^{-j}$ and the one around $r = 1$ like $(\frac{1}{2} / 1.1756)^j = 2.35^{-j}$.
 #
 # ## First way to the numbers: this file, in plain floating point
 
@@ -158,11 +161,11 @@ with mp.workdps(DIGITS + 15):
         assert abs(value - middle) < mp.mpf(10) ** -DIGITS * abs(middle)
 
 # %% [markdown]
-# ## Third way: quadrature for G_1 and G_2
+# ## Third way: quadrature for $G_1$ and $G_2$
 #
-# 2 G_1 = 5 int_0^1 g_0 s^2 ds is a Beta function of u = s^5. Then 2 G_2 = 5 int_0^1 g_1 s^2 ds - G_1^2, where
-# 2 g_0 g_1 = P_1 is the same integral from r on. Near r = 1 the integrands are smooth in y = sqrt(1 - r^5), dr =
-# -2 y dy / (5 r^4), and near r = 0 in r itself.
+# $2 G_1 = 5 \int_0^1 g_0 s^2 ds$ is a Beta function of $u = s^5$. Then $2 G_2 = 5 \int_0^1 g_1 s^2 ds - G_1^2$, where
+# $2 g_0 g_1 = P_1$ is the same integral from $r$ on. Near $r = 1$ the integrands are smooth in $y = \sqrt{1 - r^5}$,
+# $dr = -2 y dy / (5 r^4)$, and near $r = 0$ in $r$ itself.
 
 # %%
 u = sp.Symbol("u", positive=True)

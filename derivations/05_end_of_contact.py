@@ -1,9 +1,9 @@
 # %% [markdown]
 # # 5. The end of contact: a universal rational series
 #
-# Contact ends where the force vanishes, x'' = 0 (eq:tEndAdvanced), before x = 0 is reached. The difference
-# between eps there and eps0 at x = 0 depends on only one number, and its series has rational coefficients:
-# eps = eps0 H((4/5) v*^5 sqrt(eps0)). H is computed in two ways.
+# Contact ends where the force vanishes, $\ddot{x} = 0$ (eq:tEndAdvanced), before $x = 0$ is reached. The difference
+# between $\varepsilon$ there and $\varepsilon_0$ at $x = 0$ depends on only one number, and its series has rational
+# coefficients: $\varepsilon = \varepsilon_0 H(\frac{4}{5} v_\ast^5 \sqrt{\varepsilon_0})$. $H$ is computed in two ways.
 
 # %%
 from fractions import Fraction
@@ -24,8 +24,8 @@ k = sp.Function("k")
 # %% [markdown]
 # ## Units of the end
 #
-# On the way out g -> U at r = 0, and the viscous force is comparable with the elastic one where r^4 = K g r^2.
-# Hence g = U h(s), r = sqrt(K U) s with h(0) = 1.
+# On the way out $g \to U$ at $r = 0$, and the viscous force is comparable with the elastic one where $r^4 = K g r^2$.
+# Hence $g = U h(s)$, $r = \sqrt{K U} s$ with $h(0) = 1$.
 
 # %%
 Kp = sp.Symbol("K", positive=True)
@@ -37,10 +37,14 @@ assert sp.simplify(slope - delta_of_K * (-5 * s**4 + 5 * h(s) * s**2)) == 0
 print("d(h^2)/ds = 5 delta (h s^2 - s^4), delta =", delta_of_K)
 
 # %% [markdown]
-# Integrated: h^2 = 1 - delta s^5 + 5 delta int_0^s h q^2 dq. This is a regular initial value problem;
-# with h = sum delta^j h_j(s), every h_j is a polynomial.
+# Integrated:
 #
-# The force vanishes where x^(3/2) = -kappa x' sqrt(x), that is x = kappa |x'|. In the present units:
+# $$h^2 = 1 - \delta s^5 + 5 \delta \int_0^s h q^2 dq.$$
+#
+# This is a regular initial value problem; with $h = \sum \delta^j h_j(s)$, every $h_j$ is a polynomial.
+#
+# The force vanishes where $x^{3/2} = -\kappa \dot{x} \sqrt{x}$, that is $x = \kappa \lvert \dot{x} \rvert$. In the
+# present units:
 
 # %%
 scaled = equation.scaled_equation()
@@ -57,8 +61,9 @@ assert sp.simplify(end / (x_max * Kp * U) - (s**2 - h(s))) == 0
 print("contact ends where s^2 = h; there eps/eps0 = h = H(delta)")
 
 # %% [markdown]
-# The speed there is S U H, and eps0 = S U: eps = eps0 H(delta). With kappa = (5/4)^(2/5) K V^(1/5) and eps0 =
-# U/V, delta is known from v* = sqrt(kappa) and eps0:
+# The speed there is $S U H$, and $\varepsilon_0 = S U$: $\varepsilon = \varepsilon_0 H(\delta)$. With
+# $\kappa = (5/4)^{2/5} K V^{1/5}$ and $\varepsilon_0 = U/V$, $\delta$ is known from $v_\ast = \sqrt{\kappa}$ and
+# $\varepsilon_0$:
 
 # %%
 kappa_of_V = sp.Rational(5, 4) ** sp.Rational(2, 5) * Kp * V ** sp.Rational(1, 5)
@@ -67,9 +72,9 @@ assert sp.simplify(delta_of_kappa.subs(kappa, kappa_of_V) / delta_of_K) == 1
 print("delta =", delta_of_kappa.subs(U, V * sp.Symbol("eps0")), " with kappa = v*^2")
 
 # %% [markdown]
-# ## First way: the polynomials h_j(s), then the end
+# ## First way: the polynomials $h_j(s)$, then the end
 #
-# H = h(sqrt(H)). At order delta^n only H_0 … H_(n-1) enter the right side, since h_0 = 1. Plain SymPy:
+# $H = h(\sqrt{H})$. At order $\delta^n$ only $H_0, \dots, H_{n-1}$ enter the right side, since $h_0 = 1$. Plain SymPy:
 
 # %%
 ORDER = 5
@@ -92,9 +97,11 @@ assert [Fraction(int(c.numerator), int(c.denominator)) for c in first] == list(s
 # %% [markdown]
 # ## Second way: in units of the end itself
 #
-# Let s = sqrt(H) p, h = H k(p), mu = delta sqrt(H). The end is now at p = 1, k = 1, and h = 1 at s = 0 (that
-# is x = 0) becomes k(0) = 1/H. The differential equation keeps its form with mu for delta; integrated from
-# the end, k^2 = 1 + mu (1 - p^5 - 5 int_p^1 k q^2 dq).
+# Let $s = \sqrt{H} p$, $h = H k(p)$, $\mu = \delta \sqrt{H}$. The end is now at $p = 1$, $k = 1$, and $h = 1$ at
+# $s = 0$ (that is $x = 0$) becomes $k(0) = 1/H$. The differential equation keeps its form with $\mu$ for $\delta$;
+# integrated from the end,
+#
+# $$k^2 = 1 + \mu \left(1 - p^5 - 5 \int_p^1 k q^2 dq\right).$$
 
 # %%
 Hs = sp.Symbol("H", positive=True)
@@ -104,11 +111,13 @@ assert sp.simplify(slope_k.subs(delta, mu / sp.sqrt(Hs)) - mu * (-5 * p**4 + 5 *
 assert sp.integrate(-5 * q**4, (q, 1, p)) == 1 - p**5
 
 # %% [markdown]
-# Again every order k_j(p) is a polynomial, and the end needs no equation to be solved: k_0(mu) = k(p=0) gives
-# H = 1/k_0 at delta = mu/sqrt(H) = mu sqrt(k_0(mu)). Lagrange's inversion of this delta(mu) yields
+# Again every order $k_j(p)$ is a polynomial, and the end needs no equation to be solved: with $k_0(\mu)$ for $k$ at
+# $p = 0$, $H = 1/k_0$ at $\delta = \mu/\sqrt{H} = \mu \sqrt{k_0(\mu)}$. Lagrange's inversion of this $\delta(\mu)$
+# yields
 #
-#     H_j = (1/j) [mu^(j-1)] (1/k_0)' (mu/delta)^j = (1/j) [mu^(j-1)] (-k_0'/k_0^2) k_0^(-j/2)
-#         = 2/(j (2+j)) [mu^(j-1)] (k_0^(-(2+j)/2))' = 2/(2+j) [mu^j] k_0^(-(2+j)/2).
+# $$H_j = \frac{1}{j} [\mu^{j-1}] \left(\frac{1}{k_0}\right)' \left(\frac{\mu}{\delta}\right)^j
+# = \frac{1}{j} [\mu^{j-1}] \left(-\frac{k_0'}{k_0^2}\right) k_0^{-j/2}
+# = \frac{2}{j (2+j)} [\mu^{j-1}] \left(k_0^{-(2+j)/2}\right)' = \frac{2}{2+j} [\mu^j] k_0^{-(2+j)/2}.$$
 
 # %%
 k_0 = sp.Function("k_0", positive=True)(mu)
@@ -129,7 +138,8 @@ second = [
 assert first == second
 
 # %% [markdown]
-# In terms of the result, mu = delta sqrt(H) = (4/5) v*^5 sqrt(eps): eps0 = eps k_0((4/5) v*^5 sqrt(eps)).
+# In terms of the result, $\mu = \delta \sqrt{H} = \frac{4}{5} v_\ast^5 \sqrt{\varepsilon}$:
+# $\varepsilon_0 = \varepsilon k_0(\frac{4}{5} v_\ast^5 \sqrt{\varepsilon})$.
 
 # %%
 eps0 = sp.Symbol("epsilon_0", positive=True)
@@ -139,10 +149,9 @@ assert sp.simplify(delta_of_kappa.subs(U, V * eps0) * sp.sqrt(Hs) - mu_of_eps) =
 # %% [markdown]
 # ## Both ways in src, to higher order, and a check in numbers
 #
-# `viscopade.theory.symbolic.delayed_recovery_series` takes the first way,
-# `viscopade.theory.series.end_series` the second. Then one
-# point of H by direct integration: in a time t with ds/dt = h the equation is the smooth system s' = h, h' =
-# (5/2) delta (h s^2 - s^4), from s = 0, h = 1 to s^2 = h.
+# `viscopade.theory.symbolic.delayed_recovery_series` takes the first way, `viscopade.theory.series.end_series` the
+# second. Then one point of $H$ by direct integration: in a time $t$ with $ds/dt = h$ the equation is the smooth system
+# $s' = h$, $h' = \frac{5}{2} \delta (h s^2 - s^4)$, from $s = 0$, $h = 1$ to $s^2 = h$.
 
 # %%
 HIGH = 32

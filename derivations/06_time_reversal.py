@@ -1,13 +1,14 @@
 # %% [markdown]
-# # 6. Time reversal: half of the coefficients of eps0 vanish
+# # 6. Time reversal: half of the coefficients of $\varepsilon_0$ vanish
 #
-# A time-reversed collision is a collision with negative damping. This maps the pair (kappa,
-# eps0) to another one, and in the right variable nu the logarithm of eps0 is odd:
+# A time-reversed collision is a collision with negative damping. This maps the pair $(\kappa, \varepsilon_0)$ to
+# another one, and in the right variable $\nu$ the logarithm of $\varepsilon_0$ is odd:
 #
-#     ln eps0 = -Lambda(nu),   nu = kappa eps0^(1/10),   Lambda(nu) = lambda_1 nu + lambda_3 nu^3 + …
+# $$\ln \varepsilon_0 = -\Lambda(\nu), \qquad \nu = \kappa \varepsilon_0^{1/10}, \qquad
+# \Lambda(\nu) = \lambda_1 \nu + \lambda_3 \nu^3 + \dots$$
 #
-# Here eps0 ends at x = 0, the two half collisions of derivation 3, and kappa may have any sign:
-# near kappa = 0 eps0 is an analytic function of kappa, by the hierarchy.
+# Here $\varepsilon_0$ ends at $x = 0$, the two half collisions of derivation 3, and $\kappa$ may have any sign: near
+# $\kappa = 0$ $\varepsilon_0$ is an analytic function of $\kappa$, by the hierarchy.
 
 # %%
 import sympy as sp
@@ -24,9 +25,10 @@ eps0, a, b, z_value, z_rate = sp.symbols("epsilon_0 a b z z_rate", positive=True
 # %% [markdown]
 # ## Time reversal
 #
-# Let y(t) = x(tau_end - t). Then y' = -x', y'' = x'': the damping changes its sign. It starts at y = 0 with
-# the speed eps0 and ends at y = 0 with the speed 1. In units a of length and b of time, y(t) = a z(t/b), it
-# starts with the speed 1, as in the scaled problem, and the elastic coefficient must be 1 again.
+# Let $y(t) = x(\tau_\text{end} - t)$. Then $\dot{y} = -\dot{x}$, $\ddot{y} = \ddot{x}$: the damping changes its sign.
+# It starts at $y = 0$ with the speed $\varepsilon_0$ and ends at $y = 0$ with the speed 1. In units $a$ of length and
+# $b$ of time, $y(t) = a z(t/b)$, it starts with the speed 1, as in the scaled problem, and the elastic coefficient must
+# be 1 again.
 
 # %%
 z = sp.Function("z", nonnegative=True)
@@ -52,10 +54,11 @@ assert sp.simplify(kappa_mirror + kappa * eps0 ** sp.Rational(1, 5)) == 0
 assert eps0_mirror == 1 / eps0
 
 # %% [markdown]
-# So if eps0 belongs to kappa, 1/eps0 belongs to -kappa eps0^(1/5). The map is an involution, and it changes
-# the sign of both ln eps0 and nu = kappa eps0^(1/10), which is the geometric mean of kappa and |kappa| of the
-# mirror image. Near nu = 0, ln eps0 is a function of nu, ln eps0 = -Lambda(nu), and for the mirror image this
-# says -ln eps0 = -Lambda(-nu). Lambda is odd.
+# So if $\varepsilon_0$ belongs to $\kappa$, $1/\varepsilon_0$ belongs to $-\kappa \varepsilon_0^{1/5}$. The map is an
+# involution, and it changes the sign of both $\ln \varepsilon_0$ and $\nu = \kappa \varepsilon_0^{1/10}$, which is the
+# geometric mean of $\kappa$ and $\lvert \kappa \rvert$ of the mirror image. Near $\nu = 0$, $\ln \varepsilon_0$ is a
+# function of $\nu$, $\ln \varepsilon_0 = -\Lambda(\nu)$, and for the mirror image this says
+# $-\ln \varepsilon_0 = -\Lambda(-\nu)$. $\Lambda$ is odd.
 
 
 # %%
@@ -73,12 +76,13 @@ assert sp.simplify(nu(mirror(start)) / nu(start)) == -1
 assert sp.simplify(nu(start) ** 2 + kappa * kappa_mirror) == 0
 
 # %% [markdown]
-# ## The same from V(K)
+# ## The same from $V(K)$
 #
-# With eps0 = V(-K)/V(K) and kappa = (5/4)^(2/5) K V(K)^(1/5), ln eps0 is odd in K at once, and so is
-# nu = (5/4)^(2/5) K (V(K) V(-K))^(1/10): the mirror image of K is -K. Let ln V = E + O, even and odd:
+# With $\varepsilon_0 = V(-K)/V(K)$ and $\kappa = (5/4)^{2/5} K V(K)^{1/5}$, $\ln \varepsilon_0$ is odd in $K$ at once,
+# and so is $\nu = (5/4)^{2/5} K (V(K) V(-K))^{1/10}$: the mirror image of $K$ is $-K$. Let $\ln V = E + O$, even and
+# odd:
 #
-#     Lambda = 2 O(K),   nu = (5/4)^(2/5) K exp(E(K)/5).
+# $$\Lambda = 2 O(K), \qquad \nu = \left(\frac{5}{4}\right)^{2/5} K \exp\left(\frac{E(K)}{5}\right).$$
 
 # %%
 K, E, odd, V, U = sp.symbols("K E O V U", positive=True)
@@ -90,11 +94,11 @@ assert sp.expand_log(sp.log(U / V).subs(parts), force=True) == -2 * odd
 assert sp.simplify(nu_of_V.subs(parts) / (c * K * sp.exp(E / 5))) == 1
 
 # %% [markdown]
-# ## lambda_k in terms of the G_n
+# ## $\lambda_k$ in terms of the $G_n$
 #
-# The direct way is: expand ln V = ln(1 + G_1 K + G_2 K^2 + …), split it, and determine lambda_1, lambda_3, …
-# one after the other so that Lambda(nu(K)) = 2 O(K). `symbolic.lambda_from_G` takes a shorter way, by
-# Lagrange's inversion.
+# The direct way is: expand $\ln V = \ln(1 + G_1 K + G_2 K^2 + \dots)$, split it, and determine $\lambda_1$,
+# $\lambda_3$, … one after the other so that $\Lambda(\nu(K)) = 2 O(K)$. `symbolic.lambda_from_G` takes a shorter way,
+# by Lagrange's inversion.
 
 # %%
 HIGHEST = 7
@@ -121,7 +125,7 @@ assert remaining == 0  # no even power remains
 # %% [markdown]
 # ## Numbers
 #
-# lambda_1 has a closed form, as G_1 has. The others come from the enclosures of G_n, and are compared digit by
+# $\lambda_1$ has a closed form, as $G_1$ has. The others come from the enclosures of $G_n$, and are compared digit by
 # digit with known values.
 
 # %%
@@ -148,8 +152,8 @@ for k, ball in zip(found, lambda_coefficients(len(found), DIGITS), strict=True):
 # %% [markdown]
 # ## A collision and its mirror image, integrated in time
 #
-# With x = q^2 and dtau = 2 q ds, q' = w, w' = -2 q^4 - 2 kappa q^2 w is smooth. The collision at kappa = 1/2
-# gives eps0; its mirror image, with negative damping, must give 1/eps0.
+# With $x = q^2$ and $d\tau = 2 q ds$, the system $q' = w$, $w' = -2 q^4 - 2 \kappa q^2 w$ is smooth. The collision at
+# $\kappa = 1/2$ gives $\varepsilon_0$; its mirror image, with negative damping, must give $1/\varepsilon_0$.
 
 
 # %%

@@ -1,10 +1,11 @@
 # %% [markdown]
-# # 7. Every h_k as a polynomial in lambda_1, lambda_3, …
+# # 7. Every $h_k$ as a polynomial in $\lambda_1$, $\lambda_3$, …
 #
-# eps = eps0 H((4/5) v*^5 sqrt(eps0)) with a rational series H (derivation 5), and ln eps0 = -Lambda(nu) with
-# nu = kappa eps0^(1/10), kappa = v*^2, Lambda odd (derivation 6). So eps = 1 + sum h_k v*^k
-# (eq:epsSeriesAdvanced) follows without further integrals. We derive a formula for h_k by Lagrange's
-# inversion, compute the coefficients a second time by brute force, and compare with proven numbers.
+# $\varepsilon = \varepsilon_0 H(\frac{4}{5} v_\ast^5 \sqrt{\varepsilon_0})$ with a rational series $H$ (derivation 5),
+# and $\ln \varepsilon_0 = -\Lambda(\nu)$ with $\nu = \kappa \varepsilon_0^{1/10}$, $\kappa = v_\ast^2$, $\Lambda$ odd
+# (derivation 6). So $\varepsilon = 1 + \sum h_k v_\ast^k$ (eq:epsSeriesAdvanced) follows without further integrals. We
+# derive a formula for $h_k$ by Lagrange's inversion, compute the coefficients a second time by brute force, and compare
+# with proven numbers.
 
 # %%
 import sympy as sp
@@ -16,17 +17,19 @@ from viscopade.theory.series import end_series, lambda_coefficients, series
 HIGHEST = 20
 
 # %% [markdown]
-# ## Powers of eps0, by Lagrange's inversion
+# ## Powers of $\varepsilon_0$, by Lagrange's inversion
 #
-# eps0 = exp(-Lambda(nu)), so kappa = nu eps0^(-1/10) = nu exp(Lambda/10). For a function F(nu) and kappa =
-# nu/phi(nu), Lagrange's formula reads [kappa^n] F = (1/n) [nu^(n-1)] F'(nu) phi(nu)^n. Here phi =
-# exp(-Lambda/10) and F = eps0^(p/10) = exp(-p Lambda/10):
+# $\varepsilon_0 = \exp(-\Lambda(\nu))$, so $\kappa = \nu \varepsilon_0^{-1/10} = \nu \exp(\Lambda/10)$. For a function
+# $F(\nu)$ and $\kappa = \nu/\varphi(\nu)$, Lagrange's formula reads
+# $[\kappa^n] F = \frac{1}{n} [\nu^{n-1}] F'(\nu) \varphi(\nu)^n$. Here $\varphi = \exp(-\Lambda/10)$ and
+# $F = \varepsilon_0^{p/10} = \exp(-p \Lambda/10)$:
 #
-#     F' phi^n = -(p/10) Lambda' exp(-(p+n) Lambda/10) = p/(p+n) (exp(-(p+n) Lambda/10))'
+# $$F' \varphi^n = -\frac{p}{10} \Lambda' \exp\left(-\frac{p+n}{10} \Lambda\right)
+# = \frac{p}{p+n} \left(\exp\left(-\frac{p+n}{10} \Lambda\right)\right)'$$
 #
-# and (1/n) [nu^(n-1)] f' = [nu^n] f, hence
+# and $\frac{1}{n} [\nu^{n-1}] f' = [\nu^n] f$, hence
 #
-#     eps0^(p/10) = sum_n kappa^n p/(p+n) [nu^n] exp(-(p+n)/10 Lambda(nu)).
+# $$\varepsilon_0^{p/10} = \sum_n \kappa^n \frac{p}{p+n} [\nu^n] \exp\left(-\frac{p+n}{10} \Lambda(\nu)\right).$$
 
 # %%
 nu, n, p = sp.symbols("nu n p", positive=True)
@@ -35,11 +38,13 @@ F_slope = sp.exp(-p * Lambda / 10).diff(nu) * sp.exp(-n * Lambda / 10)
 assert sp.simplify(F_slope - p / (p + n) * sp.exp(-(p + n) * Lambda / 10).diff(nu)) == 0
 
 # %% [markdown]
-# ## The formula for h_k
+# ## The formula for $h_k$
 #
-# eps = sum_j H_j (4/5)^j v*^(5j) eps0^(1+j/2). The power of eps0 has p = 10 + 5j, and kappa^n is v*^(2n):
+# $\varepsilon = \sum_j H_j (4/5)^j v_\ast^{5j} \varepsilon_0^{1+j/2}$. The power of $\varepsilon_0$ has $p = 10 + 5j$,
+# and $\kappa^n$ is $v_\ast^{2n}$:
 #
-#     h_k = sum_(5j+2n=k) H_j (4/5)^j p/(p+n) [nu^n] exp(-(p+n)/10 Lambda(nu)),   p = 10 + 5j.
+# $$h_k = \sum_{5j+2n=k} H_j \left(\frac{4}{5}\right)^j
+# \frac{p}{p+n} [\nu^n] \exp\left(-\frac{p+n}{10} \Lambda(\nu)\right), \qquad p = 10 + 5j.$$
 #
 # Truncated series in a polynomial ring evaluate it:
 
@@ -73,8 +78,9 @@ assert h[:4] == [1, 0, -symbolic.lambda_symbol(1), 0]
 # %% [markdown]
 # ## Brute force
 #
-# No inversion: start with ln eps0 = 0 and repeat ln eps0 = -Lambda(kappa exp(ln eps0/10)), which gives one
-# more correct order in kappa each time. Then insert the result into H. All in powers of v*, the t of the ring.
+# No inversion: start with $\ln \varepsilon_0 = 0$ and repeat
+# $\ln \varepsilon_0 = -\Lambda(\kappa \exp(\frac{1}{10} \ln \varepsilon_0))$, which gives one more correct order in
+# $\kappa$ each time. Then insert the result into $H$. All in powers of $v_\ast$, the $t$ of the ring.
 
 # %%
 ORDER = 15
@@ -107,8 +113,8 @@ print(f"brute force agrees to k = {ORDER}")
 # %% [markdown]
 # ## Numbers
 #
-# The polynomials at the proven lambda_k are compared with the proven h_k, which `viscopade.theory.series` computes
-# without the lambdas.
+# The polynomials at the proven $\lambda_k$ are compared with the proven $h_k$, which `viscopade.theory.series` computes
+# without the $\lambda_k$.
 
 # %%
 DIGITS = 30

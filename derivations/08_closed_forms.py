@@ -1,15 +1,17 @@
 # %% [markdown]
 # # 8. Closed forms
 #
-# Which of the numbers G_n (derivation 3) and lambda_k (derivation 6) are values of known functions?
-# This file derives and proves:
+# Which of the numbers $G_n$ (derivation 3) and $\lambda_k$ (derivation 6) are values of known functions? This file
+# derives and proves:
 #
-#     G_1 = B(3/5, 3/2)/2,   lambda_1 = 2 (4/5)^(2/5) G_1
-#     G_2 = 3/5 G_1^2 - 25/132
-#     G_3 = 7/25 G_1^3 - 5/22 G_1 + 125/2904 B(9/5, 1/2)
-#     lambda_3 = (4/5)^(6/5) 125/1452 B(9/5, 1/2) - lambda_1^3/600
+# $$G_1 = \frac{1}{2} B\left(\frac{3}{5}, \frac{3}{2}\right), \qquad
+# \lambda_1 = 2 \left(\frac{4}{5}\right)^{2/5} G_1, \qquad G_2 = \frac{3}{5} G_1^2 - \frac{25}{132},$$
 #
-# G_4 and lambda_5 contain one new number each, a single integral, for which we found no combination of Gamma
+# $$G_3 = \frac{7}{25} G_1^3 - \frac{5}{22} G_1 + \frac{125}{2904} B\left(\frac{9}{5}, \frac{1}{2}\right), \qquad
+# \lambda_3 = \left(\frac{4}{5}\right)^{6/5} \frac{125}{1452} B\left(\frac{9}{5}, \frac{1}{2}\right)
+# - \frac{\lambda_1^3}{600}.$$
+#
+# $G_4$ and $\lambda_5$ contain one new number each, a single integral, for which we found no combination of Gamma
 # functions; the search is at the end, with the bound that it proves.
 
 # %%
@@ -23,16 +25,17 @@ from viscopade.theory.series import g_coefficients, lambda_coefficients
 # %% [markdown]
 # ## The functions that can occur
 #
-# Each order of the hierarchy, 2 g_0 g_n = P_n - sum_(0<i<n) g_i g_(n-i) with r P_n' = -5 r^3 g_(n-1), is one
-# integration. Let X = r^3 and y = g_0 = sqrt(1 - r^5). With theta = r d/dr, theta X = 3 X and theta y =
-# 5/2 (y - 1/y): powers of X and y transform into each other. Other integrals become
-# new functions: an incomplete Beta function F_i of u = r^5 or an integral over some of them:
+# Each order of the hierarchy, $2 g_0 g_n = P_n - \sum_{0 < i < n} g_i g_{n-i}$ with $r P_n' = -5 r^3 g_{n-1}$, is one
+# integration. Let $X = r^3$ and $y = g_0 = \sqrt{1 - r^5}$. With $\theta = r d/dr$, $\theta X = 3 X$ and
+# $\theta y = \frac{5}{2} (y - 1/y)$: powers of $X$ and $y$ transform into each other. Other integrals become new
+# functions: an incomplete Beta function $F_i$ of $u = r^5$ or an integral over some of them:
 #
-#     theta F_i = 5 X^i/y (i = 1, 3, 5),   theta D = F_1 theta F_3,   theta T = F_1^2 theta F_3.
+# $$\theta F_i = \frac{5 X^i}{y} \quad (i = 1, 3, 5), \qquad \theta D = F_1 \theta F_3, \qquad
+# \theta T = F_1^2 \theta F_3.$$
 #
-# Counting X and F_i with weights 1 and i, D with 4, T with 5, each order raises the weight by one. And g^2,
-# whose part of order K^n is P_n, stays the same if g and K change their signs: with y and all F_i (the same
-# r, on the other branch of the root) P_n is even or odd like n.
+# Counting $X$ and $F_i$ with weights 1 and $i$, $D$ with 4, $T$ with 5, each order raises the weight by one. And $g^2$,
+# whose part of order $K^n$ is $P_n$, stays the same if $g$ and $K$ change their signs: with $y$ and all $F_i$ (the same
+# $r$, on the other branch of the root) $P_n$ is even or odd like $n$.
 
 # %%
 X, y, F_1, F_3, F_5, D, T = sp.symbols("X y F_1 F_3 F_5 D T")
@@ -106,11 +109,11 @@ def assert_solved(orders, n):
 
 
 # %% [markdown]
-# ## G_1 … G_4: from the turning point
+# ## $G_1$ to $G_4$: from the turning point
 #
-# g_n vanishes at r = 1, and all F_i, D are counted from there: near y = 0, dF_i = -2 (1-y^2)^((3i-3)/5) dy and
-# X = (1-y^2)^(3/5), so that the constant in P_n follows from a Taylor polynomial in y. Weights below n occur
-# because of these constants.
+# $g_n$ vanishes at $r = 1$, and all $F_i$, $D$ are counted from there: near $y = 0$, $dF_i = -2 (1-y^2)^{(3i-3)/5} dy$
+# and $X = (1-y^2)^{3/5}$, so that the constant in $P_n$ follows from a Taylor polynomial in $y$. Weights below $n$
+# occur because of these constants.
 
 # %%
 TAYLOR = 8
@@ -137,8 +140,8 @@ for n in (1, 2, 3):
     print(f"g_{n} =", g_turning[n])
 
 # %% [markdown]
-# At r = 0 we have X = 0, y = 1. Let B_i = 5 int_0^1 r^(3i-1) dr/sqrt(1-r^5) = B(3i/5, 1/2): F_i(0) = -B_i. And
-# let a = D(0) = int_0^1 (B_1 - f_1) df_3, where f_i = F_i + B_i is counted from r = 0.
+# At $r = 0$ we have $X = 0$, $y = 1$. Let $B_i = 5 \int_0^1 r^{3i-1} dr/\sqrt{1-r^5} = B(3i/5, 1/2)$: $F_i(0) = -B_i$.
+# And let $a = D(0) = \int_0^1 (B_1 - f_1) df_3$, where $f_i = F_i + B_i$ is counted from $r = 0$.
 
 # %%
 B_1, B_3, a, G_1 = sp.symbols("B_1 B_3 a G_1", positive=True)
@@ -157,9 +160,13 @@ assert sp.gammasimp(G[2].subs(gamma_forms) - symbolic.g_2_at_0()) == 0
 assert sp.gammasimp(G[3].subs(gamma_forms) - symbolic.g_3_at_0()) == 0
 
 # %% [markdown]
-# G_2 is a consequence of one integration by parts, with (y r^3)' = 11/2 y r^2 - 5/2 r^2/y. Written as a
-# hypergeometric series, 2 G_2 + G_1^2 = 5/6 B(6/5, 3/2) 3F2(1/2, 3/5, 6/5; 8/5, 27/10; 1), which is contiguous to
-# Dixon's well-poised sum (with 17/10 instead of 27/10).
+# $G_2$ is a consequence of one integration by parts, with $(y r^3)' = \frac{11}{2} y r^2 - \frac{5}{2} r^2/y$. Written
+# as a hypergeometric series,
+#
+# $$2 G_2 + G_1^2 = \frac{5}{6} B\left(\frac{6}{5}, \frac{3}{2}\right)
+# {}_3F_2\left(\frac{1}{2}, \frac{3}{5}, \frac{6}{5}; \frac{8}{5}, \frac{27}{10}; 1\right),$$
+#
+# which is contiguous to Dixon's well-poised sum (with $17/10$ instead of $27/10$).
 
 # %%
 with mp.workdps(25):
@@ -171,18 +178,17 @@ with mp.workdps(25):
     assert abs(left - right) < mp.mpf(10) ** -20
 
 # %% [markdown]
-# ## lambda_1, lambda_3, lambda_5: around the turning point
+# ## $\lambda_1$, $\lambda_3$, $\lambda_5$: around the turning point
 #
-# There is a shorter way to the lambdas, which also shows their numbers. Measure the compression
-# by the turning point of the undamped motion with the same initial speed: r = 0, g = 1 is the
-# start, and K becomes k = (4/5)^(2/5) kappa, because kappa = (5/4)^(2/5) K V^(1/5) with V = 1. The hierarchy is
-# the same; its initial condition is g_n(0) = 0 for n >= 1.
+# There is a shorter way to the $\lambda_k$, which also shows their numbers. Measure the compression by the turning
+# point of the undamped motion with the same initial speed: $r = 0$, $g = 1$ is the start, and $K$ becomes
+# $k = (4/5)^{2/5} \kappa$, because $\kappa = (5/4)^{2/5} K V^{1/5}$ with $V = 1$. The hierarchy is the same; its
+# initial condition is $g_n(0) = 0$ for $n \ge 1$.
 #
-# Now the orders are singular at r = 1, near the true turning point. But a path of complex r
-# from 0 around r = 1 and back to 0 stays away from it, so that there the expansion converges for
-# small k. The true g, an analytic function of r with a square root's branch point at its own turning point,
-# arrives with the other sign: unloading. At the end y = -1 and g = -eps0. Now order n is exactly homogeneous,
-# of weight n.
+# Now the orders are singular at $r = 1$, near the true turning point. But a path of complex $r$ from 0 around $r = 1$
+# and back to 0 stays away from it, so that there the expansion converges for small $k$. The true $g$, an analytic
+# function of $r$ with a square root's branch point at its own turning point, arrives with the other sign: unloading. At
+# the end $y = -1$ and $g = -\varepsilon_0$. Now order $n$ is exactly homogeneous, of weight $n$.
 
 # %%
 g_loop = solve_hierarchy(5, lambda n: [n], lambda P_n: P_n.subs(dict.fromkeys((X, F_1, F_3, F_5, D, T), 0)))
@@ -190,13 +196,14 @@ for g_n in g_loop[1:]:
     assert g_n.subs(dict.fromkeys((X, F_1, F_3, F_5, D, T), 0)) == 0
 
 # %% [markdown]
-# Values at the end. On the way back both y and dr have the other sign: the F_i, counted from the start, are
-# B_i at the turning point and 2 B_i at the end. With f_i on the way out and 2 B_i - f_i on the way back,
+# Values at the end. On the way back both $y$ and $dr$ have the other sign: the $F_i$, counted from the start, are $B_i$
+# at the turning point and $2 B_i$ at the end. With $f_i$ on the way out and $2 B_i - f_i$ on the way back,
 #
-#     D = int (f_1 + (2 B_1 - f_1)) df_3 = 2 B_1 B_3,
-#     T = int (f_1^2 + (2 B_1 - f_1)^2) df_3 = 2 B_1^2 B_3 + 2 M,   M = int_0^1 (B_1 - f_1)^2 df_3:
+# $$D = \int (f_1 + (2 B_1 - f_1)) df_3 = 2 B_1 B_3,$$
 #
-# the new number a of G_4 drops out. B_5 = B(3, 1/2) = 16/15 is rational.
+# $$T = \int (f_1^2 + (2 B_1 - f_1)^2) df_3 = 2 B_1^2 B_3 + 2 M, \qquad M = \int_0^1 (B_1 - f_1)^2 df_3:$$
+#
+# the new number $a$ of $G_4$ drops out. $B_5 = B(3, 1/2) = 16/15$ is rational.
 
 # %%
 M = sp.Symbol("M", positive=True)
@@ -215,9 +222,9 @@ eps0 = [sp.expand(-g_n.subs(at_end)) for g_n in g_loop]
 print("eps0 =", " + ".join(f"({c}) k^{n}" for n, c in enumerate(eps0)))
 
 # %% [markdown]
-# On the other hand the coefficients of eps0 are polynomials in the lambdas (`07_coefficients.py`; the factors
-# 4/5 go into l_i = (5/4)^(2i/5) lambda_i). Orders 1, 3 and 5 determine l_1, l_3 and l_5. Orders 2 and 4 must
-# agree without a new number, by time reversal.
+# On the other hand the coefficients of $\varepsilon_0$ are polynomials in the $\lambda_k$ (`07_coefficients.py`; the
+# factors $4/5$ go into $l_i = (5/4)^{2i/5} \lambda_i$). Orders 1, 3 and 5 determine $l_1$, $l_3$ and $l_5$. Orders 2
+# and 4 must agree without a new number, by time reversal.
 
 # %%
 l_1, l_3, l_5, t = sp.symbols("l_1 l_3 l_5 t")
@@ -242,7 +249,7 @@ for n, unknown, closed in ((1, l_1, symbolic.lambda_1()), (3, l_3, symbolic.lamb
     assert sp.expand(in_the_G / scale**n - found[unknown]) == 0
 
 # %% [markdown]
-# So lambda_5 and h_10 are the first to contain more than Gamma functions. In h_6 the cubes combine.
+# So $\lambda_5$ and $h_{10}$ are the first to contain more than Gamma functions. In $h_6$ the cubes combine.
 
 # %%
 lambda_1, lambda_3 = symbolic.lambda_symbol(1), symbolic.lambda_symbol(3)
@@ -257,8 +264,8 @@ assert sp.expand(h_6 + sp.Rational(7, 25) * lambda_1**3 + sp.Rational(125, 1452)
 # %% [markdown]
 # ## The same in numbers
 #
-# The closed forms and the two formulas with a and M, against the proven enclosures, with a and M by
-# quadrature in z = sqrt(1 - r^5): df_i = 2 (1-z^2)^((3i-3)/5) dz towards r = 0.
+# The closed forms and the two formulas with $a$ and $M$, against the proven enclosures, with $a$ and $M$ by quadrature
+# in $z = \sqrt{1 - r^5}$: $df_i = 2 (1-z^2)^{(3i-3)/5} dz$ towards $r = 0$.
 
 # %%
 DIGITS = 400
@@ -321,15 +328,15 @@ with mp.workdps(60):
 # %% [markdown]
 # ## Relations not found
 #
-# a and M are iterated integrals of r^2 dr/y and r^8 dr/y on the curve y^2 = 1 - r^5. Turning r by a fifth root
-# of unity multiplies these forms, the integrals W_e = B(e/5, 1/2) and products of them by roots of unity: W_e
-# by the e-th power. Candidates for a have a sum of e = 2 mod 5, those for M have 0, and the
-# numbers of the real field that sqrt(5), sin(pi/5) and sin(2 pi/5) generate may occur as factors.
+# $a$ and $M$ are iterated integrals of $r^2 dr/y$ and $r^8 dr/y$ on the curve $y^2 = 1 - r^5$. Turning $r$ by a fifth
+# root of unity multiplies these forms, the integrals $W_e = B(e/5, 1/2)$ and products of them by roots of unity: $W_e$
+# by the $e$-th power. Candidates for $a$ have a sum of $e = 2$ mod 5, those for $M$ have 0, and the numbers of the real
+# field that $\sqrt{5}$, $\sin(\pi/5)$ and $\sin(2 \pi/5)$ generate may occur as factors.
 #
-# For numbers x_1 … x_n and a large S the lattice of all (m_1, …, m_n, sum m_i round(S x_i)) has a vector of
-# about the length of m if m is a relation. The shortest Gram-Schmidt vector of any basis is a lower bound for
-# the length of all lattice vectors; a basis reduced by LLL makes it useful. So an empty search is also a
-# proof: no relation has length (m_1^2 + … + m_n^2)^(1/2) below the bound.
+# For numbers $x_1, \dots, x_n$ and a large $S$ the lattice of all $(m_1, \dots, m_n, \sum m_i \text{ round}(S x_i))$
+# has a vector of about the length of $m$ if $m$ is a relation. The shortest Gram-Schmidt vector of any basis is a lower
+# bound for the length of all lattice vectors; a basis reduced by LLL makes it useful. So an empty search is also a
+# proof: no relation has length $(m_1^2 + \dots + m_n^2)^{1/2}$ below the bound.
 
 
 # %%

@@ -1,13 +1,13 @@
 # %% [markdown]
 # # 9. The radius of convergence, and the singularity that limits it
 #
-# The paper says that the series eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) "diverges for any finite
-# truncation", which is true of every polynomial. The infinite series
-# converges for |v*| < R = 1.0470243122…. The limit is a pair of logarithmic branch points at
-# v* = R exp(+-0.4288846… pi i), where eps becomes infinite. The positive real axis is free of singularities.
+# The paper says that the series $\varepsilon = 1 + \sum h_k v_\ast^k$ (eq:epsSeriesAdvanced) "diverges for any finite
+# truncation", which is true of every polynomial. The infinite series converges for
+# $\lvert v_\ast \rvert < R = 1.0470243122\dots$ The limit is a pair of logarithmic branch points at
+# $v_\ast = R e^{\pm 0.4288846\dots \pi i}$, where $\varepsilon$ becomes infinite. The positive real axis is free of
+# singularities.
 #
-# Two independent ways give this number: the equation of motion in complex time, and
-# the coefficients h_k and H_j.
+# Two independent ways give this number: the equation of motion in complex time, and the coefficients $h_k$ and $H_j$.
 
 # %%
 from itertools import pairwise
@@ -24,13 +24,14 @@ from viscopade.theory.series import end_series, series
 # %% [markdown]
 # ## All collisions are orbits of one flow without any parameter
 #
-# So far the impact speed was the unit of speed, and the damping kappa = v*^2 the parameter. Now the
-# damping is the unit: x = X/kappa^4, tau = kappa T. Then kappa disappears from the equation and the impact
-# speed becomes w = v*^10. (That is why v*^10 is proportional to the impact speed v.)
+# So far the impact speed was the unit of speed, and the damping $\kappa = v_\ast^2$ the parameter. Now the damping is
+# the unit: $x = X/\kappa^4$, $\tau = \kappa T$. Then $\kappa$ disappears from the equation and the impact speed becomes
+# $w = v_\ast^{10}$. (That is why $v_\ast^{10}$ is proportional to the impact speed $v$.)
 #
-# With z = 2 sqrt(X), g = -4 dX/dT and a time sigma that runs backwards, dT = -2 z dsigma, the equation becomes
+# With $z = 2 \sqrt{X}$, $g = -4 dX/dT$ and a time $\sigma$ that runs backwards, $dT = -2 z d\sigma$, the equation
+# becomes
 #
-#     z' = g,   g' = z^2 (g - z^2).
+# $$z' = g, \qquad g' = z^2 (g - z^2).$$
 
 # %%
 scaled = equation.scaled_equation()
@@ -56,13 +57,14 @@ assert sp.simplify(length / time * w - 1).subs(w, kappa**5) == 0  # x' = 1 at th
 print("z' = g, g' = z^2 (g - z^2): a collision starts at z = 0, g = -4 w, w = v*^10")
 
 # %% [markdown]
-# A collision starts at (0, -4w) and goes against sigma: z grows until g = 0, where the compression is largest;
-# then it shrinks with g > 0. The force X'' = g'/(8z) vanishes at g = z^2: that is the end of contact, at (z_e,
-# z_e^2), with the speed z_e^2/4. If contact goes on, the orbit arrives at z = 0 with some g = g_0. So
+# A collision starts at $(0, -4w)$ and goes against $\sigma$: $z$ grows until $g = 0$, where the compression is largest;
+# then it shrinks with $g > 0$. The force $\ddot{X} = g'/(8z)$ vanishes at $g = z^2$: that is the end of contact, at
+# $(z_e, z_e^2)$, with the speed $z_e^2/4$. If contact goes on, the orbit arrives at $z = 0$ with some $g = g_0$. So
 #
-#     eps = z_e^2/(4 w) = z_e^2/(4 v*^10),   eps0 = g_0/(4 w),   delta = (4/5) v*^5 sqrt(eps0) = (2/5) sqrt(g_0).
+# $$\varepsilon = \frac{z_e^2}{4 w} = \frac{z_e^2}{4 v_\ast^{10}}, \qquad \varepsilon_0 = \frac{g_0}{4 w}, \qquad
+# \delta = \frac{4}{5} v_\ast^5 \sqrt{\varepsilon_0} = \frac{2}{5} \sqrt{g_0}.$$
 #
-# delta, the argument of H (`05_end_of_contact.py`), depends on w only through the curve of the orbit.
+# $\delta$, the argument of $H$ (`05_end_of_contact.py`), depends on $w$ only through the curve of the orbit.
 
 # %%
 assert sp.simplify(along(X_rate).subs(g, z**2)) == 0
@@ -71,20 +73,21 @@ delta = sp.Rational(4, 5) * v_star**5 * sp.sqrt(g_0 / (4 * v_star**10))
 assert sp.simplify(delta - sp.Rational(2, 5) * sp.sqrt(g_0)) == 0
 
 # %% [markdown]
-# ## Where eps is analytic
+# ## Where $\varepsilon$ is analytic
 #
-# Let w be complex, and follow z_e(w) along a path of w. The flow is polynomial; so its solution is analytic in
-# sigma and w where it is finite, and the end of contact, the zero of g - z^2, moves analytically as long as
-# the slope of g - z^2 along the orbit is not zero there. That slope is -2 z_e^3.
+# Let $w$ be complex, and follow $z_e(w)$ along a path of $w$. The flow is polynomial; so its solution is analytic in
+# $\sigma$ and $w$ where it is finite, and the end of contact, the zero of $g - z^2$, moves analytically as long as the
+# slope of $g - z^2$ along the orbit is not zero there. That slope is $-2 z_e^3$.
 #
-# Nor can z_e(w) have a stationary point, or w(z_e), which would be a square root's branch point. For two
-# neighbouring orbits the area dz' g' - dg' z' between them grows by exp(int div dsigma), div = z^2. From the
-# section z = 0 (displacement (0, -4 dw)) to the curve g = z^2 (displacement (dz_e, 2 z_e dz_e)):
+# Nor can $z_e(w)$ have a stationary point, or $w(z_e)$, which would be a square root's branch point. For two
+# neighbouring orbits, with the displacement $(dz, dg)$, the area $g' dz - z' dg$ between them grows by
+# $\exp(\int z^2 d\sigma)$, since $z^2$ is the divergence. From the section $z = 0$ (displacement $(0, -4 dw)$) to the
+# curve $g = z^2$ (displacement $(dz_e, 2 z_e dz_e)$):
 #
-#     dz_e/dw = (8 w/z_e^3) exp(int z^2 dsigma)   from start to end, never 0.
+# $$\frac{dz_e}{dw} = \frac{8 w}{z_e^3} \exp\left(\int z^2 d\sigma\right) \quad \text{from start to end, never } 0.$$
 #
-# The same from z = 0 to the turning point (z_0, 0): dz_0/dw = (16 w/z_0^4) exp(int z^2 dsigma). With K or k
-# as the parameter of the curve this says that d kappa/dk has no zero, real or complex: there is no fold.
+# The same from $z = 0$ to the turning point $(z_0, 0)$: $dz_0/dw = (16 w/z_0^4) \exp(\int z^2 d\sigma)$. With $K$ or
+# $k$ as the parameter of the curve this says that $d\kappa/dk$ has no zero, real or complex: there is no fold.
 
 # %%
 f = sp.Matrix([flow[z], flow[g]])
@@ -103,22 +106,22 @@ assert sp.solve(area((dz_e, 2 * z * dz_e), {g: z**2}) - start_area, dz_e) == [8 
 assert sp.solve(area((dz_0, 0), {g: 0}) - start_area, dz_0) == [16 * dw * w / z**4]
 
 # %% [markdown]
-# **On the positive real axis eps is analytic (proof):** for w > 0 first z and g grow, g ever
-# faster than z^4, so g = 0 is reached. Then g keeps growing and z shrinks while g < z^2, so that g = z^2 is reached
-# at z_e > 0. All values are finite, and the statement above applies.
+# On the positive real axis $\varepsilon$ is analytic. The proof: for $w > 0$ first $z$ and $g$ grow, $g$ ever faster
+# than $z^4$, so $g = 0$ is reached. Then $g$ keeps growing and $z$ shrinks while $g < z^2$, so that $g = z^2$ is
+# reached at $z_e > 0$. All values are finite, and the statement above applies.
 #
-# The only other possibility is that z_e goes to infinity, or to the single fixed point z = g = 0, when w goes to a
-# finite value.
+# The only other possibility is that $z_e$ goes to infinity, or to the single fixed point $z = g = 0$, when $w$ goes to
+# a finite value.
 
 # %% [markdown]
 # ## The singularity: the end of contact escapes to infinity
 #
-# For large z, g - z^2 must stay small compared with z^2 on the way to the end. The series
-# g = z^2 (1 + c_1/z + c_2/z^2 + …) solves dg/dz = z^2 - z^4/g; it has integer coefficients, c_j = (5-j)/2
-# [t^(j-1)] y^2 for y = sum c_j t^j. Neighbouring orbits differ from it by u with u' = z^4/g^2 u = (1 - 4/z + 0/z^2
-# + …) u:
+# For large $z$, $g - z^2$ must stay small compared with $z^2$ on the way to the end. The series
+# $g = z^2 (1 + c_1/z + c_2/z^2 + \dots)$ solves $dg/dz = z^2 - z^4/g$; it has integer coefficients,
+# $c_j = \frac{5-j}{2} [t^{j-1}] y^2$ for $y = \sum c_j t^j$. Neighbouring orbits differ from it by $u$ with
+# $u' = z^4/g^2 u = (1 - 4/z + 0/z^2 + \dots) u$:
 #
-#     g = z^2 + 2z + 6 + 16/z + … + C e^z z^-4 (1 + O(1/z^2))
+# $$g = z^2 + 2z + 6 + \frac{16}{z} + \dots + C e^z z^{-4} \left(1 + O\left(\frac{1}{z^2}\right)\right)$$
 
 # %%
 TERMS = 120
@@ -133,12 +136,14 @@ assert all(slow_equation.coeff(t, j) == 0 for j in range(10))
 assert (1 / y**2).series(t, 0, 3).removeO() == 1 - 4 * t
 
 # %% [markdown]
-# To follow u also where it is not small, we look for the first integral that begins with C: with rho = z^4/G^2,
+# To follow $u$ also where it is not small, we look for the first integral that begins with $C$: with $G$ for the series
+# and $\rho = z^4/G^2$,
 #
-#     I = exp(-int rho dz) (u + b_2 u^2 + b_3 u^3 + …),   u' = z^4 u/(G (G + u)) = rho u (1 - u/G + u^2/G^2 - …)
+# $$I = \exp\left(-\int \rho dz\right) (u + b_2 u^2 + b_3 u^3 + \dots), \qquad
+# u' = \frac{z^4 u}{G (G + u)} = \rho u \left(1 - \frac{u}{G} + \frac{u^2}{G^2} - \dots\right)$$
 #
-# and b_n' + (n-1) rho b_n = -sum_(m<n) m b_m rho (-1/G)^(n-m), solved by powers of 1/z. At the end u = z^2 - G =
-# -2z - 6 - …, u^n b_n is of the relative order z^(1-n), and there C = I is
+# and $b_n' + (n-1) \rho b_n = -\sum_{m < n} m b_m \rho (-1/G)^{n-m}$, solved by powers of $1/z$. At the end
+# $u = z^2 - G = -2z - 6 - \dots$, $u^n b_n$ is of the relative order $z^{1-n}$, and there $C = I$ is
 
 # %%
 KEPT, HIGHEST_U = 6, 5
@@ -168,21 +173,25 @@ print("C =", sp.collect(C_end, t), "times z_e^5 exp(-z_e), t = 1/z_e")
 assert sp.expand(C_end / -2 - (1 + t + 2 * t**2 - sp.Rational(34, 3) * t**3)) == 0
 
 # %% [markdown]
-# For z_e -> infinity in the right half plane, and only there, C goes to 0. The orbit with C = 0 is one orbit, g =
-# G(z): the creeping orbit. It comes from infinite compression (X' = -X: the elastic force balances the viscous one).
-# It is the limit of ever faster collisions. Let G_0 = G(0), where it arrives at z = 0. Because g_0 - G_0
-# is an analytic function of C,
+# For $z_e \to \infty$ in the right half plane, and only there, $C$ goes to 0. The orbit with $C = 0$ is one orbit,
+# $g = G(z)$: the creeping orbit. It comes from infinite compression ($\dot{X} = -X$: the elastic force balances the
+# viscous one). It is the limit of ever faster collisions. Let $G_0 = G(0)$, where it arrives at $z = 0$. Because
+# $g_0 - G_0$ is an analytic function of $C$,
 #
-#     1 - delta/delta_s = const z_e^5 e^(-z_e) (1 + 1/z_e + 2/z_e^2 - …) + second power of this + …,
-#     delta_s = (2/5) sqrt(G_0),   mu = delta sqrt(H) = (2/5) z_e.
+# $$1 - \frac{\delta}{\delta_s} = \text{const } z_e^5 e^{-z_e} \left(1 + \frac{1}{z_e} + \frac{2}{z_e^2} - \dots\right)
+# + \text{second power of this} + \dots,$$
 #
-# So H is singular at delta_s. H = (4/25) z_e^2/delta^2 goes to infinity there like (4/25) L^2/delta_s^2 with L =
-# ln(const/(delta_s - delta)) + 5 ln L + …, or z_e = -5 W(-Y^(1/5)/5) for z_e^5 e^(-z_e) = Y with Lambert's W on its
-# branch -1. It is a logarithmic branch point with infinitely many sheets, neither a pole nor a power.
+# $$\delta_s = \frac{2}{5} \sqrt{G_0}, \qquad \mu = \delta \sqrt{H} = \frac{2}{5} z_e.$$
 #
-# On the real axis delta_s is the limit of delta for v* -> infinity, because the orbits then merge with the creeping
-# orbit: eps0 -> (G_0/4)/v*^10. If contact goes on to x = 0, all fast collisions end with the same speed.
-# But delta_s may be reached for a complex, finite v* as well, and there eps = z_e^2/(4 v*^10) becomes infinite.
+# So $H$ is singular at $\delta_s$. $H = \frac{4}{25} z_e^2/\delta^2$ goes to infinity there like
+# $\frac{4}{25} L^2/\delta_s^2$ with $L = \ln(\text{const}/(\delta_s - \delta)) + 5 \ln L + \dots$, or
+# $z_e = -5 W(-Y^{1/5}/5)$ for $z_e^5 e^{-z_e} = Y$ with Lambert's $W$ on its branch $-1$. It is a logarithmic branch
+# point with infinitely many sheets, neither a pole nor a power.
+#
+# On the real axis $\delta_s$ is the limit of $\delta$ for $v_\ast \to \infty$, because the orbits then merge with the
+# creeping orbit: $\varepsilon_0 \to \frac{1}{4} G_0/v_\ast^{10}$. If contact goes on to $x = 0$, all fast collisions
+# end with the same speed. But $\delta_s$ may be reached for a complex, finite $v_\ast$ as well, and there
+# $\varepsilon = z_e^2/(4 v_\ast^{10})$ becomes infinite.
 
 # %%
 Y = mp.mpf(10) ** -8
@@ -192,13 +201,13 @@ assert abs(z_lambert**5 * mp.exp(-z_lambert) / Y - 1) < 1e-10
 # %% [markdown]
 # ## First way: the creeping orbit in complex time
 #
-# An orbit that ends by creeping started at z = 0 with g = -4 w_s. So let the creeping orbit start at z = 0, g =
-# G_0, sigma = 0, and integrate to complex sigma: **the singular impact speeds are w_s = -z'(sigma_s)/4, one for
-# each zero sigma_s of this one function z(sigma).** The problem has no end of contact, no turning point and
+# An orbit that ends by creeping started at $z = 0$ with $g = -4 w_s$. So let the creeping orbit start at $z = 0$,
+# $g = G_0$, $\sigma = 0$, and integrate to complex $\sigma$: the singular impact speeds are $w_s = -z'(\sigma_s)/4$,
+# one for each zero $\sigma_s$ of this one function $z(\sigma)$. The problem has no end of contact, no turning point and
 # no parameter.
 #
-# For G_0, start at z = 120 with the series (there its terms become smaller than 10^-60, and its error
-# decays like e^-120 to z = 0), and integrate by Taylor series of 50 terms, with 50 digits.
+# For $G_0$, start at $z = 120$ with the series (there its terms become smaller than $10^{-60}$, and its error decays
+# like $e^{-120}$ to $z = 0$), and integrate by Taylor series of 50 terms, with 50 digits.
 
 # %%
 DIGITS = 50
@@ -289,14 +298,14 @@ for v in (v_s, v_i, v_2):
     print("v* =", mp.nstr(v, 30), "  |v*| =", mp.nstr(abs(v), 33), "  arg/pi =", mp.nstr(mp.arg(v) / mp.pi, 33))
 
 # %% [markdown]
-# A zero gives w_s, and v* is one of its ten tenth roots: we choose the one near which poles of Padé approximants
-# cluster. sigma = 0 is also a zero: w = -G_0/4, v* = +-i (G_0/4)^(1/10). This is the mirror image of v* = infinity
-# under time reversal (`06_time_reversal.py`), and already a singularity of eps0.
+# A zero gives $w_s$, and $v_\ast$ is one of its ten tenth roots: we choose the one near which poles of Padé
+# approximants cluster. $\sigma = 0$ is also a zero: $w = -G_0/4$, $v_\ast = \pm i (G_0/4)^{1/10}$. This is the mirror
+# image of $v_\ast = \infty$ under time reversal (`06_time_reversal.py`), and already a singularity of $\varepsilon_0$.
 #
-# Continuation shows whether such a root is on the sheet of the collisions. On a straight
-# line from v* = 0 to v_s we follow the end of contact: it goes to infinity at v_s. (At the mirror image -v_s, where w
-# is the same, delta is -delta_s, where H is finite; see below.) For small |v*| the collision is nearly elastic, with a
-# known duration.
+# Continuation shows whether such a root is on the sheet of the collisions. On a straight line from $v_\ast = 0$ to
+# $v_s$ we follow the end of contact: it goes to infinity at $v_s$. (At the mirror image $-v_s$, where $w$ is the same,
+# $\delta$ is $-\delta_s$, where $H$ is finite; see below.) For small $\lvert v_\ast \rvert$ the collision is nearly
+# elastic, with a known duration.
 
 
 # %%
@@ -346,9 +355,13 @@ assert all(abs(b) > abs(a) for a, b in pairwise(ends))
 # %% [markdown]
 # ## The type of the singularity, in numbers
 #
-# Put the end of contact at z_e = 10, 20, 40, 80, g = z_e^2, go back to z = 0 and from there to the start, and
-# compare v* with v_s. 1 - v*/v_s should be a constant times z_e^5 e^(-z_e) (1 + 1/z_e + 2/z_e^2 - 34/3/z_e^3 +
-# O(1/z_e^4)), because v* is an analytic function of g_0 with a slope that is not 0.
+# Put the end of contact at $z_e = 10, 20, 40, 80$, $g = z_e^2$, go back to $z = 0$ and from there to the start, and
+# compare $v_\ast$ with $v_s$. $1 - v_\ast/v_s$ should be a constant times
+#
+# $$z_e^5 e^{-z_e} \left(1 + \frac{1}{z_e} + \frac{2}{z_e^2} - \frac{34}{3 z_e^3}
+# + O\left(\frac{1}{z_e^4}\right)\right),$$
+#
+# because $v_\ast$ is an analytic function of $g_0$ with a slope that is not 0.
 
 # %%
 constants = []
@@ -365,23 +378,26 @@ print("its changes", [mp.nstr(step, 3) for step in steps], "should become 16 tim
 assert 12 < steps[1] / steps[2] < 25
 
 # %% [markdown]
-# Over 30 orders of magnitude of the distance this confirms the exponential, the power 5 and the corrections: eps grows
-# like (ln distance)^2 to infinity. A square root would have z_e finite, a pole would have z_e^-2 linear.
+# Over 30 orders of magnitude of the distance this confirms the exponential, the power 5 and the corrections:
+# $\varepsilon$ grows like the square of the logarithm of the distance to infinity. A square root would have $z_e$
+# finite, a pole would have $z_e^{-2}$ linear.
 #
 # ## Second way: the coefficients
 #
-# From here on we do not use the equation of motion, only the exact H_0 … H_100 and the proven h_0 … h_120.
+# From here on we do not use the equation of motion, only the exact $H_0, \dots, H_{100}$ and the proven
+# $h_0, \dots, h_{120}$.
 #
-# Ratios or Dlog-Padé approximants are not accurate, because a logarithm inside L hardly changes from order 100 to
-# order 200. But mu = delta sqrt(H(delta)) = (2/5) z_e goes to infinity at delta_s, so that delta as a function of
-# mu goes to delta_s exponentially. Hence:
+# Ratios or Dlog-Padé approximants are not accurate, because a logarithm inside $L$ hardly changes from order 100 to
+# order 200. But $\mu = \delta \sqrt{H(\delta)} = \frac{2}{5} z_e$ goes to infinity at $\delta_s$, so that $\delta$ as a
+# function of $\mu$ goes to $\delta_s$ exponentially. Hence:
 #
-# 1. Invert the series mu(delta). Padé approximants of (delta/mu)^2 in mu continue it to mu = 4 … 6.
-# 2. Because delta_s - delta is e^(-z) times powers of z, plus its second power and so on, it is, as one function of z,
-#    delta' (1 + 5/z + a_2/z^2 + …) + delta'^2 (b_0 + b_1/z + …) + …. Values at several z determine
-#    delta_s and the first coefficients; the result must not depend on their positions and number.
-# 3. eps0 = eps (delta/mu)^2 with mu = (4/5) v*^5 sqrt(eps) turns the series of eps into that of eps0 = exp(kappa
-#    L(kappa)), whose odd powers of v* must vanish. v_s is where (4/5) v*^5 sqrt(eps0) = delta_s.
+# 1. Invert the series $\mu(\delta)$. Padé approximants of $(\delta/\mu)^2$ in $\mu$ continue it to $\mu$ from 4 to 6.
+# 2. Because $\delta_s - \delta$ is $e^{-z}$ times powers of $z$, plus its second power and so on, it is, as one
+#    function of $z$, $\delta' (1 + 5/z + a_2/z^2 + \dots) + \delta'^2 (b_0 + b_1/z + \dots) + \dots$ Values at several
+#    $z$ determine $\delta_s$ and the first coefficients; the result must not depend on their positions and number.
+# 3. $\varepsilon_0 = \varepsilon (\delta/\mu)^2$ with $\mu = \frac{4}{5} v_\ast^5 \sqrt{\varepsilon}$ turns the series
+#    of $\varepsilon$ into that of $\varepsilon_0 = \exp(\kappa L(\kappa))$, whose odd powers of $v_\ast$ must vanish.
+#    $v_s$ is where $\frac{4}{5} v_\ast^5 \sqrt{\varepsilon_0} = \delta_s$.
 
 # %%
 N_END, N_SERIES = 100, 120
@@ -442,10 +458,10 @@ print("  from the flow:     ", mp.nstr(delta_s, 13), " difference", mp.nstr(delt
 assert abs(delta_series - delta_s) < spread < 1e-9
 
 # %% [markdown]
-# Is delta_s the nearest singularity of H, and the only one at this distance? All computed H_j are
-# positive, so the nearest one should be on the positive real axis (Pringsheim), where H is analytic below
-# delta_s (above). H_j/H_(j+1) goes to delta_s smoothly, without the oscillations of a second one. At -delta_s
-# Padé approximants give a finite H.
+# Is $\delta_s$ the nearest singularity of $H$, and the only one at this distance? All computed $H_j$ are positive, so
+# the nearest one should be on the positive real axis (Pringsheim), where $H$ is analytic below $\delta_s$ (above).
+# $H_j/H_{j+1}$ goes to $\delta_s$ smoothly, without the oscillations of a second one. At $-\delta_s$ Padé approximants
+# give a finite $H$.
 
 # %%
 assert min(H) > 0
@@ -485,15 +501,17 @@ assert abs(v_series[0] - v_s) < 1e-9
 # %% [markdown]
 # ## The pair determines the coefficients
 #
-# With eps = z_e^2/(4 v*^10) Cauchy's formula for h_k becomes, integrated by parts, an integral over the end of contact,
+# With $\varepsilon = z_e^2/(4 v_\ast^{10})$ Cauchy's formula for $h_k$ becomes, integrated by parts, an integral over
+# the end of contact,
 #
-#     h_k = 1/(2 pi i) 1/(2 (k+10)) int z_e v*(z_e)^-(k+10) dz_e,
+# $$h_k = \frac{1}{2 \pi i} \frac{1}{2 (k+10)} \int z_e v_\ast(z_e)^{-(k+10)} dz_e,$$
 #
-# where z_e comes from Im z_e < 0 and goes to Im z_e > 0 round the right end of the z_e plane, from one valley of
-# v*^-(k+10) to the next: this is the contribution of v_s, and its complex conjugate is that of conj(v_s). With v*(z_e)
-# by numerical integration along the flow it must give the proven h_k, except for the contribution of the next
-# singularities, which is smaller by (R/1.178)^k. (The first term of an integration by parts estimates the rest beyond
-# the ends of the path.) The leading term is Darboux's for a squared logarithm: h_k ~ Re(const v_s^-k (ln k + …))/k.
+# where $z_e$ comes from $\Im z_e < 0$ and goes to $\Im z_e > 0$ round the right end of the $z_e$ plane, from one valley
+# of $v_\ast^{-(k+10)}$ to the next: this is the contribution of $v_s$, and its complex conjugate is that of
+# $\overline{v_s}$. With $v_\ast(z_e)$ by numerical integration along the flow it must give the proven $h_k$, except for
+# the contribution of the next singularities, which is smaller by $(R/1.178)^k$. (The first term of an integration by
+# parts estimates the rest beyond the ends of the path.) The leading term is Darboux's for a squared logarithm:
+# $h_k \sim \Re(\text{const } v_s^{-k} (\ln k + \dots))/k$.
 
 # %%
 side = np.linspace(-1, 1, 241)
@@ -526,13 +544,13 @@ for k in (60, 80, 100, 120):
     assert abs(share - exact) < 20 * expected * size
 
 # %% [markdown]
-# So the series of the paper converges, for |v*| < R. In impact speeds R^10 = |w_s| = 1.58, which is v = 1.58/beta^5
-# = 0.415 cm/s for the paper's ice: beyond that, more terms increase the error. The paper's k_c = 20 and 40 deviate
-# already at 0.26 and 0.3 cm/s.
+# So the series of the paper converges, for $\lvert v_\ast \rvert < R$. In impact speeds
+# $R^{10} = \lvert w_s \rvert = 1.58$, which is $v = 1.58/\beta^5 = 0.415$ cm/s for the paper's ice: beyond that, more
+# terms increase the error. The paper's $k_c = 20$ and 40 deviate already at 0.26 and 0.3 cm/s.
 #
-# Proven: eps is analytic for v* > 0, and no fold exists. Derived by formal series, and confirmed over 30 orders of
-# magnitude: v_s is a singularity of this type. Not proven, but visible in the coefficients: no singularity is nearer
-# to 0.
+# Proven: $\varepsilon$ is analytic for $v_\ast > 0$, and no fold exists. Derived by formal series, and confirmed over
+# 30 orders of magnitude: $v_s$ is a singularity of this type. Not proven, but visible in the coefficients: no
+# singularity is nearer to 0.
 
 # %%
 beta, speed = mp.mpf("1.307"), abs(to_mpc(g_s)) / 4

@@ -1,19 +1,24 @@
 # %% [markdown]
-# # 10. Large v*: eps = (3/2)^(2/3) v*^(-10/3) with logarithmic corrections
+# # 10. Large $v_\ast$: $\varepsilon = (3/2)^{2/3} v_\ast^{-10/3}$ with logarithmic corrections
 #
-# The paper gives eps -> v*^-3.2 for large v* (eq:asymp), read from a numerical solution. The exact exponent is
-# -10/3, with a factor. With W = 12^(1/3) v*^(10/3) and lambda = ln W,
+# The paper gives $\varepsilon \to v_\ast^{-3.2}$ for large $v_\ast$ (eq:asymp), read from a numerical solution. The
+# exact exponent is $-10/3$, with a factor. With $W = 12^{1/3} v_\ast^{10/3}$ and $\lambda = \ln W$,
 #
-#     eps = 3/W (1 - 2 S/W + (S^2 + 2 U)/W^2 + O(lambda^3/W^3)),
-#     S = 2 lambda + A - 1 - ln 2,   U = -10 lambda + 2 A - B + 5 ln 2 + 5,
-#     A = (ln 3)/2 - pi/(2 sqrt(3)) - 3/2,   B = 7/2 (ln 3 + pi/sqrt(3)) - 93/4.
+# $$\varepsilon = \frac{3}{W} \left(1 - \frac{2 S}{W} + \frac{S^2 + 2 U}{W^2}
+# + O\left(\frac{\lambda^3}{W^3}\right)\right),$$
 #
-# It is derived here by matched expansions, together with the maximal compression and the duration, and compared
-# with numerical integration. The last section explains the slope -3.2.
+# $$S = 2 \lambda + A - 1 - \ln 2, \qquad U = -10 \lambda + 2 A - B + 5 \ln 2 + 5,$$
 #
-# We use the flow of `09_singularity.py`: z = 2 sqrt(X), g = -4 dX/dT, z' = g, g' = z^2 (g - z^2), dT = -2 z dsigma,
-# x = X/kappa^4, tau = kappa T, w = v*^10. A collision starts at (0, -4w), turns at (Z, 0) and ends at (z_e, z_e^2),
-# with eps = z_e^2/(4w). Large v* is large Z. We need w(Z) and z_e(Z), two independent problems.
+# $$A = \frac{\ln 3}{2} - \frac{\pi}{2 \sqrt{3}} - \frac{3}{2}, \qquad
+# B = \frac{7}{2} \left(\ln 3 + \frac{\pi}{\sqrt{3}}\right) - \frac{93}{4}.$$
+#
+# It is derived here by matched expansions, together with the maximal compression and the duration, and compared with
+# numerical integration. The last section explains the slope $-3.2$.
+#
+# We use the flow of `09_singularity.py`: $z = 2 \sqrt{X}$, $g = -4 dX/dT$, $z' = g$, $g' = z^2 (g - z^2)$,
+# $dT = -2 z d\sigma$, $x = X/\kappa^4$, $\tau = \kappa T$, $w = v_\ast^{10}$. A collision starts at $(0, -4w)$, turns
+# at $(Z, 0)$ and ends at $(z_e, z_e^2)$, with $\varepsilon = z_e^2/(4w)$. Large $v_\ast$ is large $Z$. We need $w(Z)$
+# and $z_e(Z)$, two independent problems.
 
 # %%
 from itertools import pairwise
@@ -31,8 +36,8 @@ z, g, Z = sp.symbols("z g Z", positive=True)
 slope = z**2 - z**4 / g  # dg/dz
 
 # %% [markdown]
-# In the units of the turning point (derivation 3) loading is z = Z r, g = -(25/4) K^5 g(r), with Z = 5/2 K^2 =
-# k^2/2, k = sqrt(5) K. So this is an expansion in 1/k^2, with ln k.
+# In the units of the turning point (derivation 3) loading is $z = Z r$, $g = -\frac{25}{4} K^5 g(r)$, with
+# $Z = \frac{5}{2} K^2 = k^2/2$, $k = \sqrt{5} K$. So this is an expansion in $1/k^2$, with $\ln k$.
 
 # %%
 K, g_r = symbolic.K, symbolic.g
@@ -43,14 +48,16 @@ assert sp.simplify(2 * g_r * flow_slope - symbolic.turning_point_equation().rhs)
 # %% [markdown]
 # ## Near the turning point, and unloading: a first integral
 #
-# Near the turning point g is of the order Z^2 while z hardly changes. With g = z^2 (1 + s), t = 1/z, an exact
+# Near the turning point $g$ is of the order $Z^2$ while $z$ hardly changes. With $g = z^2 (1 + s)$, $t = 1/z$, an exact
 # constant of the motion is expanded as
 #
-#     I = z^6 e^(s-z) (Q_0(s) + t Q_1(s) + t^2 Q_2(s) + …),
-#     s Q_n' - Q_n = (1+s) ((n-7) Q_(n-1) + 2 (1+s) (Q_(n-1) + Q_(n-1)')).
+# $$I = z^6 e^{s-z} (Q_0(s) + t Q_1(s) + t^2 Q_2(s) + \dots),$$
 #
-# Q_0 = s. Every Q_n is a polynomial, since the coefficient of s^1 on the right, which would give a logarithm, is
-# made zero by the free term c s of Q_(n-1). The turning point is s = -1, the end s = 0, the creeping orbit I = 0.
+# $$s Q_n' - Q_n = (1+s) ((n-7) Q_{n-1} + 2 (1+s) (Q_{n-1} + Q_{n-1}')).$$
+#
+# $Q_0 = s$. Every $Q_n$ is a polynomial, since the coefficient of $s^1$ on the right, which would give a logarithm, is
+# made zero by the free term $c s$ of $Q_{n-1}$. The turning point is $s = -1$, the end $s = 0$, the creeping orbit
+# $I = 0$.
 
 # %%
 Q_prev, Q_n = sp.Function("Q_prev")(s), sp.Function("Q_n")(s)
@@ -79,8 +86,12 @@ print("at the turning point:", turning, " at the end:", end)
 # %% [markdown]
 # ## The end of contact
 #
-# I is the same at both: z_e^6 e^(-z_e) (2/z_e) (1 + 1/z_e + 2/z_e^2 + …) = Z^6 e^(-Z-1) (1 + 1/Z + 10/3/Z^2 + …),
-# an equation for z_e. With z_e = Z - l, l = l_0 + l_1/Z + …:
+# $I$ is the same at both,
+#
+# $$z_e^6 e^{-z_e} \frac{2}{z_e} \left(1 + \frac{1}{z_e} + \frac{2}{z_e^2} + \dots\right)
+# = Z^6 e^{-Z-1} \left(1 + \frac{1}{Z} + \frac{10}{3 Z^2} + \dots\right),$$
+#
+# an equation for $z_e$. With $z_e = Z - l$, $l = l_0 + l_1/Z + \dots$:
 
 # %%
 L = sp.Symbol("L")  # ln Z
@@ -100,15 +111,17 @@ assert sp.expand(l_1_value - 5 * l_0_value) == 0
 # %% [markdown]
 # ## Loading
 #
-# Far from the turning point g is of the order Z^3: g = -Z^3 P(r), P' = -r^2 - r^4/(Z P). In powers of 1/Z
+# Far from the turning point $g$ is of the order $Z^3$: $g = -Z^3 P(r)$, $P' = -r^2 - r^4/(Z P)$. In powers of $1/Z$
 #
-#     P_0 = (1 - r^3)/3,   P_1' = -r^4/P_0,   P_2' = r^4 P_1/P_0^2,
+# $$P_0 = \frac{1 - r^3}{3}, \qquad P_1' = -\frac{r^4}{P_0}, \qquad P_2' = \frac{r^4 P_1}{P_0^2},$$
 #
-# and w = Z^3 P(0)/4. With a(r) = int_0^r 3 q^4/(1-q^3) dq: P_1 = P_1(0) - a(r), and P_2 = P_2(0) + int r^4 P_1/P_0^2.
-# Both are singular at r = 1, where they must match the layer. There, with r = 1 - xi/Z, P = phi/Z:
-# dphi/dxi = (1 - xi/Z)^2 (1 + (1 - xi/Z)^2/phi), phi = phi_0 + phi_1/Z + …,
+# and $w = Z^3 P(0)/4$. With $a(r) = \int_0^r 3 q^4/(1-q^3) dq$: $P_1 = P_1(0) - a(r)$, and
+# $P_2 = P_2(0) + \int r^4 P_1/P_0^2$. Both are singular at $r = 1$, where they must match the layer. There, with
+# $r = 1 - \xi/Z$, $P = \varphi/Z$: $d\varphi/d\xi = (1 - \xi/Z)^2 (1 + (1 - \xi/Z)^2/\varphi)$,
+# $\varphi = \varphi_0 + \varphi_1/Z + \dots$,
 #
-#     phi_0 - ln(1 + phi_0) = xi,   phi_1 = (1 + phi_0)/phi_0 y,   dy/dphi_0 = -2 xi phi_0 (phi_0 + 2)/(1 + phi_0)^2.
+# $$\varphi_0 - \ln(1 + \varphi_0) = \xi, \qquad \varphi_1 = \frac{1 + \varphi_0}{\varphi_0} y, \qquad
+# \frac{dy}{d\varphi_0} = -2 \xi \varphi_0 \frac{\varphi_0 + 2}{(1 + \varphi_0)^2}.$$
 
 # %%
 xi_of_phi = phi - sp.log(1 + phi)
@@ -120,7 +133,7 @@ layer = phi_1.diff(phi) / rate - (-2 * xi_of_phi * (1 + 1 / phi) - 2 * xi_of_phi
 assert sp.simplify(layer) == 0
 
 # %% [markdown]
-# For large xi, with ell = ln xi: phi_0 = xi + ell + (ell+1)/xi + …. Then phi_1:
+# For large $\xi$, with `ell` for $\ln \xi$: $\varphi_0 = \xi + \ln \xi + (\ln \xi + 1)/\xi + \dots$ Then $\varphi_1$:
 
 # %%
 e, log_phi = sp.symbols("e log_phi", positive=True)  # e = 1/xi
@@ -134,13 +147,14 @@ print("phi_1 =", sp.collect(large_phi_1, e), "+ …, e = 1/xi")
 assert sp.expand(large_phi_1 - (-(e**-2) - 3 / e + ell**2 + 3 * ell - 6)) == 0
 
 # %% [markdown]
-# First order: near r = 1, x = 1 - r, a = -ln x + A + 3x + …, P_1 = P_1(0) + ln x - A, and in the layer phi_0/Z contains
-# ln(xi)/Z = (ln x + ln Z)/Z. So **P_1(0) = ln Z + A**.
+# First order: near $r = 1$, $x = 1 - r$, $a = -\ln x + A + 3x + \dots$, $P_1 = P_1(0) + \ln x - A$, and in the layer
+# $\varphi_0/Z$ contains $\ln(\xi)/Z = (\ln x + \ln Z)/Z$. So $P_1(0) = \ln Z + A$.
 #
-# Second order: the integral of r^4 P_1/P_0^2 = 9 r^4 (P_1(0) - a)/(1-r^3)^2 is elementary. With b = int 9 q^4/(1-q^3)^2
-# = 3r^2/(1-r^3) - 3r^2 - 2a, by parts, and once more,
+# Second order: the integral of $r^4 P_1/P_0^2 = 9 r^4 (P_1(0) - a)/(1-r^3)^2$ is elementary. With
+# $b = \int 9 q^4/(1-q^3)^2 = 3r^2/(1-r^3) - 3r^2 - 2a$, by parts, and once more,
 #
-#     int = (P_1(0) - a) b + int b a' = (P_1(0) - a) b - a^2 + 3r^7/(1-r^3) - int 21 q^6/(1-q^3).
+# $$\int \frac{r^4 P_1}{P_0^2} = (P_1(0) - a) b + \int b a'
+# = (P_1(0) - a) b - a^2 + \frac{3r^7}{1-r^3} - \int \frac{21 q^6}{1-q^3}.$$
 
 # %%
 a = (
@@ -180,10 +194,13 @@ assert sp.simplify(sp.expand(P_2_0 - ((L + A) ** 2 + 7 * L + B))) == 0
 print("w = Z^3/4 (1/3 + P_1/Z + P_2/Z^2 + …),  P_1 = L + A,  P_2 = (L + A)^2 + 7 L + B,  L = ln Z")
 
 # %% [markdown]
-# So W = (12 w)^(1/3) = Z + ln Z + A + (7 ln Z + B)/Z + …. In the variables r, p, k with k = sqrt(5) K, g = -k^5 p/4,
-# p = F at the start and -m at the end: F = 16 w/k^5 = k/6 (1 + 3 P_1/Z + 3 P_2/Z^2 + …), m = 4 z_e^2/k^5, Z = k^2/2.
+# So $W = (12 w)^{1/3} = Z + \ln Z + A + (7 \ln Z + B)/Z + \dots$ In the variables $r$, $p$, $k$ with $k = \sqrt{5} K$,
+# $g = -k^5 p/4$, $p = F$ at the start and $-m$ at the end:
 #
-# ## eps, and the other results, in terms of v*
+# $$F = \frac{16 w}{k^5} = \frac{k}{6} \left(1 + \frac{3 P_1}{Z} + \frac{3 P_2}{Z^2} + \dots\right), \qquad
+# m = \frac{4 z_e^2}{k^5}, \qquad Z = \frac{k^2}{2}.$$
+#
+# ## $\varepsilon$, and the other results, in terms of $v_\ast$
 
 # %%
 lam, u, W = sp.symbols("lambda u W")  # lambda = ln W, u = 1/W
@@ -205,16 +222,20 @@ print("eps = 3/W (1 - 2 S/W + (S^2 + 2 U)/W^2),  S =", S, "  U =", sp.expand(U))
 print("   A =", sp.N(A, 20), "  B =", sp.N(B, 20))
 
 # %% [markdown]
-# Maximal compression: X = z^2/4, so x_max = Z^2/(4 v*^8), which is
+# Maximal compression: $X = z^2/4$, so $x_\text{max} = Z^2/(4 v_\ast^8)$, which is
 #
-#     x_max = (3/2)^(2/3) v*^(-4/3) (1 - 2 (lambda + A)/W + ((lambda + A)^2 + 2 (A - 6 lambda - B))/W^2 + …).
+# $$x_\text{max} = \left(\frac{3}{2}\right)^{2/3} v_\ast^{-4/3} \left(1 - \frac{2 (\lambda + A)}{W}
+# + \frac{(\lambda + A)^2 + 2 (A - 6 \lambda - B)}{W^2} + \dots\right).$$
 #
-# Duration, tau = v*^2 T, T = int 2z dz/|g|: with int 3 q/(1-q^3) dq = -ln(1-r) + (A + 3/2) + … at r = 1 outside and
-# int dxi/phi_0 = ln(1 + phi_0) in the layer, loading takes T = (2/Z) (ln Z + A + 3/2). In unloading g =
-# -Z^2 phi_0 with phi_0 < 0, which takes (2/Z) (-ln(1 + phi_0)) = (2/Z) (xi - phi_0) = (2/Z) (l_0 + 1). Together, to
-# leading order with its constant,
+# Duration, $\tau = v_\ast^2 T$, $T = \int 2z dz/\lvert g \rvert$: with
+# $\int 3 q/(1-q^3) dq = -\ln(1-r) + (A + \frac{3}{2}) + \dots$ at $r = 1$ outside and
+# $\int d\xi/\varphi_0 = \ln(1 + \varphi_0)$ in the layer, loading takes $T = (2/Z) (\ln Z + A + \frac{3}{2})$. In
+# unloading $g = -Z^2 \varphi_0$ with $\varphi_0 < 0$, which takes
+# $(2/Z) (-\ln(1 + \varphi_0)) = (2/Z) (\xi - \varphi_0) = (2/Z) (l_0 + 1)$. Together, to leading order with its
+# constant,
 #
-#     tau_c = 2/12^(1/3) v*^(-4/3) (2 lambda + A + 3/2 - ln 2 + O(lambda^2/W)).
+# $$\tau_c = \frac{2}{12^{1/3}} v_\ast^{-4/3}
+# \left(2 \lambda + A + \frac{3}{2} - \ln 2 + O\left(\frac{\lambda^2}{W}\right)\right).$$
 
 # %%
 T_times_Z = 2 * (L + A + sp.Rational(3, 2)) + 2 * (l_0_value + 1)
@@ -227,8 +248,11 @@ assert sp.simplify(T_times_Z - 2 * (2 * L + A + sp.Rational(3, 2) - sp.log(2))) 
 # %% [markdown]
 # ## Numbers: both ways from the turning point, by Taylor series
 #
-# The slope of ln eps against ln v* comes with them exactly: dz_e/dw = (8w/z_e^3) exp(int z^2 dsigma) from start to end
-# (`09_singularity.py`), so d ln eps/d ln v* = 10 (16 w^2/z_e^4 exp(int z^2 dsigma) - 1).
+# The slope of $\ln \varepsilon$ against $\ln v_\ast$ comes with them exactly:
+# $dz_e/dw = (8w/z_e^3) \exp(\int z^2 d\sigma)$ from start to end (`09_singularity.py`), so
+#
+# $$\frac{d \ln \varepsilon}{d \ln v_\ast}
+# = 10 \left(\frac{16 w^2}{z_e^4} \exp\left(\int z^2 d\sigma\right) - 1\right).$$
 
 # %%
 DIGITS, ORDER = 40, 50
@@ -299,8 +323,8 @@ def number(expression, **values):
 
 
 # %% [markdown]
-# The table has relative errors of the truncated expansions, also divided by their expected order. For z_e the errors
-# are absolute; "z_e, all" is the error of the equation for z_e with five terms on both sides:
+# The table has relative errors of the truncated expansions, also divided by their expected order. For $z_e$ the errors
+# are absolute; `z_e, all` is the error of the equation for $z_e$ with five terms on both sides:
 
 # %%
 ORDERS = {  # name: (n, m), the error is of the order (ln Z)^m/Z^n
@@ -353,11 +377,11 @@ for name, errors in table.items():
     assert max(abs(c) for c in scaled[2:]) < 2 * max(abs(c) for c in scaled[:2])
 
 # %% [markdown]
-# ## Where the slope is -3.2
+# ## Where the slope is $-3.2$
 #
-# By the expansion d ln eps/d ln v* = -10/3 (1 - (2/W) (S - 2) + …), and S > 2 for W > 16: the slope comes to -10/3 from
-# above, slowly, like ln W/W. In numbers it falls from 0 to -10/3 without a minimum or an overshoot, and passes -3.2
-# once.
+# By the expansion $d \ln \varepsilon/d \ln v_\ast = -\frac{10}{3} (1 - (2/W) (S - 2) + \dots)$, and $S > 2$ for
+# $W > 16$: the slope comes to $-10/3$ from above, slowly, like $(\ln W)/W$. In numbers it falls from 0 to $-10/3$
+# without a minimum or an overshoot, and passes $-3.2$ once.
 
 # %%
 grid = [collision(10.0 ** (i / 4)) for i in range(-8, 25)]
@@ -388,9 +412,10 @@ for wanted in ("-3.0", "-3.1", "-3.15", "-3.2", "-3.25", "-3.3"):
     assert wanted != "-3.2" or 4.394 < v < 4.395
 
 # %% [markdown]
-# So eq:asymp is the tangent of the log-log plot at v* = 4.395. Within 0.05 its slope holds between 3.84 and 5.3, a
-# seventh of a decade of v*, one and a half decades of impact speed. The curve touches 1.02 v*^-3.2 there; the factor is
-# close to 1 by chance. For v* -> infinity eps v*^3.2 goes to 0 like v*^(-2/15).
+# So eq:asymp is the tangent of the log-log plot at $v_\ast = 4.395$. Within 0.05 its slope holds between 3.84 and 5.3,
+# a seventh of a decade of $v_\ast$, one and a half decades of impact speed. The curve touches $1.02 v_\ast^{-3.2}$
+# there; the factor is close to 1 by chance. For $v_\ast \to \infty$ the product $\varepsilon v_\ast^{3.2}$ goes to 0
+# like $v_\ast^{-2/15}$.
 
 # %%
 print("derived: eps = (3/2)^(2/3) v*^(-10/3) (1 - 2 S/W + (S^2 + 2 U)/W^2 + …); the slope -3.2 is local")

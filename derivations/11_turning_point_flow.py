@@ -2,10 +2,10 @@
 # # 11. The collision as a polynomial flow from the turning point
 #
 # `viscopade.collision.exact` integrates a polynomial flow without roots or singular points, and bounds the difference
-# between the computed and the wanted parameter by derivatives. The flow, the formulas for
-# kappa, eps, x_max and tau_c, the balance of energy and the equations behind those bounds are derived here from
-# the scaled equation of motion. The proofs that use them are in docs/theory/exact-function.md, with its numbers (1) to
-# (3) and steps. Contact ends where the force vanishes (eq:tEndAdvanced).
+# between the computed and the wanted parameter by derivatives. The flow, the formulas for $\kappa$, $\varepsilon$,
+# $x_\text{max}$ and $\tau_c$, the balance of energy and the equations behind those bounds are derived here from the
+# scaled equation of motion. The proofs that use them are in docs/theory/exact-function.md, with its numbers (1) to (3)
+# and steps. Contact ends where the force vanishes (eq:tEndAdvanced).
 
 # %%
 import sympy as sp
@@ -24,8 +24,9 @@ p = sp.Function("p", positive=True)
 # %% [markdown]
 # ## Equation (1)
 #
-# As in `03_turning_point.py` time is eliminated: x' = w(x), x'' = w w'. Compression is measured by x = x_max r^2, but
-# speed without a root: |x'| = 2 x_max^(5/4) p. `sign` is +1 in loading, -1 in unloading.
+# As in `03_turning_point.py` time is eliminated: $\dot{x} = w(x)$, $\ddot{x} = w w'$. Compression is measured by
+# $x = x_\text{max} r^2$, but speed without a root: $\lvert \dot{x} \rvert = 2 x_\text{max}^{5/4} p$. `sign` is $+1$ in
+# loading, $-1$ in unloading.
 
 # %%
 w = sp.Function("w")
@@ -56,8 +57,8 @@ assert unloading == loading.subs(k, -k)
 # %% [markdown]
 # ## The flow, and where it ends
 #
-# A time s with du = 2 p ds makes it polynomial: p' = 2 p dp/du. First contact is r = 0, the end of contact is where
-# the force vanishes, x'' = 0. There, too, dp/du = 0.
+# A time $s$ with $du = 2 p ds$ makes it polynomial: $p' = 2 p dp/du$. First contact is $r = 0$, the end of contact is
+# where the force vanishes, $\ddot{x} = 0$. There, too, $dp/du = 0$.
 
 # %%
 u_rate = 2 * p(r)
@@ -66,8 +67,8 @@ print("u' =", u_rate, "  p' =", sp.factor(p_rate))
 assert sp.expand(p_rate - r**2 * (r**2 + k * p(r))) == 0
 
 # %% [markdown]
-# Unloading backwards in time, (-s, -p), is loading. With a length other than x_max the turning point is at r = r_t;
-# r/r_t, p r_t^(-5/2), s r_t^(3/2) with k r_t^(1/2) obey the same flow.
+# Unloading backwards in time, $(-s, -p)$, is loading. With a length other than $x_\text{max}$ the turning point is at
+# $r = r_t$; $r/r_t$, $p r_t^{-5/2}$, $s r_t^{3/2}$ with $k r_t^{1/2}$ obey the same flow.
 
 # %%
 P, r_t = sp.symbols("P r_t", positive=True)
@@ -91,8 +92,8 @@ assert loading.subs(p(r), F).subs(r, 0) == 0
 # %% [markdown]
 # ## Formulas (2)
 #
-# The impact speed is 1 and p = F there; eps is the speed at the end, where p = m. The duration follows from
-# d tau = dx/|x'|.
+# The impact speed is 1 and $p = F$ there; $\varepsilon$ is the speed at the end, where $p = m$. The duration follows
+# from $d\tau = dx/\lvert \dot{x} \rvert$.
 
 # %%
 (depth,) = sp.solve(sp.Eq(speed_unit * F, 1), x_max)
@@ -108,8 +109,8 @@ assert sp.simplify(tau_rate / (2 * (2 * F) ** sp.Rational(1, 5) * r)) == 1  # T 
 # %% [markdown]
 # ## Balance of energy (3)
 #
-# d(p^2)/du = r^4 +- k p r^2. With W_l and W_u the integrals of p r^2 dr, F^2 and m^2 follow, and 1 - eps^2 is a sum of
-# positive terms.
+# $d(p^2)/du = r^4 \pm k p r^2$. With $W_l$ and $W_u$ the integrals of $p r^2 dr$, $F^2$ and $m^2$ follow, and
+# $1 - \varepsilon^2$ is a sum of positive terms.
 
 # %%
 W_l, W_u, r_c = sp.symbols("W_l W_u r_c", positive=True)
@@ -128,11 +129,11 @@ lost = sp.expand(F_squared - m_squared)  # (1 - eps^2) F^2
 assert sp.expand(lost - (r_c**5 / 5 + k * (W_l + W_u))) == 0
 
 # %% [markdown]
-# ## How p changes with k (step 5)
+# ## How $p$ changes with $k$ (step 5)
 #
-# Let a = d ln p/d ln k at constant r: dp/dk = a p/k. Differentiating p dp/du = r^2 (r^2 + c k p)/2 (c = 1 in loading,
-# -1 in unloading) gives 2 p^2 da/du. It points inwards at both ends of 0 <= a <= 1 in loading, and of
-# -1 <= a <= 0 in unloading.
+# Let $a = d \ln p/d \ln k$ at constant $r$: $dp/dk = a p/k$. Differentiating $p dp/du = r^2 (r^2 + c k p)/2$ ($c = 1$
+# in loading, $-1$ in unloading) gives $2 p^2 da/du$. It points inwards at both ends of $0 \le a \le 1$ in loading, and
+# of $-1 \le a \le 0$ in unloading.
 
 # %%
 c, number = sp.symbols("c a")
@@ -156,7 +157,8 @@ assert in_unloading.subs(number, 0).is_negative
 assert sp.expand(in_unloading.subs(number, -1) - 2 * r**2 * (r**2 - k * P)) == 0  # >= 0 until the end
 
 # %% [markdown]
-# With 0 <= a_F <= 1 and -1 <= a_m <= 0, the logarithmic derivatives of kappa, eps and x_max are linear in a_F, a_m.
+# With $0 \le a_F \le 1$ and $-1 \le a_m \le 0$, the logarithmic derivatives of $\kappa$, $\varepsilon$ and
+# $x_\text{max}$ are linear in $a_F$, $a_m$.
 
 # %%
 a_F, a_m = sp.symbols("a_F a_m")
@@ -175,7 +177,7 @@ assert sp.expand(slopes["eps"] - (a_m - a_F)) == 0  # -2 to 0
 assert sp.expand(slopes["x_max"] + sp.Rational(4, 5) * a_F) == 0  # -4/5 to 0
 
 # %% [markdown]
-# In the balance of energy the end's motion cancels: W_u depends on r_c like -m r_c^2.
+# In the balance of energy the end's motion cancels: $W_u$ depends on $r_c$ like $-m r_c^2$.
 
 # %%
 end_of_balance = (r_c**5 / 5).diff(r_c) + k * (-(r_c**2) * m)
@@ -184,8 +186,8 @@ assert sp.simplify(end_of_balance.subs(m, m_at_end.subs(r, r_c))) == 0
 # %% [markdown]
 # ## Duration
 #
-# T = integral of r ds = integral of r dr/(2 p). Its integrand changes by -a relatively; the end of unloading,
-# r_c^2 = k m, contributes r_c^2/(2 m) d ln r_c = (k/4) y d ln k, with y = 1 + a there.
+# $T = \int r ds = \int r dr/(2 p)$. Its integrand changes by $-a$ relatively; the end of unloading, $r_c^2 = k m$,
+# contributes $r_c^2/(2 m) d \ln r_c = (k/4) y d \ln k$, with $y = 1 + a$ there.
 
 # %%
 y = sp.Symbol("y")
@@ -194,8 +196,8 @@ at_the_end = sp.simplify((r_c / (2 * m) * r_c * log_r_c).subs(r_c, sp.sqrt(k * m
 assert sp.expand(at_the_end.subs(a_m, y - 1) - k * y / 4) == 0
 
 # %% [markdown]
-# For large k there is a better bound of y than 1. With q = k p, D = r^2 - q and a "time" sigma in which r^2 - q decays,
-# d sigma = k r^2 du/(2 p):
+# For large $k$ there is a better bound of $y$ than 1. With $q = k p$, $D = r^2 - q$ and a "time" $\sigma$ in which
+# $r^2 - q$ decays, $d\sigma = k r^2 du/(2 p)$:
 
 # %%
 Q, sigma = sp.symbols("q sigma", positive=True)
@@ -220,10 +222,10 @@ assert sp.simplify(rate(D * sp.exp(sigma)) + 4 * Q * sp.exp(sigma) / (k**2 * r))
 print("d(y q^2 e^sigma)/d sigma = 2 D q e^sigma,  d(D e^sigma)/d sigma = -4 q e^sigma/(k^2 r)")
 
 # %% [markdown]
-# ## For the inverse: the growth of F
+# ## For the inverse: the growth of $F$
 #
-# The derivative of p^2/2 with respect to k at constant r grows, in the time s, like r^2 p^2 + k r^2 times itself; so
-# it is at least the integral of r^2 p^2 ds, which is half of W_l, since du = 2 p ds.
+# The derivative of $p^2/2$ with respect to $k$ at constant $r$ grows, in the time $s$, like $r^2 p^2 + k r^2$ times
+# itself; so it is at least the integral of $r^2 p^2 ds$, which is half of $W_l$, since $du = 2 p ds$.
 
 # %%
 half_change = P * change  # d(p^2/2)/dk = p dp/dk
@@ -233,8 +235,8 @@ assert sp.simplify(half_rate.subs(c, 1) - (r**2 * P**2 + k * r**2 * half_change)
 # %% [markdown]
 # ## In numbers
 #
-# From a k, mpmath integrates both halves together with T and W; formulas (2) give a collision, which must be the
-# one that `exact.collision` finds at that v*.
+# From a $k$, mpmath integrates both halves together with $T$ and $W$; formulas (2) give a collision, which must be the
+# one that `exact.collision` finds at that $v_\ast$.
 
 # %%
 

@@ -1,12 +1,12 @@
 # %% [markdown]
-# # 12. Damping with x^(1/4): one coefficient of restitution for all speeds
+# # 12. Damping with $x^{1/4}$: one coefficient of restitution for all speeds
 #
-# Many programs do not use the viscoelastic law, but damp Hertz's force with x^(1/4),
+# Many programs do not use the viscoelastic law, but damp Hertz's force with $x^{1/4}$,
 #
-#     m x'' = -k x^(3/2) - alpha sqrt(m k) x^(1/4) x',
+# $$m \ddot{x} = -k x^{3/2} - \alpha \sqrt{m k} x^{1/4} \dot{x},$$
 #
-# because eps is then independent of the speed. This file derives eps as a function of alpha, for the two ends of
-# contact in such programs, and its inverse.
+# because $\varepsilon$ is then independent of the speed. This file derives $\varepsilon$ as a function of $\alpha$, for
+# the two ends of contact in such programs, and its inverse.
 
 # %%
 import math
@@ -24,8 +24,9 @@ force = -k * x ** sp.Rational(3, 2) - alpha * sp.sqrt(m * k) * x ** sp.Rational(
 # %% [markdown]
 # ## Transformation to a linear oscillator
 #
-# Let q = x^(5/4), and let a new time s run with ds = omega x^(1/4) dt. A derivative with respect to s is one with
-# respect to t, divided by omega x^(1/4). For a function f(x, u) with x' = u and u' = force/m:
+# Let $q = x^{5/4}$, and let a new time $s$ run with $ds = \omega x^{1/4} dt$. A derivative with respect to $s$ is one
+# with respect to $t$, divided by $\omega x^{1/4}$. For a function $f(x, u)$ with $\dot{x} = u$ and $\dot{u}$ the force
+# divided by $m$:
 
 # %%
 omega = sp.symbols("omega", positive=True)
@@ -55,8 +56,8 @@ assert sp.simplify(zeta_of_alpha - alpha / sp.sqrt(5)) == 0
 # %% [markdown]
 # ## The motion
 #
-# The spheres touch with q = 0, q' = 1. Below critical damping put zeta = cos(psi), sqrt(1 - zeta^2) = sin(psi) and
-# measure time by theta = s sin(psi).
+# The spheres touch with $q = 0$, $q' = 1$. Below critical damping put $\zeta = \cos \psi$,
+# $\sqrt{1 - \zeta^2} = \sin \psi$ and measure time by $\theta = s \sin \psi$.
 
 # %%
 psi, theta = sp.symbols("psi theta", positive=True)
@@ -69,9 +70,9 @@ assert motion.subs(theta, 0) == 0
 assert sp.simplify(speed.subs(theta, 0)) == 1
 
 # %% [markdown]
-# ## The end at x = 0
+# ## The end at $x = 0$
 #
-# q = 0 again at theta = pi, and eps = -q' there.
+# $q = 0$ again at $\theta = \pi$, and $\varepsilon = -q'$ there.
 
 # %%
 at_position = sp.simplify(-speed.subs(theta, sp.pi))
@@ -86,10 +87,10 @@ assert sp.simplify(inverse - L / sp.sqrt(L**2 + sp.pi**2)) == 0
 # %% [markdown]
 # ## The end at zero force
 #
-# The force is x^(1/4) times q'', up to a positive factor, and q'' = -(2 zeta q' + q) is proportional to
-# -sin(2 psi - theta): it is repulsive from first contact to theta = 2 psi, after the turning point at
-# theta = psi. Because 2 psi < pi, the force vanishes before x does. A program that clips it, max(0, F), has a constant
-# q' from there on, so that 2 zeta q' + q falls below zero: the contact has ended.
+# The force is $x^{1/4}$ times $q''$, up to a positive factor, and $q'' = -(2 \zeta q' + q)$ is proportional to
+# $-\sin(2 \psi - \theta)$: it is repulsive from first contact to $\theta = 2 \psi$, after the turning point at
+# $\theta = \psi$. Because $2 \psi < \pi$, the force vanishes before $x$ does. A program that clips it, $\max(0, F)$,
+# has a constant $q'$ from there on, so that $2 \zeta q' + q$ falls below zero: the contact has ended.
 
 # %%
 push = 2 * zeta * speed + motion
@@ -104,9 +105,10 @@ assert sp.simplify(sp.expand_trig(at_force - sp.exp(-2 * psi * sp.cot(psi)))) ==
 # %% [markdown]
 # ## Beyond critical damping
 #
-# Here psi is imaginary: with psi = i chi, zeta = cosh(chi), and cos and sin become cosh and i sinh. The same force
-# vanishes at theta = 2 i chi. At critical damping both branches give exp(-2), and -ln eps is analytic in zeta there.
-# The function rises with zeta, so the inverse is unique; for strong damping eps -> 1/(4 zeta^2).
+# Here $\psi$ is imaginary: with $\psi = i \chi$, $\zeta = \cosh \chi$, and $\cos$ and $\sin$ become $\cosh$ and
+# $i \sinh$. The same force vanishes at $\theta = 2 i \chi$. At critical damping both branches give $e^{-2}$, and
+# $-\ln \varepsilon$ is analytic in $\zeta$ there. The function rises with $\zeta$, so the inverse is unique; for strong
+# damping $\varepsilon \to 1/(4 \zeta^2)$.
 
 # %%
 chi = sp.symbols("chi", positive=True)
@@ -124,7 +126,7 @@ assert sp.limit(beyond * 4 * sp.cosh(chi) ** 2, chi, sp.oo) == 1
 # %% [markdown]
 # ## The same by the exact function of the law, and in the formulas of programs
 #
-# In scaled units kappa = alpha = sqrt(5) zeta. The exact function integrates the motion and knows no closed form.
+# In scaled units $\kappa = \alpha = \sqrt{5} \zeta$. The exact function integrates the motion and knows no closed form.
 
 # %%
 for number in (0.5, 1.0, 1.4, 1.57):

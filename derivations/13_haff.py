@@ -1,13 +1,13 @@
 # %% [markdown]
-# # 13. Cooling: T ~ t^-2 for constant eps, T ~ t^(-5/3) for viscoelastic spheres
+# # 13. Cooling: $T \sim t^{-2}$ for constant $\varepsilon$, $T \sim t^{-5/3}$ for viscoelastic spheres
 #
-# A gas of equal, smooth spheres loses energy in its collisions. If eps is a constant, its temperature follows Haff's
-# law, T = T_0 (1 + t/tau)^-2. For viscoelastic spheres slow impacts are nearly elastic, eps = 1 + h_2 v*^2 + …, and
-# the gas cools more slowly: T ~ t^(-5/3). Both are derived here, with their factors and, for the second one, with the
-# next terms, for velocities that are Maxwellian at all times. (This is an approximation;
-# `viscopade_lab.gas.cool` works without it and shows its error.)
+# A gas of equal, smooth spheres loses energy in its collisions. If $\varepsilon$ is a constant, its temperature follows
+# Haff's law, $T = T_0 (1 + t/\tau)^{-2}$. For viscoelastic spheres slow impacts are nearly elastic,
+# $\varepsilon = 1 + h_2 v_\ast^2 + \dots$, and the gas cools more slowly: $T \sim t^{-5/3}$. Both are derived here,
+# with their factors and, for the second one, with the next terms, for velocities that are Maxwellian at all times.
+# (This is an approximation; `viscopade_lab.gas.cool` works without it and shows its error.)
 #
-# T is the variance of one component of the velocities, the granular temperature over the mass of a particle.
+# $T$ is the variance of one component of the velocities, the granular temperature over the mass of a particle.
 
 # %%
 import numpy as np
@@ -23,8 +23,8 @@ m, n, d, eps, t, k = sp.symbols("m n d epsilon t k", positive=True)
 # %% [markdown]
 # ## The energy loss in a collision
 #
-# The component v of the relative velocity along the line of centres becomes -eps v. The motion of the centre of
-# mass does not change.
+# The component $v$ of the relative velocity along the line of centres becomes $-\varepsilon v$. The motion of the
+# centre of mass does not change.
 
 # %%
 before = sp.Matrix([sp.Symbol("c_1"), sp.Symbol("c_2")])  # normal components of two velocities, of a frontal pair
@@ -40,10 +40,10 @@ assert sp.simplify(per_collision - m / 4 * (1 - eps**2) * v**2) == 0
 # %% [markdown]
 # ## Frequency and speeds of collisions
 #
-# The difference of two Maxwellian velocities is normal with the variance 2 T in every component, so along any
-# direction e. Partners that approach with v along e within a time dt come from a slanted cylinder, with the volume
-# v dt d^2 per solid angle of e. With n partners per volume and 4 pi directions, counting only pairs that approach (v >
-# 0):
+# The difference of two Maxwellian velocities is normal with the variance $2 T$ in every component, so along any
+# direction $e$. Partners that approach with $v$ along $e$ within a time $dt$ come from a slanted cylinder, with the
+# volume $v dt d^2$ per solid angle of $e$. With $n$ partners per volume and $4 \pi$ directions, counting only pairs
+# that approach ($v > 0$):
 
 # %%
 component = sp.exp(-(v**2) / (4 * T)) / sp.sqrt(4 * sp.pi * T)
@@ -59,11 +59,13 @@ of_u = sp.simplify(impact.subs(v, 2 * sp.sqrt(T * u)) * sp.diff(2 * sp.sqrt(T * 
 assert of_u == sp.exp(-u)  # u = v^2/(4 T) is exponentially distributed
 
 # %% [markdown]
-# A particle has the energy 3/2 m T, and a collision has two particles. With L = int (1 - eps^2) u e^(-u) du:
+# A particle has the energy $\frac{3}{2} m T$, and a collision has two particles. With
+# $L = \int (1 - \varepsilon^2) u e^{-u} du$ and the frequency $f$:
 #
-#     3/2 m dT/dt = -(1/2) frequency <m/4 (1 - eps^2) 4 T u>,   d ln T/dt = -frequency L/3.
+# $$\frac{3}{2} m \frac{dT}{dt} = -\frac{f}{2} \left\langle \frac{m}{4} (1 - \varepsilon^2) 4 T u \right\rangle, \qquad
+# \frac{d \ln T}{dt} = -\frac{f L}{3}.$$
 #
-# From now on the unit of time is the initial mean collision time, so frequency = sqrt(T/T_0).
+# From now on the unit of time is the initial mean collision time, so $f = \sqrt{T/T_0}$.
 
 # %%
 L = sp.Symbol("L", positive=True)
@@ -72,9 +74,9 @@ rate = sp.simplify(energy_rate / (sp.Rational(3, 2) * m * T))
 assert sp.simplify(rate + frequency * L / 3) == 0
 
 # %% [markdown]
-# ## Constant eps: Haff's law
+# ## Constant $\varepsilon$: Haff's law
 #
-# Every collision removes the same fraction L = 1 - eps^2 of T.
+# Every collision removes the same fraction $L = 1 - \varepsilon^2$ of $T$.
 
 # %%
 assert sp.integrate(u * sp.exp(-u), (u, 0, sp.oo)) == 1
@@ -90,9 +92,10 @@ assert np.allclose(found, known, rtol=1e-8, atol=0)
 # %% [markdown]
 # ## Viscoelastic spheres
 #
-# With v* = sqrt(beta) v^(1/10) and v = sqrt(4 T u) the mean of v*^k is a Gamma function: with the typical v*^2
+# With $v_\ast = \sqrt{\beta} v^{1/10}$ and $v = \sqrt{4 T u}$ the mean of $v_\ast^k$ is a Gamma function: with the
+# typical $v_\ast^2$
 #
-#     x = beta (4 T)^(1/10),   int v*^k u e^(-u) du = x^(k/2) Gamma(2 + k/20).
+# $$x = \beta (4 T)^{1/10}, \qquad \int v_\ast^k u e^{-u} du = x^{k/2} \Gamma\left(2 + \frac{k}{20}\right).$$
 
 # %%
 beta = sp.Symbol("beta", positive=True)
@@ -111,8 +114,8 @@ l_2, l_4, l_5 = (terms[i] * sp.gamma(2 + sp.Rational(i, 20)) for i in (2, 4, 5))
 print("L =", l_2, "x + (", l_4, ") x^2 + (", l_5, ") x^(5/2) + …")
 
 # %% [markdown]
-# The leading term alone: d ln T/dt ~ T^(3/5). Haff's law becomes T = T_0 (1 + t/tau)^(-5/3) with tau = 5/L_0, where L_0
-# is L at the start.
+# The leading term alone: $d \ln T/dt \sim T^{3/5}$. Haff's law becomes $T = T_0 (1 + t/\tau)^{-5/3}$ with
+# $\tau = 5/L_0$, where $L_0$ is $L$ at the start.
 
 # %%
 L_0 = sp.Symbol("L_0", positive=True)
@@ -121,8 +124,8 @@ assert sp.simplify(law.diff(t) / law + L_0 / 3 * (law / T_0) ** sp.Rational(3, 5
 assert sp.limit(sp.simplify(t * law.diff(t) / law), t, sp.oo) == sp.Rational(-5, 3)
 
 # %% [markdown]
-# The collisions per particle, dC/dt = sqrt(T/T_0), then grow like t^(1/6): a gas that has cooled by many decades has
-# had few collisions, which makes its simulation cheap. (For constant eps they grow like ln t.)
+# The collisions per particle, $dC/dt = \sqrt{T/T_0}$, then grow like $t^{1/6}$: a gas that has cooled by many decades
+# has had few collisions, which makes its simulation cheap. (For constant $\varepsilon$ they grow like $\ln t$.)
 
 # %%
 C = 30 / L_0 * ((1 + t * L_0 / 5) ** sp.Rational(1, 6) - 1)
@@ -130,13 +133,14 @@ assert sp.simplify(C.diff(t) - sp.sqrt(law / T_0)) == 0
 assert C.subs(t, 0) == 0
 
 # %% [markdown]
-# ## The approach to -5/3
+# ## The approach to $-5/3$
 #
-# T = (x/beta)^10/4 turns the equation into dt ~ -dx/(x^6 L), and L ~ x (1 - a x - b x^(3/2) - …) into
+# $T = (x/\beta)^{10}/4$ turns the equation into $dt \sim -dx/(x^6 L)$, and $L \sim x (1 - a x - b x^{3/2} - \dots)$
+# into
 #
-#     t ~ int dx x^-7 (1 + a x + b x^(3/2) + …),   d ln T/d ln t = 10 t/(x dt/dx).
+# $$t \sim \int dx x^{-7} (1 + a x + b x^{3/2} + \dots), \qquad \frac{d \ln T}{d \ln t} = \frac{10 t}{x dt/dx}.$$
 #
-# The initial state adds a constant to t, which is of order x^6.
+# The initial state adds a constant to $t$, which is of order $x^6$.
 
 # %%
 a, b, Y = sp.symbols("a b Y", positive=True)  # Y = sqrt(x)
@@ -150,7 +154,7 @@ assert sp.expand(local_slope + sp.Rational(5, 3) * (1 + a * Y**2 / 5 + b * Y**3 
 # %% [markdown]
 # ## Numbers
 #
-# L, its next terms and the slopes, compared with quadrature over the exact eps.
+# $L$, its next terms and the slopes, compared with quadrature over the exact $\varepsilon$.
 
 # %%
 exact_h = vp.series(order=6, digits=20).floats()

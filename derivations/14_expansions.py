@@ -1,13 +1,13 @@
 # %% [markdown]
-# # 14. Both ends to any order: expansions for v* -> 0 and v* -> infinity
+# # 14. Both ends to any order: expansions for $v_\ast \to 0$ and $v_\ast \to \infty$
 #
-# `viscopade_lab.asymptotics` gives eps, x_max and tau_c as asymptotic expansions to any order. It is independent
-# of the exact function, so it can check it. Its recursions are derived here.
+# `viscopade_lab.asymptotics` gives $\varepsilon$, $x_\text{max}$ and $\tau_c$ as asymptotic expansions to any order. It
+# is independent of the exact function, so it can check it. Its recursions are derived here.
 #
-# v* -> infinity: `10_large_v_star.py` has three terms, by matched expansions with integrals in closed form. For any
-# order it is simpler to expand a constant of the motion and the time, as functions on the plane, instead of the
-# orbit: their equations are linear, and only rational numbers remain to be matched. v* -> 0: the perturbation
-# series of derivation 3, also for the time.
+# For $v_\ast \to \infty$, `10_large_v_star.py` has three terms, by matched expansions with integrals in closed form.
+# For any order it is simpler to expand a constant of the motion and the time, as functions on the plane, instead of the
+# orbit: their equations are linear, and only rational numbers remain to be matched. For $v_\ast \to 0$ there is the
+# perturbation series of derivation 3, also for the time.
 
 # %%
 from itertools import pairwise
@@ -42,11 +42,11 @@ def polynomial(p, variable):
 
 
 # %% [markdown]
-# ## v* -> infinity: near the turning point
+# ## $v_\ast \to \infty$: near the turning point
 #
-# The flow is z' = g, g' = z^2 (g - z^2), dT = -2 z dtheta, with ' = d/dtheta (`09_singularity.py`). With
-# g = z^2 (1 - sigma) the turning point is sigma = 1, the end of contact, g = z^2, is sigma = 0, and loading has
-# sigma > 1. We expand for large z.
+# The flow is $z' = g$, $g' = z^2 (g - z^2)$, $dT = -2 z d\theta$, where the prime is $d/d\theta$ (`09_singularity.py`).
+# With $g = z^2 (1 - \sigma)$ the turning point is $\sigma = 1$, the end of contact, $g = z^2$, is $\sigma = 0$, and
+# loading has $\sigma > 1$. We expand for large $z$.
 
 # %%
 z_rate = g.subs(g, z**2 * (1 - s))
@@ -62,11 +62,13 @@ def along(function, log_rate=0):
 
 
 # %% [markdown]
-# A constant of the motion is Lambda = 6 ln z - z - sigma + ln sigma + q_1(sigma)/z + q_2(sigma)/z^2 + …, with
+# A constant of the motion is $\Lambda = 6 \ln z - z - \sigma + \ln \sigma + q_1(\sigma)/z + q_2(\sigma)/z^2 + \dots$,
+# with
 #
-#     sigma q_1' = -6 (1-sigma) - 2 (1-sigma)^3/sigma,    sigma q_(n+1)' = -2 (1-sigma)^2 q_n' + n (1-sigma) q_n.
+# $$\sigma q_1' = -6 (1-\sigma) - \frac{2 (1-\sigma)^3}{\sigma}, \qquad
+# \sigma q_{n+1}' = -2 (1-\sigma)^2 q_n' + n (1-\sigma) q_n.$$
 #
-# These are Laurent polynomials if the constant in q_n is chosen so that q_(n+1)' has no 1/sigma.
+# These are Laurent polynomials if the constant in $q_n$ is chosen so that $q_{n+1}'$ has no $1/\sigma$.
 
 # %%
 q_prev, q_next = sp.Function("q_n")(s), sp.Function("q_m")(s)
@@ -92,8 +94,8 @@ assert all(sp.expand(q_k - sum(rational(c) * s**i for i, c in near.q[k].items())
 print("q_1 =", q[0], "  q_2 =", q[1])
 
 # %% [markdown]
-# At the turning point Lambda = 6 ln Z - Z - 1 + sum q_n(1)/Z^n. At the end sigma = 0 it is singular, but J = sigma
-# exp(sum q_n/z^n) is regular: its coefficients are polynomials, -Q_n(-sigma) of derivation 10.
+# At the turning point $\Lambda = 6 \ln Z - Z - 1 + \sum q_n(1)/Z^n$. At the end $\sigma = 0$ it is singular, but
+# $J = \sigma \exp(\sum q_n/z^n)$ is regular: its coefficients are polynomials, $-Q_n(-\sigma)$ of derivation 10.
 
 # %%
 J = [s]
@@ -107,12 +109,15 @@ assert [at_end.coeff(t, k) for k in range(1, ORDER)] == [rational(c) for c in ne
 assert [q_k.subs(s, 1) for q_k in q] == [rational(c) for c in near.turning[1:]]
 
 # %% [markdown]
-# The time is T = sum z^-n R_n(sigma, l), l = ln J = Lambda - 6 ln z + z + sigma, whose derivative is a polynomial.
+# The time is $T = \sum z^{-n} R_n(\sigma, l)$, $l = \ln J = \Lambda - 6 \ln z + z + \sigma$, whose derivative is a
+# polynomial.
 #
-#     (sigma d/dsigma + d/dl) R_n = (n-1) (1-sigma) R_(n-1) - 2 (1-sigma)^2 dR_(n-1)/dsigma
-#                                   + 2 (1-sigma) (2+sigma) dR_(n-1)/dl,   R_1 = -2 l,
+# $$\left(\sigma \frac{d}{d\sigma} + \frac{d}{dl}\right) R_n = (n-1) (1-\sigma) R_{n-1}
+# - 2 (1-\sigma)^2 \frac{dR_{n-1}}{d\sigma}
+# + 2 (1-\sigma) (2+\sigma) \frac{dR_{n-1}}{dl},$$
 #
-# has polynomial solutions: it is triangular in powers of sigma, and an integral over l at sigma = 0.
+# with $R_1 = -2 l$, has polynomial solutions: it is triangular in powers of $\sigma$, and an integral over $l$ at
+# $\sigma = 0$.
 
 # %%
 log_rate = sp.expand(along(-6 * sp.log(z) + z + s))
@@ -128,16 +133,17 @@ print("R_2 =", R[2])
 # %% [markdown]
 # ## Loading
 #
-# Far from the turning point g is nearly (z^3 - C^3)/3 with a constant C: at the start, z = 0, C^3 = -3 g = 12 w = W^3.
-# So let C(z, g) = (z^3 - 3 g)^(1/3) everywhere. Along the orbit dC/dz = z^4/(g C^2), and dT/dz = -2 z/g. With
-# x = 1 - z/C and L = ln(C x) we look for
+# Far from the turning point $g$ is nearly $(z^3 - C^3)/3$ with a constant $C$: at the start, $z = 0$,
+# $C^3 = -3 g = 12 w = W^3$. So let $C(z, g) = (z^3 - 3 g)^{1/3}$ everywhere. Along the orbit $dC/dz = z^4/(g C^2)$, and
+# $dT/dz = -2 z/g$. With $x = 1 - z/C$ and $L = \ln(C x)$ we look for
 #
-#     Lambda = -C + 6 ln C + sum C^(1-n) x^(1-n) f_n(x, L),    T = sum C^-n x^(1-n) f_n(x, L),   n = 1, 2, ….
+# $$\Lambda = -C + 6 \ln C + \sum C^{1-n} x^{1-n} f_n(x, L), \qquad
+# T = \sum C^{-n} x^{1-n} f_n(x, L), \qquad n = 1, 2, \dots$$
 #
-# With p = 1 or 0, theta = x d/dx + d/dL and D = (1-x)^4/(1 - x + x^2/3),
+# With $p = 1$ or 0, $\theta = x d/dx + d/dL$ and $D = (1-x)^4/(1 - x + x^2/3)$,
 #
-#     d/dz [C^(p-n) x^(1-n) f] = -C^(p-n-1) x^-n (theta + 1 - n) f
-#                                - C^(p-n-2) x^(-n-1) D ((theta + 1 - n) f - (1-p) x f - x^2 df/dx).
+# $$\frac{d}{dz} [C^{p-n} x^{1-n} f] = -C^{p-n-1} x^{-n} (\theta + 1 - n) f
+# - C^{p-n-2} x^{-n-1} D \left((\theta + 1 - n) f - (1-p) x f - x^2 \frac{df}{dx}\right).$$
 
 # %%
 f = sp.Function("f")(x, ell)
@@ -165,9 +171,12 @@ unit = C ** (p - n - 1) * x**-n
 assert sp.simplify(sp.powsimp(sp.expand(slope_along(p - n, x ** (1 - n) * f) / unit - expected / unit))) == 0
 
 # %% [markdown]
-# The sum of the orders C^(p-n-1) must be 0 for Lambda, -2 z/g for T. -C and 6 ln C contribute to n = 1 and n = 2:
-# (theta + 1 - n) f_n = right_n, right_n = source_n - D (right_(n-1) - (1-p) x f_(n-1) - x^2 df_(n-1)/dx), with the
-# sources D and -6 x D for Lambda, and -2 (1-x)/(1 - x + x^2/3) for T.
+# The sum of the orders $C^{p-n-1}$ must be 0 for $\Lambda$, $-2 z/g$ for $T$. $-C$ and $6 \ln C$ contribute to $n = 1$
+# and $n = 2$:
+#
+# $$(\theta + 1 - n) f_n = r_n, \qquad r_n = s_n - D \left(r_{n-1} - (1-p) x f_{n-1} - x^2 \frac{df_{n-1}}{dx}\right),$$
+#
+# with the sources $s_1 = D$ and $s_2 = -6 x D$ for $\Lambda$, and $s_1 = -2 (1-x)/(1 - x + x^2/3)$ for $T$.
 
 # %%
 assert sp.simplify((slope_along(1, sp.Integer(-1)) - D / x / C).subs(C, 1)) == 0
@@ -176,12 +185,12 @@ T_source = (-2 * z / g_of_C).subs(z, C * (1 - x))
 assert sp.simplify(T_source * C**2 * x - 2 * (1 - x) / (1 - x + x**2 / 3)) == 0
 
 # %% [markdown]
-# The powers of x determine the coefficients one by one, except for that of x^(n-1) without L, which is free. The
-# only singularities are those of 1 - x + x^2/3, at |x| = sqrt(3): the series converge at the start, x = 1, where L =
-# ln C = ln W. (Derivation 10 has these sums in closed form, for n = 1, 2.)
+# The powers of $x$ determine the coefficients one by one, except for that of $x^{n-1}$ without $L$, which is free. The
+# only singularities are those of $1 - x + x^2/3$, at $\lvert x \rvert = \sqrt{3}$: the series converge at the start,
+# $x = 1$, where $L = \ln C = \ln W$. (Derivation 10 has these sums in closed form, for $n = 1, 2$.)
 #
-# The expansions near the turning point determine the free coefficient, of C^(p-n) (C x)^0: put z = C (1-x) and
-# sigma = 1 + omega h(x), omega = C x, and expand in 1/C at fixed large omega. For Lambda and n = 2:
+# The expansions near the turning point determine the free coefficient, of $C^{p-n} (C x)^0$: put $z = C (1-x)$ and
+# $\sigma = 1 + \omega h(x)$, $\omega = C x$, and expand in $1/C$ at fixed large $\omega$. For $\Lambda$ and $n = 2$:
 
 # %%
 omega, c = sp.symbols("omega c", positive=True)  # c = 1/C
@@ -196,8 +205,9 @@ print("the free coefficient in f_2 of Lambda:", match_2)
 
 
 # %% [markdown]
-# f_2 by hand: f_1 = L + F(x) - 1 with x F' = D - 1. The sums at x = 1, and the time's first one, must be those of
-# derivation 10: with A and B from there, lambda + A - 1, 1 + B - 7 A, and -2 (lambda + A + 3/2).
+# $f_2$ by hand: $f_1 = L + F(x) - 1$ with $x F' = D - 1$. The sums at $x = 1$, and the time's first one, must be those
+# of derivation 10: with $\lambda$, $A$ and $B$ from there, $\lambda + A - 1$, $1 + B - 7 A$, and
+# $-2 (\lambda + A + \frac{3}{2})$.
 
 # %%
 TERMS = 60
@@ -230,14 +240,15 @@ same(constant[1], 1 + B - 7 * A)
 same(time[0], -2 * (lam + A + sp.Rational(3, 2)))
 
 # %% [markdown]
-# ## v* -> infinity: the results
+# ## $v_\ast \to \infty$: the results
 #
-# Lambda is the same at the start, at the turning point and at the end. In y = Z/W, and in y = z_e/W, with u = 1/W,
+# $\Lambda$ is the same at the start, at the turning point and at the end. In $y = Z/W$, and in $y = z_e/W$, with
+# $u = 1/W$,
 #
-#     y = 1 + u (6 ln y + ln J - sigma - sum u^(n-1) f_n(1)),
+# $$y = 1 + u \left(6 \ln y + \ln J - \sigma - \sum u^{n-1} f_n(1)\right),$$
 #
-# which gains one order in every iteration. Then eps = 3 u (z_e/W)^2, x_max = Z^2/(4 v*^8) and tau_c =
-# v*^2 T, v*^10 = w = W^3/12. The first terms are those of derivation 10:
+# which gains one order in every iteration. Then $\varepsilon = 3 u (z_e/W)^2$, $x_\text{max} = Z^2/(4 v_\ast^8)$ and
+# $\tau_c = v_\ast^2 T$, $v_\ast^{10} = w = W^3/12$. The first terms are those of derivation 10:
 
 # %%
 S, U = 2 * lam + A - 1 - sp.log(2), -10 * lam + 2 * A - B + 5 * sp.log(2) + 5
@@ -251,9 +262,9 @@ W = sp.Symbol("W", positive=True)
 assert sp.simplify((W**3 / 12) ** sp.Rational(1, 3) * 12 ** sp.Rational(1, 3) - W) == 0
 
 # %% [markdown]
-# The first omitted terms: powers of the logarithm in the coefficients of W^-n, and the factors of the
-# highest power. For eps and x_max the power is one less from n = 3 on; the error of three terms is of order
-# lambda^2/W^3.
+# The first omitted terms: powers of the logarithm in the coefficients of $W^{-n}$, and the factors of the highest
+# power. For $\varepsilon$ and $x_\text{max}$ the power is one less from $n = 3$ on; the error of three terms is of
+# order $\lambda^2/W^3$.
 
 # %%
 for name, expansion in viscous(6, 30).items():
@@ -284,13 +295,16 @@ for name in ("epsilon", "x_max", "tau_c"):
         assert all(abs(value - 1) < 1e-3 for value in found)
 
 # %% [markdown]
-# ## v* -> 0: the duration
+# ## $v_\ast \to 0$: the duration
 #
-# In the units of the turning point (derivation 3) x = x_max r^2, |x'| = sqrt(4/5) x_max^(5/4) g, so dtau = dx/|x'| =
-# sqrt(5) x_max^(-1/4) r dr/g. Loading takes D(K) = int_0^1 r dr/g, unloading D(-K) up to r = 0, but contact ends
-# earlier. In the units of the end (derivation 5, r = sqrt(K U H) p, g = U H k(p)) the difference is K int_0^1 p dp/k:
+# In the units of the turning point (derivation 3) $x = x_\text{max} r^2$,
+# $\lvert \dot{x} \rvert = \sqrt{4/5} x_\text{max}^{5/4} g$, so
+# $d\tau = dx/\lvert \dot{x} \rvert = \sqrt{5} x_\text{max}^{-1/4} r dr/g$. Loading takes $D(K) = \int_0^1 r dr/g$,
+# unloading $D(-K)$ up to $r = 0$, but contact ends earlier. In the units of the end (derivation 5,
+# $r = \sqrt{K U H} p$, $g = U H k(p)$) the difference is $K \int_0^1 p dp/k$:
 #
-#     tau_c = sqrt(5) x_max^(-1/4) (D(K) + D(-K) - K R(mu)),    R = int_0^1 p dp/k,   mu = (4/5) v*^5 sqrt(eps).
+# $$\tau_c = \sqrt{5} x_\text{max}^{-1/4} (D(K) + D(-K) - K R(\mu)), \qquad R = \int_0^1 \frac{p dp}{k}, \qquad
+# \mu = \frac{4}{5} v_\ast^5 \sqrt{\varepsilon}.$$
 
 # %%
 r, X, K, Um, H, P = sp.symbols("r X K U H p", positive=True)
@@ -301,9 +315,10 @@ r_p = sp.sqrt(K * Um * H) * P
 assert sp.simplify(r_p * r_p.diff(P) / (Um * H * k) - K * P / k) == 0
 
 # %% [markdown]
-# With y = 1 - r, g_n = y^((n+1)/2) f_n(y), f_n analytic for |y| < 2 sin(pi/5) = 1.17…: so G_n and D_n are sums of
-# Taylor coefficients at y = 1. With e_n the coefficients of 1/f, 2 f_0 f_n = p_n - sum f_i f_(n-i), 0 < i < n, and
-# D_n = int y^((n-1)/2) r e_n dy; the factors in the integrals are
+# With $y = 1 - r$, $g_n = y^{(n+1)/2} f_n(y)$, $f_n$ analytic for $\lvert y \rvert < 2 \sin(\pi/5) = 1.17\dots$: so
+# $G_n$ and $D_n$ are sums of Taylor coefficients at $y = 1$. With $e_n$ the coefficients of $1/f$,
+# $2 f_0 f_n = p_n - \sum_{0 < i < n} f_i f_{n-i}$, and $D_n = \int y^{(n-1)/2} r e_n dy$; the factors in the integrals
+# are
 
 # %%
 y, N = sp.symbols("y n", positive=True)
@@ -320,9 +335,9 @@ with mp.workdps(30):
     assert abs(to_mpf(times[0]) - mp.beta(mp.mpf(2) / 5, mp.mpf(1) / 2) / 5) < mp.mpf(10) ** -28
 
 # %% [markdown]
-# D_1 and D_2 by quadrature, 2 g_0 g_1 = P_1, 2 g_0 g_2 = P_2 - g_1^2, P_n = 5 int_r^1 g_(n-1) s^2 ds (P_1 is an
-# incomplete beta function); D_1 = -int r g_1/g_0^2, D_2 = int r (g_1^2/g_0^3 - g_2/g_0^2), with r = 1 - q^2 to
-# remove the root at r = 1:
+# $D_1$ and $D_2$ by quadrature, $2 g_0 g_1 = P_1$, $2 g_0 g_2 = P_2 - g_1^2$, $P_n = 5 \int_r^1 g_{n-1} s^2 ds$ ($P_1$
+# is an incomplete Beta function); $D_1 = -\int r g_1/g_0^2$, $D_2 = \int r (g_1^2/g_0^3 - g_2/g_0^2)$, with
+# $r = 1 - q^2$ to remove the root at $r = 1$:
 
 # %%
 
@@ -351,8 +366,9 @@ with mp.workdps(15):
     assert all(abs(a - to_mpf(b)) < 1e-9 for a, b in zip(by_quadrature, times[1:3], strict=True))
 
 # %% [markdown]
-# K follows from kappa = (5/4)^(2/5) K V(K)^(1/5) by reversion, and x_max = (5/4)^(2/5) V(K)^(-4/5). The first terms,
-# with lambda_1 = 2 (4/5)^(2/5) G_1 and D_0 = B(2/5, 1/2)/5, and those of the inverse v*(eps), are:
+# $K$ follows from $\kappa = (5/4)^{2/5} K V(K)^{1/5}$ by reversion, and $x_\text{max} = (5/4)^{2/5} V(K)^{-4/5}$. The
+# first terms, with $\lambda_1 = 2 (4/5)^{2/5} G_1$ and $D_0 = B(2/5, 1/2)/5$, and those of the inverse
+# $v_\ast(\varepsilon)$, are:
 
 # %%
 kappa, G_1, D_0, root = sp.symbols("kappa G_1 D_0 root", positive=True)  # root = (1 - eps)^(1/2)

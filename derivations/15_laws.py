@@ -1,12 +1,13 @@
 # %% [markdown]
-# # 15. Any power-law contact: one parameter for eps
+# # 15. Any power-law contact: one parameter for $\varepsilon$
 #
 # The paper's law is one member of the family
 #
-#     m xi'' + k xi^a + c xi^b xi' = 0.
+# $$m \ddot{\xi} + k \xi^a + c \xi^b \dot{\xi} = 0.$$
 #
-# This file derives the scaled equation of every member. It shows that eps knows a and b through nu = (a+1)/(b+1) alone,
-# and that derivations 03 to 08 and 11 hold for all of them with other integers in place of 5, 3 and 2.
+# This file derives the scaled equation of every member. It shows that $\varepsilon$ knows $a$ and $b$ through
+# $\nu = (a+1)/(b+1)$ alone, and that derivations 03 to 08 and 11 hold for all of them with other integers in place of
+# 5, 3 and 2.
 
 # %%
 from fractions import Fraction
@@ -34,7 +35,8 @@ def vanishes(expression):
 # %% [markdown]
 # ## The scaled equation
 #
-# Lengths in units of X, times in units of T with X/T = v, so that x'(0) = 1; the coefficient of x^a becomes 1.
+# Lengths in units of $X$, times in units of $T$ with $X/T = v$, so that $\dot{x}(0) = 1$; the coefficient of $x^a$
+# becomes 1.
 
 # %%
 T = (m / k) ** (1 / (a + 1)) * v ** ((1 - a) / (1 + a))
@@ -48,7 +50,7 @@ print("kappa =", wanted)
 # %% [markdown]
 # ## One parameter
 #
-# As functions of x, with w = x', the motion obeys w dw/dx = -x^a - kappa x^b w. Let Y = alpha x^(b+1).
+# As functions of $x$, with $w = \dot{x}$, the motion obeys $w dw/dx = -x^a - \kappa x^b w$. Let $Y = \alpha x^{b+1}$.
 
 # %%
 alpha = (b + 1) ** (-1 / nu)
@@ -64,8 +66,9 @@ print("K =", K_of_kappa)
 # %% [markdown]
 # ## Any monotone force
 #
-# Nothing above needs a power of xi. Let Y(xi) rise from Y(0) = 0, let the elastic energy be C Y^nu/nu and the damping
-# force c dY/dt: m xi'' + C Y^(nu-1) Y' + c Y' xi' = 0, where Y' = dY/dxi. With u = xi' = v w and Y = Y_0 y:
+# Nothing above needs a power of $\xi$. Let $Y(\xi)$ rise from $Y(0) = 0$, let the elastic energy be $C Y^\nu/\nu$ and
+# the damping force $c dY/dt$: $m \ddot{\xi} + C Y^{\nu-1} Y' + c Y' \dot{\xi} = 0$, where $Y' = dY/d\xi$. With
+# $u = \dot{\xi} = v w$ and $Y = Y_0 y$:
 
 # %%
 C, Y_0, u, dY_dxi, N = sp.symbols("C Y_0 u dY_dxi N", positive=True)
@@ -88,7 +91,7 @@ with mp.workdps(20):
 # %% [markdown]
 # ## The turning point (derivation 03)
 #
-# With Y = Y_max y, y = r^n_b, and w = sqrt(2/nu) Y_max^(nu/2) g, nu = n_a/n_b:
+# With $Y = Y_\text{max} y$, $y = r^{n_b}$, and $w = \sqrt{2/\nu} Y_\text{max}^{\nu/2} g$, $\nu = n_a/n_b$:
 
 # %%
 n_a, n_b, K_r, Y_max, r, g = sp.symbols("n_a n_b K_r Y_max r g", positive=True)
@@ -121,8 +124,9 @@ print("kappa = ((a+1)/2)^(1-1/nu) K V(K)^(2/nu-1)")
 # %% [markdown]
 # ## Time reversal (derivation 06)
 #
-# Unloading is loading with -K, so eps0 = V(-K)/V(K). Put ln V = E + O, even and odd. ln eps0 = -2 O changes its sign
-# with K. So does kappa eps0^c, if c is such that V(K)^(2/nu-1) eps0^c is even:
+# Unloading is loading with $-K$, so $\varepsilon_0 = V(-K)/V(K)$. Put $\ln V = E + O$, even and odd.
+# $\ln \varepsilon_0 = -2 O$ changes its sign with $K$. So does $\kappa \varepsilon_0^c$, if $c$ is such that
+# $V(K)^{2/\nu-1} \varepsilon_0^c$ is even:
 
 # %%
 E, odd, c_ = sp.symbols("E O c", real=True)
@@ -151,8 +155,8 @@ assert symbolic.lambda_1("hunt-crossley") == sp.Rational(2, 3)
 # %% [markdown]
 # ## Delayed recovery (derivation 05)
 #
-# For nu > 1 the force vanishes before Y = 0. Near the end of unloading, with U = V(-K), g = U h and
-# r = (K U)^(1/d) s, d = n_a - n_b, every term of the turning point equation has one factor, delta:
+# For $\nu > 1$ the force vanishes before $Y = 0$. Near the end of unloading, with $U = V(-K)$, $g = U h$ and
+# $r = (K U)^{1/d} s$, $d = n_a - n_b$, every term of the turning point equation has one factor, $\delta$:
 
 # %%
 U, s, h = sp.symbols("U s h", positive=True)
@@ -191,10 +195,10 @@ for name in NAMES:
     print([j for j in range(2 * law.n_a + 1) if symbolic.h_polynomial(j, law) != 0])
 
 # %% [markdown]
-# ## Large kappa
+# ## Large $\kappa$
 #
-# Force end, nu > 1: loading is w = 1 - K Y but for little, so Y_max -> 1/K. In unloading w = Y^(nu-1)/K at once, and
-# there the force vanishes: eps = Y_max^(nu-1)/K.
+# Force end, $\nu > 1$: loading is $w = 1 - K Y$ but for little, so $Y_\text{max} \to 1/K$. In unloading
+# $w = Y^{\nu-1}/K$ at once, and there the force vanishes: $\varepsilon = Y_\text{max}^{\nu-1}/K$.
 
 # %%
 limit = sp.powsimp((1 / K) ** (n - 1) / K, force=True)
@@ -218,8 +222,8 @@ assert abs(values[0] / values[1] / 32 - 1) < mpf(10) ** -6
 # %% [markdown]
 # ## The flow (derivation 11)
 #
-# With r = (x/x_max)^(1/m), where m makes n_a = m (a+1) and n_b = m (b+1) whole, p = g/sqrt(n_a) and k = sqrt(n_a) K.
-# The ends F and P give all that `viscopade.collision.exact` computes:
+# With $r = (x/x_\text{max})^{1/m}$, where $m$ makes $n_a = m (a+1)$ and $n_b = m (b+1)$ whole, $p = g/\sqrt{n_a}$ and
+# $k = \sqrt{n_a} K$. The ends $F$ and $P$ give all that `viscopade.collision.exact` computes:
 
 # %%
 F, k_, M = sp.symbols("F k_ M", positive=True)
@@ -244,7 +248,8 @@ print("kappa = (2m)^(1/nu-1) k F^(2/nu-1), x_max = (2 m F^2)^(-1/(a+1)), tau_c =
 # %% [markdown]
 # ## Closed forms
 #
-# nu = 1: w dw/dY = -(1 + K w). From first contact to the turning point, and from there to Y = 0 with |w| = q:
+# $\nu = 1$: $w dw/dY = -(1 + K w)$. From first contact to the turning point, and from there to $Y = 0$ with
+# $\lvert w \rvert = q$:
 
 # %%
 q = sp.Symbol("q", positive=True)

@@ -1,13 +1,13 @@
 # %% [markdown]
 # # 16. A constant load: weight during the contact
 #
-# The weight F0 presses a body that falls on a plane down during contact:
+# The weight $F_0$ presses a body that falls on a plane down during contact:
 #
-#     m xi'' + k xi^a + c xi^b xi' = F0.
+# $$m \ddot{\xi} + k \xi^a + c \xi^b \dot{\xi} = F_0.$$
 #
-# This file derives the load G of the scaled equation, the loss for small damping with a load, lambda(G), and its slope
-# lambda'(0). It checks the numbers of docs/theory/mathematics.md, section 12, with
-# computed collisions (`viscopade.collision.contact`).
+# This file derives the load $G$ of the scaled equation, the loss for small damping with a load, $\lambda(G)$, and its
+# slope $\lambda'(0)$. It checks the numbers of docs/theory/mathematics.md, section 12, with computed collisions
+# (`viscopade.collision.contact`).
 
 # %%
 import sympy as sp
@@ -24,7 +24,7 @@ x, x_m = sp.symbols("x x_m", positive=True)
 # %% [markdown]
 # ## The scaled load
 #
-# Lengths in units of X, times in units of T (derivation 15): the acceleration F0/m is G in units of X/T^2.
+# Lengths in units of $X$, times in units of $T$ (derivation 15): the acceleration $F_0/m$ is $G$ in units of $X/T^2$.
 
 # %%
 T = (m / k) ** (1 / (a + 1)) * v ** ((1 - a) / (1 + a))
@@ -41,9 +41,10 @@ print("G =", claimed)
 # %% [markdown]
 # ## The loss for small damping
 #
-# Without damping E = w^2/2 + x^(a+1)/(a+1) - G x is constant, 1/2 at first contact. So eps = 1 for every load: the
-# speed at x = 0 is the same on return. With damping dE/dt = -kappa x^b w^2, that is dE/dx = -kappa x^b w in loading
-# and +kappa x^b |w| in unloading. To first order w is that without damping, and both halves have the same loss:
+# Without damping $E = w^2/2 + x^{a+1}/(a+1) - G x$ is constant, $1/2$ at first contact. So $\varepsilon = 1$ for every
+# load: the speed at $x = 0$ is the same on return. With damping $dE/dt = -\kappa x^b w^2$, that is
+# $dE/dx = -\kappa x^b w$ in loading and $+\kappa x^b \lvert w \rvert$ in unloading. To first order $w$ is that without
+# damping, and both halves have the same loss:
 
 # %%
 w2 = 1 + 2 * G * x - 2 * x ** (a + 1) / (a + 1)
@@ -59,8 +60,9 @@ print("1 - eps = kappa lambda(G),  lambda(G) = 2 int_0^(x_m) x^b sqrt(1 + 2 G x 
 # %% [markdown]
 # ## The slope
 #
-# The radicand vanishes at x_m, so x_m does not contribute to the derivative: lambda'(0) = 2 int_0^(x_m) x^(b+1)/w dx
-# at G = 0. With y = 2 x^(a+1)/(a+1) from 0 to 1 it is a beta function, as lambda(0) is.
+# The radicand vanishes at $x_m$, so $x_m$ does not contribute to the derivative:
+# $\lambda'(0) = 2 \int_0^{x_m} x^{b+1}/w dx$ at $G = 0$. With $y = 2 x^{a+1}/(a+1)$ from 0 to 1 it is a Beta function,
+# as $\lambda(0)$ is.
 
 # %%
 y = sp.Symbol("y", positive=True)
@@ -111,8 +113,8 @@ for name, (elastic, damping) in NAMES.items():
 # %% [markdown]
 # ## Against whole collisions
 #
-# lambda(G) by quadrature is compared with 1 - eps of collisions with small damping, for both ends. Viscoelastic
-# spheres at G = 0.1 and 0.3: 1.369959 and 1.908500. A linear dashpot: 1.787170 and 2.329856.
+# $\lambda(G)$ by quadrature is compared with $1 - \varepsilon$ of collisions with small damping, for both ends.
+# Viscoelastic spheres at $G = 0.1$ and 0.3: 1.369959 and 1.908500. A linear dashpot: 1.787170 and 2.329856.
 
 
 # %%

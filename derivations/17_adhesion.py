@@ -1,7 +1,7 @@
 # %% [markdown]
 # # 17. Adhesion: the neck, and the speed below which spheres stick
 #
-# Surfaces that touch gain the work of adhesion w for each unit of area. This file derives the relation of Johnson,
+# Surfaces that touch gain the work of adhesion $w$ for each unit of area. This file derives the relation of Johnson,
 # Kendall and Roberts (1971) between force, compression and contact radius, the largest pull, the energy that elastic
 # spheres lose in the neck, and the speed below which they stay together. It compares them with computed collisions
 # (`viscopade.collision.adhesion`, `viscopade.collision.contact`).
@@ -18,9 +18,10 @@ x = sp.Symbol("x", real=True)
 # %% [markdown]
 # ## Force and compression
 #
-# Press the spheres, without adhesion, to the contact radius a: Hertz' compression is a^2/R, his force 4 E a^3/(3 R).
-# Then pull them back to the compression x with the contact radius held. A flat punch of radius a has the stiffness
-# 2 E a, so the energy is that of Hertz, and that of this spring from there. The surfaces gain pi a^2 w.
+# Press the spheres, without adhesion, to the contact radius $a$: Hertz' compression is $a^2/R$, his force
+# $4 E a^3/(3 R)$. Then pull them back to the compression $x$ with the contact radius held. A flat punch of radius $a$
+# has the stiffness $2 E a$, so the energy is that of Hertz, and that of this spring from there. The surfaces gain
+# $\pi a^2 w$.
 
 # %%
 x_hertz, F_hertz = a**2 / R, 4 * E * a**3 / (3 * R)
@@ -30,8 +31,8 @@ U = U_hertz + F_hertz * back + E * a * back**2 - w * sp.pi * a**2
 assert sp.simplify(sp.diff(U, x) - (F_hertz + 2 * E * a * back)) == 0  # the force
 
 # %% [markdown]
-# At a given x the contact radius is that of the least energy, dU/da = 0. All terms but two cancel:
-# E (x - a^2/R)^2 = 2 pi w a. The spring pulls, so x is below a^2/R.
+# At a given $x$ the contact radius is that of the least energy, $dU/da = 0$. All terms but two cancel:
+# $E (x - a^2/R)^2 = 2 \pi w a$. The spring pulls, so $x$ is below $a^2/R$.
 
 # %%
 assert sp.simplify(sp.diff(U, a) - (E * back**2 - 2 * sp.pi * w * a)) == 0
@@ -45,8 +46,8 @@ print("x =", x_of_a, "   F =", F_of_a)
 # %% [markdown]
 # ## In units of the first contact
 #
-# Approaching spheres touch first at x = 0. There a is a_0 = (2 pi w R^2/E)^(1/3) at once. With z = (a/a_0)^(1/2), x in
-# units of a_0^2/R and F in units of 4 E a_0^3/(3 R), everything is a polynomial:
+# Approaching spheres touch first at $x = 0$. There $a$ is $a_0 = (2 \pi w R^2/E)^{1/3}$ at once. With
+# $z = (a/a_0)^{1/2}$, $x$ in units of $a_0^2/R$ and $F$ in units of $4 E a_0^3/(3 R)$, everything is a polynomial:
 
 # %%
 a_0 = (2 * sp.pi * w * R**2 / E) ** sp.Rational(1, 3)
@@ -56,9 +57,9 @@ assert sp.simplify(x_of_a.subs(a, a_0 * z**2) / length - X) == 0
 assert sp.simplify(F_of_a.subs(a, a_0 * z**2) / force - F) == 0
 
 # %% [markdown]
-# Three places matter: first contact, z = 1; the largest pull, dF/dz = 0; and dx/da = 0, where no longer neck exists.
-# Free bodies come to the last one, because they move with a given compression, and not under a given force. Some
-# programs end contact at the largest pull.
+# Three places matter: first contact, $z = 1$; the largest pull, $dF/dz = 0$; and $dx/da = 0$, where no longer neck
+# exists. Free bodies come to the last one, because they move with a given compression, and not under a given force.
+# Some programs end contact at the largest pull.
 
 # %%
 z_pull, z_turn = sp.Rational(3, 4) ** sp.Rational(1, 3), sp.Rational(1, 4) ** sp.Rational(1, 3)
@@ -73,9 +74,9 @@ print("first contact: F = -4/3 pi w R; largest pull 3/2 pi w R; dx/da = 0: F = -
 # %% [markdown]
 # ## The contact radius of a compression
 #
-# z^4 - z = X is a quartic. It is a product of two quadratics with the coefficients +-p of z, where u = p^2 solves
-# u^3 + 4 X u - 1 = 0. Exactly one u is positive, because the zeros have the product 1 and the sum 0. z is the larger
-# root; it is real as long as p^3 <= 2, that is from the X of dx/da = 0 on.
+# $z^4 - z = X$ is a quartic. It is a product of two quadratics with the coefficients $\pm p$ of $z$, where $u = p^2$
+# solves $u^3 + 4 X u - 1 = 0$. Exactly one $u$ is positive, because the zeros have the product 1 and the sum 0. $z$ is
+# the larger root; it is real as long as $p^3 \le 2$, that is from the $X$ of $dx/da = 0$ on.
 
 # %%
 p = sp.Symbol("p", positive=True)
@@ -90,8 +91,8 @@ assert root.subs(p, 2 ** sp.Rational(1, 3)).equals(z_turn)  # the square root is
 # %% [markdown]
 # ## The energy of the neck
 #
-# Elastic spheres come and go along the same F(x), but for the neck: it holds from x = 0 to the break, on the way back
-# only. So they lose W = -int F dx between the break and x = 0, at every speed.
+# Elastic spheres come and go along the same $F(x)$, but for the neck: it holds from $x = 0$ to the break, on the way
+# back only. So they lose $W = -\int F dx$ between the break and $x = 0$, at every speed.
 
 # %%
 lost = sp.integrate(-F * sp.diff(X, z), (z, z, 1))
@@ -111,9 +112,10 @@ print("W = k (w^5 R^4/E^2)^(1/3), k =", *(f"{sp.N(number, 7)}" for number in k.v
 # %% [markdown]
 # ## The speed below which elastic spheres stick
 #
-# m v^2/2 - W is left after the break. So eps = (1 - (v_s/v)^2)^(1/2), v_s = (2 W/m)^(1/2), and below v_s eps is 0.
-# v_s grows with w^(5/6): ten times the surface energy is a factor of 6.8. For a sphere of radius R and density D on a
-# plane of its material, with m = 4/3 pi D R^3, v_s is in proportion to R^(-5/6): small spheres stick.
+# $m v^2/2 - W$ is left after the break. So $\varepsilon = (1 - (v_s/v)^2)^{1/2}$, $v_s = (2 W/m)^{1/2}$, and below
+# $v_s$ $\varepsilon$ is 0. $v_s$ grows with $w^{5/6}$: ten times the surface energy is a factor of 6.8. For a sphere of
+# radius $R$ and density $D$ on a plane of its material, with $m = \frac{4}{3} \pi D R^3$, $v_s$ is in proportion to
+# $R^{-5/6}$: small spheres stick.
 
 # %%
 v_s = sp.sqrt(2 * k[z_turn] / m) * (w**5 * R**4 / E**2) ** sp.Rational(1, 6)
@@ -127,9 +129,9 @@ print("v_s =", sp.simplify(v_s))
 # %% [markdown]
 # ## DMT is a constant load
 #
-# For small and stiff spheres the contact has Hertz' profile, and attraction outside of it pulls with 2 pi w R as long
-# as they touch (Derjaguin, Muller and Toporov 1975). That is the constant load of `16_load.py`: elastic spheres lose
-# nothing, and damped ones stick below a speed. The same holds for programs whose JKR force acts at x > 0 only.
+# For small and stiff spheres the contact has Hertz' profile, and attraction outside of it pulls with $2 \pi w R$ as
+# long as they touch (Derjaguin, Muller and Toporov 1975). That is the constant load of `16_load.py`: elastic spheres
+# lose nothing, and damped ones stick below a speed. The same holds for programs whose JKR force acts at $x > 0$ only.
 #
 # ## Against the package
 #

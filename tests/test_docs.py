@@ -17,10 +17,10 @@ WRITTEN = [page for page in PAGES if not page.read_text("utf-8").startswith("<!-
 COMMANDS = set(
     re.findall(
         r"\w+",
-        """alpha approx arccos arccosh ast beta cdot circ cos ddot deg delta Delta dot dots eta exp frac
+        """alpha approx arccos arccosh ast beta cdot chi circ cos cosh ddot deg delta Delta dot dots eta exp frac
         gamma Gamma ge hat Im in infty int kappa lambda Lambda langle le left ln log lvert lVert mathrm max min mu ne nu
-        overline phi pi pm propto qquad quad rangle Re rho right rVert rvert sigma sim sin sqrt sum tag tau
-        text tfrac theta tilde times to varepsilon varphi varrho widehat xi zeta""",
+        omega overline phi pi pm propto psi qquad quad rangle Re rho right rVert rvert sigma sim sin sinh sqrt sum tag
+        tau text tfrac theta tilde times to varepsilon varphi varrho widehat xi zeta""",
     )
 )
 

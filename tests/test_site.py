@@ -17,6 +17,7 @@ import pytest
 import viscopade
 from tests.devtools import Navigated, opened
 from tests.patience import HANGS
+from tests.test_docs import faults
 
 ROOT = Path(__file__).parents[1]
 NEEDED = ("sphinx", "furo", "myst_parser", "sphinx_copybutton", "math_core")
@@ -31,6 +32,21 @@ SAMPLE = (
     "exports/index.html",
     "genindex.html",
 )
+DERIVATIONS = sorted((ROOT / "derivations").glob("[0-9]*.py"))
+CITED = "Eur. Phys. J. E"
+# In a formula's place: a letter, a Greek one's name, a derivative, a relation; or Markdown's emphasis.
+PLAIN = re.compile(
+    r"(?<!['\w/])[b-zB-Z](?!\w)|\b(?:eps0?|alpha|beta|chi|delta|zeta|theta|kappa|[lL]ambdas?|mu|nu|xi|pi|rho|sigma|tau"
+    r"|phi|psi|omega|x_max|sin|cos|ln|exp|sqrt)\b|\b\w{1,2}'(?!s)|[=<>*_~]|\+-"
+)
+
+
+def prose(page):
+    """Return a derivation as Markdown without its code."""
+    from tools.site.pages import derivation  # which imports Sphinx
+
+    text = re.sub(r"^(`{8})\{.*?^\1$", "", derivation(page.read_text("utf-8")), flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"`[^`\n]+`", "code", text).replace(CITED, "cited")
 
 
 @pytest.fixture(scope="module")
@@ -124,6 +140,19 @@ def test_every_public_name_has_its_docstring_and_source(site, marks):
     assert {f"viscopade.{name}" for name in listed} <= page.ids
     sources = {link.partition("#")[2] for link in page.links if "_modules/" in link}
     assert {name.rpartition(".")[2] for name in listed} <= sources
+
+
+@pytest.mark.parametrize("page", DERIVATIONS, ids=lambda page: page.stem)
+def test_derivations_have_formulas_where_they_speak_of_mathematics(page):
+    pytest.importorskip("sphinx")
+    parser = pytest.importorskip("markdown_it").MarkdownIt("commonmark")
+    parser.use(pytest.importorskip("mdit_py_plugins.dollarmath").dollarmath_plugin, allow_labels=False)
+    text = prose(page)
+    assert faults(text) == []
+    tokens = [token for token in parser.parse(text) if token.type in ("inline", "math_block", "code_block")]
+    inline = [child for token in tokens for child in token.children or ()]
+    assert {token.type for token in (*tokens, *inline)} & {"code_block", "em_open", "strong_open"} == set()
+    assert PLAIN.findall(" ".join(child.content for child in inline if child.type == "text")) == []
 
 
 # --- in a browser -----------------------------------------------------------------------------------------------------
