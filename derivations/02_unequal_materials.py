@@ -30,7 +30,7 @@ A1, A2, rho = sp.symbols("A_1 A_2 rho", positive=True)
 # bodies, $(K p)(r) = 1/\pi$ times the integral of $p(r')/\lvert r - r' \rvert$ over the contact (the elastic half-space
 # under a normal load). Hertz's pressure on a disk of radius $a$ is $p = p_0 \sqrt{1 - r^2/a^2}$. In polar coordinates
 # $(s, \varphi)$ around a point at distance $r$ from the centre it is $p = (p_0/a) \sqrt{c^2 - 2 b s - s^2}$ with
-# $c^2 = a^2 - r^2$ and $b = r \cos \varphi$, and the area element $s ds d\varphi$ cancels the
+# $c^2 = a^2 - r^2$ and $b = r \cos \varphi$, and the area element $s \mathrm{d}s \mathrm{d}\varphi$ cancels the
 # $1/\lvert r - r' \rvert = 1/s$. A ray from the point to the edge and the opposite one make a chord. With
 # $s = \sqrt{c^2 + b^2} \sin \theta - b$ the root becomes $\sqrt{c^2 + b^2} \cos \theta$, and the chord runs from
 # $\theta = -\pi/2$ to $\pi/2$.

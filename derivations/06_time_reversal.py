@@ -8,7 +8,7 @@
 # \Lambda(\nu) = \lambda_1 \nu + \lambda_3 \nu^3 + \dots$$
 #
 # Here $\varepsilon_0$ ends at $x = 0$, the two half collisions of derivation 3, and $\kappa$ may have any sign: near
-# $\kappa = 0$ $\varepsilon_0$ is an analytic function of $\kappa$, by the hierarchy.
+# $\kappa = 0$, $\varepsilon_0$ is an analytic function of $\kappa$, by the hierarchy.
 
 # %%
 import sympy as sp

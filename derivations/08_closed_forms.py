@@ -26,7 +26,7 @@ from viscopade.theory.series import g_coefficients, lambda_coefficients
 # ## The functions that can occur
 #
 # Each order of the hierarchy, $2 g_0 g_n = P_n - \sum_{0 < i < n} g_i g_{n-i}$ with $r P_n' = -5 r^3 g_{n-1}$, is one
-# integration. Let $X = r^3$ and $y = g_0 = \sqrt{1 - r^5}$. With $\theta = r d/dr$, $\theta X = 3 X$ and
+# integration. Let $X = r^3$ and $y = g_0 = \sqrt{1 - r^5}$. With $\theta = r \frac{d}{dr}$, $\theta X = 3 X$ and
 # $\theta y = \frac{5}{2} (y - 1/y)$: powers of $X$ and $y$ transform into each other. Other integrals become new
 # functions: an incomplete Beta function $F_i$ of $u = r^5$ or an integral over some of them:
 #

@@ -379,7 +379,7 @@ assert 12 < steps[1] / steps[2] < 25
 
 # %% [markdown]
 # Over 30 orders of magnitude of the distance this confirms the exponential, the power 5 and the corrections:
-# $\varepsilon$ grows like the square of the logarithm of the distance to infinity. A square root would have $z_e$
+# $\varepsilon$ grows to infinity like the square of the logarithm of the distance. A square root would have $z_e$
 # finite, a pole would have $z_e^{-2}$ linear.
 #
 # ## Second way: the coefficients

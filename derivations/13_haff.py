@@ -42,7 +42,7 @@ assert sp.simplify(per_collision - m / 4 * (1 - eps**2) * v**2) == 0
 #
 # The difference of two Maxwellian velocities is normal with the variance $2 T$ in every component, so along any
 # direction $e$. Partners that approach with $v$ along $e$ within a time $dt$ come from a slanted cylinder, with the
-# volume $v dt d^2$ per solid angle of $e$. With $n$ partners per volume and $4 \pi$ directions, counting only pairs
+# volume $v d^2 dt$ per solid angle of $e$. With $n$ partners per volume and $4 \pi$ directions, counting only pairs
 # that approach ($v > 0$):
 
 # %%

@@ -140,7 +140,7 @@ print("R_2 =", R[2])
 # $$\Lambda = -C + 6 \ln C + \sum C^{1-n} x^{1-n} f_n(x, L), \qquad
 # T = \sum C^{-n} x^{1-n} f_n(x, L), \qquad n = 1, 2, \dots$$
 #
-# With $p = 1$ or 0, $\theta = x d/dx + d/dL$ and $D = (1-x)^4/(1 - x + x^2/3)$,
+# With $p = 1$ or 0, $\theta = x \frac{d}{dx} + \frac{d}{dL}$ and $D = (1-x)^4/(1 - x + x^2/3)$,
 #
 # $$\frac{d}{dz} [C^{p-n} x^{1-n} f] = -C^{p-n-1} x^{-n} (\theta + 1 - n) f
 # - C^{p-n-2} x^{-n-1} D \left((\theta + 1 - n) f - (1-p) x f - x^2 \frac{df}{dx}\right).$$

@@ -112,10 +112,10 @@ print("W = k (w^5 R^4/E^2)^(1/3), k =", *(f"{sp.N(number, 7)}" for number in k.v
 # %% [markdown]
 # ## The speed below which elastic spheres stick
 #
-# $m v^2/2 - W$ is left after the break. So $\varepsilon = (1 - (v_s/v)^2)^{1/2}$, $v_s = (2 W/m)^{1/2}$, and below
-# $v_s$ $\varepsilon$ is 0. $v_s$ grows with $w^{5/6}$: ten times the surface energy is a factor of 6.8. For a sphere of
-# radius $R$ and density $D$ on a plane of its material, with $m = \frac{4}{3} \pi D R^3$, $v_s$ is in proportion to
-# $R^{-5/6}$: small spheres stick.
+# $m v^2/2 - W$ is left after the break. So $\varepsilon = (1 - (v_s/v)^2)^{1/2}$, $v_s = (2 W/m)^{1/2}$, and
+# $\varepsilon = 0$ below $v_s$. $v_s$ grows with $w^{5/6}$: ten times the surface energy is a factor of 6.8. For a
+# sphere of radius $R$ and density $D$ on a plane of its material, with $m = \frac{4}{3} \pi D R^3$, $v_s$ is in
+# proportion to $R^{-5/6}$: small spheres stick.
 
 # %%
 v_s = sp.sqrt(2 * k[z_turn] / m) * (w**5 * R**4 / E**2) ** sp.Rational(1, 6)
