@@ -119,7 +119,7 @@ assert sp.solve(area((dz_0, 0), {g: 0}) - start_area, dz_0) == [16 * dw * w / z*
 # For large $z$, $g - z^2$ must stay small compared with $z^2$ on the way to the end. The series
 # $g = z^2 (1 + c_1/z + c_2/z^2 + \dots)$ solves $dg/dz = z^2 - z^4/g$; it has integer coefficients,
 # $c_j = \frac{5-j}{2} [t^{j-1}] y^2$ for $y = \sum c_j t^j$. Neighbouring orbits differ from it by $u$ with
-# $u' = z^4/g^2 u = (1 - 4/z + 0/z^2 + \dots) u$:
+# $u' = (z^4/g^2) u = (1 - 4/z + 0/z^2 + \dots) u$:
 #
 # $$g = z^2 + 2z + 6 + \frac{16}{z} + \dots + C e^z z^{-4} \left(1 + O\left(\frac{1}{z^2}\right)\right)$$
 
