@@ -93,20 +93,22 @@ def test_a_count_holds_if_it_is_zero():
 
 @pytest.fixture(scope="module")
 def truncated():
-    given = truncated_series.coefficients(40)
-    return given, truncated_series.places(given)
+    series_h = truncated_series.coefficients(40)
+    return series_h, truncated_series.first_failures(series_h)
 
 
 @pytest.mark.parametrize("factor", [1.003, 0.997])
 def test_a_place_that_is_off_is_noticed(truncated, factor):
-    given, found = truncated
-    assert failing(truncated_series.judged(given, found)) == []
-    assert "round-off where the sum fails / its bound" in failing(truncated_series.judged(given, found * factor))
+    series_h, failures = truncated
+    assert failing(truncated_series.make_finding(series_h, failures)) == []
+    assert "round-off where the sum fails / its bound" in failing(
+        truncated_series.make_finding(series_h, failures * factor)
+    )
 
 
 def test_a_place_far_off_is_noticed_by_the_remainder(truncated):
-    given, found = truncated
-    assert any("upper bound" in what for what in failing(truncated_series.judged(given, found * 1.2)))
+    series_h, failures = truncated
+    assert any("upper bound" in what for what in failing(truncated_series.make_finding(series_h, failures * 1.2)))
 
 
 # --- Padé -------------------------------------------------------------------------------------------------------------
@@ -126,11 +128,11 @@ def test_the_condition_number_is_that_of_finite_differences():
 
 
 def test_too_few_digits_are_noticed():
-    found = pade_systems.lost(7)
-    assert failing(pade_systems.judged([found, found._replace(m=8)])) == []
-    short = pade_systems.judged([found, found._replace(m=8, chosen=pade_systems.DIGITS + 5)])
+    loss = pade_systems.lost_digits(7)
+    assert failing(pade_systems.make_finding([loss, loss._replace(m=8)])) == []
+    short = pade_systems.make_finding([loss, loss._replace(m=8, chosen=pade_systems.DIGITS + 5)])
     assert sum("digits lost" in what for what in failing(short)) >= 2
-    assert len(failing(pade_systems.judged([found, found._replace(m=8, last=6.0)]))) == 1
+    assert len(failing(pade_systems.make_finding([loss, loss._replace(m=8, last=6.0)]))) == 1
 
 
 def test_rounded_data_are_within_their_bounds_and_wrong_ones_are_not():
@@ -138,8 +140,8 @@ def test_rounded_data_are_within_their_bounds_and_wrong_ones_are_not():
     h = [Fraction(text) for text in series(17, 80).decimals()]
     p = rational_pade(h, 7, 10, 64)
     short, u = rounded_data.roundings(h)["6 digits"]
-    assert rounded_data.change(p, short, u).part < 1
-    assert rounded_data.change(p, short, u / 1000).part > 1
+    assert rounded_data.change(p, short, u).ratio < 1
+    assert rounded_data.change(p, short, u / 1000).ratio > 1
 
 
 def test_a_printed_digit_that_is_off_is_noticed():
@@ -204,13 +206,13 @@ def test_a_float_that_is_double_is_noticed(searched):
 def test_bounds_that_fail_are_noticed():
     errors = {family: [0.5] for family in rounding.FAMILIES}
     good = errors, [rounding.FarQuotient("a", 0.5, 1e6)], [1.0] * 150, [1e-17] * 150
-    assert failing(rounding.judged(*good)) == []
+    assert failing(rounding.make_finding(*good)) == []
     for i, wrong in (
         (0, errors | {"inverse": [1.1]}),
         (1, [rounding.FarQuotient("a", math.inf, 1e6)]),
         (3, [1e-15] * 150),
     ):
-        assert len(failing(rounding.judged(*good[:i], wrong, *good[i + 1 :]))) == 1
+        assert len(failing(rounding.make_finding(*good[:i], wrong, *good[i + 1 :]))) == 1
 
 
 def test_a_difference_loses_what_is_said():
@@ -229,7 +231,7 @@ def test_a_wrong_digit_is_noticed(wrong):
     value = collision("1e-10", 40).one_minus_epsilon
     with working(256):
         found, last = extremes.differences(value * wrong, "1e-10", 40, elastic["one_minus_epsilon"])
-    finding = extremes.judged({(extremes.NEAR, "one_minus_epsilon"): found}, last)
+    finding = extremes.make_finding({(extremes.NEAR, "one_minus_epsilon"): found}, last)
     assert finding.holds == (wrong == 1)
 
 

@@ -30,13 +30,23 @@ if TYPE_CHECKING:
 
     from viscopade_lab.asymptotics import Expansion
 
-RESOLVED = 100  # times smaller than the term an enclosure must be for a difference to be measured
+RESOLVED = 100
+"""A difference counts where its enclosure is this many times narrower than the next term, so that it has two digits.
+
+10 and 10,000 change the largest quotients by less than 2e-5 (measured).
+"""
+GUARD_BITS = 128
+"""Bits beyond the digits, so that sums of terms are as accurate as the exact value; 64 and 512 change nothing."""
 NEAR, FAR = "v* -> 0", "v* -> infinity"
-Points = Sequence[tuple[str, int]]  # v* as text, and the digits asked for
+Points = Sequence[tuple[str, int]]
+"""Pairs of v* as text, and the digits that the exact function is asked for."""
 
 
 class Plan(NamedTuple):
-    """The v* at both ends, and to which order and digits the expansions are computed."""
+    """The v* at both ends, and to which order and digits the expansions are computed.
+
+    Expansions for v* -> 0 go to v*^(2 order), those for v* -> infinity to the power -order of W = 12^(1/3) v*^(10/3).
+    """
 
     near: Points
     far: Points
@@ -44,6 +54,9 @@ class Plan(NamedTuple):
     coefficient_digits: int
 
 
+# Chosen by hand: the quick plan takes a second, the thorough one a minute (1,000 digits alone take 14 s). From term to
+# term the size falls by about v* for v* -> 0 and by v*^(-10/3) for v* -> infinity: digits are so many that some terms
+# are resolved, except at the outermost v*, where the digits themselves are compared.
 QUICK = Plan(
     near=(("1e-3", 40), ("1e-6", 40), ("1e-10", 40), ("1e-1000", 20)),
     far=(("1e3", 45), ("1e6", 30), ("1e10", 30), ("1e30", 12)),
@@ -59,72 +72,101 @@ THOROUGH = Plan(
 
 
 def expansions(plan: Plan) -> dict[str, Mapping[str, Expansion]]:
-    """Return the expansions of both ends; the first terms for v* -> 0 have closed forms to 1,000 digits."""
+    """Return the expansions by end (`NEAR`, `FAR`), and for each end by quantity.
+
+    Quantities are "one_minus_epsilon" or "epsilon", "x_max" and "tau_c". Near v* = 0 the first coefficients have 1,000
+    digits, from closed forms; the others have those of the plan.
+    """
     elastic = asymptotics.elastic(plan.order, plan.coefficient_digits)
-    first = asymptotics.elastic_in_closed_form(1000)
+    # 1,000 digits are the most that `THOROUGH` asks for.
+    closed_forms = asymptotics.elastic_in_closed_form(1000)
+    # Each coefficient from its closed form if it has one (the first terms), else from the recursion.
     sharp = {
         name: asymptotics.PowerExpansion(
-            tuple((n, dict(first[name].coefficients).get(n, c)) for n, c in found.coefficients)
+            tuple((n, dict(closed_forms[name].coefficients).get(n, c)) for n, c in expansion.coefficients)
         )
-        for name, found in elastic.items()
+        for name, expansion in elastic.items()
     }
     return {NEAR: sharp, FAR: asymptotics.viscous(plan.order, plan.coefficient_digits)}
 
 
 class Difference(NamedTuple):
-    """The exact value minus the first n terms.
+    """The exact value minus the first n terms of its expansion.
 
-    `size` is its log10, relative to the value; `factor` its quotient by term n + 1, or the inverse if that is larger.
+    Attributes
+    ----------
+    log_v_star : float
+        log10 of v*.
+    terms : int
+        n.
+    size : float
+        log10 of |difference/value|.
+    ratio : float
+        The difference divided by term n + 1, or the inverse if that is larger; infinite if the sign is wrong.
     """
 
-    at: float
+    log_v_star: float
     terms: int
     size: float
-    factor: float
+    ratio: float
 
 
-def differences(value: arb, at: str, digits: int, expansion: Expansion) -> tuple[list[Difference], float]:
-    """Return the resolved differences after each number of terms, and the last difference divided by its bound."""
-    with working(bits_for(digits) + 128):
-        terms = expansion.terms(ball_of(Fraction(at)))
-        total, found = arb(0), []
+def differences(value: arb, v_star: str, digits: int, expansion: Expansion) -> tuple[list[Difference], float]:
+    """Return the resolved differences after 1, 2, … terms, and the difference after the last term over its bound.
+
+    `value` is the exact value at `v_star` (a decimal number), enclosed to `digits` significant digits.
+    """
+    with working(bits_for(digits) + GUARD_BITS):
+        terms = expansion.terms(ball_of(Fraction(v_star)))
+        partial_sum, resolved = arb(0), list[Difference]()
+        # After n terms, term n + 1 is the first that is omitted; after the loop the sum lacks the last term.
         for n, (term, omitted) in enumerate(pairwise(terms), 1):
-            total += term
-            left = value - total
-            if arb(left.rad()) * RESOLVED < abs(omitted) and left != 0:
-                quotient = float((left / omitted).mid())
-                factor = max(quotient, 1 / quotient) if quotient > 0 else math.inf
-                size = float((abs(left / value).mid()).log() / arb(10).log())
-                found.append(Difference(float(Decimal(at).log10()), n, size, factor))
+            partial_sum += term
+            difference = value - partial_sum
+            if arb(difference.rad()) * RESOLVED < abs(omitted) and difference != 0:
+                quotient = float((difference / omitted).mid())
+                ratio = max(quotient, 1 / quotient) if quotient > 0 else math.inf
+                size = float((abs(difference / value).mid()).log() / arb(10).log())
+                resolved.append(Difference(float(Decimal(v_star).log10()), n, size, ratio))
+        # The sum lacks the last term t and what follows it: at most 2 |t|, as the quotient is below 2. A unit of the
+        # last of `digits` significant digits is at most 10^(1 - digits) of the value.
         allowed = 2 * abs(terms[-1]) + abs(value) * arb(10) ** (1 - digits)
-        return found, float(abs(value - total).abs_upper() / allowed)
+        return resolved, float(abs(value - partial_sum).abs_upper() / allowed)
 
 
 def measure(thorough: bool) -> Finding:
-    """Compare at both ends."""
+    """Return the rows, words and picture of this case, from the plan `THOROUGH` or `QUICK`."""
     plan = THOROUGH if thorough else QUICK
-    found: dict[tuple[str, str], list[Difference]] = {}
+    # (end, quantity) -> its differences at all v* of that end
+    resolved: dict[tuple[str, str], list[Difference]] = {}
     excess = 0.0
-    for end, expansions_there in expansions(plan).items():
-        for at, digits in plan.near if end == NEAR else plan.far:
-            collision = exact.collision(at, digits)
-            for name, expansion in expansions_there.items():
-                more, last = differences(getattr(collision, name), at, digits, expansion)
-                found.setdefault((end, name), []).extend(one for one in more if one.terms <= 4)
+    for end, expansion_by_name in expansions(plan).items():
+        for v_star, digits in plan.near if end == NEAR else plan.far:
+            collision = exact.collision(v_star, digits)
+            for name, expansion in expansion_by_name.items():
+                # The exact quantity is the collision's field of the same name.
+                at_point, last = differences(getattr(collision, name), v_star, digits, expansion)
+                # Up to four terms, a choice: with all of them the quick run has the same result.
+                resolved.setdefault((end, name), []).extend(d for d in at_point if d.terms <= 4)
                 excess = max(excess, last)
-    return judged(found, excess)
+    return make_finding(resolved, excess)
 
 
-def judged(found: Mapping[tuple[str, str], Sequence[Difference]], excess: float) -> Finding:
-    """Compare all differences with the first omitted terms; keys of `found` are end and name of the function."""
+def make_finding(resolved: Mapping[tuple[str, str], Sequence[Difference]], excess: float) -> Finding:
+    """Return the rows, words and picture.
+
+    `resolved` maps (end, quantity) to differences; `excess` is the largest difference after a last term / its bound.
+    """
+    # For each end the largest ratio of any quantity.
     worst = {
-        end: max(one.factor for (there, _), differences in found.items() if there == end for one in differences)
-        for end in dict.fromkeys(end for end, _ in found)
+        end: max(d.ratio for (side, _), differences in resolved.items() if side == end for d in differences)
+        for end in dict.fromkeys(end for end, _ in resolved)
     }
     rows = (
+        # 2: the next terms change the quotient by less than a half (head of this file).
         *(
-            Row(f"{end}: difference after n terms / term n + 1, or its inverse", factor, 2)
-            for end, factor in worst.items()
+            Row(f"{end}: difference after n terms / term n + 1, or its inverse", ratio, 2)
+            for end, ratio in worst.items()
         ),
         Row("last difference / (twice the last term + a unit of the last digit)", excess, 1),
     )
@@ -136,10 +178,17 @@ def judged(found: Mapping[tuple[str, str], Sequence[Difference]], excess: float)
     )
 
     def draw(figure: Figure) -> None:
+        """Draw log10 of the differences over log10 of v*: after n = 1, 2, 3 terms, at both ends.
+
+        eps -> 1 for v* -> 0 and eps -> 0 for v* -> infinity, so that 1 - eps and eps have terms there. v* beyond 1e±30
+        are single points, which would squeeze the rest.
+        """
         axes = figure.subplots()
         for n, color, mark in zip((1, 2, 3), (BLUE, VERMILION, GREEN), "os^", strict=True):
             for end, name in ((NEAR, "one_minus_epsilon"), (FAR, "epsilon")):
-                points = sorted((o.at, o.size) for o in found[end, name] if o.terms == n and abs(o.at) <= 30)
+                chosen = (d for d in resolved[end, name] if d.terms == n and abs(d.log_v_star) <= 30)
+                points = sorted((d.log_v_star, d.size) for d in chosen)
+                # The legend names a curve once, not at both ends.
                 label = f"after {n} term{'s' * (n > 1)}" if end == NEAR else None
                 axes.plot(*zip(*points, strict=True), color=color, marker=mark, markersize=4, label=label)
         axes.set(
