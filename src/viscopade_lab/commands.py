@@ -154,11 +154,11 @@ def hardcases_command(
     from viscopade_lab import hard_cases
 
     # Before the cases run, for seconds or minutes, files that cannot be written are refused.
-    cases = hard_cases.named(names)
+    cases = hard_cases.choose_cases(names)
     if out is not None:
         require("hardcases --out", "matplotlib")
         check_targets([out / hard_cases.PAGE, *(out / f"{case.name}.svg" for case in cases)], parents=True)
-    findings = hard_cases.measured(cases, thorough)
+    findings = hard_cases.measure_cases(cases, thorough)
     if out is not None:  # before anything is printed, which may fail after all that time
         words = [*(f"--only {name}" for name in names), *["--thorough"] * thorough]
         files = hard_cases.files(cases, findings, " ".join(["viscopade hardcases", *words]))

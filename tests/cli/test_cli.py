@@ -69,6 +69,15 @@ def test_pade_text_says_what_it_is_good_for():
 BALL = ("--radius", 0.01, "--density", 2500, "--young-modulus", 1e7, "--poisson-ratio", 0.3)
 
 
+def test_errors_of_high_degrees_have_enough_digits():
+    """p(1)/eps(1) - 1 of [60/63] by mpmath, from 80 digits of both: 1.48e-42, beyond the 30 digits of low degrees."""
+    with mp.workdps(80):
+        a, b = (sum(map(mp.mpf, side)) for side in vp.pade(60, 63, 80).decimals())
+        expected = a / b / mp.mpf(str(vp.exact.epsilon(1, 80))) - 1
+    (first, *_) = json_of("pade", 60, 63, "--digits", 8)["errors"]
+    assert first == {"v_star": 1, "relative": pytest.approx(float(expected), rel=1e-3)}
+
+
 def test_epsilon_json_has_the_shape_of_the_design():
     whole = json_of("epsilon", "--v-star", "1.5", "--digits", 40)
     assert set(whole) == {*PAPER_LAW, "digits", "v_star", "epsilon", "one_minus_epsilon", "x_max", "tau_c"}

@@ -77,15 +77,15 @@ def test_a_bound_that_fails_gives_exit_status_1(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("measured", "part"), [(0.5, 0.25), (2, 1), (3, 1.5), (math.nan, math.inf), (math.inf, math.inf)]
+    ("measured", "ratio"), [(0.5, 0.25), (2, 1), (3, 1.5), (math.nan, math.inf), (math.inf, math.inf)]
 )
-def test_a_row_holds_up_to_its_bound(measured, part):
+def test_a_row_holds_up_to_its_bound(measured, ratio):
     row = Row("a", measured, 2)
-    assert (row.part, row.holds) == (part, part <= 1)
+    assert (row.ratio, row.holds) == (ratio, ratio <= 1)
 
 
 def test_a_count_holds_if_it_is_zero():
-    assert [Row("a", n, 0).part for n in (0, 1)] == [0, math.inf]
+    assert [Row("a", n, 0).ratio for n in (0, 1)] == [0, math.inf]
 
 
 # --- truncated series -------------------------------------------------------------------------------------------------
@@ -245,7 +245,7 @@ def gcc():
     build = next((one for one in compilers.builds(False) if one.label == "gcc"), None)
     if build is None:
         pytest.skip("there is no gcc")
-    return build, compilers.exported(compilers.header_of(FILE))
+    return build, compilers.export_text(compilers.header_of(FILE))
 
 
 @pytest.mark.parametrize(
@@ -259,7 +259,7 @@ def test_a_wrong_header_is_noticed(gcc, old, new):
     build, text = gcc
     assert old in text
     right, wrong = ({build: compilers.run(build, FILE, one)} for one in (text, text.replace(old, new)))
-    assert (failing(compilers.judged(right)), failing(compilers.judged(wrong)) != []) == ([], True)
+    assert (failing(compilers.make_finding(right)), failing(compilers.make_finding(wrong)) != []) == ([], True)
 
 
 def test_a_warning_is_an_error(gcc):
@@ -273,9 +273,13 @@ def test_a_warning_is_an_error(gcc):
 def test_errors_of_vectors():
     build = compilers.Build("rounding to nearest", (), "")
     vector = compilers.Vector("f", "double", (1.0,), Fraction(1, 3), Fraction(1, 2**50))
-    assert compilers.error_part(vector, 1 / 3 + 2.0**-49, build) == pytest.approx(2, abs=0.03)
+    assert compilers.error_over_bound(vector, 1 / 3 + 2.0**-49, build) == pytest.approx(2, abs=0.03)
     known = vector._replace(exact=Fraction(1), error=Fraction(0))
-    assert [compilers.error_part(known, x, build) for x in (1.0, 1 - 2.0**-53, math.nan)] == [0, math.inf, math.inf]
-    assert compilers.error_part(known, 1 - 2.0**-53, build._replace(mode="FE_DOWNWARD")) == 0
+    assert [compilers.error_over_bound(known, x, build) for x in (1.0, 1 - 2.0**-53, math.nan)] == [
+        0,
+        math.inf,
+        math.inf,
+    ]
+    assert compilers.error_over_bound(known, 1 - 2.0**-53, build._replace(mode="FE_DOWNWARD")) == 0
     refused = vector._replace(exact=math.nan, error=Fraction(0))
-    assert [compilers.error_part(refused, x, build) for x in (math.nan, 1.0)] == [0, math.inf]
+    assert [compilers.error_over_bound(refused, x, build) for x in (math.nan, 1.0)] == [0, math.inf]

@@ -74,11 +74,13 @@ def functions() -> str:
 
 def _parts() -> dict[str, str]:
     """Return the texts that the template of the page puts together: kernels, facts (JSON), names, languages."""
-    # The text stands in a script element, which these two strings would end; the data have no "<".
+    # The text stands in a script element: "</script" would end it, and after "<!--" and another "<script" its end would
+    # not be seen. The data have no "<".
     text = requests.file(KERNELS_FILE)
     if "</script" in text or "<!--" in text:
         raise ValueError(f"{KERNELS_FILE} cannot be part of a page")
-    # The calculator asks a kernel for eps and 1 - eps by its name, and names the languages that also have it.
+    # The calculator asks a kernel for eps and 1 - eps^2, of a speed and beta, by its name (1 - eps is the second over
+    # 1 + eps), and names the languages that also have the kernel.
     facts = json.dumps(_facts(), ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     names = (f"{kernel.name}: [restitution_{kernel.name}, dissipation_{kernel.name}]" for kernel in _kernels())
     targets = ", ".join(name for name in NAMES if "compact" in language(name).groups)

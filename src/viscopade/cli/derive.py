@@ -57,8 +57,8 @@ _IN_DOUBLES = 15  # digits that a double has in any case: of numbers that are co
 _PRECISE = 20  # digits of a damping that is rounded to a double: 17 tell doubles apart, 3 keep the rounding right
 # Sampled numbers are integrated in double precision with errors down to about 1e-12: no smaller one is stated.
 _SAMPLED, _LEAST_SAMPLED = 12, 1e-12
-# v* at which the errors of an approximant are printed, from 1 to where eps is 6e-4, and the digits of the exact eps
-# there: errors up to [30/33], 6e-23 at v* = 1, are the same with 80 digits (measured).
+# v* at which the errors of an approximant are printed, from 1 to where eps is 6e-4, and the digits there, of eps and
+# beyond the size of the error: a choice, of which three are printed.
 _STATED, _STATED_DIGITS = (1, 2, 5, 10), 30
 
 
@@ -298,7 +298,7 @@ def pade_command(
 
 
 def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
-    """Return (v*, relative error of the approximant `p` there) at a few v*, and at `v_star_max` if it lies beyond.
+    """Return (v*, relative error of the approximant `p` of the paper's law) at a few v*, and at a larger `v_star_max`.
 
     The relative error is p(v*)/eps(v*) - 1.
     """
@@ -306,15 +306,20 @@ def _errors_at(p: Pade, v_star_max: float) -> list[tuple[float, float]]:
 
     from viscopade.arithmetic.balls import bits_for, working
     from viscopade.collision import exact
+    from viscopade.theory.pade import pade
 
+    # The error at v* = 1 is no less than 10^-(m+n) (measured up to [90/93]: 2e-63), so that as many digits more than
+    # `_STATED_DIGITS` show some of its digits. The coefficients are made anew with them.
+    digits = _STATED_DIGITS + p.m + p.n
+    precise = pade(p.m, p.n, digits)
+    a, b = arb_poly(list(precise.a)), arb_poly(list(precise.b))
     errors = []
     for v_star in (*_STATED, *[v_star_max] * (v_star_max > max(_STATED))):
-        # eps to 30 digits. The quotient of the polynomials has 64 bits (19 digits) more, a margin chosen by hand for
-        # what their sums lose. The middle of the ball is taken, without its radius: the errors are "sampled".
-        true = exact.epsilon(v_star, _STATED_DIGITS)
-        with working(bits_for(_STATED_DIGITS) + 64):
-            value = arb_poly(list(p.a))(v_star) / arb_poly(list(p.b))(v_star)
-            errors.append((v_star, float((value / arb(true) - 1).mid())))
+        # The quotient of the polynomials has 64 bits (19 digits) more, a margin chosen by hand for what their sums
+        # lose. The middle of the ball is taken, without its radius: the errors are "sampled".
+        true = exact.epsilon(v_star, digits)
+        with working(bits_for(digits) + 64):
+            errors.append((v_star, float((a(v_star) / b(v_star) / arb(true) - 1).mid())))
     return errors
 
 

@@ -278,7 +278,9 @@ def double_bounds(index: int) -> PanelBounds:
     if index not in exact_rows():
         raise ValueError(f"panel is {index}: expected one of 0 to {PANELS - 1} that {EXACT} has")
     panel, row = _Panel(index), exact_rows()[index]
-    with working(256):  # more than twice the bits of a row, so that its polynomials are exact
+    # The coefficients of a row have up to 140 bits, in units down to 2^-216 (those of 1 - q, q the smaller function):
+    # 256 bits hold them and their differences exactly.
+    with working(256):
         epsilon, loss = row.polys()
         # With q_s the row, the smaller function is q_s (1 ± error), and the larger one 1 - q_s ± error q_s.
         smaller, larger = (epsilon, loss) if row.name == "epsilon" else (loss, epsilon)

@@ -471,7 +471,8 @@ class _Proof:
         # the error of p^2, as in `__init__`.
         error, ring = arb(0), Wiener(self.branch.bits, self.branch.degree + 1)
         for i, (piece, residual) in enumerate(zip(self.branch.pieces, self.residuals, strict=True)):
-            # g = max|R|/(2 h) < 1/3, which the proof of `_require_before` assumes (step 7).
+            # `_require_before` assumes g = max|R|/(2 h) < 1/3 (step 7): p >= (3/4) F >= 0.335 then exceeds g, as
+            # F^2 >= 1/5. It also assumes 2 g h = max|R| < 1, so that (2 g h)^2 < 2 g h.
             disturbance = residual / (2 * self._least_step(piece))
             if not (disturbance < arb(1) / 3 and residual < 1):
                 raise ArithmeticError("the residual is too large")

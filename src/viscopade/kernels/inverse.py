@@ -1,7 +1,8 @@
 """Inverse kernels: v* = y^5 N/D of eps, y = ((1 - eps)/eps)^(1/10), by lacunary polynomials, and beta, with proofs.
 
 ROOT = 1/10 and SHIFT = 5 are the exponents in this formula: 1 - eps goes like v*^2 at 0, so that y^5 goes like v*.
-Balls have BITS = 128 bits, far more than a double, and bounds of rounding are rounded up to DIGITS = 2 digits.
+Balls have BITS = 128 bits, far more than a double, and bounds of rounding are rounded up to DIGITS = 2 digits, which
+widens them by at most 10 %.
 
 N and D are polynomials with few powers of y; `exponents` are these powers, a and b the coefficients of N and D. For
 eps < 1/2 programs use u = 1/y, so that nothing overflows. `form` is the number format, float or double; `machine` adds

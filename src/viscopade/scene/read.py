@@ -63,6 +63,8 @@ TAIL = 1e-6  # default probability of a tail, by hand: a run of a million collis
 POISSON = "a number > -1 and <= 0.5"
 SAME = 0.01  # relative difference up to which two values of A agree, by hand: measured A are known to a few per cent
 
+# A name becomes part of names of functions and files: letters that every language has, and at most 40 of them, a choice
+# that keeps a line of code readable.
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 T = TypeVar("T")
 

@@ -312,11 +312,14 @@ class _Reader:
         """Take an if that is not computed: its variables have no value, and it must not decide a contact."""
         # if "CONDITION" then "COMMAND" … else "COMMAND" …: each command is one word.
         self.unread.setdefault("if", self.line)
+        if "then" not in words:
+            raise ValueError('an if without then: expected if "CONDITION" then "COMMAND" …')
         for command in map(str.split, words[words.index("then") + 1 :]):
             if len(command) > 2 and command[0] == "variable":
                 self.variables.define(command[1], "if", "", self.line.number)
             elif len(command) > 1 and command[0] == "jump":
                 self.do_jump(command)
+            # A run changes no contact: if it is left out here, the next run has the same ones, or the end of the file.
             elif command[:1] == ["include"] or (command and lammps.decides(command) and command[0] != "run"):
                 raise ValueError(f"an if, which is not computed here, decides whether {command[0]} is read")
 

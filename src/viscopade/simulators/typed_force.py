@@ -240,7 +240,7 @@ def native(formula: str, end: End, settings: Sequence[str] = (), damping: str | 
     force(formula, constants)  # refuses what is no formula
     if damping is not None and damping not in constants:
         raise ValueError(
-            f"vary is {damping!r}: expected the name of a --constant{': '[: bool(constants) * 2]}{', '.join(constants)}"
+            f"vary is {damping!r}: expected the name of a --constant{': ' if constants else ''}{', '.join(constants)}"
         )
 
     def typed(values: Values) -> _Function:
@@ -258,7 +258,7 @@ def native(formula: str, end: End, settings: Sequence[str] = (), damping: str | 
     def warnings(values: Values, impact: Impact) -> Iterator[str]:
         """Yield a warning if the force pulls where the end "force" cuts it off."""
         if end == "force":
-            # The depth of a collision whose contact begins in the middle of a step.
+            # The depth of a collision whose contact begins in the middle of a step (phase 0.5), which stands for all.
             depth = contact(values, impact).collide(impact.speed, step=impact.step, phases=[0.5]).depth
             # Attraction of bodies at rest, or on the approach, is no effect of damping: it is adhesion.
             x, force_at = depth * _PLACES, typed(values)
@@ -271,6 +271,7 @@ def native(formula: str, end: End, settings: Sequence[str] = (), damping: str | 
         Parameter(name, default=repr(number), accepted="a number", allowed=lambda numbers: True)
         for name, number in constants.items()
     )
+    # No program's file is the source, and all integrators that this package knows (SCHEMES) may be asked for.
     return Native(
         parameters, contact, "", schemes=SCHEMES, damped_values=None if damping is None else damped, warnings=warnings
     )

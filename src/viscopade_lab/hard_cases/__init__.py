@@ -11,40 +11,42 @@ from viscopade.progress import quietly, track
 from viscopade_lab.hard_cases import compilers, extremes, pade_systems, rounded_data, rounding, truncated_series
 from viscopade_lab.hard_cases.case import Case, Finding, Row, number, svg
 
-__all__ = ["CASES", "HEADER", "PAGE", "Case", "Finding", "Row", "files", "measured", "named", "rows"]
+__all__ = ["CASES", "HEADER", "PAGE", "Case", "Finding", "Row", "choose_cases", "files", "measure_cases", "rows"]
 
 CASES = tuple(
-    Case.of(module.__name__, module.__doc__ or "", module.measure)
+    Case.from_module(module.__name__, module.__doc__ or "", module.measure)
     for module in (truncated_series, pade_systems, rounded_data, rounding, extremes, compilers)
 )
+"""In the order of the page."""
 HEADER = ("case", "question", "closest to its bound", "measured", "bound", "holds")
 PAGE = "hard-cases.md"
-_SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]#~$"}  # commands of Markdown
+# For `str.translate`: characters that are commands of Markdown, each with a backslash before it.
+_ESCAPES = {ord(character): "\\" + character for character in "\\|*_<>[]#~$"}
 
 
-def named(names: Iterable[str]) -> tuple[Case, ...]:
-    """Return the cases of these names; all if there is no name.
+def choose_cases(names: Iterable[str]) -> tuple[Case, ...]:
+    """Return the cases of these names, in this order and each once; all if there is no name.
 
     Raises
     ------
     ValueError
         If there is no case of a name.
     """
-    known = {case.name: case for case in CASES}
-    wanted = list(dict.fromkeys(names)) or list(known)
-    for name in wanted:
-        if name not in known:
-            raise ValueError(f"there is no hard case {name!r}: expected one of {', '.join(known)}")
-    return tuple(known[name] for name in wanted)
+    case_by_name = {case.name: case for case in CASES}
+    chosen_names = list(dict.fromkeys(names)) or list(case_by_name)
+    for name in chosen_names:
+        if name not in case_by_name:
+            raise ValueError(f"there is no hard case {name!r}: expected one of {', '.join(case_by_name)}")
+    return tuple(case_by_name[name] for name in chosen_names)
 
 
-def measured(cases: Sequence[Case], thorough: bool) -> list[Finding]:
-    """Run cases."""
-    found = []
+def measure_cases(cases: Sequence[Case], thorough: bool) -> list[Finding]:
+    """Return the findings of cases, in their order, with a bar of progress; `thorough` takes minutes, not seconds."""
+    findings = []
     for i in track(range(len(cases)), "hard cases"):
-        with quietly():
-            found.append(cases[i].measure(thorough))
-    return found
+        with quietly():  # no bar within the bar
+            findings.append(cases[i].measure(thorough))
+    return findings
 
 
 def rows(cases: Sequence[Case], findings: Sequence[Finding]) -> list[tuple[str, ...]]:
@@ -56,7 +58,9 @@ def rows(cases: Sequence[Case], findings: Sequence[Finding]) -> list[tuple[str, 
 
 
 def files(cases: Sequence[Case], findings: Sequence[Finding], command: str) -> dict[str, str | bytes]:
-    """Return the page and its pictures, by name.
+    """Return the files of the page, by name: `PAGE` in Markdown, and a picture in SVG for each case.
+
+    `findings` are those of the `cases`, in their order; `command` is the command line that made them, for the page.
 
     Raises
     ------
@@ -65,6 +69,7 @@ def files(cases: Sequence[Case], findings: Sequence[Finding], command: str) -> d
     """
     pairs = list(zip(cases, findings, strict=True))
     broken = sum(not finding.holds for finding in findings)
+    # Marker and title; how many cases fail; a table with a line for each case, the number closest to its bound.
     parts = [
         "<!-- " + "\n".join(marker_lines(command)) + " -->\n\n# Hard cases\n",
         _text(
@@ -77,6 +82,7 @@ def files(cases: Sequence[Case], findings: Sequence[Finding], command: str) -> d
              for case, row in zip(cases, rows(cases, findings), strict=True)),
         ),
     ]  # fmt: skip
+    # A section for each case: title, summary, picture, and a table of all its rows.
     for case, finding in pairs:
         parts += [
             f'<a id="{case.name}"></a>\n\n## {_escaped(case.title)}\n',
@@ -88,17 +94,21 @@ def files(cases: Sequence[Case], findings: Sequence[Finding], command: str) -> d
 
 
 def _cells(row: Row) -> tuple[str, str, str, str]:
+    """Return what was measured, its value, the bound and "yes" or "NO"; dashes if there is no bound."""
     bound, holds = ("–", "–") if row.bound == math.inf else (number(row.bound), "yes" if row.holds else "NO")
     return row.what, number(row.measured), bound, holds
 
 
 def _table(head: Sequence[str], lines: Iterable[Iterable[str]]) -> str:
+    """Return a table in Markdown, from the cells of its head and of its lines."""
     return "".join(f"| {' | '.join(line)} |\n" for line in (head, ["---"] * len(head), *lines))
 
 
 def _escaped(text: str) -> str:
-    return text.translate(_SPECIAL)
+    """Return a text that Markdown shows as it is."""
+    return text.translate(_ESCAPES)
 
 
 def _text(text: str) -> str:
+    """Return a paragraph in lines of at most 120 characters, as all files of the project have."""
     return fill(_escaped(text), 120, break_on_hyphens=False, break_long_words=False)

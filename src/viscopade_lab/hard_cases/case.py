@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SIZE = (7.3, 3.6)  # inches: the width of a page is 730 pixels, 100 to the inch
+SIZE = (7.3, 3.6)
+"""Of a picture, in inches: a page is 730 pixels wide, 100 to the inch; half as high, a choice."""
 STYLE: Any = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize", "legend.fontsize"), 10)
+# Chosen by hand: letters as large as the page's text beside them, those at ticks a little smaller.
 STYLE |= {"xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.frameon": False}
 
 
 class Row(NamedTuple):
-    """A measured number, with the bound that it must not exceed if there is one."""
+    """A measured number: what it is, its value, and the bound that it must not exceed (infinite if there is none)."""
 
     what: str
     measured: float
@@ -27,8 +29,8 @@ class Row(NamedTuple):
         return self.measured <= self.bound
 
     @property
-    def part(self) -> float:
-        """The measured number as a part of its bound."""
+    def ratio(self) -> float:
+        """The measured number divided by its bound; infinite for NaN, and above a bound of 0."""
         if math.isnan(self.measured):
             return math.inf
         return self.measured / self.bound if self.bound else math.inf if self.measured > 0 else 0.0
@@ -44,7 +46,7 @@ class Finding(NamedTuple):
     @property
     def worst(self) -> Row:
         """The row closest to its bound, or farthest above it."""
-        return max(self.rows, key=lambda row: row.part)
+        return max(self.rows, key=lambda row: row.ratio)
 
     @property
     def holds(self) -> bool:
@@ -53,7 +55,10 @@ class Finding(NamedTuple):
 
 
 class Case(NamedTuple):
-    """A hard case; its function `measure` takes minutes if thorough, else seconds."""
+    """A hard case: name on the command line, title, question, and the function that measures it.
+
+    `measure` takes whether to be thorough: minutes, else seconds.
+    """
 
     name: str
     title: str
@@ -61,20 +66,24 @@ class Case(NamedTuple):
     measure: Callable[[bool], Finding]
 
     @classmethod
-    def of(cls, module: str, text: str, measure: Callable[[bool], Finding]) -> Case:
-        """Return the case of a module; its docstring begins with the title and a paragraph with the question."""
-        title, question = text.split("\n\n")[:2]
+    def from_module(cls, module: str, docstring: str, measure: Callable[[bool], Finding]) -> Case:
+        """Return the case of a module of this name.
+
+        The docstring's first line is the title, with a full stop; its first paragraph is the question.
+        """
+        title, question = docstring.split("\n\n")[:2]
         name = module.rpartition(".")[2].replace("_", "-")
         return cls(name, title.strip().removesuffix("."), " ".join(question.split()), measure)
 
 
 def number(value: float) -> str:
-    """Return a number with four digits, a count in full."""
+    """Return a number as text: four significant digits, or all of a whole number."""
+    # Whole numbers from 10^6 on are no counts, and have four digits, too.
     return f"{value:.0f}" if value < 1e6 and value == int(value) else f"{value:.4g}"
 
 
 def svg(case: Case, finding: Finding) -> bytes:
-    """Return the picture of a case.
+    """Return the picture of a case, with its `finding`, as the content of an SVG file.
 
     Raises
     ------

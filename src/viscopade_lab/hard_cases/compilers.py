@@ -38,8 +38,13 @@ if TYPE_CHECKING:
 
 EXPORTS = Path(__file__).parents[3] / "exports"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-unknown-pragmas", "-Wno-unused-function")
+"""Warnings that are errors; pragmas of other compilers, and functions that the driver does not call, are none."""
 QUICK = ("vectors_pade.json", "vectors_full.json")
-SECONDS = 600
+"""Test vectors of the quick run, chosen by hand: of plain quotients, and of the most delicate code."""
+TIMEOUT = 600
+"""Seconds for a compiler or a program, chosen by hand: for a header of the quick run both take half a second."""
+ENOUGH_CHARACTERS = 19
+"""Of the decimals of an exact value, point included: 18 digits are off by 5e-18 of it, a tenth of half an ulp."""
 KINDS = {
     "rounding to nearest": (1.0, BLUE),
     "rounding toward zero, upward, downward": (2.0, PURPLE),
@@ -49,7 +54,20 @@ KINDS = {
 
 
 class Build(NamedTuple):
-    """A way to compile and run, of one of the `KINDS`."""
+    """A way to compile and run, of one of the `KINDS`.
+
+    Attributes
+    ----------
+    kind : str
+    words : tuple of str
+        The compiler's command with its flags.
+    label : str
+        Its name in the picture.
+    emulator : tuple of str
+        The command that runs programs of another processor.
+    mode : str
+        The rounding mode, a macro of C's fenv.h; to nearest if empty.
+    """
 
     kind: str
     words: tuple[str, ...]
@@ -59,87 +77,127 @@ class Build(NamedTuple):
 
 
 def builds(thorough: bool) -> list[Build]:
-    """Return the builds that this machine can run: compilers with flags, and processors."""
-    nearest, others, processors = KINDS
+    """Return the builds whose tools this machine has: compilers with flags, rounding modes, and processors.
+
+    `thorough` adds three compilers to gcc and tcc, and the emulated processors.
+    """
+    nearest, other_modes, processors = KINDS
+    # Without FMA contraction, as most users compile; and with all that this processor has.
     off, native = ("-O2", "-ffp-contract=off"), ("-O3", "-march=native", "-ffp-contract=fast")
-    found = [Build(nearest, ("tcc", "-std=c99"), "tcc")]
+    # tcc has no such flags to choose from: it does not optimise.
+    candidates = [Build(nearest, ("tcc", "-std=c99"), "tcc")]
     for name in ("gcc", "clang", "g++", "clang++") if thorough else ("gcc",):
+        # The oldest standards for which headers with tables are made: C99 and C++17.
         start = (name, "-std=c++17") if "++" in name else (name, "-std=c99")
-        found += [Build(nearest, (*start, *off), name), Build(nearest, (*start, *native), f"{name} FMA")]
+        candidates += [Build(nearest, (*start, *off), name), Build(nearest, (*start, *native), f"{name} FMA")]
     for mode in ("TOWARDZERO", "UPWARD", "DOWNWARD"):
+        # Without -frounding-math gcc computes constants beforehand, to nearest.
         words = ("gcc", "-std=c99", "-frounding-math", *off)
-        found.append(Build(others, words, f"gcc {mode.lower()}", mode=f"FE_{mode}"))
+        candidates.append(Build(other_modes, words, f"gcc {mode.lower()}", mode=f"FE_{mode}"))
     if thorough:
-        found.append(Build(processors, ("musl-gcc", "-std=c99", *off), "musl"))
+        # Another C library, and five processors by their cross compilers and QEMU.
+        candidates.append(Build(processors, ("musl-gcc", "-std=c99", *off), "musl"))
         for target, emulator, label in (
             ("aarch64-linux-gnu", "aarch64", "aarch64"), ("arm-linux-gnueabihf", "arm", "armhf"),
             ("riscv64-linux-gnu", "riscv64", "riscv64"), ("s390x-linux-gnu", "s390x", "s390x"),
             ("i686-linux-gnu", "i386", "i386 x87"),
         ):  # fmt: skip
+            # gcc's -std=c99 switches FMA contraction off, and the excess digits of x87 registers; gnu17, the default of
+            # gcc, leaves them on. One processor with contraction is a choice.
             standard = "-std=gnu17" if label in ("s390x", "i386 x87") else "-std=c99"
             static = (f"{target}-gcc", "-O2", standard, "-static")
-            found.append(Build(processors, static, label, (f"qemu-{emulator}",)))
-    return [one for one in found if all(shutil.which(tool) for tool in (one.words[0], *one.emulator))]
+            # Static, because the emulator has no libraries of that processor.
+            candidates.append(Build(processors, static, label, (f"qemu-{emulator}",)))
+    return [build for build in candidates if all(shutil.which(tool) for tool in (build.words[0], *build.emulator))]
 
 
 class Vector(NamedTuple):
-    """A function of a header with its arguments in C, the exact value, and the proven error."""
+    """A test vector: a function of a header at one point.
+
+    Attributes
+    ----------
+    function : str
+        Its name in C without the prefix "viscopade_".
+    form : str
+        The type of arguments and result: "float" or "double".
+    arguments : tuple of float
+    exact : float or Fraction
+        The exact value; a float where the result must be that number, infinity or NaN.
+    error : Fraction
+        The proven absolute error; 0 where the result must be `exact`.
+    """
 
     function: str
     form: str
-    given: tuple[float, ...]
+    arguments: tuple[float, ...]
     exact: float | Fraction
     error: Fraction
 
 
-def exported(name: str) -> str:
-    """Return an exported file from the source tree, or a new one."""
+def export_text(name: str) -> str:
+    """Return the text of an exported file, by its name: from the source tree, or made anew where there is none."""
     path = EXPORTS / name
     return path.read_text(encoding="utf-8") if path.exists() else requests.file(name)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=16)  # each build reads the same files, of which there are eight
 def vectors(file: str) -> tuple[Vector, ...]:
-    """Return the test vectors of the functions of a header."""
-    header = set(re.findall(r"\bviscopade_(\w+)\(", exported(header_of(file))))
-    found = []
-    for name, form, x, y, exact, nearest, error, *_ in json.loads(exported(file))["vectors"]:
+    """Return the test vectors in an exported file, named "vectors_….json", of the functions that its header has."""
+    header = set(re.findall(r"\bviscopade_(\w+)\(", export_text(header_of(file))))
+    points = []
+    # A row: function, type, both arguments in hexadecimal, the exact value in decimals, the nearest number of the type,
+    # the proven error, and bounds that are not used here. "-" stands for what a function does not have.
+    for name, form, x, y, exact, nearest, error, *_ in json.loads(export_text(file))["vectors"]:
         function = name + ("f" if form == "float" else "")
         if function not in header or exact == "-":
             continue
-        given = tuple(float.fromhex(text) for text in (x, y) if text != "-")
+        arguments = tuple(float.fromhex(text) for text in (x, y) if text != "-")
         value: float | Fraction = float.fromhex(nearest) if error == "0" else Fraction(exact)
-        if error != "0" and name.endswith("_full") and len(exact.partition("e")[0].strip("-0.")) < 19:
-            value = _exact(name, given)  # its decimals are too few to measure an error of half a unit in the last place
-        found.append(Vector(function, form, given, value, Fraction(error)))
-    return tuple(found)
+        # Functions of full accuracy are off by about half an ulp: decimals with fewer than 18 digits (without zeros at
+        # the ends) are too few to measure that.
+        if error != "0" and name.endswith("_full") and len(exact.partition("e")[0].strip("-0.")) < ENOUGH_CHARACTERS:
+            value = sharp_value(name, arguments)
+        points.append(Vector(function, form, arguments, value, Fraction(error)))
+    return tuple(points)
 
 
-def _exact(name: str, given: Sequence[float]) -> Fraction:
-    """Return the exact value of a function of full accuracy, of v* or of speed and beta, to 20 digits."""
-    x, *beta = map(Fraction, given)
-    found = truth.sharp_portions(x * beta[0] ** 5 if beta else x**10)
+def sharp_value(name: str, arguments: Sequence[float]) -> Fraction:
+    """Return the exact value of a function of full accuracy to 22 digits.
+
+    `name` begins with what the function returns: "epsilon" or "restitution", "one_minus_epsilon", "rebound" = eps times
+    speed, or "dissipation" = 1 - eps^2. `arguments` are v*, or speed and beta.
+    """
+    x, *beta = map(Fraction, arguments)
+    # eps and 1 - eps (fields `epsilon` and `loss`) as balls, at w = v*^10 = beta^5 speed.
+    portions = truth.sharp_portions(x * beta[0] ** 5 if beta else x**10)
     with working(truth.BITS):
         values = {
-            "one_minus_epsilon": found.loss,
-            "rebound": found.epsilon * ball_of(x),
-            "dissipation": found.loss * (1 + found.epsilon),
+            "one_minus_epsilon": portions.loss,
+            "rebound": portions.epsilon * ball_of(x),
+            # 1 - eps^2 = (1 - eps) (1 + eps), which loses no digits where eps is near 1
+            "dissipation": portions.loss * (1 + portions.epsilon),
         }
-        kind = next((kind for kind in values if name.startswith(kind)), "")
-        return exact_middle(values.get(kind, found.epsilon))
+        quantity = next((quantity for quantity in values if name.startswith(quantity)), "")
+        return exact_middle(values.get(quantity, portions.epsilon))
 
 
 def header_of(file: str) -> str:
-    """Return the name of the header of test vectors."""
+    """Return the header's name for a file of test vectors: "viscopade_pade.h" for "vectors_pade.json"."""
     return file.replace("vectors_", "viscopade_").replace(".json", ".h")
 
 
-def program(file: str, mode: str) -> str:
-    """Return a program that reads arguments and prints the results of all functions, computed in a rounding mode."""
+def driver(file: str, mode: str) -> str:
+    """Return the C code of a program that prints the results of all functions at the test vectors of a file.
+
+    It reads two arguments a line, in the order of the vectors. `mode` is a rounding mode of fenv.h, or empty.
+    """
     lines = ["#include <fenv.h>", "#include <stdio.h>", f'#include "{header_of(file)}"']
     lines += ["int main(void)", "{", "    int i;", "    volatile double x, y, r;", "    double a, b;"]
+    # Only the function runs in the mode: reading and printing round to nearest. Variables are volatile, so that the
+    # compiler cannot move the call out of the mode.
     before, after = (f"fesetround({mode}); ", " fesetround(FE_TONEAREST);") if mode else ("", "")
-    for (function, form, count), rows in groupby(vectors(file), lambda one: (one.function, one.form, len(one.given))):
+    # Consecutive vectors of one function share a loop. %a prints all bits.
+    for (function, form, count), rows in groupby(vectors(file), lambda v: (v.function, v.form, len(v.arguments))):
         arguments = ", ".join(f"({form}){letter}" for letter in "xy"[:count])
         lines += [
             f"    for (i = 0; i < {len(list(rows))}; i++) {{",
@@ -152,54 +210,64 @@ def program(file: str, mode: str) -> str:
 
 
 def run(build: Build, file: str, header: str) -> float:
-    """Compile and run a header, and return the largest error / proven error.
+    """Return the largest error / proven error of a header, compiled and run at the test vectors of a file.
+
+    `header` is its text.
 
     Raises
     ------
     ToolchainError
         If the compiler rejects the header or warns, or the program fails.
     """
-    pairs = "\n".join(" ".join(map(repr, (*one.given, 0.0)[:2])) for one in vectors(file))
+    # Two numbers a line; 0 stands for a second argument that a function does not have.
+    pairs = "\n".join(" ".join(map(repr, (*vector.arguments, 0.0)[:2])) for vector in vectors(file))
     with TemporaryDirectory() as directory:
         source = Path(directory, "driver.cpp" if "++" in build.words[0] else "driver.c")
-        source.write_text(program(file, build.mode), encoding="utf-8")
+        source.write_text(driver(file, build.mode), encoding="utf-8")
         Path(directory, header_of(file)).write_text(header, encoding="utf-8")
+        # tcc is taken as it is; it accepts the headers of the quick run with these flags, too (measured).
         warnings = () if build.words[0] == "tcc" else WARNINGS
         words = (*build.words, *warnings, source.name, "-o", "program", "-lm")
         for command in (words, (*build.emulator, "./program")):
-            done = subprocess.run(command, cwd=directory, input=pairs, capture_output=True, text=True, timeout=SECONDS)
+            done = subprocess.run(command, cwd=directory, input=pairs, capture_output=True, text=True, timeout=TIMEOUT)
             if done.returncode:
+                # 300 characters of the message, the first few lines.
                 raise ToolchainError(f"{build.label}: {(done.stderr or done.stdout)[:300]}")
     values = map(float.fromhex, done.stdout.split())
-    return max(error_part(vector, value, build) for vector, value in zip(vectors(file), values, strict=True))
+    return max(error_over_bound(vector, value, build) for vector, value in zip(vectors(file), values, strict=True))
 
 
-def error_part(vector: Vector, value: float, build: Build) -> float:
-    """Return error / proven error."""
+def error_over_bound(vector: Vector, value: float, build: Build) -> float:
+    """Return error / proven error of a result `value` at a test vector: 0 or infinity where the error must be 0."""
+    # Where the exact value is infinite or NaN, so must the result be.
     if not math.isfinite(vector.exact):
         return 0.0 if value == vector.exact or (math.isnan(value) and math.isnan(vector.exact)) else math.inf
     if not math.isfinite(value):
         return math.inf
-    off = abs(Fraction(value) - Fraction(vector.exact))
-    if vector.error == 0:  # a neighbour of the number is right in other rounding modes
+    error = abs(Fraction(value) - Fraction(vector.exact))
+    if vector.error == 0:
+        # The number itself; in other rounding modes a neighbour is right, too.
         unit = float(np.spacing(TYPES[vector.form](abs(float(vector.exact)))))
-        return 0.0 if off <= (unit if build.mode else 0) else math.inf
-    return float(off / vector.error)
+        return 0.0 if error <= (unit if build.mode else 0) else math.inf
+    return float(error / vector.error)
 
 
 def measure(thorough: bool) -> Finding:
-    """Build with every compiler of this machine."""
+    """Return the rows, words and picture of this case: all builds that this machine has, or a few.
+
+    `thorough` takes all files of test vectors that have a header, instead of those of `QUICK`.
+    """
     files = [name for name in requests.NAMES if name.startswith("vectors_") and header_of(name) in requests.NAMES]
     jobs = [(build, file) for build in builds(thorough) for file in (files if thorough else QUICK)]
     largest: dict[Build, float] = {}
     for i in track(range(len(jobs)), "compilers"):
         build, file = jobs[i]
-        largest[build] = max(largest.get(build, 0.0), run(build, file, exported(header_of(file))))
-    return judged(largest)
+        largest[build] = max(largest.get(build, 0.0), run(build, file, export_text(header_of(file))))
+    return make_finding(largest)
 
 
-def judged(largest: Mapping[Build, float]) -> Finding:
-    """Compare the largest error of every build with the proven error.
+def make_finding(largest: Mapping[Build, float]) -> Finding:
+    """Return the rows, words and picture, from the largest error / proven error of each build (`largest`).
 
     Raises
     ------
@@ -217,6 +285,7 @@ def judged(largest: Mapping[Build, float]) -> Finding:
     )
 
     def draw(figure: Figure) -> None:
+        """Draw a point for each build, a row for each label, with the two bounds as lines."""
         axes = figure.subplots()
         for kind, (_, color) in KINDS.items():
             chosen = {build.label: e for build, e in largest.items() if build.kind == kind}
@@ -224,6 +293,7 @@ def judged(largest: Mapping[Build, float]) -> Finding:
         axes.axvline(1, color=BLACK, linewidth=0.8, label="bound, to nearest")
         axes.axvline(2, color=ORANGE, linewidth=0.8, label="bound, other modes")
         axes.invert_yaxis()
+        # Bounds are nearly reached: errors lie between them, just below 1 and just below 2.
         axes.set(xlabel="error / proven error", xlim=(0.9, 2.1))
         axes.legend(loc="upper center")
 
