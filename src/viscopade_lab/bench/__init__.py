@@ -26,39 +26,46 @@ from viscopade_lab.bench.speeds import BETA, SPEED_MAX, SPEED_MIN
 __all__ = ["QUICK", "BenchError", "Sizes", "contenders", "run"]
 
 QUICK = Sizes(memory=1 << 14, scalar=1 << 9, duration=2e4, sampled=1 << 12)
-"""Few elements, to see whether the benchmark runs; the times have no meaning."""
+"""Few elements, to see whether the benchmark runs; the times have no meaning.
+
+The sizes are choices: 1/512 of the usual memory, 1/100 of the time, and 1/32 of the other numbers.
+"""
 
 
 def contenders(only: Sequence[str] = ()) -> list[Contender]:
-    """Return kernels and rivals: all, or those with one of these ids or beginnings of ids.
+    """Return kernels and rivals: all, or those whose ids begin with one of the names `only`.
 
-    The scaled copy and pow + [3/6] are always included, because all others are compared with them.
+    A beginning ends where a "-" follows: "speed" stands for speed-1e-5 and others. The scaled copy and pow + [3/6] are
+    always included, because all others are compared with them.
 
     Raises
     ------
     ValueError
         If a name matches no kernel and no rival.
     """
-    known = [*ours.contenders(), *rivals.contenders()]
+    all_contenders = [*ours.contenders(), *rivals.contenders()]
     chosen = {COPY, PADE}
     for name in only:
-        begun = {contender.id for contender in known if f"{contender.id}-".startswith(f"{name}-")}
-        if not begun:
-            ids = ", ".join(contender.id for contender in known)
+        matching_ids = {contender.id for contender in all_contenders if f"{contender.id}-".startswith(f"{name}-")}
+        if not matching_ids:
+            # The message names all ids, and the vector libraries that are not installed.
+            ids = ", ".join(contender.id for contender in all_contenders)
             reasons = "".join(f"; {line}" for line in rivals.absent())
             raise ValueError(f"there is no kernel {name!r}: expected one of {ids}, or the beginning of some{reasons}")
-        chosen |= begun
-    return [contender for contender in known if not only or contender.id in chosen]
+        chosen |= matching_ids
+    return [contender for contender in all_contenders if not only or contender.id in chosen]
 
 
 def run(
-    wanted: Sequence[Contender], read: Callable[[str], str], rounds: int, sizes: Sizes, cc: str | None = None
+    measured: Sequence[Contender], read: Callable[[str], str], rounds: int, sizes: Sizes, cc: str | None = None
 ) -> tuple[list[str], list[Row]]:
-    """Compile, check and measure; return comments on machine and conditions, and the rows.
+    """Return comments on machine and conditions, and a row for each contender, format and measure.
+
+    All contenders are compiled, their results checked, and then timed.
 
     Parameters
     ----------
-    wanted : sequence of Contender
+    measured : sequence of Contender
     read : callable
         From the name of an exported header to its text.
     rounds : int
@@ -77,10 +84,10 @@ def run(
         If a header cannot be read.
     """
     compiler = libraries.find_compiler(cc)
-    files = list(dict.fromkeys(contender.header for contender in wanted if contender.header))
+    files = list(dict.fromkeys(contender.header for contender in measured if contender.header))
     headers = {files[i]: read(files[i]) for i in track(range(len(files)), "headers")}
-    harness = Harness(wanted, headers, compiler, sizes)
-    cases = [(contender, form) for contender in wanted for form in contender.formats]
+    harness = Harness(measured, headers, compiler, sizes)
+    cases = [(contender, form) for contender in measured for form in contender.formats]
     errors = [harness.errors(*cases[i]) for i in track(range(len(cases)), "checking the results")]
     times = in_rounds(harness.tasks(), rounds)
     rows = [row for case, error in zip(cases, errors, strict=True) for row in _rows(times, *case, error)]
@@ -103,16 +110,22 @@ def run(
 def _rows(
     times: Mapping[Key, FloatArray], contender: Contender, form: Format, errors: tuple[float, float] | None
 ) -> Iterator[Row]:
-    """Yield the rows of a contender in one format."""
+    """Yield the rows of a contender in one format, one for each measure.
+
+    `times` are the nanoseconds per collision of all contenders, one number a round; `errors` the largest sampled
+    |d eps|/eps and |d eps|/(1 - eps), or None.
+    """
     relative, loss = errors or (None, None)
     bound, proof = None, contender.proven.get(form.name)
     if proof is not None:  # the file has four digits
         bound = float(at_most(proven_error(proof, form), 4))
     for key, values in times.items():
         if (key.id, key.format) == (contender.id, form.name):
+            # Quartiles: half of the rounds lie between low and high.
             low, median, high = np.percentile(values, [25, 50, 75]).tolist()
-            others = (times.get(key._replace(id=other)) for other in (PADE, COPY))
-            to_pade, to_copy = (None if other is None else float(np.median(values / other)) for other in others)
+            # Ratios to the two references are taken round by round, so that a slow round does not count.
+            references = (times.get(key._replace(id=reference)) for reference in (PADE, COPY))
+            to_pade, to_copy = (None if ref is None else float(np.median(values / ref)) for ref in references)
             yield Row(
                 contender.id, contender.label, contender.group, key.format, key.measure,
                 float(values.min()), median, (high - low) / median, to_pade, to_copy, relative, loss, bound,

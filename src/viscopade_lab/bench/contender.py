@@ -76,18 +76,23 @@ class Contender:
     python: Callable[[FloatArray, float], tuple[float, FloatArray]] | None = None
 
     def loaded_from(self, measure: Measure) -> Library:
-        """Return the library (they differ in flags) that contains the function of a measure."""
+        """Return the library (they differ in compiler flags) that contains the function of a measure."""
         if measure in SCALAR:
             return "scalar"
         return "vector" if self.fast_math else "array"
 
     def function(self, measure: Measure, form: Format) -> str:
-        """Return the name of the function that runs the loop; cache and memory share one."""
+        """Return the C name of the function that runs the timed loop in a format; cache and memory share one."""
         kind = measure if measure in SCALAR else "array"
         return f"bench_{kind}_{identifier(self.id)}_{form.name}"
 
     def loop(self, measure: Measure, form: Format) -> str:
-        """Return the line of C that defines that function."""
+        """Return the line of C that defines the timed loop of a measure in a format: a macro of bench.c with arguments.
+
+        BENCH_LATENCY makes each call wait for the one before, by `bench_after`; in BENCH_THROUGHPUT no call waits.
+        BENCH_ARRAY calls the contender's array function, BENCH_LOOP its scalar one for each element.
+        """
+        # What is computed from beta before the loop: its root, or nothing.
         prepare = f"sqrt{form.suffix}" if self.takes_root else "BENCH_AS_IT_IS"
         start = f"({self.function(measure, form)}, {form.name}, {prepare}, "
         if measure == "latency":

@@ -27,12 +27,17 @@ from viscopade_lab.bench.contender import Contender, Measure
 from viscopade_lab.bench.libraries import Compiler, Library
 from viscopade_lab.bench.speeds import BETA, SPEED_MAX, SPEED_MIN, speeds
 
-CACHE = 2048  # elements of an array in the cache
-SLOW = 10.0  # ns per collision from which the speed of the memory does not matter
-MOST_OF_SLOW = 1 << 20  # largest number of elements from memory for such functions
-RUNS = 3  # the fastest one counts
-_PROBE = 64
-_SEED = 1
+CACHE = 2048
+"""Elements of an array in the cache: speeds and results of doubles are 32 KB, as much as a usual first-level cache."""
+SLOW = 10.0
+"""Ns per collision from which the speed of the memory does not matter: 16 bytes in 10 ns are 1.6 GB/s, a fraction of
+what one core reads and writes."""
+MOST_OF_SLOW = 1 << 20
+"""Largest number of elements from memory for such functions, so that a run is short: 10 ms or more. A choice."""
+RUNS = 3
+"""Runs of a measurement, of which the fastest counts; a choice, as all is repeated in every round, too."""
+_PROBE = 64  # calls from which the time of a contender is estimated; rough is enough, to find the number of passes
+_SEED = 1  # of the order of measurements; any would do
 
 DTYPE: Mapping[Format, type[np.float64] | type[np.float32]] = {DOUBLE: np.float64, FLOAT: np.float32}
 """NumPy's names of the formats."""
@@ -45,7 +50,7 @@ class BenchError(RuntimeError):
 
 
 class _Work(ctypes.Structure):
-    """struct bench_work of bench.c."""
+    """struct bench_work of bench.c: number of speeds, passes over them, pointers to speeds and results, beta."""
 
     _fields_ = (
         ("n", ctypes.c_size_t),
@@ -58,7 +63,10 @@ class _Work(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of one measurement.
+    """Sizes of one measurement. The defaults are choices.
+
+    Arrays from memory have 64 MB as doubles, more than caches have. The other measures run for 2 ms, 1/10^5 of which is
+    the resolution of a clock; their arrays of 128 KB are many random speeds for the prediction of branches.
 
     Attributes
     ----------
@@ -110,7 +118,7 @@ class Harness:
     ----------
     contenders : sequence of Contender
     headers : mapping of str to str
-        The exported headers that they include.
+        The exported headers that they include, by name.
     compiler : Compiler
     sizes : Sizes
     """
@@ -118,26 +126,33 @@ class Harness:
     def __init__(
         self, contenders: Sequence[Contender], headers: Mapping[str, str], compiler: Compiler, sizes: Sizes
     ) -> None:
+        """Compile the contenders, and make the arrays."""
         self.contenders, self.sizes = contenders, sizes
+        # Each library that a measure needs is bench.c with a macro that selects its loops.
         used: set[Library] = {c.loaded_from(measure) for c in contenders if c.python is None for measure in c.measures}
         units = {
             library: {"part.c": f'#define BENCH_LIBRARY_{library.upper()}\n#include "bench.c"\n'}
             for library in sorted(used)
         }
         self._libraries = libraries.build_libraries(compiler, units, {**headers, "bench.c": c_file(contenders)})
-        most = max(sizes.memory, CACHE, sizes.scalar, sizes.sampled)
-        self._speed: dict[str, Array] = {form.name: speeds(most).astype(DTYPE[form]) for form in FORMATS.values()}
-        self._out: dict[str, Array] = {form.name: np.zeros(most, DTYPE[form]) for form in FORMATS.values()}
+        # One array of speeds and one of results for each format; measurements take their beginnings.
+        length = max(sizes.memory, CACHE, sizes.scalar, sizes.sampled)
+        self._speed: dict[str, Array] = {form.name: speeds(length).astype(DTYPE[form]) for form in FORMATS.values()}
+        self._out: dict[str, Array] = {form.name: np.zeros(length, DTYPE[form]) for form in FORMATS.values()}
 
     def run(self, contender: Contender, form: Format, measure: Measure, elements: int, passes: int = 1) -> float:
-        """Run a contender and return its nanoseconds; its results are then in the array of its format."""
+        """Return the nanoseconds that some passes over the first `elements` speeds take, in all.
+
+        Afterwards the results are in the array `_out` of the format.
+        """
         speed, out = self._speed[form.name], self._out[form.name]
         if contender.python is not None:
-            taken = 0.0
+            # A function in Python measures its own time.
+            nanoseconds = 0.0
             for _ in range(passes):
-                once, out[:elements] = contender.python(speed[:elements].astype(np.float64), BETA)
-                taken += once
-            return taken
+                pass_nanoseconds, out[:elements] = contender.python(speed[:elements].astype(np.float64), BETA)
+                nanoseconds += pass_nanoseconds
+            return nanoseconds
         function = self._libraries[contender.loaded_from(measure)][contender.function(measure, form)]
         function.restype = ctypes.c_double
         work = _Work(elements, passes, speed.ctypes.data, out.ctypes.data, BETA)
@@ -158,6 +173,7 @@ class Harness:
         BenchError
             If results differ from the expected ones by more than the tolerance, or an error contradicts its proof.
         """
+        # beta as the format rounds it, and the exact eps and 1 - eps at the speeds of the format.
         size, beta = min(contender.most, self.sizes.sampled), float(DTYPE[form](BETA))
         largest = [0.0, 0.0]
         speed = self._speed[form.name][:size].astype(np.float64)
@@ -169,10 +185,13 @@ class Harness:
             out[:] = np.nan  # an element that a contender does not write is noticed
             self.run(contender, form, measure, size)
             results = out.astype(np.float64)
+            # A rival is compared with the same formula in NumPy, within its slack: it is an approximation of eps. An
+            # exported kernel is compared with eps itself, within its proven bound.
             expected = eps if contender.expected is None else contender.expected(speed, beta)
             tolerance = contender.slack * form.epsilon * np.maximum(np.abs(expected), 1.0)
             if contender.expected is None:
-                tolerance = allowed(contender.proven[form.name], form) * np.minimum(eps, loss)
+                tolerance = allowed_error(contender.proven[form.name], form) * np.minimum(eps, loss)
+            # Written so that NaN is wrong.
             wrong = ~(np.abs(results - expected) <= tolerance)
             if wrong.any():
                 i = int(wrong.argmax())
@@ -183,8 +202,8 @@ class Harness:
                 )
             if contender.group != "limit" and valid.any():
                 error = np.abs(results - eps)[valid]
-                parts = (float((error / scale[valid]).max()) for scale in (eps, loss))
-                largest = [max(pair) for pair in zip(largest, parts, strict=True)]
+                errors = (float((error / reference[valid]).max()) for reference in (eps, loss))
+                largest = [max(pair) for pair in zip(largest, errors, strict=True)]
         return (largest[0], largest[1]) if max(largest) > 0 else None
 
     # --- how long they take -------------------------------------------------------------------------------------------
@@ -199,12 +218,15 @@ class Harness:
         ]
 
     def _task(self, contender: Contender, form: Format, measure: Measure) -> Task:
+        """Return a measurement with its numbers of elements and of passes."""
+        # The first run warms up; the second one estimates the time of a call.
         probe = min(contender.most, _PROBE)
         self.run(contender, form, measure, probe)
-        each = self.run(contender, form, measure, probe) / probe
-        wanted = {"memory": self.sizes.memory, "cache": CACHE}.get(measure, self.sizes.scalar)
-        elements = min(contender.most, wanted, MOST_OF_SLOW if measure == "memory" and each > SLOW else wanted)
-        passes = 1 if measure == "memory" else max(1, round(self.sizes.duration / (each * elements)))
+        ns_per_call = self.run(contender, form, measure, probe) / probe
+        length = {"memory": self.sizes.memory, "cache": CACHE}.get(measure, self.sizes.scalar)
+        elements = min(contender.most, length, MOST_OF_SLOW if measure == "memory" and ns_per_call > SLOW else length)
+        # A second pass over arrays from memory would be no different; other arrays are passed until the time is over.
+        passes = 1 if measure == "memory" else max(1, round(self.sizes.duration / (ns_per_call * elements)))
 
         def run(passes: int) -> float:
             return self.run(contender, form, measure, elements, passes)
@@ -213,36 +235,46 @@ class Harness:
 
 
 def ulp_of_eps(form: Format) -> float:
-    """Return the largest ulp of eps over the speeds, relative to the smaller of eps and 1 - eps."""
-    # Below 1/2, an ulp of eps is at most epsilon eps. From 1/2 on it is epsilon/2, and 1 - eps is least at the lowest
-    # speed.
+    """Return the largest ulp of eps over the benchmark's speeds, relative to the smaller of eps and 1 - eps."""
+    # epsilon is the distance from 1 to the next number of the format. Below 1/2, an ulp of eps is at most epsilon eps.
+    # From 1/2 on it is epsilon/2, and 1 - eps is least at the lowest speed.
     return max(form.epsilon, form.epsilon / 2 / float(double.one_minus_epsilon(spheres.v_star(SPEED_MIN, BETA))))
 
 
 def proven_error(bound: ErrorBound, form: Format) -> Fraction:
-    """Return the bound over the speeds as one number, relative to the smaller of eps and 1 - eps."""
+    """Return a proven bound over the benchmark's speeds as one number, relative to the smaller of eps and 1 - eps.
+
+    Of a bound, `relative` is relative to that smaller one, `last` to eps, and `ulps` are ulp of eps.
+    """
+    # `last` counts as it is, like an error relative to the smaller one; relative to 1 - eps = 0.3 at the lowest speed
+    # it would be 2.4 times as large.
     return bound.relative + bound.last + bound.ulps * Fraction(ulp_of_eps(form))
 
 
-def allowed(bound: ErrorBound, form: Format) -> float:
-    """Return the largest error that does not contradict a proof, relative to the smaller of eps and 1 - eps."""
-    root = (
+def allowed_error(bound: ErrorBound, form: Format) -> float:
+    """Return the largest error that does not contradict a proof, relative to the smaller of eps and 1 - eps.
+
+    `bound` is the proven bound of a kernel in a format.
+    """
+    # A kernel of v* gets v* = sqrt(beta) pow(speed, 1/10), rounded: what that adds, for speeds from 1/r to r.
+    v_star_error = (
         eps_error_from_v_star(HOSTS[form.name], Fraction(max(SPEED_MAX, 1 / SPEED_MIN)))
         if bound.result == "epsilon"
         else 0
     )
-    # The reference eps is rounded, too.
-    return float((1 + proven_error(bound, form)) * (1 + root) - 1) + double.ULP["epsilon"] * ulp_of_eps(DOUBLE)
+    # Errors multiply: (1 + e_1)(1 + e_2) - 1. The eps that is compared with is rounded, too.
+    return float((1 + proven_error(bound, form)) * (1 + v_star_error) - 1) + double.ULP["epsilon"] * ulp_of_eps(DOUBLE)
 
 
 def in_rounds(tasks: Sequence[Task], rounds: int) -> dict[Key, FloatArray]:
-    """Measure all tasks in turn, once in each round.
+    """Return the nanoseconds per collision of all tasks by key, an array with a number for each of `rounds`.
 
-    Tasks to be compared (of one format and measure) follow each other, in an order that changes from
-    round to round, so that a drift affects all alike.
+    Tasks are measured in turn. Tasks to be compared (of one format and measure) follow each other, in an order that
+    changes from round to round, so that a drift affects all alike.
     """
 
     def block(task: Task) -> tuple[str, ...]:
+        """Return format and measure, without the contender."""
         return task.key[1:]
 
     times: dict[Key, list[float]] = {task.key: [] for task in tasks}
@@ -258,7 +290,8 @@ def in_rounds(tasks: Sequence[Task], rounds: int) -> dict[Key, FloatArray]:
 
 
 def c_file(contenders: Sequence[Contender]) -> str:
-    """Return the C file with all contenders, and the loops of each library."""
+    """Return the text of bench.c: headers, the contenders' code, and the timed loops of each library."""
+    # Lines of C by library; the same lines, headers and sources are written once.
     loops: dict[Library, list[str]] = {"scalar": [], "array": [], "vector": []}
     for contender in contenders:
         if contender.python is None:

@@ -16,7 +16,8 @@ from viscopade.kernels.write.runners import ToolchainError, find_tool, missing, 
 
 SCALAR_FLAGS = ("-O2",)
 FAST_MATH = "-ffast-math"
-# The first that the compiler takes; gcc and clang for ARM want the second.
+# Flags for arrays, as users compile for speed; scalar functions have -O2 (SCALAR_FLAGS), so that the loop over them is
+# not vectorised. The first set that the compiler takes; gcc and clang for ARM want the second.
 _NATIVE = (("-O3", "-march=native"), ("-O3", "-mcpu=native"), ("-O3",))
 _FAILS = "the benchmark is not built"
 
@@ -33,7 +34,9 @@ class Compiler:
     words : tuple of str
         The command.
     version : str
+        Its name and version, as it prints them.
     array_flags : tuple of str
+        Flags for functions of arrays, with which it uses all that this processor has.
     """
 
     words: tuple[str, ...]
@@ -48,7 +51,7 @@ class Compiler:
 
 
 def find_compiler(command: str | None = None) -> Compiler:
-    """Return the compiler named by the argument, by CC, or the first installed one.
+    """Return the compiler of the command line `command`, of the environment's CC, or the first installed one.
 
     Raises
     ------
@@ -60,21 +63,22 @@ def find_compiler(command: str | None = None) -> Compiler:
     if tool is None:
         raise ToolchainError(f"there is no {missing(runner)}: expected a C compiler (--cc, or CC)")
     with TemporaryDirectory() as folder:
+        # An empty file with each set of flags; -Werror makes a flag that a compiler does not know an error.
         directory = Path(folder)
         (directory / "empty.c").write_text("int viscopade_empty;\n")
         compiling = (*tool.words, "-c", "empty.c")
         succeed(compiling, directory, _FAILS)
-        taken = (flags for flags in _NATIVE if run((*compiling, *flags, "-Werror"), directory).returncode == 0)
-        return Compiler(tool.words, tool.version, next(taken))
+        accepted = (flags for flags in _NATIVE if run((*compiling, *flags, "-Werror"), directory).returncode == 0)
+        return Compiler(tool.words, tool.version, next(accepted))
 
 
 def build_libraries(
     compiler: Compiler, units: Mapping[Library, Sources], headers: Sources
 ) -> dict[Library, ctypes.CDLL]:
-    """Compile the files of each library one by one, link and load the libraries.
+    """Return the loaded libraries, each from its own C files, compiled one by one, and linked.
 
-    They are linked without their flags: with -ffast-math, gcc would link code that makes the whole process flush
-    subnormal numbers to zero.
+    `units` maps a library to its files, name to text; `headers` are files that all may include. They are linked without
+    their flags: with -ffast-math, gcc would link code that makes the whole process flush subnormal numbers to zero.
 
     Raises
     ------
@@ -88,23 +92,26 @@ def build_libraries(
 
 
 def _library(compiler: Compiler, library: Library, sources: Sources, directory: str) -> ctypes.CDLL:
-    here = Path(directory, library)
-    here.mkdir()
+    """Return one loaded library, built in a folder of its own beside the headers, which lie in `directory`."""
+    folder = Path(directory, library)
+    folder.mkdir()
     for name, text in sources.items():
-        (here / name).write_text(text, encoding="utf-8")
-    succeed((*compiler.words, *compiler.flags(library), "-fPIC", "-I..", "-c", *sources), here, _FAILS)
-    shared = here / "library.so"
+        (folder / name).write_text(text, encoding="utf-8")
+    # Compile with the library's flags, then link without them (see `build_libraries`).
+    succeed((*compiler.words, *compiler.flags(library), "-fPIC", "-I..", "-c", *sources), folder, _FAILS)
+    shared = folder / "library.so"
     objects = [str(Path(name).with_suffix(".o")) for name in sources]
-    succeed((*compiler.words, "-shared", "-o", shared.name, *objects, "-lm"), here, _FAILS)
+    succeed((*compiler.words, "-shared", "-o", shared.name, *objects, "-lm"), folder, _FAILS)
     try:
         return ctypes.CDLL(str(shared))
     except OSError as error:
-        reason = str(error).replace(f"{here}{os.sep}", "")
+        # The message names the file in the folder, which the user does not know.
+        reason = str(error).replace(f"{folder}{os.sep}", "")
         raise ToolchainError(f"the library that {compiler.words[0]} built cannot be loaded: {reason}") from None
 
 
 def read_from(directory: str | os.PathLike[str], name: str) -> str:
-    """Return the text of an exported header in a directory.
+    """Return the text of the exported header `name` in a directory.
 
     Raises
     ------
@@ -120,7 +127,8 @@ def read_from(directory: str | os.PathLike[str], name: str) -> str:
 
 
 def processor() -> str:
-    """Return the model of the processor."""
+    """Return the model of the processor, or less if the system does not tell it."""
+    # Linux has a line "model name : …" for each processor, on some machines "cpu model".
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:

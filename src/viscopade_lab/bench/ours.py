@@ -13,16 +13,16 @@ from viscopade.kernels import catalogue
 from viscopade.kernels.bound import ErrorBound
 from viscopade.kernels.kernel import Kernel
 from viscopade_lab.bench.contender import Contender
-from viscopade_lab.bench.rivals import of_expression, tenth_root
+from viscopade_lab.bench.rivals import expression_contender, tenth_root
 
 
 def contenders() -> Iterator[Contender]:
     """Yield the kernels from speed to eps, those of v* with pow before them, and the array function of Python."""
-    of_speed = [_of_tier(tier) for tier in catalogue.TIERS]
-    yield from of_speed
+    speed_kernels = [_tier_contender(tier) for tier in catalogue.TIERS]
+    yield from speed_kernels
     for entry in catalogue.group("minimax"):
-        yield _minimax(entry.kernel)
-    yield of_expression(
+        yield _minimax_contender(entry.kernel)
+    yield expression_contender(
         "full",
         "pow + full",
         lambda form: f"viscopade_epsilon_full{form.suffix}(v_star)",
@@ -38,26 +38,30 @@ def contenders() -> Iterator[Contender]:
         "ours",
         formats=(DOUBLE,),
         measures=("memory",),
-        proven=of_speed[-1].proven,
+        proven=speed_kernels[-1].proven,
         python=_restitution,
     )
 
 
 def _restitution(speed: FloatArray, beta: float) -> tuple[float, FloatArray]:
+    """Return the nanoseconds that `vp.restitution` takes for an array of speeds, and its eps."""
     begin = time.perf_counter_ns()
     epsilon = viscopade.restitution(speed, beta)
     return float(time.perf_counter_ns() - begin), epsilon
 
 
 def _proven(kernel: Kernel, function: str) -> dict[str, ErrorBound]:
-    """Return the errors of a function by format, those in the table of a kernel with a table of speeds."""
+    """Return the proven errors of a kernel's function by format; of a speed table those inside the table.
+
+    The benchmark's speeds lie in the table, and in the first range of v* for which a kernel of v* has a bound.
+    """
     if kernel.argument == "v_star":
         return {form: kernel.bound(function, "host", form)[0] for form in kernel.formats}
     return {form: kernel.table_bound(function, form) for form in kernel.formats}
 
 
-def _of_tier(tier: str) -> Contender:
-    """Return a kernel from speed to eps."""
+def _tier_contender(tier: str) -> Contender:
+    """Return the kernel from speed to eps of an accuracy, such as "1e-5" or "full": a speed table with its header."""
     kernel = catalogue.kernel(f"speed {tier}")
     return Contender(
         f"speed-{tier}",
@@ -70,8 +74,11 @@ def _of_tier(tier: str) -> Contender:
     )
 
 
-def _minimax(kernel: Kernel) -> Contender:
-    """Return a best quotient of v*, for which pow makes v*."""
+def _minimax_contender(kernel: Kernel) -> Contender:
+    """Return a best quotient of v* as a function of speed, which computes v* = sqrt(beta) speed^(1/10) by pow.
+
+    Its name has its accuracy, the proven error of the formula in double.
+    """
     error = at_most(kernel.bound("epsilon", "host", "double")[0].formula)
     return Contender(
         f"minimax-{error}",

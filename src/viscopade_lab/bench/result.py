@@ -66,11 +66,15 @@ class Row:
 
 
 COLUMNS = tuple(field.name for field in fields(Row))
+# The first five fields, id to measure, are texts; the last five, the ratios and the errors, may be None: an empty cell.
 _TEXTS, _OPTIONAL = 5, COLUMNS[-5:]
 
 
 def to_csv(comments: Sequence[str], rows: Sequence[Row]) -> str:
-    """Return the file's text: comments on machine and conditions, and one line for each row."""
+    """Return a CSV file's text: comments on machine and conditions, names of columns, and a line for each of `rows`.
+
+    Numbers have four digits, a choice: more than times repeat to.
+    """
     buffer = io.StringIO()
     buffer.writelines(f"# {comment}\n" for comment in comments)
     cells = (["" if x is None else f"{x:.4g}" if isinstance(x, float) else x for x in astuple(row)] for row in rows)
@@ -79,7 +83,7 @@ def to_csv(comments: Sequence[str], rows: Sequence[Row]) -> str:
 
 
 def from_csv(content: bytes, source: str) -> list[Row]:
-    """Return the rows of a file; `source` names it, for messages.
+    """Return the rows of a CSV file with this content; `source` names it, for messages.
 
     Raises
     ------
@@ -91,6 +95,7 @@ def from_csv(content: bytes, source: str) -> list[Row]:
         lines = [line for line in csv.reader(io.StringIO(text)) if line and not line[0].startswith("#")]
     except (UnicodeDecodeError, csv.Error):
         raise ValueError(f"{source} is not readable: expected what `viscopade bench --output` wrote") from None
+    # The line with the names of the columns, and at least one row.
     if len(lines) < 2 or tuple(lines[0]) != COLUMNS:
         raise ValueError(f"{source}: expected the columns {','.join(COLUMNS)}, and at least one row")
     rows = []
@@ -99,11 +104,14 @@ def from_csv(content: bytes, source: str) -> list[Row]:
             raise ValueError(f"{source}, row {number}: expected {len(COLUMNS)} cells, not {len(cells)}")
         values: list[Any] = list(cells[:_TEXTS])
         for name, cell in zip(COLUMNS[_TEXTS:], cells[_TEXTS:], strict=True):
+            # An empty cell is None where that may be; what is no number becomes NaN, which is refused like a negative
+            # one.
             try:
                 value = None if name in _OPTIONAL and not cell else float(cell)
             except ValueError:
                 value = math.nan
             if value is not None and not 0 <= value < math.inf:
+                # 40 characters of a cell keep the message on a line.
                 raise ValueError(
                     f"{source}, row {number}: {name} is {cell[:40]!r}: expected a number that is not negative"
                 )
@@ -113,13 +121,14 @@ def from_csv(content: bytes, source: str) -> list[Row]:
 
 
 def table(rows: Sequence[Row]) -> Iterator[list[str]]:
-    """Yield a line with `HEADER` for each contender and format."""
+    """Yield the cells of the table with `HEADER`, a line for each contender and format of `rows`."""
+    # (id, format) -> measure -> row
     lines: dict[tuple[str, str], dict[str, Row]] = {}
     for row in rows:
         lines.setdefault((row.id, row.format), {})[row.measure] = row
 
     def cell(measured: dict[str, Row], measure: Measure, column: str) -> str:
-        """Return three digits without an exponent, or a dash if there is no measurement."""
+        """Return a number of a measure, the field `column` of its row: three digits, no exponent; or a dash."""
         number = getattr(measured[measure], column) if measure in measured else None
         if number is None:
             return "–"
@@ -127,6 +136,7 @@ def table(rows: Sequence[Row]) -> Iterator[list[str]]:
         return text if "e" not in text else f"{float(text):f}".rstrip("0").rstrip(".")
 
     for (ident, form), measured in lines.items():
+        # Errors are those of the function, the same for each measure.
         any_row = next(iter(measured.values()))
         errors = ("–" if x is None else f"{x:.1e}" for x in (any_row.relative, any_row.loss, any_row.proven))
         yield [
