@@ -1,4 +1,4 @@
-"""CONTRIBUTING.md and its pages on a law and a simulator: what they tell readers to write works."""
+"""The page on extending viscopade: what it tells readers to write works."""
 
 import json
 import os
@@ -19,14 +19,17 @@ from viscopade.theory import law
 ROOT = Path(__file__).parents[1]
 
 
-def blocks(page):
-    text = (ROOT / "docs" / "development" / f"{page}.md").read_text("utf-8")
-    return re.findall(r"^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+PAGE = (ROOT / "docs" / "development" / "extending.md").read_text("utf-8")
+SECTIONS = {text.partition("\n")[0]: text for text in PAGE.split("\n## ")[1:]}
+
+
+def blocks(section):
+    return re.findall(r"^```(\w+)\n(.*?)^```$", SECTIONS[section], re.MULTILINE | re.DOTALL)
 
 
 def test_the_law(monkeypatch):
     """The row, with a closed form that the page does not need: eps of its exponents."""
-    ((_, row),) = blocks("laws")
+    ((_, row),) = blocks("A law of contact")
     rows = eval("{" + row + "}", {"Fraction": Fraction, "NamedLaw": law.NamedLaw})
     monkeypatch.setattr(law, "NAMED", law.NAMED | rows)
     (name,) = rows
@@ -41,9 +44,8 @@ def with_two_simulators(tmp_path_factory):
     source = tmp_path_factory.mktemp("source")
     shutil.copytree(ROOT / "src" / "viscopade", source / "viscopade", ignore=shutil.ignore_patterns("__pycache__"))
     folder = source / "viscopade" / "simulators"
-    text = (ROOT / "docs" / "development" / "simulators.md").read_text("utf-8")
-    lines = re.findall(r'`("\w+": \("\w+",\),)`', text)
-    for (_, code), line in zip(blocks("simulators"), lines, strict=True):
+    lines = re.findall(r'`("\w+": \("\w+",\),)`', SECTIONS["A simulator"])
+    for (_, code), line in zip(blocks("A simulator"), lines, strict=True):
         (folder / f"{line.split(chr(34))[1]}.py").write_text(code, "utf-8")
     known = (folder / "__init__.py").read_text("utf-8")
     before, mark, after = known.partition('    "textbook": (),\n')
@@ -106,15 +108,13 @@ def test_an_added_simulator_with_the_viscoelastic_law_has_its_text(with_two_simu
     ]
 
 
-@pytest.mark.parametrize("page", ["simulators", "targets"])
-def test_the_pages_begin_with_a_table_of_files(page):
-    text = (ROOT / "docs" / "development" / f"{page}.md").read_text("utf-8")
-    assert text.splitlines()[2] == "| file | why |"
+@pytest.mark.parametrize("section", ["A language", "A simulator"])
+def test_the_sections_begin_with_a_table_of_files(section):
+    assert SECTIONS[section].splitlines()[2] == "| file | why |"
 
 
-@pytest.mark.parametrize("page", ["laws", "simulators", "targets"])
-def test_files_that_the_pages_name_exist(page):
-    text = (ROOT / "docs" / "development" / f"{page}.md").read_text("utf-8")
-    named = re.findall(r"`((?:src|tests|docs|paper)/[\w/]+(?:\.\w+)?)`", text)
+@pytest.mark.parametrize("section", ["A language", "A simulator", "A law of contact"])
+def test_files_that_the_sections_name_exist(section):
+    named = re.findall(r"`((?:src|tests|docs|paper)/[\w/]+(?:\.\w+)?)`", SECTIONS[section])
     assert named
     assert [name for name in named if not (ROOT / name).exists()] == []

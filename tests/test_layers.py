@@ -170,7 +170,7 @@ WRITE = SOURCE / "viscopade" / "kernels" / "write"
 
 
 def missing_of(name):
-    """Return what a language still needs, by the table of docs/development/targets.md."""
+    """Return what a language still needs, by the table of docs/development/extending.md."""
     if name not in LANGUAGES:
         return ["its name in NAMES of kernels/write/languages/__init__.py"]
     found, root = language_of(name), SOURCE.parent
